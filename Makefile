@@ -1,0 +1,97 @@
+# Everything runs in .venv, made from the lock files; `make help` lists the targets.
+
+PYTHON ?= python3
+JOBS ?= 2
+PYTEST_ARGS ?=
+OUT ?= paper-output
+
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check
+UV := $(BIN)/uv
+LOCK := $(UV) pip compile --quiet --universal --python-version 3.11 \
+	--no-emit-index-url --no-emit-find-links --custom-compile-command "make lock"
+
+# One stamp file for each step of the set-up, so that a step is redone only when what it
+# depends on has changed.
+VENV_MADE := $(VENV)/.made
+LOCK_INSTALLED := $(VENV)/.lock-installed
+SETUP := $(VENV)/.package-installed
+DOCS_INSTALLED := $(VENV)/.docs-installed
+BENCH_INSTALLED := $(VENV)/.bench-installed
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.PHONY: help setup paper test long lint types layers check bench docs lock clean
+
+help: ## list the targets
+	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+setup: $(SETUP) ## make .venv and install the package in it
+
+paper: $(SETUP) ## reproduce the source paper's figures into paper-output (OUT=DIR for another folder)
+	$(BIN)/slipfold paper --out $(OUT)
+
+test: $(SETUP) ## run the tests and the examples in the docstrings
+	$(BIN)/python -m pytest -n $(JOBS) $(PYTEST_ARGS)
+
+long: $(SETUP) ## run the tests that take minutes
+	$(BIN)/python -m pytest -n $(JOBS) -m long $(PYTEST_ARGS)
+
+# One thread a process: the matrices are small, and the processes share the cores.
+test long: export OMP_NUM_THREADS = 1
+test long: export OPENBLAS_NUM_THREADS = 1
+
+lint: $(SETUP) ## check style and formatting
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+types: $(SETUP) ## check the types
+	$(BIN)/mypy
+
+layers: $(SETUP) ## check which layer imports which
+	$(BIN)/lint-imports
+
+check: lint types layers ## lint, types and layers
+
+bench: $(BENCH_INSTALLED) ## compare with other programs (needs gfortran to install AUTO-07p)
+	$(BIN)/python bench/run.py
+
+docs: $(DOCS_INSTALLED) ## build the documentation into docs/_build/html
+	$(BIN)/sphinx-build -W --keep-going -q -b html docs docs/_build/html
+
+lock: $(VENV_MADE) ## resolve the dependencies anew and write the lock files
+	$(PIP) install --quiet "uv>=0.8"
+	$(LOCK) --upgrade pyproject.toml --group test --group dev -o requirements.lock
+	$(LOCK) --upgrade -c requirements.lock --group docs -o requirements-docs.lock
+	$(LOCK) --upgrade -c requirements.lock --group bench -o requirements-bench.lock
+
+clean: ## remove everything that the other targets made
+	rm -rf $(VENV) $(OUT) build dist docs/_build .pytest_cache .mypy_cache .ruff_cache \
+		.hypothesis .import_linter_cache __pycache__
+	find bench docs src tests -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true
+
+$(VENV_MADE):
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+		{ echo "slipfold needs Python 3.11 or later; name one with make PYTHON=python3.12"; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+	@touch $@
+
+$(LOCK_INSTALLED): requirements.lock $(VENV_MADE)
+	$(PIP) install --quiet -r requirements.lock
+	@touch $@
+
+$(SETUP): pyproject.toml $(LOCK_INSTALLED)
+	$(PIP) install --quiet --no-deps --no-build-isolation -e .
+	@touch $@
+
+$(DOCS_INSTALLED): requirements-docs.lock $(SETUP)
+	$(PIP) install --quiet -r requirements-docs.lock
+	@touch $@
+
+$(BENCH_INSTALLED): requirements-bench.lock $(SETUP)
+	@command -v gfortran >/dev/null || \
+		{ echo "The benchmarks compare with AUTO-07p, which bifpy compiles while it is" \
+		"installed: install gfortran first (on Debian: apt-get install gfortran)."; exit 1; }
+	$(PIP) install --quiet -r requirements-bench.lock
+	@touch $@

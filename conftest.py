@@ -1,0 +1,43 @@
+"""The environment of every test and docstring example.
+
+It lies beside ``pyproject.toml``, not in ``tests/``, so that ``pytest src`` sees it too. The
+variables are set before anything imports numpy or matplotlib, and worker processes inherit them.
+"""
+
+import os
+import shutil
+import sys
+import tempfile
+
+import pytest
+
+for variable, value in {
+    "MPLBACKEND": "Agg",
+    "OMP_NUM_THREADS": "1",
+    "OPENBLAS_NUM_THREADS": "1",
+}.items():
+    os.environ.setdefault(variable, value)
+
+CACHE_VARIABLE = "SLIPFOLD_CACHE_DIR"
+
+
+def pytest_configure(config):
+    # Compiled flows are kept in one folder for the whole run, shared by all workers: the
+    # first process makes it, the workers find the variable set.
+    if CACHE_VARIABLE not in os.environ:
+        folder = tempfile.mkdtemp(prefix="slipfold-cache-")
+        os.environ[CACHE_VARIABLE] = folder
+
+        def remove():
+            os.environ.pop(CACHE_VARIABLE, None)
+            shutil.rmtree(folder, ignore_errors=True)
+
+        config.add_cleanup(remove)
+
+
+@pytest.fixture(autouse=True)
+def _close_figures():
+    yield
+    pyplot = sys.modules.get("matplotlib.pyplot")
+    if pyplot is not None:
+        pyplot.close("all")

@@ -1,0 +1,33 @@
+"""Vibration of sliding structures with friction, and how it loses stability.
+
+Three lines lead to a bifurcation diagram:
+
+>>> import slipfold as sf
+>>> diagram = sf.response(sf.SlidingOscillator(), vary="Nd", span=(0, 0.98), f=12.5)
+>>> [point.type for branch in diagram.branches for point in branch.special]
+['PD', 'NS', 'NS']
+"""
+
+from slipfold.attractors import Spectrum as Spectrum
+from slipfold.attractors import spectrum as spectrum
+from slipfold.branches import Branch as Branch
+from slipfold.branches import End as End
+from slipfold.branches import Event as Event
+from slipfold.branches import Newton as Newton
+from slipfold.branches import Progress as Progress
+from slipfold.branches import Settings as Settings
+from slipfold.branches import SpecialPoint as SpecialPoint
+from slipfold.branches import Steps as Steps
+from slipfold.errors import InputError as InputError
+from slipfold.models import Limit as Limit
+from slipfold.models import Model as Model
+from slipfold.models import Output as Output
+from slipfold.models import Parameter as Parameter
+from slipfold.models import SlidingOscillator as SlidingOscillator
+from slipfold.models import State as State
+from slipfold.orbits import Extrema as Extrema
+from slipfold.orbits import PeriodicOrbit as PeriodicOrbit
+from slipfold.orbits import periodic_orbit as periodic_orbit
+from slipfold.results import Diagram as Diagram
+from slipfold.results import load as load
+from slipfold.results import response as response

@@ -1,0 +1,162 @@
+"""Spectra with physical amplitudes, free of leakage."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.fft
+from numpy.typing import NDArray
+
+from slipfold.errors import InputError
+from slipfold.flow.flow import Flow, flow_of
+from slipfold.flow.trajectory import Trajectory
+from slipfold.models.model import Model
+from slipfold.orbits.periodic_orbit import PeriodicOrbit
+
+__all__ = ["Spectrum", "find_spectrum"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """Single-sided spectra of all outputs over a whole number of forcing periods; frozen.
+
+    Parameters
+    ----------
+    model
+        The model with its parameter values.
+    names
+        The outputs; states come first.
+    frequency
+        Hz, from 0, shape (m,).
+    coefficients
+        Complex amplitudes ``a``, in the units of the outputs, shape (m, n_outputs): a line
+        contributes ``Re(a exp(2 pi i f t))``. That of frequency zero is the mean.
+    periods
+        Forcing periods transformed: the lines are 1/`periods` of the forcing frequency apart.
+    settled
+        Whether the motion was periodic with these periods. If not, its lines leak into each other.
+
+    Examples
+    --------
+    >>> from slipfold.flow import simulate
+    >>> from slipfold.models import SlidingOscillator
+    >>> spectrum = find_spectrum(simulate(SlidingOscillator(f=12.2, Nd=0.15), 1000))
+    >>> [round(spectrum.line("x", order), 6) for order in (0, 0.5, 1, 1.5)]
+    [0.115373, 0.276327, 0.038987, 0.01296]
+    """
+
+    model: Model
+    names: tuple[str, ...]
+    frequency: Array
+    coefficients: NDArray[np.complex128]
+    periods: int
+    settled: bool
+
+    @property
+    def amplitude(self) -> Array:
+        """Moduli of the coefficients, in the units of the outputs, shape (m, n_outputs)."""
+        return np.abs(self.coefficients)
+
+    @property
+    def order(self) -> Array:
+        """Frequencies over the forcing frequency, shape (m,)."""
+        return np.arange(len(self.frequency)) / self.periods
+
+    def of(self, name: str) -> Array:
+        """Return the amplitudes of one output, shape (m,).
+
+        Parameters
+        ----------
+        name
+            A state or output of the model.
+
+        Raises
+        ------
+        InputError
+            If there is none of that name.
+        """
+        return self.amplitude[:, self._column(name)]
+
+    def line(self, name: str, order: float) -> float:
+        """Return the amplitude of one output at a multiple of the forcing frequency.
+
+        Parameters
+        ----------
+        name
+            A state or output of the model.
+        order
+            Frequency over the forcing frequency, e.g. 0.5 for the subharmonic.
+
+        Raises
+        ------
+        InputError
+            If there is no such output, or the order is not one of the spectrum's lines.
+        """
+        position = order * self.periods
+        index = round(position)
+        if abs(position - index) > 1e-9 * max(1, self.periods) or not (
+            0 <= index < len(self.frequency)
+        ):
+            raise InputError(
+                f"order = {order:g} is not a line of the spectrum; its lines are the multiples of "
+                f"1/{self.periods} up to {self.order[-1]:g}"
+            )
+        return float(self.amplitude[index, self._column(name)])
+
+    def _column(self, name: str) -> int:
+        if name not in self.names:
+            raise InputError(f"no output {name!r}; there are {', '.join(self.names)}")
+        return self.names.index(name)
+
+
+def find_spectrum(
+    motion: Trajectory | PeriodicOrbit, periods: int = 64, per_period: int = 64
+) -> Spectrum:
+    """Transform the steady end of a trajectory, or a periodic orbit.
+
+    Parameters
+    ----------
+    motion
+        A trajectory, of which the end is taken, or a periodic orbit.
+    periods
+        Forcing periods to transform: rounded up to whole response periods, as far as the trajectory
+        allows. An orbit is transformed over its own period, whatever this says.
+    per_period
+        Samples per forcing period; what lies above half of them is taken to be nothing.
+
+    Returns
+    -------
+    Spectrum
+        Of all outputs.
+
+    Raises
+    ------
+    InputError
+        If the trajectory is shorter than one response, or a number is less than 1.
+    """
+    if per_period < 2:
+        raise InputError(f"per_period = {per_period} is too few; give 2 or more")
+    flow = flow_of(motion.model)
+    if isinstance(motion, Trajectory):
+        count = motion.steady_periods(periods)
+        states = motion.steady(periods, per_period)[1]
+        return _transform(flow, motion.model, states, count, motion.settlement.settled)
+    # The orbit rounds its samples up to a multiple of its nodes.
+    states = motion.sample(motion.period * per_period)[1]
+    return _transform(flow, motion.model, states, motion.period, True)
+
+
+def _transform(flow: Flow, model: Model, states: Array, periods: int, settled: bool) -> Spectrum:
+    constants = flow.constants(model.vector)
+    count = len(states)
+    phases = (np.arange(count) * periods % count) / count
+    values = flow.outputs(states, phases, constants)
+    coefficients = scipy.fft.rfft(values, axis=0) / count
+    # Every line but the mean stands for two of the two-sided spectrum, except the last one of an
+    # even number of samples, which is its own mirror image.
+    coefficients[1 : (count + 1) // 2] *= 2
+    frequency = np.arange(len(coefficients)) / (periods * constants.period)
+    return Spectrum(model, flow.output_names, frequency, coefficients, periods, settled)

@@ -1,0 +1,154 @@
+"""A branch of periodic orbits as data."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.branches.special_point import SpecialPoint
+from slipfold.models.model import Model
+from slipfold.orbits.extrema import Extrema, find_extrema
+from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.orbits.uncertainty import multiplier_uncertainty
+
+__all__ = ["Branch", "End"]
+
+
+@dataclass(frozen=True)
+class End:
+    """Why a branch begins or ends where it does.
+
+    Parameters
+    ----------
+    kind
+        One word for programs: ``"span"``, ``"limit"``, ``"closed"``, ``"event"``, ``"failed"``,
+        ``"points"``, ``"interrupted"``, ``"born"``.
+    reason
+        A sentence that says what happened and what can be done.
+    value
+        Value of the parameter there.
+    """
+
+    kind: str
+    reason: str
+    value: float
+
+
+@dataclass(frozen=True, eq=False)
+class Branch:
+    """Periodic orbits followed in one parameter; frozen, one row a point.
+
+    Parameters
+    ----------
+    id
+        Number within the diagram, from 1.
+    kind
+        ``"periodic"``.
+    period
+        Period in forcing periods.
+    parent
+        Id of the branch it left, or None.
+    model
+        The model; the value of `vary` is replaced by `parameter`.
+    vary
+        Name of the parameter followed.
+    parameter
+        Its values, shape (n_points,).
+    nodes
+        Orbits, shape (n_points, m, n_states): states at `period` * j / m.
+    multipliers
+        Floquet multipliers, complex, shape (n_points, n_states), largest modulus first.
+    residual
+        How far each orbit fails to close, in scaled states, shape (n_points,).
+    arclength
+        Arclength along the branch in scaled variables, shape (n_points,).
+    special
+        Special points, in the order in which the branch meets them.
+    stopped
+        Why the branch ends where it ends.
+    begun
+        Why it begins where it begins.
+    """
+
+    id: int
+    kind: str
+    period: int
+    parent: int | None
+    model: Model
+    vary: str
+    parameter: NDArray[np.float64]
+    nodes: NDArray[np.float64]
+    multipliers: NDArray[np.complex128]
+    residual: NDArray[np.float64]
+    arclength: NDArray[np.float64]
+    special: tuple[SpecialPoint, ...]
+    stopped: End
+    begun: End
+
+    def __len__(self) -> int:
+        """Number of points."""
+        return len(self.parameter)
+
+    @property
+    def states(self) -> NDArray[np.float64]:
+        """States at phase zero, shape (n_points, n_states)."""
+        return self.nodes[:, 0]
+
+    @property
+    def unstable(self) -> NDArray[np.int64]:
+        """Number of multipliers outside the unit circle, shape (n_points,)."""
+        return (np.abs(self.multipliers) > 1).sum(axis=1)
+
+    @property
+    def stable(self) -> NDArray[np.bool_]:
+        """Whether each orbit is stable, shape (n_points,)."""
+        return self.unstable == 0
+
+    @property
+    def flipped(self) -> NDArray[np.bool_]:
+        """Whether a real multiplier below -1 makes the orbit unstable, shape (n_points,)."""
+        values = self.multipliers
+        return ((values.real < -1) & (values.imag == 0)).any(axis=1)
+
+    @property
+    def parameters(self) -> NDArray[np.float64]:
+        """Parameter vectors of all points, shape (n_points, n_parameters)."""
+        vectors = np.repeat(self.model.vector[None], len(self), axis=0)
+        vectors[:, self.model.parameter_index(self.vary)] = self.parameter
+        return vectors
+
+    @cached_property
+    def extrema(self) -> Extrema:
+        """Extrema of every output over each continuous orbit; computed when first asked for."""
+        return find_extrema(self.model, self.parameters, self.nodes, self.period)
+
+    @cached_property
+    def multiplier_uncertainty(self) -> NDArray[np.float64]:
+        """Computed uncertainty of every multiplier, shape (n_points, n_states).
+
+        How much each moves when the monodromy matrix is integrated anew with other steps;
+        computed when first asked for.
+        """
+        from slipfold.orbits.uncertainty import multiplier_uncertainty
+
+        return multiplier_uncertainty(self.model, self.parameters, self.nodes, self.period)
+
+    def orbit(self, index: int) -> PeriodicOrbit:
+        """Return one point as a periodic orbit.
+
+        Parameters
+        ----------
+        index
+            Row of the branch.
+        """
+        model = self.model.replace(**{self.vary: self.parameter[index]})
+        return PeriodicOrbit(
+            model,
+            self.period,
+            self.nodes[index],
+            self.multipliers[index],
+            float(self.residual[index]),
+        )

@@ -1,0 +1,137 @@
+"""From what was located to what is reported: coefficients, criticality, uncertainties."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.branches.detection import TESTS, Found
+from slipfold.branches.event import Event
+from slipfold.branches.location import CLOSE, STILL
+from slipfold.branches.normal_form import normal_form
+from slipfold.branches.point import Point, make_point
+from slipfold.branches.special_point import SpecialPoint
+from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.orbits.floquet import match_multipliers
+from slipfold.orbits.newton import correct
+
+__all__ = ["describe_bifurcation", "describe_event"]
+
+Array = NDArray[np.float64]
+
+NAMES = {
+    "LP": "fold",
+    "PD": "period doubling",
+    "NS": "Neimark-Sacker (torus)",
+    "BP": "branch point",
+}
+
+
+def describe_bifurcation(problem: PeriodicProblem, found: Found) -> SpecialPoint:
+    """Return a located bifurcation with its normal form and its uncertainties.
+
+    Parameters
+    ----------
+    problem
+        The boundary-value problem.
+    found
+        The bifurcation.
+    """
+    coefficient, criticality = None, None
+    if found.type in ("LP", "PD", "NS"):
+        coefficient, criticality = normal_form(problem, found.point, found.type)
+    value_uncertainty, multiplier_uncertainty = _uncertainties(problem, found)
+    return _special(
+        problem,
+        found.point,
+        found.type,
+        NAMES[found.type],
+        value_uncertainty,
+        multiplier_uncertainty,
+        criticality,
+        coefficient,
+    )
+
+
+def describe_event(problem: PeriodicProblem, event: Event, point: Point) -> SpecialPoint:
+    """Return a located user's event.
+
+    Parameters
+    ----------
+    problem
+        The boundary-value problem.
+    event
+        What was looked for.
+    point
+        The orbit.
+    """
+    again = _anew(problem, point)
+    name = f"{event.measure} {event.name} = {event.value:g}"
+    moved = abs(again.z[-1] - point.z[-1]) + CLOSE * abs(point.tangent[-1])
+    matched = match_multipliers(point.multipliers, again.multipliers)
+    return _special(
+        problem,
+        point,
+        "EVENT",
+        name,
+        moved * problem.width,
+        np.abs(matched - point.multipliers),
+        None,
+        None,
+    )
+
+
+def _special(
+    problem: PeriodicProblem,
+    point: Point,
+    kind: str,
+    name: str,
+    uncertainty: float,
+    multiplier_uncertainty: Array,
+    criticality: str | None,
+    coefficient: float | None,
+) -> SpecialPoint:
+    value = problem.value(point.z)
+    return SpecialPoint(
+        type=kind,
+        name=name,
+        model=problem.model.replace(**{problem.vary: value}),
+        vary=problem.vary,
+        value=value,
+        uncertainty=uncertainty,
+        period=problem.period,
+        nodes=problem.nodes(point.z),
+        multipliers=point.multipliers,
+        multiplier_uncertainty=multiplier_uncertainty,
+        residual=point.residual,
+        arclength=point.arclength,
+        criticality=criticality,
+        coefficient=coefficient,
+    )
+
+
+def _anew(problem: PeriodicProblem, point: Point) -> Point:
+    """Compute the same orbit with its nodes, and so every integration step, elsewhere."""
+    other, guess, row = problem.shifted(point.z, point.tangent)
+    correction = correct(other, guess, row, still=STILL)
+    return make_point(correction, point.arclength)
+
+
+def _uncertainties(problem: PeriodicProblem, found: Found) -> tuple[float, Array]:
+    """Uncertainty of the parameter and of the multipliers.
+
+    The parameter is uncertain by how far the orbit moves in it, and by how far along the branch
+    the zero of the test function moves: its change over its slope. What the search left over of
+    the test function counts as well.
+    """
+    point = found.point
+    again = _anew(problem, point)
+    test = TESTS["fold" if found.type == "BP" else found.type]
+    change = abs(test(again) - test(point)) + abs(test(point))
+    along = change / max(abs(found.slope), 1e-300)
+    moved = abs(again.z[-1] - point.z[-1]) + along * abs(point.tangent[-1])
+    matched = match_multipliers(point.multipliers, again.multipliers)
+    return (
+        float(moved) * problem.width + float(np.spacing(abs(problem.value(point.z)))),
+        np.abs(matched - point.multipliers),
+    )

@@ -1,0 +1,169 @@
+"""All bifurcations between two neighbouring points of a branch, none missed, none invented."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.branches.interpolation import well_spaced
+from slipfold.branches.location import insert, locate, orbit_at
+from slipfold.branches.point import Point
+from slipfold.branches.test_functions import doubling, folding, torus
+from slipfold.orbits.boundary_value_problem import PeriodicProblem
+
+__all__ = ["Found", "find_bifurcations"]
+
+Array = NDArray[np.float64]
+
+Test = Callable[[Point], float]
+
+TESTS: dict[str, Test] = {
+    "PD": lambda point: float(doubling(point.multipliers)),
+    "NS": lambda point: float(torus(point.multipliers)),
+    "LP": lambda point: float(point.tangent[-1]),
+    "fold": lambda point: float(folding(point.multipliers)),
+}
+"""Functions that change sign. "fold" is zero at LP and BP alike and tells when one is due."""
+
+DEPTH = 7
+"""An interval is halved this often, to 1/128 of a step, before its account is left open."""
+
+TOUCH = 0.15
+"""A test function that falls between two points to this share of its values there is looked at."""
+
+REAL = 1e-7
+"""A multiplier whose imaginary part is below this counts as real: pairs part as a square root."""
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """A bifurcation that was located.
+
+    Parameters
+    ----------
+    type
+        ``"PD"``, ``"NS"``, ``"LP"`` or ``"BP"``.
+    point
+        The orbit.
+    slope
+        Derivative of the test function along the branch.
+    """
+
+    type: str
+    point: Point
+    slope: float
+
+
+def find_bifurcations(
+    problem: PeriodicProblem, known: list[Point], a: Point, b: Point, depth: int = 0
+) -> list[Found]:
+    """Find the bifurcations between two points.
+
+    A sign change brackets a zero. Two zeros between the points leave no sign change: so the test
+    functions are interpolated, and where one may come near zero the orbit there is computed and
+    both halves are searched. At the end the change in the number of unstable multipliers must be
+    accounted for by what was found, else the interval is halved as well.
+
+    Parameters
+    ----------
+    problem
+        The boundary-value problem.
+    known
+        Points of the branch in order, with `a` and `b`; grows.
+    a, b
+        Neighbouring points.
+    depth
+        Number of halvings so far.
+
+    Returns
+    -------
+    list of Found
+        In order of arclength.
+    """
+    place = _suspicious_place(known, a, b) if depth < DEPTH else None
+    if place is None:
+        found = _located(problem, known, a, b)
+        if depth >= DEPTH or _accounts_for(found, a, b):
+            return found
+        place = 0.5 * (a.arclength + b.arclength)
+    middle = orbit_at(problem, known, place)
+    insert(known, middle)
+    left = find_bifurcations(problem, known, a, middle, depth + 1)
+    return left + find_bifurcations(problem, known, middle, b, depth + 1)
+
+
+def _located(problem: PeriodicProblem, known: list[Point], a: Point, b: Point) -> list[Found]:
+    found = []
+    for kind in ("PD", "NS", "LP"):
+        if (TESTS[kind](a) > 0) != (TESTS[kind](b) > 0):
+            found.append(_locate_one(problem, known, a, b, kind, TESTS[kind]))
+    if a.orientation != b.orientation:
+        found.append(_locate_one(problem, known, a, b, "BP", TESTS["fold"]))
+    real = [item for item in found if item.type != "NS" or _is_torus(item.point)]
+    return sorted(real, key=lambda item: item.point.arclength)
+
+
+def _locate_one(
+    problem: PeriodicProblem, known: list[Point], a: Point, b: Point, kind: str, test: Test
+) -> Found:
+    point = locate(problem, known, a, b, test)
+    nearest = min(
+        (item for item in known if item.arclength != point.arclength),
+        key=lambda item: abs(item.arclength - point.arclength),
+    )
+    # The nearest evaluations may coincide to rounding; the bracket gives the slope then.
+    gap = nearest.arclength - point.arclength
+    if abs(gap) < 1e-7:
+        slope = (test(b) - test(a)) / (b.arclength - a.arclength)
+    else:
+        slope = (test(nearest) - test(point)) / gap
+    return Found(kind, point, slope)
+
+
+def _is_torus(point: Point) -> bool:
+    """Whether the product of one is that of a complex pair, not of a neutral saddle."""
+    values = point.multipliers
+    first, second = np.triu_indices(len(values), k=1)
+    closest = np.abs(1 - values[first] * values[second]).argmin()
+    return bool(abs(values[first[closest]].imag) > REAL)
+
+
+def _accounts_for(found: list[Found], a: Point, b: Point) -> bool:
+    """Whether what was found explains the change in the number of unstable multipliers."""
+    change = abs(b.unstable - a.unstable)
+    single = sum(item.type != "NS" for item in found)
+    pairs = len(found) - single
+    return change <= single + 2 * pairs and (change - single) % 2 == 0
+
+
+def _suspicious_place(known: list[Point], a: Point, b: Point) -> float | None:
+    """Where between two points a test function may touch zero without a sign change at the ends."""
+    near = well_spaced(known, a.arclength, b.arclength, 4)
+    where = np.array([point.arclength for point in near])
+    grid = np.linspace(a.arclength, b.arclength, 18)[1:-1]
+    for test in TESTS.values():
+        values = np.array([test(point) for point in near])
+        f_a, f_b = test(a), test(b)
+        inner = np.sign(f_a) * _polynomial(where, values, grid)
+        lowest = int(inner.argmin())
+        if f_a * f_b > 0:
+            if inner[lowest] < TOUCH * min(abs(f_a), abs(f_b)):
+                return float(grid[lowest])
+        else:
+            signs = np.sign(np.concatenate([[1.0], inner, [-1.0]]))
+            changes = np.flatnonzero(np.diff(signs))
+            if len(changes) > 1:
+                return float(grid[min(changes[1], len(grid) - 1)])
+    return None
+
+
+def _polynomial(where: Array, values: Array, targets: Array) -> Array:
+    """Lagrange's polynomial."""
+    difference = where[:, None] - where[None, :]
+    np.fill_diagonal(difference, 1.0)
+    ratios = (targets[:, None, None] - where[None, None, :]) / difference
+    ratios[:, np.arange(len(where)), np.arange(len(where))] = 1.0
+    return ratios.prod(axis=2) @ values

@@ -1,0 +1,173 @@
+"""Normal forms of the stroboscopic map: whether a bifurcation is soft or hard.
+
+Formulas of Kuznetsov, Elements of Applied Bifurcation Theory, 3rd edition, section 5.4.2, and
+Kuznetsov and Meijer, SIAM J. Sci. Comput. 26 (2005) 1932-1954, with the map's derivatives
+``B(u, v)`` and ``C(u, v, w)`` from Taylor jets of the flow along directions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.branches.point import Point
+from slipfold.orbits.boundary_value_problem import PeriodicProblem
+
+__all__ = ["normal_form"]
+
+Array = NDArray[np.float64]
+Vector = NDArray[np.complex128]
+
+
+class StroboscopicMap:
+    """Derivatives of the map over one period of an orbit, in scaled states.
+
+    Parameters
+    ----------
+    problem
+        The boundary-value problem.
+    z
+        The orbit.
+    """
+
+    def __init__(self, problem: PeriodicProblem, z: Array) -> None:
+        self._flow = problem.flow
+        self._state = problem.nodes(z)[0]
+        self._constants = problem.constants(z)
+        self._scales = problem.scales
+        self._period = float(problem.period)
+
+    def powers(self, directions: Array) -> tuple[Array, Array]:
+        """Return B(v, v) and C(v, v, v) for real directions.
+
+        Parameters
+        ----------
+        directions
+            Shape (m, n).
+
+        Returns
+        -------
+        second, third : ndarray, shape (m, n)
+            The forms.
+        """
+        jets = self._flow.jet(
+            self._state, 0.0, self._period, self._constants, directions * self._scales
+        )
+        return jets[:, 1] / self._scales, jets[:, 2] / self._scales
+
+    def second(self, pairs: list[tuple[Vector, Vector]]) -> list[Vector]:
+        """Return B(u, v) for complex vectors, by polarisation.
+
+        Parameters
+        ----------
+        pairs
+            Vectors of shape (n,).
+        """
+        parts = [
+            (place, factor, left, right)
+            for place, (u, v) in enumerate(pairs)
+            for factor, left, right in (
+                (1, u.real, v.real),
+                (-1, u.imag, v.imag),
+                (1j, u.real, v.imag),
+                (1j, u.imag, v.real),
+            )
+            if left.any() and right.any()
+        ]
+        sizes = [(np.linalg.norm(left), np.linalg.norm(right)) for _, _, left, right in parts]
+        sums = [
+            left / a + sign * right / b
+            for (_, _, left, right), (a, b) in zip(parts, sizes, strict=True)
+            for sign in (1, -1)
+        ]
+        squares = self.powers(np.array(sums))[0]
+        result = [np.zeros(len(self._scales), dtype=complex) for _ in pairs]
+        for i, ((place, factor, _, _), (a, b)) in enumerate(zip(parts, sizes, strict=True)):
+            result[place] += factor * a * b / 4 * (squares[2 * i] - squares[2 * i + 1])
+        return result
+
+
+def normal_form(problem: PeriodicProblem, point: Point, kind: str) -> tuple[float, str | None]:
+    """Return the coefficient of a bifurcation's normal form and its criticality.
+
+    Parameters
+    ----------
+    problem
+        The boundary-value problem.
+    point
+        The located orbit.
+    kind
+        ``"PD"``, ``"NS"`` or ``"LP"``.
+
+    Returns
+    -------
+    coefficient : float
+        Of the map's normal form, with eigenvectors of unit length in scaled states: cubic b of
+        PD, real part d of NS, quadratic a of LP.
+    criticality : str or None
+        ``"supercritical"`` or ``"subcritical"`` for PD (b > 0, b < 0) and NS (d < 0, d > 0).
+    """
+    coefficient = _FORMS[kind](StroboscopicMap(problem, point.z), point.monodromy)
+    if kind == "LP":
+        return coefficient, None
+    soft = coefficient > 0 if kind == "PD" else coefficient < 0
+    return coefficient, "supercritical" if soft else "subcritical"
+
+
+def _fold(map_: StroboscopicMap, matrix: Array) -> float:
+    q, p, _ = _critical_vectors(matrix, lambda values: np.abs(values - 1))
+    second, _ = map_.powers(q.real[None])
+    return float(0.5 * (p.real @ second[0]))
+
+
+def _doubling(map_: StroboscopicMap, matrix: Array) -> float:
+    q, p, _ = _critical_vectors(matrix, lambda values: np.abs(values + 1))
+    q, p = q.real, p.real
+    second, third = map_.powers(q[None])
+    bent = np.linalg.solve(np.eye(len(q)) - matrix, second[0])
+    (mixed,) = map_.second([(q.astype(complex), bent.astype(complex))])
+    return float(p @ (third[0] + 3 * mixed.real) / 6)
+
+
+def _torus(map_: StroboscopicMap, matrix: Array) -> float:
+    q, p, value = _critical_vectors(
+        matrix, lambda values: np.where(values.imag > 0, np.abs(np.abs(values) - 1), np.inf)
+    )
+    a, b = q.real, q.imag
+    second, third = map_.powers(np.array([a, b, a + b, a - b]))
+    aa, bb = second[0], second[1]
+    ab = (second[2] - second[3]) / 4
+    aaa, bbb = third[0], third[1]
+    aab = (third[2] - third[3]) / 6 - bbb / 3
+    abb = (third[2] + third[3]) / 6 - aaa / 3
+    cubic = aaa + abb + 1j * (aab + bbb)  # C(q, q, conj q)
+    identity = np.eye(len(a))
+    still = np.linalg.solve(identity - matrix, aa + bb).astype(complex)
+    double = np.linalg.solve(value**2 * identity - matrix, aa - bb + 2j * ab)
+    with_still, with_double = map_.second([(q, still), (q.conj(), double)])
+    inner = np.vdot(p, cubic + 2 * with_still + with_double)
+    return float(0.5 * (value.conjugate() / abs(value) * inner).real)
+
+
+_FORMS: dict[str, Callable[[StroboscopicMap, Array], float]] = {
+    "LP": _fold,
+    "PD": _doubling,
+    "NS": _torus,
+}
+
+
+def _critical_vectors(
+    matrix: Array, distance: Callable[[Vector], Array]
+) -> tuple[Vector, Vector, complex]:
+    """Right eigenvector of unit length, left one with <p, q> = 1, and their eigenvalue."""
+    values, vectors = np.linalg.eig(matrix)
+    index = int(np.argmin(distance(values)))
+    value, q = complex(values[index]), vectors[:, index].astype(complex)
+    # A real eigenvector is returned real; a complex one with orthogonal real and imaginary parts.
+    q = q * np.exp(-0.5j * np.angle(np.sum(q * q)))
+    q /= np.linalg.norm(q)
+    others, left = np.linalg.eig(matrix.T)
+    p = left[:, np.argmin(np.abs(others - value))].astype(complex).conj()
+    return q, p / np.vdot(q, p), value

@@ -1,0 +1,78 @@
+"""One point of a branch while it is being followed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.orbits.floquet import floquet_multipliers
+from slipfold.orbits.newton import Correction
+
+__all__ = ["Point", "make_point"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """An accepted orbit with what continuation needs to know of it.
+
+    Parameters
+    ----------
+    z
+        The unknown of the boundary-value problem.
+    tangent
+        Unit tangent of the branch, in the direction of travel.
+    arclength
+        Position on the branch.
+    monodromy
+        Monodromy matrix in scaled states, shape (n, n).
+    multipliers
+        Floquet multipliers, shape (n,).
+    orientation
+        Sign of the determinant of the Jacobian bordered by the tangent; it changes at a branch
+        point and not at a fold.
+    residual
+        Largest mismatch, in scaled states.
+    """
+
+    z: Array
+    tangent: Array
+    arclength: float
+    monodromy: Array
+    multipliers: NDArray[np.complex128]
+    orientation: int
+    residual: float
+
+    @property
+    def unstable(self) -> int:
+        """Number of multipliers outside the unit circle."""
+        return int(np.count_nonzero(np.abs(self.multipliers) > 1))
+
+
+def make_point(correction: Correction, arclength: float) -> Point:
+    """Turn a converged correction into a point.
+
+    The tangent points along the row of the correction's constraint. The bordered determinant
+    has the same sign for that row as for the tangent, so one factorisation gives both.
+
+    Parameters
+    ----------
+    correction
+        A converged correction.
+    arclength
+        Position on the branch.
+    """
+    linearisation, factored = correction.linearisation, correction.factored
+    assert linearisation is not None and factored is not None  # it converged
+    return Point(
+        correction.z,
+        factored.tangent(),
+        arclength,
+        linearisation.monodromy,
+        floquet_multipliers(linearisation.monodromy),
+        factored.sign,
+        correction.residual,
+    )

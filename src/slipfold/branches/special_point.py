@@ -1,0 +1,95 @@
+"""Special points of a branch: bifurcations and user events."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.models.model import Model
+from slipfold.orbits.periodic_orbit import PeriodicOrbit
+
+__all__ = ["BIFURCATIONS", "SpecialPoint"]
+
+BIFURCATIONS = ("LP", "PD", "NS", "BP")
+"""Types of bifurcation: fold, period doubling, Neimark-Sacker, branch point."""
+
+
+@dataclass(frozen=True, eq=False)
+class SpecialPoint:
+    """A located point of a branch; frozen.
+
+    Parameters
+    ----------
+    type
+        ``"LP"``, ``"PD"``, ``"NS"``, ``"BP"``, or ``"EVENT"`` for a user's event. Where the model
+        itself ends, the branch does: see `Branch.stopped`.
+    name
+        The type in words, e.g. ``"period doubling"``, or what a user's event watches.
+    model
+        The model with the parameter values of the point.
+    vary
+        Name of the parameter followed.
+    value
+        Value of that parameter.
+    uncertainty
+        Computed uncertainty of `value`: how much it moves when the orbit and its derivatives are
+        integrated anew with other steps (same unit).
+    period
+        Period in forcing periods.
+    nodes
+        States of the orbit, shape (m, n_states).
+    multipliers
+        Floquet multipliers, complex, shape (n_states,), largest modulus first.
+    multiplier_uncertainty
+        Computed uncertainty of each multiplier, shape (n_states,).
+    residual
+        How far the orbit fails to close, in scaled states.
+    arclength
+        Position on the branch.
+    criticality
+        ``"supercritical"``, ``"subcritical"`` or None where it has no meaning.
+    coefficient
+        Normal form coefficient: of the map for PD (cubic), NS (real part of the first Lyapunov
+        coefficient) and LP (quadratic); None elsewhere.
+    leads_to
+        Id of the branch that was started here, or None.
+    """
+
+    type: str
+    name: str
+    model: Model
+    vary: str
+    value: float
+    uncertainty: float
+    period: int
+    nodes: NDArray[np.float64]
+    multipliers: NDArray[np.complex128]
+    multiplier_uncertainty: NDArray[np.float64]
+    residual: float
+    arclength: float
+    criticality: str | None = None
+    coefficient: float | None = None
+    leads_to: int | None = None
+
+    @property
+    def state(self) -> NDArray[np.float64]:
+        """State at phase zero, shape (n_states,)."""
+        return self.nodes[0]
+
+    @property
+    def orbit(self) -> PeriodicOrbit:
+        """The periodic orbit at this point."""
+        return PeriodicOrbit(self.model, self.period, self.nodes, self.multipliers, self.residual)
+
+    @property
+    def critical_multiplier(self) -> complex | None:
+        """The multiplier on the unit circle (upper one of a pair), None if there is none."""
+        if self.type not in BIFURCATIONS:
+            return None
+        target = {"LP": 1.0, "BP": 1.0, "PD": -1.0}.get(self.type)
+        if target is None:
+            upper = self.multipliers[self.multipliers.imag > 0]
+            return complex(upper[np.argmin(np.abs(np.abs(upper) - 1))])
+        return complex(self.multipliers[np.argmin(np.abs(self.multipliers - target))])

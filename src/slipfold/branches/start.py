@@ -1,0 +1,131 @@
+"""First points of branches: from the linear response, or from a period doubling."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.branches.point import Point, make_point
+from slipfold.branches.settings import Settings
+from slipfold.branches.walk import Failure, walk
+from slipfold.errors import InputError
+from slipfold.models.model import Model
+from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.orbits.find import guess_orbit, hold_parameter
+from slipfold.orbits.floquet import floquet_multipliers
+from slipfold.orbits.newton import correct
+
+__all__ = ["doubled_start", "response_start"]
+
+Array = NDArray[np.float64]
+
+NEAR = 0.3
+"""An orbit this far from the linear response, in scaled states, may belong to another branch."""
+
+
+def response_start(problem: PeriodicProblem, value: float, forward: float) -> Point:
+    """Return the response of period 1 at a value of the parameter.
+
+    The linear response is corrected by Newton's method. Where that fails or leads far away, the
+    response is followed from the model's quiet state, in the parameter that scales the forcing.
+
+    Parameters
+    ----------
+    problem
+        The boundary-value problem, of period 1.
+    value
+        Value of the parameter.
+    forward
+        Sign of the direction in which the branch will go.
+
+    Raises
+    ------
+    InputError
+        If no orbit is found.
+    """
+    row = hold_parameter(problem.size) * forward
+    correction = guess_orbit(problem, value)
+    if not correction.converged or correction.distance > NEAR:
+        nodes = _nodes_from_quiet(problem, value)
+        correction = correct(problem, problem.pack(nodes, value), row)
+    else:
+        correction = correct(problem, correction.z, row)
+    if not correction.converged:
+        raise InputError(
+            f"no periodic response was found at {problem.vary} = {value:g}: "
+            f"{correction.failure}; start the span elsewhere"
+        )
+    return make_point(correction, 0.0)
+
+
+def _nodes_from_quiet(problem: PeriodicProblem, value: float) -> Array:
+    """Follow the response from the quiet state at the given value of the other parameter."""
+    model = problem.model.replace(**{problem.vary: value})
+    quiet = model.quiet
+    if quiet is None or not model.values[quiet]:
+        raise InputError(
+            f"no periodic response was found at {problem.vary} = {value:g} from the linear "
+            "response; start the span elsewhere"
+        )
+    target = model.values[quiet]
+    other = PeriodicProblem(model, quiet, 1, abs(target), problem.segments)
+    correction = guess_orbit(other, 0.0)
+    if not correction.converged:
+        raise InputError(
+            f"no rest state was found at {problem.vary} = {value:g} with {quiet} = 0: "
+            f"{correction.failure}; start the span elsewhere"
+        )
+    row = hold_parameter(other.size) * np.sign(target)
+    start = make_point(correct(other, correction.z, row), 0.0)
+    point: Point | Failure = start
+    for point in walk(other, start, 0.01, (0.0, target), Settings()):
+        if isinstance(point, Failure):
+            break
+    if isinstance(point, Failure) or other.value(point.z) != target:
+        reason = point.reason if isinstance(point, Failure) else "the response turns back before"
+        raise InputError(
+            f"no periodic response was found at {problem.vary} = {value:g}: followed from "
+            f"{quiet} = 0 it does not reach {quiet} = {target:g} ({reason}); start the span "
+            f"elsewhere or lower {quiet}"
+        )
+    return other.nodes(point.z)
+
+
+def doubled_start(problem: PeriodicProblem, point: Point) -> tuple[PeriodicProblem, Point]:
+    """Return the first point of the branch of twice the period that leaves at a period doubling.
+
+    It is the doubled orbit itself; its tangent is the critical direction, which changes sign from
+    one period to the next, and the parameter does not change to first order.
+
+    Parameters
+    ----------
+    problem
+        The boundary-value problem of the parent.
+    point
+        The period doubling on the parent.
+    """
+    m = problem.segments
+    blocks = problem.linearise(point.z).blocks
+    values, vectors = np.linalg.eig(point.monodromy)
+    direction = vectors[:, np.argmin(np.abs(values + 1))].real
+    along = [direction]
+    for block in blocks[:-1]:
+        along.append(block @ along[-1])
+    child = PeriodicProblem(problem.model, problem.vary, 2 * problem.period, problem.width, m)
+    # A segment of the child is two of the parent.
+    every_second = np.arange(0, 2 * m, 2) % m
+    sign = np.where(np.arange(0, 2 * m, 2) < m, 1.0, -1.0)
+    nodes = problem.nodes(point.z)[every_second]
+    tangent = np.append((np.array(along)[every_second] * sign[:, None]).ravel(), 0.0)
+    # The larger horizontal or first component starts positive: one copy of the two, always the same.
+    tangent *= np.sign(direction[np.abs(direction).argmax()]) / np.linalg.norm(tangent)
+    square = point.monodromy @ point.monodromy
+    return child, Point(
+        child.pack(nodes, problem.value(point.z)),
+        tangent,
+        0.0,
+        square,
+        floquet_multipliers(square),
+        0,
+        point.residual,
+    )

@@ -1,0 +1,194 @@
+"""Pseudo-arclength continuation: one point after the other, with steps that fit the curve."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.branches.interpolation import POINTS, arc_between, hermite, interpolate_monodromy
+from slipfold.branches.point import Point, make_point
+from slipfold.branches.settings import Settings
+from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.orbits.newton import Correction, correct
+
+__all__ = ["Failure", "walk"]
+
+Array = NDArray[np.float64]
+
+ERROR = 3e-3
+"""Distance between predicted and corrected orbit that the steps aim at, in scaled variables."""
+
+DRIFT = 0.1
+"""Error of the extrapolated monodromy matrix that the steps aim at, relative to 1 + its norm.
+
+Between points the matrix is then known ten times better still, and the search for bifurcations
+between points rests on it."""
+
+REJECT = 4.0
+"""A step whose measures exceed their aims by this factor is taken again, shorter."""
+
+
+@dataclass(frozen=True)
+class Failure:
+    """Why no further point was found.
+
+    Parameters
+    ----------
+    kind
+        ``"failed"`` or ``"points"``.
+    reason
+        A sentence.
+    """
+
+    kind: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class _Measures:
+    """How well a step fitted, each relative to its aim; one means as wanted."""
+
+    error: float
+    turn: float
+    drift: float
+
+    @property
+    def worst(self) -> float:
+        return max(self.error, self.turn, self.drift)
+
+    def factor(self) -> float:
+        """By how much the next step may be longer.
+
+        The prediction's error grows with the fifth power of the step or so, the turn with the
+        first, the drift of the matrix with the second to third.
+        """
+        wanted = min(self.error**-0.22, 1 / max(self.turn, 1e-3), max(self.drift, 1e-6) ** -0.4)
+        return float(np.clip(0.9 * wanted, 0.2, 2.5))
+
+
+def walk(
+    problem: PeriodicProblem,
+    start: Point,
+    first_step: float,
+    span: tuple[float, float],
+    settings: Settings,
+) -> Iterator[Point | Failure]:
+    """Follow a branch from a point until the parameter leaves an interval.
+
+    Parameters
+    ----------
+    problem
+        The boundary-value problem.
+    start
+        First point; its tangent gives the direction.
+    first_step
+        First step in arclength.
+    span
+        The branch ends where the parameter leaves this interval, on either side.
+    settings
+        Steps and Newton's method.
+
+    Yields
+    ------
+    Point
+        The next point; the last one lies exactly on the end of the interval.
+    Failure
+        In its place, once, if there is no next point.
+    """
+    recent = [start]
+    step = min(first_step, settings.steps.largest)
+    bounds = sorted(value / problem.width for value in span)
+    for _ in range(settings.steps.points):
+        point, step = _next_point(problem, recent, step, bounds, settings)
+        if isinstance(point, Failure):
+            yield point
+            return
+        yield point
+        if point.z[-1] in bounds:
+            return
+        recent = [*recent, point][-POINTS:]
+    yield Failure("points", f"{settings.steps.points} points were not enough; allow more points")
+
+
+def _next_point(
+    problem: PeriodicProblem,
+    recent: list[Point],
+    step: float,
+    bounds: list[float],
+    settings: Settings,
+) -> tuple[Point | Failure, float]:
+    """Take one step, shortening it until it fits; return the step to try next as well."""
+    smallest, largest = settings.steps.smallest, settings.steps.largest
+    reason = ""
+    while step >= smallest:
+        correction, point = _try(problem, recent, step, bounds, settings)
+        if point is not None:
+            measures = _measure(recent, point, correction, settings)
+            if measures.worst <= REJECT or step <= 4 * smallest:
+                return point, min(step * measures.factor(), largest)
+            step *= max(measures.factor(), 0.25)
+            reason = "the branch turns too sharply"
+        else:
+            reason = correction.failure
+            step *= 0.35
+    return Failure(
+        "failed",
+        f"the step fell below {smallest:g}: {reason}; look at the model's limits near this value",
+    ), step
+
+
+def _try(
+    problem: PeriodicProblem,
+    recent: list[Point],
+    step: float,
+    bounds: list[float],
+    settings: Settings,
+) -> tuple[Correction, Point | None]:
+    """Predict and correct; a prediction beyond the interval is corrected on its end."""
+    last = recent[-1]
+    target = last.arclength + step
+    guess, row = hermite(recent, target)
+    lower, upper = bounds
+    if not lower <= guess[-1] <= upper:
+        bound = lower if guess[-1] < lower else upper
+        target = _arclength_at(recent, bound, target)
+        guess, _ = hermite(recent, target)
+        guess[-1] = bound
+        row = np.zeros_like(row)
+        row[-1] = np.sign(bound - last.z[-1]) or 1.0
+    newton = settings.newton
+    correction = correct(problem, guess, row, newton.tolerance, newton.iterations)
+    if not correction.converged:
+        return correction, None
+    point = make_point(correction, target)
+    if abs(row[-1]) == 1.0 and not row[:-1].any():
+        point.z[-1] = bound  # exactly, whatever rounding did
+    length = arc_between(last.z, point.z, last.tangent, point.tangent)
+    return correction, replace(point, arclength=last.arclength + length)
+
+
+def _arclength_at(recent: list[Point], bound: float, beyond: float) -> float:
+    """Bisect for where the predicted parameter reaches a bound."""
+    near, far = recent[-1].arclength, beyond
+    rising = hermite(recent, far)[0][-1] > bound
+    for _ in range(40):
+        middle = 0.5 * (near + far)
+        if (hermite(recent, middle)[0][-1] > bound) == rising:
+            far = middle
+        else:
+            near = middle
+    return far
+
+
+def _measure(
+    recent: list[Point], point: Point, correction: Correction, settings: Settings
+) -> _Measures:
+    turn = float(np.arccos(np.clip(recent[-1].tangent @ point.tangent, -1.0, 1.0)))
+    expected = interpolate_monodromy(recent, np.array([point.arclength]))[0]
+    drift = np.linalg.norm(point.monodromy - expected) / (1 + np.linalg.norm(point.monodromy))
+    return _Measures(
+        max(correction.distance, 1e-12) / ERROR, turn / settings.steps.turn, float(drift) / DRIFT
+    )

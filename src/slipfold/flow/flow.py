@@ -1,0 +1,521 @@
+"""Compiled flows of a model: states, their derivatives and their Taylor jets, in SIMD batches."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any
+
+import heyoka as hy
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.errors import InputError
+from slipfold.flow.cache import cached
+from slipfold.flow.equations import Equations, build_equations
+from slipfold.models.model import Model
+
+__all__ = ["Flow", "flow_of"]
+
+Array = NDArray[np.float64]
+
+LANES = 8
+"""Trajectories integrated together: two registers of AVX2, one of AVX-512."""
+
+TOLERANCE = 1e-15
+"""Local error a step may make: at rounding level, because it costs 20 % more than 1e-12."""
+
+MAX_STEPS = 5000
+"""Steps a segment may take; a segment takes about 5 unless it meets a singularity."""
+
+JET_ORDER = 3
+
+
+@dataclass(frozen=True)
+class Constants:
+    """What a flow needs to know of the parameters.
+
+    Parameters
+    ----------
+    values
+        Coefficients, shape (n_c,).
+    rates
+        Derivative of the coefficients with respect to each parameter, shape (n_c, n_p).
+    """
+
+    values: Array
+    rates: Array
+
+    @property
+    def period(self) -> float:
+        """Forcing period in seconds."""
+        return float(self.values[-1])
+
+
+class Flow:
+    """The flow of a model over phase (time in forcing periods).
+
+    Not thread-safe: the compiled integrators hold work space. Trajectories that meet a singularity
+    come back as NaN.
+
+    Parameters
+    ----------
+    equations
+        The symbolic system.
+    tolerance
+        Local error a step may make.
+    """
+
+    def __init__(self, equations: Equations, tolerance: float = TOLERANCE) -> None:
+        self.equations = equations
+        self.tolerance = tolerance
+        self.dimension = equations.dimension
+        self.output_names = tuple(name for name, _ in equations.outputs)
+
+    def output_index(self, name: str) -> int:
+        """Return the column of an output.
+
+        Parameters
+        ----------
+        name
+            A state or output of the model.
+
+        Raises
+        ------
+        InputError
+            If there is none of that name.
+        """
+        if name not in self.output_names:
+            raise InputError(f"no output {name!r}; there are {', '.join(self.output_names)}")
+        return self.output_names.index(name)
+
+    # -- parameters ----------------------------------------------------------------------------
+
+    def constants(self, parameters: Array) -> Constants:
+        """Evaluate the coefficients and their derivatives.
+
+        Parameters
+        ----------
+        parameters
+            Parameter vector, shape (n_p,).
+        """
+        raw = self._coefficients(parameters)
+        count = len(self.equations.coefficients)
+        return Constants(raw[:count], raw[count:].reshape(count, len(parameters)))
+
+    # -- trajectories --------------------------------------------------------------------------
+
+    def advance(self, states: Array, start: Array, end: Array, constants: Constants) -> Array:
+        """Carry states from one phase to another.
+
+        Parameters
+        ----------
+        states
+            Shape (m, n).
+        start, end
+            Phases, shape (m,).
+        constants
+            Coefficients.
+
+        Returns
+        -------
+        ndarray, shape (m, n)
+            States at `end`.
+        """
+        result = np.empty_like(states)
+        for some in _chunks(len(states)):
+            batch = self._prepare(self._plain, states[some], start[some], constants.values)
+            batch.propagate_until(_pad(end[some]), max_steps=MAX_STEPS)
+            count = some.stop - some.start
+            result[some] = _finished(batch, batch.state[: self.dimension], count)
+        return result
+
+    def sample(
+        self, states: Array, start: Array, end: Array, count: int, constants: Constants
+    ) -> Array:
+        """Carry states from one phase to another and keep equidistant samples.
+
+        Parameters
+        ----------
+        states
+            Shape (m, n).
+        start, end
+            Phases, shape (m,).
+        count
+            Samples per trajectory; the first is the start, the end is left out.
+        constants
+            Coefficients.
+
+        Returns
+        -------
+        ndarray, shape (m, count, n)
+            Samples.
+        """
+        result = np.empty((len(states), count, self.dimension))
+        fractions = np.arange(count)[:, None] / count
+        for some in _chunks(len(states)):
+            batch = self._prepare(self._plain, states[some], start[some], constants.values)
+            first, last = _pad(start[some]), _pad(end[some])
+            grid = batch.propagate_grid(first + (last - first) * fractions, max_steps=MAX_STEPS)[1]
+            result[some] = np.moveaxis(grid, 2, 0)[: some.stop - some.start]
+        return result
+
+    def linearise(
+        self, states: Array, start: Array, end: Array, constants: Constants, direction: Array
+    ) -> tuple[Array, Array, Array]:
+        """Carry states and their derivatives from one phase to another.
+
+        Parameters
+        ----------
+        states
+            Shape (m, n).
+        start, end
+            Phases, shape (m,).
+        constants
+            Coefficients.
+        direction
+            Change of the coefficients the flow is differentiated along, shape (n_c,).
+
+        Returns
+        -------
+        ends : ndarray, shape (m, n)
+            States at `end`.
+        matrices : ndarray, shape (m, n, n)
+            Derivatives of the end states with respect to the start states.
+        vectors : ndarray, shape (m, n)
+            Derivatives of the end states along `direction`.
+        """
+        n = self.dimension
+        derivatives = np.empty((len(states), n, n + 1))
+        ends = np.empty_like(states)
+        values = np.concatenate([constants.values, direction, [0.0]])
+        for some in _chunks(len(states)):
+            batch = self._prepare(self._linear, states[some], start[some], values)
+            batch.state[n:] = self._identity
+            batch.propagate_until(_pad(end[some]), max_steps=MAX_STEPS)
+            result = _finished(batch, batch.state, some.stop - some.start)
+            ends[some] = result[:, :n]
+            derivatives[some] = result[:, n:].reshape(-1, n, n + 1)
+        return ends, derivatives[:, :, :n], derivatives[:, :, n]
+
+    def jet(
+        self, state: Array, start: float, end: float, constants: Constants, directions: Array
+    ) -> Array:
+        """Differentiate the flow three times along directions of the start state.
+
+        Parameters
+        ----------
+        state
+            Start, shape (n,).
+        start, end
+            Phases.
+        constants
+            Coefficients.
+        directions
+            Shape (m, n).
+
+        Returns
+        -------
+        ndarray, shape (m, 3, n)
+            ``D^k phi(state) [v, ..., v]`` for k = 1, 2, 3 and each direction v.
+        """
+        n = self.dimension
+        result = np.empty((len(directions), JET_ORDER, n))
+        for some in _chunks(len(directions)):
+            along = directions[some]
+            count = len(along)
+            values = np.concatenate([constants.values, np.zeros(n + 1)])
+            batch = self._prepare(
+                self._jet, np.tile(state, (count, 1)), np.full(count, start), values
+            )
+            first = len(constants.values)
+            batch.pars[first : first + n] = _pad(along).T
+            batch.state[n:] = 0.0
+            batch.propagate_until(np.full(LANES, end), max_steps=MAX_STEPS)
+            result[some] = _finished(batch, batch.state[n:], count).reshape(count, JET_ORDER, n)
+            result[some, 0] += along  # the jet is that of phi(x + s v) - s v
+        return result
+
+    def rates(self, states: Array, phases: Array, constants: Constants) -> Array:
+        """Evaluate dq/dphase.
+
+        Parameters
+        ----------
+        states
+            Shape (m, n).
+        phases
+            Shape (m,).
+        constants
+            Coefficients.
+
+        Returns
+        -------
+        ndarray, shape (m, n)
+            Rates.
+        """
+        return self._evaluate(self._rates, states, phases, constants)
+
+    def jacobians(self, states: Array, phases: Array, constants: Constants) -> Array:
+        """Evaluate the Jacobian of dq/dphase with respect to the states.
+
+        Parameters
+        ----------
+        states
+            Shape (m, n).
+        phases
+            Shape (m,).
+        constants
+            Coefficients.
+
+        Returns
+        -------
+        ndarray, shape (m, n, n)
+            Jacobians.
+        """
+        n = self.dimension
+        return self._evaluate(self._jacobian, states, phases, constants).reshape(-1, n, n)
+
+    def outputs(self, states: Array, phases: Array, constants: Constants) -> Array:
+        """Evaluate all outputs, the states first.
+
+        Parameters
+        ----------
+        states
+            Shape (m, n).
+        phases
+            Shape (m,).
+        constants
+            Coefficients.
+
+        Returns
+        -------
+        ndarray, shape (m, n_outputs)
+            In the order of `output_names`.
+        """
+        return self._evaluate(self._outputs, states, phases, constants)
+
+    def output_rates(self, states: Array, phases: Array, constants: Constants) -> Array:
+        """Evaluate the first and second phase derivative of all outputs along the flow.
+
+        Parameters
+        ----------
+        states
+            Shape (m, n).
+        phases
+            Shape (m,).
+        constants
+            Coefficients.
+
+        Returns
+        -------
+        ndarray, shape (m, 2, n_outputs)
+            In the order of `output_names`.
+        """
+        raw = self._evaluate(self._output_rates, states, phases, constants)
+        return raw.reshape(len(states), 2, len(self.output_names))
+
+    def trajectory(self, state: Array, constants: Constants, grid: Array) -> Array:
+        """Carry one state along a grid of phases, one step after the other.
+
+        Parameters
+        ----------
+        state
+            State at the first phase of `grid`, shape (n,).
+        constants
+            Coefficients.
+        grid
+            Increasing phases, shape (m,).
+
+        Returns
+        -------
+        ndarray, shape (m, n)
+            States on the grid, NaN from where the flow meets a singularity.
+        """
+        single = self._single
+        single.time = grid[0]
+        single.state[:] = state
+        single.pars[:] = constants.values
+        reached = single.propagate_grid(grid, max_steps=MAX_STEPS * len(grid))[-1]
+        result = np.full((len(grid), self.dimension), np.nan)
+        result[: len(reached)] = reached
+        return result
+
+    # -- compiled artefacts, made when first needed --------------------------------------------
+
+    @cached_property
+    def _plain(self) -> Any:
+        return self._compile("plain", lambda: self._batch(self._plain_system(), len(self._c)))
+
+    @cached_property
+    def _single(self) -> Any:
+        def build() -> Any:
+            return hy.taylor_adaptive(
+                self._plain_system(), state=[0.0] * self.dimension, tol=self.tolerance
+            )
+
+        return self._compile("single", build)
+
+    @cached_property
+    def _linear(self) -> Any:
+        def build() -> Any:
+            count = len(self._c)
+            along = hy.par[2 * count]
+            moved = {
+                str(symbol): hy.par[i] + along * hy.par[count + i]
+                for i, symbol in enumerate(self._c)
+            }
+            system = list(zip(self.equations.states, self._substitute(moved), strict=True))
+            arguments = [*self.equations.states, along]
+            return self._batch(hy.var_ode_sys(system, arguments, order=1), 2 * count + 1)
+
+        return self._compile("linear", build)
+
+    @cached_property
+    def _jet(self) -> Any:
+        def build() -> Any:
+            count, n = len(self._c), self.dimension
+            along = hy.par[count + n]
+            moved = {str(symbol): hy.par[i] for i, symbol in enumerate(self._c)}
+            for i, symbol in enumerate(self.equations.states):
+                moved[str(symbol)] = symbol + along * hy.par[count + i]
+            system = list(zip(self.equations.states, self._substitute(moved), strict=True))
+            return self._batch(hy.var_ode_sys(system, [along], order=JET_ORDER), count + n + 1)
+
+        return self._compile("jet", build)
+
+    @cached_property
+    def _coefficients(self) -> Any:
+        def build() -> Any:
+            values = list(self.equations.coefficient_values)
+            parameters = list(self.equations.parameters)
+            slopes = [hy.diff(value, parameter) for value in values for parameter in parameters]
+            return hy.cfunc(values + slopes, vars=parameters, compact_mode=True)
+
+        return self._compile("coefficients", build)
+
+    @cached_property
+    def _rates(self) -> Any:
+        return self._compile("rates", lambda: self._function(self.equations.rates))
+
+    @cached_property
+    def _jacobian(self) -> Any:
+        def build() -> Any:
+            states = self.equations.states
+            return self._function(
+                [hy.diff(rate, state) for rate in self.equations.rates for state in states]
+            )
+
+        return self._compile("jacobian", build)
+
+    @cached_property
+    def _outputs(self) -> Any:
+        return self._compile(
+            "outputs", lambda: self._function([item for _, item in self.equations.outputs])
+        )
+
+    @cached_property
+    def _output_rates(self) -> Any:
+        def build() -> Any:
+            first = [self._along_flow(item) for _, item in self.equations.outputs]
+            return self._function(first + [self._along_flow(item) for item in first])
+
+        return self._compile("output_rates", build)
+
+    def _along_flow(self, expression: Any) -> Any:
+        """Lie derivative: d/dphase along a trajectory."""
+        terms = [
+            hy.diff(expression, state) * rate
+            for state, rate in zip(self.equations.states, self.equations.rates, strict=True)
+        ]
+        return hy.sum([hy.diff(expression, self.equations.phase), *terms])
+
+    @property
+    def _c(self) -> tuple[Any, ...]:
+        return self.equations.coefficients
+
+    @cached_property
+    def _identity(self) -> Array:
+        n = self.dimension
+        return np.repeat(np.eye(n, n + 1).reshape(-1, 1), LANES, axis=1)
+
+    def _substitute(self, moved: dict[str, Any]) -> list[Any]:
+        return hy.subs(list(self.equations.rates), {**moved, "phase": hy.time})
+
+    def _plain_system(self) -> list[tuple[Any, Any]]:
+        rates = self._substitute({str(c): hy.par[i] for i, c in enumerate(self._c)})
+        return list(zip(self.equations.states, rates, strict=True))
+
+    def _batch(self, system: Any, parameters: int) -> Any:
+        # Compact mode: compiled in a fifth of the time, and eight lanes hide most of its cost.
+        return hy.taylor_adaptive_batch(
+            system,
+            state=np.zeros((self.dimension, LANES)),
+            pars=np.zeros((parameters, LANES)),
+            tol=self.tolerance,
+            compact_mode=True,
+        )
+
+    def _function(self, expressions: Any) -> Any:
+        arguments = [*self.equations.states, self.equations.phase, *self._c]
+        return hy.cfunc(list(expressions), vars=arguments, compact_mode=True)
+
+    def _evaluate(self, function: Any, states: Array, phases: Array, c: Constants) -> Array:
+        values = np.repeat(c.values[:, None], len(states), axis=1)
+        return function(np.concatenate([states.T, phases[None], values])).T
+
+    def _compile(self, kind: str, build: Callable[[], Any]) -> Any:
+        key = f"{kind} lanes={LANES} tol={self.tolerance!r}\n{self.equations.fingerprint()}"
+        # heyoka's own disk cache is one for all programs and unchecked: ours takes its place.
+        hy.llvm_state.set_diskcache_enabled(False)
+        return cached(key, build)
+
+    def _prepare(self, batch: Any, states: Array, start: Array, values: Array) -> Any:
+        batch.set_time(_pad(start))
+        batch.state[: self.dimension] = _pad(states).T
+        batch.pars[: len(values)] = values[:, None]
+        return batch
+
+
+def flow_of(model: Model, tolerance: float = TOLERANCE) -> Flow:
+    """Return the flow of a model; models with the same equations share one.
+
+    Parameters
+    ----------
+    model
+        Its parameter values play no part.
+    tolerance
+        Local error a step may make.
+
+    Examples
+    --------
+    >>> from slipfold.models import SlidingOscillator
+    >>> flow_of(SlidingOscillator()).dimension
+    4
+    """
+    return _shared_flow(type(model), tolerance)
+
+
+@lru_cache(maxsize=64)
+def _shared_flow(kind: type[Model], tolerance: float) -> Flow:
+    return Flow(build_equations(kind()), tolerance)
+
+
+def _chunks(count: int) -> list[slice]:
+    return [slice(first, min(first + LANES, count)) for first in range(0, count, LANES)]
+
+
+def _pad(items: Array) -> Array:
+    """Fill the lanes that are left over with copies of the last item."""
+    if len(items) == LANES:
+        return items
+    return np.concatenate([items, np.repeat(items[-1:], LANES - len(items), axis=0)])
+
+
+def _finished(batch: Any, state: Array, count: int) -> Array:
+    """Return one row per lane; NaN where the integrator did not arrive."""
+    result = state.T[:count].copy()
+    for lane, outcome in enumerate(batch.propagate_res[:count]):
+        if outcome[0] != hy.taylor_outcome.time_limit:
+            result[lane] = np.nan
+    return result

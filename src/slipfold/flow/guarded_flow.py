@@ -1,0 +1,187 @@
+"""A flow that watches the model's limits and stops where one is met."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any
+
+import heyoka as hy
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.flow.cache import cached
+from slipfold.flow.equations import build_equations
+from slipfold.flow.flow import MAX_STEPS, TOLERANCE, Constants, Flow, flow_of
+from slipfold.models.model import Model
+
+__all__ = ["GuardedFlow", "Stop", "guarded_flow_of"]
+
+Array = NDArray[np.float64]
+
+CHUNK = 16
+"""Forcing periods per call: enough to hide its cost, and phases stay small, hence exact."""
+
+
+@dataclass(frozen=True)
+class Stop:
+    """Why and when a trajectory ended early.
+
+    Parameters
+    ----------
+    kind
+        Name of the limit met, e.g. ``"stick"``, or ``"singular"``.
+    reason
+        A sentence that says what happened and what can be done.
+    time
+        Seconds from the start.
+    """
+
+    kind: str
+    reason: str
+    time: float
+
+
+class GuardedFlow:
+    """The flow of a model from one forcing period to the next, ended where a limit is met.
+
+    Not thread-safe: the compiled integrator holds work space.
+
+    Parameters
+    ----------
+    model
+        Its parameter values play no part.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self.limits = model.limits
+        self._equations = build_equations(model)
+        self._flow: Flow = flow_of(model)
+        self._watched = [self._flow.output_index(limit.output) for limit in model.limits]
+
+    def strobe(self, state: Array, periods: int, constants: Constants) -> tuple[Array, Stop | None]:
+        """Carry a state over forcing periods; the phase restarts every few of them.
+
+        Parameters
+        ----------
+        state
+            State at phase zero, shape (n,).
+        periods
+            Forcing periods to integrate.
+        constants
+            Coefficients.
+
+        Returns
+        -------
+        states : ndarray, shape (periods + 1, n)
+            The state at the start of every period; fewer rows if it stopped.
+        stop : Stop or None
+            What stopped it.
+        """
+        result = np.empty((periods + 1, len(state)))
+        result[0] = state
+        stop = self._stop_at_start(state, constants)
+        done = 0
+        while done < periods and stop is None:
+            count = min(CHUNK, periods - done)
+            states, stop = self._run(result[done], count, constants, done)
+            result[done + 1 : done + 1 + len(states)] = states
+            done += len(states)
+        return result[: done + 1], stop
+
+    def _run(
+        self, state: Array, count: int, constants: Constants, done: int
+    ) -> tuple[Array, Stop | None]:
+        """Integrate a chunk; return the states after each whole period."""
+        integrator = self._integrator
+        integrator.time = 0.0
+        integrator.state[:] = state
+        integrator.pars[:] = constants.values
+        integrator.reset_cooldowns()
+        grid = np.arange(count + 1.0)
+        # A stop cuts the grid short, a singularity fills it with what is no number.
+        result = integrator.propagate_grid(grid, max_steps=MAX_STEPS * count)
+        outcome, states = int(result[0]), result[-1][1:]
+        finite = np.isfinite(states).all(axis=1)
+        states = states if finite.all() else states[: int(finite.argmin())]
+        if len(states) == count:
+            return states, None
+        time = (done + float(integrator.time)) * constants.period
+        if -len(self.limits) <= outcome < 0:
+            return states, self._stop(
+                -1 - outcome, integrator.state, integrator.time, constants, time
+            )
+        return states, Stop(
+            "singular",
+            f"the motion became singular {time:.6g} s after the start, in forcing period "
+            f"{done + len(states) + 1}; start nearer to rest or lower the forcing",
+            time,
+        )
+
+    def _stop(
+        self, which: int, state: Array, phase: float, constants: Constants, time: float
+    ) -> Stop:
+        limit = self.limits[which]
+        values = self._flow.outputs(np.array([state]), np.array([phase]), constants)
+        value = float(values[0, self._watched[which]])
+        return Stop(limit.name, limit.reason.format(value=value), time)
+
+    def _stop_at_start(self, state: Array, constants: Constants) -> Stop | None:
+        values = self._flow.outputs(state[None], np.zeros(1), constants)[0]
+        for which, limit in enumerate(self.limits):
+            # An event fires where the output crosses its bound, so not if it begins below.
+            if not values[self._watched[which]] > limit.bound:
+                return self._stop(which, state, 0.0, constants, 0.0)
+        return None
+
+    @cached_property
+    def _integrator(self) -> Any:
+        bounds = [(limit.output, limit.bound) for limit in self.limits]
+        key = f"guarded tol={TOLERANCE!r} limits={bounds!r}\n{self._equations.fingerprint()}"
+        hy.llvm_state.set_diskcache_enabled(False)
+        return cached(key, self._build)
+
+    def _build(self) -> Any:
+        equations = self._equations
+        known: dict[str, Any] = {
+            str(symbol): hy.par[i] for i, symbol in enumerate(equations.coefficients)
+        }
+        known[str(equations.phase)] = hy.time
+        rates = hy.subs(list(equations.rates), known)
+        outputs = dict(equations.outputs)
+        events = [
+            hy.t_event(
+                hy.subs(outputs[limit.output] - limit.bound, known),
+                direction=hy.event_direction.negative,
+            )
+            for limit in self.limits
+        ]
+        return hy.taylor_adaptive(
+            list(zip(equations.states, rates, strict=True)),
+            state=[0.0] * equations.dimension,
+            pars=[0.0] * len(equations.coefficients),
+            tol=TOLERANCE,
+            t_events=events,
+        )
+
+
+def guarded_flow_of(model: Model) -> GuardedFlow:
+    """Return the guarded flow of a model; models with the same equations share one.
+
+    Parameters
+    ----------
+    model
+        Its parameter values play no part.
+
+    Examples
+    --------
+    >>> from slipfold.models import SlidingOscillator
+    >>> [limit.name for limit in guarded_flow_of(SlidingOscillator()).limits]
+    ['stick', 'lost contact', 'spring collapse']
+    """
+    return _shared_guarded_flow(type(model))
+
+
+@lru_cache(maxsize=64)
+def _shared_guarded_flow(kind: type[Model]) -> GuardedFlow:
+    return GuardedFlow(kind())

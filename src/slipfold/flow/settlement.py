@@ -1,0 +1,201 @@
+"""Whether a trajectory has settled on a periodic response, judged from its strobe states."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Settlement", "judge_settlement"]
+
+Array = NDArray[np.float64]
+
+LARGEST_PERIOD = 8
+SHORTEST = 16
+"""Forcing periods below which nothing can be said."""
+
+ROUNDING = 1e-12
+"""Change from one response to the next that rounding alone can cause, in scaled states."""
+
+TREND = 0.9
+"""Ratio of the changes in successive windows that counts as shrinking (growing: its inverse)."""
+
+
+@dataclass(frozen=True)
+class Settlement:
+    """Whether a trajectory has settled, and how that was judged.
+
+    Parameters
+    ----------
+    settled
+        Whether it is within the tolerance of a periodic response.
+    period
+        Period of that response in forcing periods, 1 to 8; None if not settled.
+    drift
+        Largest change of a strobe state from one response period to the next at the end, in scaled
+        states; with respect to one forcing period if not settled and not approaching anything.
+    rate
+        Factor by which the drift changes in one forcing period; None where it is too small or the
+        run too short to measure it.
+    message
+        A sentence for the user.
+    """
+
+    settled: bool
+    period: int | None
+    drift: float
+    rate: float | None
+    message: str
+
+    def __str__(self) -> str:
+        """Return the sentence."""
+        return self.message
+
+
+@dataclass(frozen=True)
+class _Trend:
+    """Change over k forcing periods: at the end, and in three successive windows."""
+
+    period: int
+    drift: float
+    windows: tuple[float, float, float]
+    width: int
+
+    @property
+    def rate(self) -> float | None:
+        first, _, last = self.windows
+        if min(first, last) <= ROUNDING:
+            return None
+        return float((last / first) ** (1 / (2 * self.width)))
+
+    @property
+    def growing(self) -> bool:
+        """Whether it grows out of the rounding errors or beyond: an unstable orbit is left."""
+        first, middle, last = self.windows
+        return last > 1e-2 * ROUNDING and last * TREND > middle and last > 10 * first
+
+    @property
+    def shrinking(self) -> bool:
+        first, middle, last = self.windows
+        return last < TREND * middle < TREND**2 * first
+
+    @property
+    def distance(self) -> float:
+        """Distance left to the periodic response: the sum of the changes still to come."""
+        if self.drift <= ROUNDING and not self.growing:
+            return self.drift
+        rate = self.rate
+        if rate is None or rate >= 1 or self.growing:
+            return math.inf
+        factor = rate**self.period
+        return self.drift * factor / (1 - factor)
+
+
+def judge_settlement(strobe: Array, scales: Array, tolerance: float) -> Settlement:
+    """Judge from the states at phase zero whether a trajectory has settled.
+
+    Parameters
+    ----------
+    strobe
+        States at the start of successive forcing periods, shape (m, n).
+    scales
+        Typical sizes of the states, shape (n,).
+    tolerance
+        Distance from the periodic response that is near enough, in scaled states.
+
+    Returns
+    -------
+    Settlement
+        The smallest period k such that the states repeat after k periods, if there is one.
+
+    Notes
+    -----
+    The drift ``d_k`` is the largest change over k periods near the end. It shrinks by a factor
+    ``r`` a period, measured over the last three eighths of the run, so the response is still
+    ``d_k r^k / (1 - r^k)`` away. A small drift that hardly shrinks is thus not taken for a settled
+    response.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> decay = 0.5 ** np.arange(101.0)[:, None]
+    >>> judge_settlement(decay, np.ones(1), 1e-9).period
+    1
+    """
+    if len(strobe) <= SHORTEST:
+        count = len(strobe) - 1
+        return Settlement(
+            False,
+            None,
+            math.nan,
+            None,
+            f"not settled: {count} forcing periods are too few to tell; simulate at least "
+            f"{10 * SHORTEST}",
+        )
+    scaled = strobe / scales
+    trends = [_measure(scaled, period) for period in range(1, LARGEST_PERIOD + 1)]
+    for trend in trends:
+        if trend.distance <= tolerance:
+            return _settled(trend)
+    return _unsettled(trends, len(strobe) - 1, tolerance)
+
+
+def _measure(scaled: Array, period: int) -> _Trend:
+    change = np.abs(scaled[period:] - scaled[:-period]).max(axis=1)
+    width = max(min(len(scaled) // 8, len(change) // 3), 1)
+    windows = tuple(
+        float(change[len(change) - (i + 1) * width : len(change) - i * width].max())
+        for i in (2, 1, 0)
+    )
+    drift = float(change[-min(width, LARGEST_PERIOD) :].max())
+    return _Trend(period, drift, (windows[0], windows[1], windows[2]), width)
+
+
+def _settled(trend: _Trend) -> Settlement:
+    plural = "" if trend.period == 1 else "s"
+    return Settlement(
+        True,
+        trend.period,
+        trend.drift,
+        trend.rate,
+        f"settled on a response of {trend.period} forcing period{plural}; "
+        f"it repeats within {max(trend.drift, 1e-16):.1e}",
+    )
+
+
+def _unsettled(trends: list[_Trend], periods: int, tolerance: float) -> Settlement:
+    start = f"not settled after {periods} forcing periods: "
+    for trend in trends:
+        rate = trend.rate
+        if trend.shrinking and rate is not None and trend.distance < math.inf:
+            more = math.ceil(math.log(tolerance / trend.distance) / math.log(rate))
+            over = "a period" if trend.period == 1 else f"{trend.period} periods"
+            return Settlement(
+                False,
+                None,
+                trend.drift,
+                rate,
+                f"{start}the state still changes by {trend.drift:.1e} over {over}, shrinking by "
+                f"the factor {rate:.6g} a period; about {more} more periods are needed",
+            )
+    first = trends[0]
+    if first.growing:
+        return Settlement(
+            False,
+            None,
+            first.drift,
+            first.rate,
+            f"{start}it is leaving an unstable response, the change from period to period "
+            f"({first.drift:.1e}) grows; simulate longer",
+        )
+    return Settlement(
+        False,
+        None,
+        first.drift,
+        first.rate,
+        f"{start}the state changes by {first.drift:.1e} from period to period and this does not "
+        "shrink; a torus, chaos, a period above 8 or a very slow transient: look at the strobe "
+        "states, or simulate ten times as long",
+    )

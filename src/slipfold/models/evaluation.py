@@ -1,0 +1,167 @@
+"""Rates, Jacobian and outputs of a model at given states, compiled from its symbols."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, Any
+
+import heyoka as hy
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.models.output import Expression
+
+if TYPE_CHECKING:
+    from slipfold.models.model import Model
+
+__all__ = ["Evaluation", "evaluation_of"]
+
+Array = NDArray[np.float64]
+
+
+class Evaluation:
+    """Compiled functions of states, parameters and phase; one for all models of a kind.
+
+    Parameters
+    ----------
+    model
+        Its parameter values play no part.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self._q = {state.name: hy.expression(state.name) for state in model.states}
+        self._p = {item.name: hy.expression(f"p_{item.name}") for item in model.parameters}
+        self._phase = hy.expression("phase")
+        coefficients = model.coefficients(self._p)
+        rates = model.rates(self._q, coefficients, self._phase)
+        self._rate_expressions = [rates[name] for name in self._q]
+        self._period_expression = model.period(self._p)
+        self._output_expressions = {
+            **self._q,
+            **{
+                item.name: item.expression(self._q, coefficients, self._phase)
+                for item in model.outputs()
+            },
+        }
+        self.names = tuple(self._output_expressions)
+
+    def period(self, model: Model) -> float:
+        """Return the forcing period in seconds.
+
+        Parameters
+        ----------
+        model
+            Gives the parameter values.
+        """
+        state = np.zeros(len(self._q))
+        return float(self._call(self._period, model, state, np.zeros(()))[0])
+
+    def outputs(self, model: Model, states: Array, phases: Array) -> Array:
+        """Evaluate all outputs, the states first.
+
+        Parameters
+        ----------
+        model
+            Gives the parameter values.
+        states
+            Shape (..., n).
+        phases
+            Shape (...): time over the forcing period.
+
+        Returns
+        -------
+        ndarray, shape (n_outputs, ...)
+            In the order of `names`, in the units of the outputs.
+        """
+        return self._call(self._outputs, model, states, phases)
+
+    def rates(self, model: Model, state: Array, phase: float = 0.0) -> Array:
+        """Evaluate the time derivatives of the states, per second, shape (n,).
+
+        Parameters
+        ----------
+        model
+            Gives the parameter values.
+        state
+            Shape (n,).
+        phase
+            Time over the forcing period.
+        """
+        return self._call(self._rates, model, state, np.asarray(phase))
+
+    def jacobian(self, model: Model, state: Array, phase: float = 0.0) -> Array:
+        """Evaluate the derivative of `rates` with respect to the states, shape (n, n).
+
+        Parameters
+        ----------
+        model
+            Gives the parameter values.
+        state
+            Shape (n,).
+        phase
+            Time over the forcing period.
+        """
+        n = len(self._q)
+        return self._call(self._jacobian, model, state, np.asarray(phase)).reshape(n, n)
+
+    # -- compiled functions, made when first needed ---------------------------------------------
+
+    @cached_property
+    def _period(self) -> Any:
+        return self._compile([self._period_expression])
+
+    @cached_property
+    def _outputs(self) -> Any:
+        return self._compile(list(self._output_expressions.values()))
+
+    @cached_property
+    def _rates(self) -> Any:
+        return self._compile(self._rate_expressions)
+
+    @cached_property
+    def _jacobian(self) -> Any:
+        return self._compile(
+            [hy.diff(rate, state) for rate in self._rate_expressions for state in self._q.values()]
+        )
+
+    def _compile(self, expressions: Sequence[Expression]) -> Any:
+        # heyoka's own disk cache is unchecked and shared by all programs: keep out of it.
+        hy.llvm_state.set_diskcache_enabled(False)
+        arguments = [*self._q.values(), self._phase, *self._p.values()]
+        symbols = [
+            item if isinstance(item, hy.expression) else hy.expression(float(item))
+            for item in expressions
+        ]
+        return hy.cfunc(symbols, vars=arguments, compact_mode=True)
+
+    def _call(self, function: Any, model: Model, states: Array, phases: Array) -> Array:
+        shape = np.broadcast_shapes(states.shape[:-1], phases.shape)
+        n = states.shape[-1]
+        rows = np.broadcast_to(states, (*shape, n)).reshape(-1, n)
+        at = np.broadcast_to(phases, shape).reshape(-1)
+        values = np.repeat(model.vector[:, None], len(rows), axis=1)
+        result = function(np.concatenate([rows.T, at[None], values]))
+        return result.reshape(len(result), *shape)
+
+
+def evaluation_of(model: Model) -> Evaluation:
+    """Return the compiled functions of a model; models of one kind share them.
+
+    Parameters
+    ----------
+    model
+        Its parameter values play no part.
+
+    Examples
+    --------
+    >>> from slipfold.models import SlidingOscillator
+    >>> evaluation_of(SlidingOscillator()).period(SlidingOscillator(f=10))
+    0.1
+    """
+    return _shared_evaluation(type(model))
+
+
+@lru_cache(maxsize=64)
+def _shared_evaluation(kind: type[Model]) -> Evaluation:
+    return Evaluation(kind())

@@ -1,0 +1,102 @@
+"""Linear modes about a point: natural frequencies, damping ratios, shapes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Modes", "find_modes"]
+
+
+@dataclass(frozen=True, eq=False)
+class Modes:
+    """Modes of a linear system; one row a mode, the lowest natural frequency first.
+
+    A pair of complex eigenvalues is one mode; a real eigenvalue (an overdamped or divergent motion)
+    is a mode of its own with damping ratio 1 or -1.
+
+    Parameters
+    ----------
+    eigenvalues
+        In 1/s, the one of a pair with positive imaginary part, shape (n_modes,).
+    shapes
+        Complex displacements, the largest being 1, shape (n_modes, n_displacements).
+    names
+        Names of the displacements.
+
+    Examples
+    --------
+    >>> from slipfold.models import SlidingOscillator
+    >>> modes = SlidingOscillator(mu=0).modes()
+    >>> [round(float(value), 6) for value in modes.frequency]
+    [6.59, 12.459652]
+    """
+
+    eigenvalues: NDArray[np.complex128]
+    shapes: NDArray[np.complex128]
+    names: tuple[str, ...]
+
+    @property
+    def frequency(self) -> NDArray[np.float64]:
+        """Undamped natural frequencies |lambda|/(2 pi), Hz."""
+        return np.abs(self.eigenvalues) / (2 * math.pi)
+
+    @property
+    def damped_frequency(self) -> NDArray[np.float64]:
+        """Frequencies of the free decay, Im lambda/(2 pi), Hz."""
+        return self.eigenvalues.imag / (2 * math.pi)
+
+    @property
+    def damping_ratio(self) -> NDArray[np.float64]:
+        """Ratios of damping to critical damping, -Re lambda/|lambda|; negative if unstable."""
+        size = np.abs(self.eigenvalues)
+        return np.divide(-self.eigenvalues.real, size, out=np.zeros_like(size), where=size > 0)
+
+    @property
+    def stable(self) -> bool:
+        """Whether every mode decays."""
+        return bool(np.all(self.eigenvalues.real < 0))
+
+    def __str__(self) -> str:
+        """Table of the modes."""
+        lines = [f"{'f (Hz)':>10} {'damping':>10}   shape ({', '.join(self.names)})"]
+        for frequency, ratio, shape in zip(
+            self.frequency, self.damping_ratio, self.shapes, strict=True
+        ):
+            parts = ", ".join(f"{value:.3f}" for value in shape)
+            lines.append(f"{frequency:10.5f} {ratio:10.5f}   {parts}")
+        return "\n".join(lines)
+
+
+def find_modes(jacobian: NDArray[np.float64], names: tuple[str, ...]) -> Modes:
+    """Find the modes of a first-order system of displacements and their rates.
+
+    Parameters
+    ----------
+    jacobian
+        Derivative of the rates, 1/s, shape (2 n, 2 n): displacements first, then velocities.
+    names
+        Names of the n displacements.
+
+    Returns
+    -------
+    Modes
+        In the order of their natural frequencies.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> modes = find_modes(np.array([[0.0, 1.0], [-1.0, -0.02]]), ("x",))
+    >>> [round(float(value), 12) for value in modes.damping_ratio]
+    [0.01]
+    """
+    values, vectors = np.linalg.eig(jacobian)
+    kept = np.flatnonzero(values.imag >= 0)
+    kept = kept[np.argsort(np.abs(values[kept]), kind="stable")]
+    shapes = vectors[: len(names), kept].T.astype(complex)
+    for shape in shapes:
+        shape /= shape[np.abs(shape).argmax()]
+    return Modes(values[kept].astype(complex), shapes, names)

@@ -1,0 +1,247 @@
+"""What a model is: named states and parameters, symbolic equations, outputs and limits."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from functools import cached_property
+from types import MappingProxyType
+from typing import ClassVar, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from slipfold.errors import InputError
+from slipfold.models.evaluation import evaluation_of
+from slipfold.models.output import Expression, Limit, Output, Symbols
+from slipfold.models.parameter import Parameter, State
+from slipfold.models.quantity import parse_quantity
+from slipfold.models.suggestion import suggest
+
+__all__ = ["Model"]
+
+
+class Model(ABC):
+    """A periodically forced mechanical system, written in symbols; immutable.
+
+    A subclass states `name`, `states`, `parameters` and implements `coefficients`, `rates` and
+    `period`; `outputs`, `limits`, `quiet` and `state_scales` have defaults. Derivatives, flows,
+    orbits and branches follow from that alone.
+
+    Parameters
+    ----------
+    **values
+        Parameter values that differ from the defaults: numbers in SI units, or text with a unit
+        such as ``alpha="60deg"``.
+
+    Raises
+    ------
+    InputError
+        For an unknown parameter, a wrong unit or a value outside its bounds.
+    """
+
+    name: ClassVar[str]
+    title: ClassVar[str] = ""
+    states: ClassVar[tuple[State, ...]]
+    parameters: ClassVar[tuple[Parameter, ...]]
+    limits: ClassVar[tuple[Limit, ...]] = ()
+    quiet: ClassVar[str | None] = None
+    """Name of the parameter that switches the forcing off when it is zero."""
+    _values: Mapping[str, float]
+
+    def __init__(self, **values: float | str) -> None:
+        checked = {parameter.name: parameter.default for parameter in self.parameters}
+        for key, value in values.items():
+            parameter = self.parameter(key)
+            checked[key] = parameter.check(parse_quantity(value, parameter.unit, key))
+        object.__setattr__(self, "_values", MappingProxyType(checked))
+        self.check(checked)
+
+    # -- what a subclass gives -----------------------------------------------------------------
+
+    @abstractmethod
+    def coefficients(self, p: Symbols) -> dict[str, Expression]:
+        """Combinations of parameters that the equations use.
+
+        They are evaluated once an orbit instead of once a time step. Must work for symbols and
+        for floats alike.
+
+        Parameters
+        ----------
+        p
+            The parameters by name.
+        """
+
+    @abstractmethod
+    def rates(self, q: Symbols, c: Symbols, phase: Expression) -> dict[str, Expression]:
+        """Time derivatives of the states, per second.
+
+        Parameters
+        ----------
+        q
+            The states by name.
+        c
+            The coefficients by name.
+        phase
+            Time divided by the forcing period.
+        """
+
+    @abstractmethod
+    def period(self, p: Symbols) -> Expression:
+        """Return the forcing period in seconds.
+
+        Parameters
+        ----------
+        p
+            The parameters by name.
+        """
+
+    def outputs(self) -> tuple[Output, ...]:
+        """Quantities of interest besides the states."""
+        return ()
+
+    def state_scales(self) -> NDArray[np.float64]:
+        """Typical sizes of the states, shape (n_states,); residuals are measured in them."""
+        return np.ones(len(self.states))
+
+    def check(self, values: Mapping[str, float]) -> None:  # noqa: B027 (optional hook)
+        """Raise `InputError` if the parameter values contradict each other.
+
+        Parameters
+        ----------
+        values
+            All parameter values by name.
+        """
+
+    # -- what follows --------------------------------------------------------------------------
+
+    @property
+    def values(self) -> Mapping[str, float]:
+        """All parameter values by name, in SI units; read-only."""
+        return self._values
+
+    @cached_property
+    def vector(self) -> NDArray[np.float64]:
+        """Parameter values in the order of `parameters`, shape (n_parameters,)."""
+        vector = np.array([self._values[parameter.name] for parameter in self.parameters])
+        vector.setflags(write=False)
+        return vector
+
+    def parameter(self, name: str) -> Parameter:
+        """Return the description of one parameter.
+
+        Parameters
+        ----------
+        name
+            Name of the parameter.
+
+        Raises
+        ------
+        InputError
+            If the model has no such parameter; the nearest name is suggested.
+        """
+        names = [parameter.name for parameter in self.parameters]
+        if name in names:
+            return self.parameters[names.index(name)]
+        raise InputError(
+            f"{self.name} has no parameter {name!r}; {suggest(name, names)}"
+            f"it has {', '.join(names)}"
+        )
+
+    def parameter_index(self, name: str) -> int:
+        """Return the position of a parameter in `vector`.
+
+        Parameters
+        ----------
+        name
+            Name of the parameter.
+        """
+        return self.parameters.index(self.parameter(name))
+
+    def replace(self, **changes: float | str) -> Self:
+        """Return a new model with some parameters changed.
+
+        Parameters
+        ----------
+        **changes
+            New values by name, numbers in SI units or text with a unit.
+        """
+        return type(self)(**{**self._values, **changes})
+
+    def evaluate(
+        self, name: str, state: ArrayLike, time: ArrayLike = 0.0
+    ) -> NDArray[np.float64] | float:
+        """Evaluate a state or output at given states and times.
+
+        Parameters
+        ----------
+        name
+            A state or output of the model.
+        state
+            States, shape (n_states,) or (..., n_states).
+        time
+            Seconds since an instant of phase zero, a number or shape (...).
+
+        Returns
+        -------
+        float or ndarray, shape (...)
+            In the unit of the output.
+
+        Raises
+        ------
+        InputError
+            If there is no output of that name, or the states have the wrong shape.
+        """
+        functions = evaluation_of(self)
+        if name not in functions.names:
+            raise InputError(
+                f"{self.name} has no output {name!r}; {suggest(name, functions.names)}"
+                f"it has {', '.join(functions.names)}"
+            )
+        states = np.asarray(state, dtype=float)
+        if not states.ndim or states.shape[-1] != len(self.states):
+            raise InputError(
+                f"the state has the shape {states.shape}; its last axis must hold the "
+                f"{len(self.states)} states {', '.join(item.name for item in self.states)}"
+            )
+        cycles = np.asarray(time, dtype=float) / functions.period(self)
+        values = functions.outputs(self, states, cycles - np.floor(cycles))
+        result = values[functions.names.index(name)]
+        return result if result.ndim else float(result)
+
+    def __setattr__(self, name: str, value: object) -> None:
+        """Refuse: a model is immutable."""
+        raise AttributeError(
+            f"{type(self).__name__} is immutable; model.replace({name}=...) makes a changed one"
+        )
+
+    def __getattr__(self, name: str) -> float:
+        """Give parameter values as attributes, e.g. ``model.Nd``."""
+        if not name.startswith("_") and name in self._values:
+            return self._values[name]
+        raise AttributeError(f"{type(self).__name__} has no attribute {name!r}")
+
+    def __eq__(self, other: object) -> bool:
+        """Two models are equal if they are of one kind and their parameters agree."""
+        return type(self) is type(other) and dict(self._values) == dict(other._values)
+
+    def __hash__(self) -> int:
+        """Hash of kind and parameter values."""
+        return hash((type(self), tuple(self._values.items())))
+
+    def __repr__(self) -> str:
+        """Constructor call with the parameters that differ from the defaults."""
+        changed = ", ".join(
+            f"{parameter.name}={self._values[parameter.name]:.12g}"
+            for parameter in self.parameters
+            if self._values[parameter.name] != parameter.default
+        )
+        return f"{type(self).__name__}({changed})"
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """Pickle as kind and values."""
+        return _restore, (type(self), dict(self._values))
+
+
+def _restore(kind: type[Model], values: dict[str, float]) -> Model:
+    return kind(**values)

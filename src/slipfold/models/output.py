@@ -1,0 +1,64 @@
+"""Quantities computed from a state: outputs to show, limits beyond which the model is not valid."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+__all__ = ["Expression", "Limit", "Output", "Symbols"]
+
+Expression = Any
+"""A symbolic expression (`heyoka.expression`)."""
+
+Symbols = Mapping[str, Expression]
+"""Named symbolic expressions."""
+
+
+@dataclass(frozen=True)
+class Output:
+    """A scalar function of the state, the coefficients and the forcing phase.
+
+    Parameters
+    ----------
+    name
+        Name in results, e.g. ``"Vrel"``.
+    expression
+        ``expression(q, c, phase)`` with the states `q` and coefficients `c` by name and the forcing
+        phase (one per period) as symbols; returns a symbolic expression.
+    unit
+        SI unit as text.
+    doc
+        One line that says what it is.
+    label
+        Axis label in mathtext; the name itself if empty.
+    """
+
+    name: str
+    expression: Callable[[Symbols, Symbols, Expression], Expression]
+    unit: str = ""
+    doc: str = ""
+    label: str = ""
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A bound of validity: the model holds while `output` stays above `bound` over the whole orbit.
+
+    Parameters
+    ----------
+    name
+        Short name, e.g. ``"stick"``.
+    output
+        Name of the output that is watched.
+    bound
+        Value at which a branch stops, in the unit of the output. It lies a little before the
+        singularity itself, where no method can follow.
+    reason
+        The sentence to show; ``{value}`` is replaced by the minimum of the output.
+    """
+
+    name: str
+    output: str
+    bound: float
+    reason: str

@@ -1,0 +1,93 @@
+"""Numbers with units as people write them: ``60deg``, ``5mm``, ``12.5Hz``, ``0.6 m/s``."""
+
+from __future__ import annotations
+
+import math
+import re
+
+from slipfold.errors import InputError
+
+__all__ = ["parse_quantity"]
+
+_FACTORS: dict[str, tuple[str, float]] = {
+    "deg": ("rad", math.pi / 180),
+    "°": ("rad", math.pi / 180),
+    "rad": ("rad", 1.0),
+    "m": ("m", 1.0),
+    "cm": ("m", 1e-2),
+    "mm": ("m", 1e-3),
+    "um": ("m", 1e-6),
+    "N": ("N", 1.0),
+    "mN": ("N", 1e-3),
+    "kN": ("N", 1e3),
+    "Hz": ("Hz", 1.0),
+    "kHz": ("Hz", 1e3),
+    "mHz": ("Hz", 1e-3),
+    "s": ("s", 1.0),
+    "ms": ("s", 1e-3),
+    "kg": ("kg", 1.0),
+    "g": ("kg", 1e-3),
+    "m/s": ("m/s", 1.0),
+    "mm/s": ("m/s", 1e-3),
+    "cm/s": ("m/s", 1e-2),
+    "N/m": ("N/m", 1.0),
+    "kN/m": ("N/m", 1e3),
+    "N/mm": ("N/m", 1e3),
+    "N s/m": ("N s/m", 1.0),
+    "rad/s": ("rad/s", 1.0),
+    "1/s": ("1/s", 1.0),
+    "%": ("", 1e-2),
+}
+
+_QUANTITY = re.compile(
+    r"\s*([-+]?(?:\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+(?:[eE][-+]?\d+)?|inf|nan))\s*(.*?)\s*",
+    re.IGNORECASE,
+)
+
+
+def parse_quantity(text: str | float, unit: str, name: str = "value") -> float:
+    """Convert a number with an optional unit to the SI value.
+
+    Parameters
+    ----------
+    text
+        A number, or text such as ``"60deg"``. Without a unit it is taken to be in `unit`.
+    unit
+        The SI unit wanted.
+    name
+        What the number is, for the message.
+
+    Returns
+    -------
+    float
+        The value in `unit`.
+
+    Raises
+    ------
+    InputError
+        If the text is not a number or its unit does not measure the same thing as `unit`.
+
+    Examples
+    --------
+    >>> parse_quantity("5mm", "m")
+    0.005
+    """
+    if not isinstance(text, str):
+        try:
+            return float(text)
+        except (TypeError, ValueError, OverflowError):
+            raise InputError(f"{name} = {text!r} is not a number; give a number") from None
+    match = _QUANTITY.fullmatch(text)
+    known = sorted(key for key, (kind, _) in _FACTORS.items() if kind == unit and key)
+    wanted = (
+        f"a number, or a number with one of the units {', '.join(known)}" if unit else "a number"
+    )
+    if match is None:
+        raise InputError(f"{name} = {text!r} is not a number; give {wanted}")
+    number, suffix = float(match.group(1)), match.group(2)
+    if not suffix or suffix == unit:
+        return number
+    kind, factor = _FACTORS.get(suffix, (None, 1.0))
+    if kind != unit:
+        raise InputError(f"{name} = {text!r} has the unit {suffix!r}; give {wanted}")
+    return number * factor

@@ -1,0 +1,5 @@
+"""Periodic orbits: the boundary-value problem, Newton's method, multipliers, extrema."""
+
+from slipfold.orbits.extrema import Extrema as Extrema
+from slipfold.orbits.find import periodic_orbit as periodic_orbit
+from slipfold.orbits.periodic_orbit import PeriodicOrbit as PeriodicOrbit

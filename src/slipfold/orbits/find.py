@@ -1,0 +1,160 @@
+"""A periodic orbit from nothing but a model."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from slipfold.errors import InputError
+from slipfold.flow import flow_of
+from slipfold.models.model import Model
+from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.orbits.floquet import floquet_multipliers
+from slipfold.orbits.linear_response import linear_response
+from slipfold.orbits.newton import Correction, correct
+from slipfold.orbits.periodic_orbit import PeriodicOrbit
+
+__all__ = ["guess_orbit", "hold_parameter", "periodic_orbit"]
+
+Array = NDArray[np.float64]
+
+
+def hold_parameter(size: int) -> Array:
+    """Return the constraint that keeps the parameter at its guess.
+
+    Parameters
+    ----------
+    size
+        Number of unknown states m n.
+    """
+    row = np.zeros(size + 1)
+    row[-1] = 1.0
+    return row
+
+
+def guess_orbit(problem: PeriodicProblem, value: float) -> Correction:
+    """Correct the linear response to a periodic orbit of one forcing period.
+
+    Parameters
+    ----------
+    problem
+        A problem of period 1.
+    value
+        Value of its parameter.
+    """
+    vector = problem.model.vector.copy()
+    vector[problem.index] = value
+    constants = problem.flow.constants(vector)
+    nodes = linear_response(problem.flow, constants, problem.scales, problem.segments)
+    guess = problem.pack(nodes, value)
+    return correct(problem, guess, hold_parameter(problem.size), iterations=15)
+
+
+def periodic_orbit(
+    model: Model,
+    period: int = 1,
+    state: ArrayLike | None = None,
+    *,
+    tolerance: float = 1e-10,
+    settle: int = 400,
+) -> PeriodicOrbit:
+    """Find a periodic orbit of a model.
+
+    Parameters
+    ----------
+    model
+        The model.
+    period
+        Period in forcing periods.
+    state
+        State near the orbit at phase zero, shape (n_states,). Without it the linear response is
+        the guess for period 1, and what a motion from rest settles to for longer periods.
+    tolerance
+        Largest mismatch of the accepted orbit, in scaled states.
+    settle
+        Forcing periods that a motion from rest is given to settle.
+
+    Returns
+    -------
+    PeriodicOrbit
+        The orbit with its multipliers.
+
+    Raises
+    ------
+    InputError
+        If the period or the state cannot be used or Newton's method does not lead to an orbit of
+        this period.
+
+    Examples
+    --------
+    >>> from slipfold.models import SlidingOscillator
+    >>> orbit = periodic_orbit(SlidingOscillator(f=12.2, Nd=0.15), period=2)
+    >>> orbit.stable
+    True
+    """
+    if period != int(period) or not 1 <= period <= 64:
+        raise InputError(f"period = {period} is not a whole number from 1 to 64; give e.g. 2")
+    vary = model.parameters[0].name
+    problem = PeriodicProblem(model, vary, int(period), 1.0)
+    if state is None and period == 1:
+        return _as_orbit(problem, model, guess_orbit(problem, model.values[vary]))
+    start = _settled(model, settle) if state is None else _checked_state(model, state)
+    constants = problem.flow.constants(model.vector)
+    zero = np.zeros(1)
+    nodes = problem.flow.sample(start[None], zero, zero + period, problem.segments, constants)[0]
+    guess = problem.pack(nodes, model.values[vary])
+    row = hold_parameter(problem.size)
+    correction = correct(problem, guess, row, tolerance=tolerance, iterations=20)
+    orbit = _as_orbit(problem, model, correction)
+    _refuse_shorter(problem, orbit)
+    return orbit
+
+
+def _checked_state(model: Model, state: ArrayLike) -> Array:
+    checked = np.asarray(state, dtype=float)
+    if checked.shape != (len(model.states),) or not np.isfinite(checked).all():
+        names = " ".join(item.name for item in model.states)
+        raise InputError(f"state = {state} does not fit; give finite numbers for {names}")
+    return checked
+
+
+def _settled(model: Model, periods: int) -> Array:
+    """State that a motion from rest comes to."""
+    flow = flow_of(model)
+    constants = flow.constants(model.vector)
+    state = np.zeros(flow.dimension)
+    one_period = np.array([0.0, 1.0])
+    for _ in range(periods):
+        state = flow.trajectory(state, constants, one_period)[-1]
+    return state
+
+
+def _refuse_shorter(problem: PeriodicProblem, orbit: PeriodicOrbit) -> None:
+    """Refuse an orbit that repeats within the period asked for."""
+    flow, model = problem.flow, orbit.model
+    constants = flow.constants(model.vector)
+    count = orbit.period
+    zero = np.zeros(1)
+    strobes = flow.sample(orbit.state[None], zero, zero + count, count, constants)[0]
+    for shorter in range(1, count):
+        moved = np.abs((strobes[shorter] - strobes[0]) / problem.scales).max()
+        if count % shorter == 0 and moved < 1e-7:
+            raise InputError(
+                f"the orbit found for period {count} has period {shorter}; give a state nearer to "
+                f"an orbit of period {count}, or ask for period {shorter}"
+            )
+
+
+def _as_orbit(problem: PeriodicProblem, model: Model, correction: Correction) -> PeriodicOrbit:
+    if not correction.converged or correction.linearisation is None:
+        raise InputError(
+            f"no orbit of period {problem.period} was found for {model!r}: {correction.failure}; "
+            "give a state nearer to it, e.g. the end of a long simulation"
+        )
+    return PeriodicOrbit(
+        model,
+        problem.period,
+        problem.nodes(correction.z),
+        floquet_multipliers(correction.linearisation.monodromy),
+        correction.residual,
+    )

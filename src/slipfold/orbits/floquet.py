@@ -1,0 +1,38 @@
+"""Floquet multipliers and what they say."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["floquet_multipliers", "match_multipliers"]
+
+
+def floquet_multipliers(monodromy: NDArray[np.float64]) -> NDArray[np.complex128]:
+    """Return the multipliers, largest modulus first, the upper one of a pair before the lower.
+
+    Parameters
+    ----------
+    monodromy
+        Monodromy matrix, shape (n, n).
+    """
+    values = np.linalg.eigvals(monodromy).astype(complex)
+    # Moduli of a pair differ by rounding: compare them to twelve digits so that pairs stay together.
+    modulus = np.round(np.abs(values) / np.abs(values).max(), 12)
+    return values[np.lexsort((-values.imag, -values.real, -modulus))]
+
+
+def match_multipliers(
+    values: NDArray[np.complex128], others: NDArray[np.complex128]
+) -> NDArray[np.complex128]:
+    """Return `others` in the order in which they lie nearest `values`.
+
+    Parameters
+    ----------
+    values, others
+        Multipliers, shape (n,).
+    """
+    from scipy.optimize import linear_sum_assignment
+
+    cost = np.abs(values[:, None] - others[None, :])
+    return others[linear_sum_assignment(cost)[1]]

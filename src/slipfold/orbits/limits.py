@@ -1,0 +1,55 @@
+"""How far an orbit stays from where its model ends."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.orbits.extrema import refine_minimum
+
+__all__ = ["limit_margins"]
+
+Array = NDArray[np.float64]
+
+SAMPLES = 48
+"""Samples a forcing period of the first look."""
+
+
+def limit_margins(problem: PeriodicProblem, z: Array) -> Array:
+    """Return by how much each watched output stays above its bound over the orbit.
+
+    The first look samples the orbit. Between samples an output may be lower by what its slope
+    allows; where that could matter, its minimum over the continuous orbit is found.
+
+    Parameters
+    ----------
+    problem
+        The boundary-value problem.
+    z
+        An orbit.
+
+    Returns
+    -------
+    ndarray, shape (n_limits,)
+        Margins in the units of the outputs; negative beyond the limit.
+    """
+    limits = problem.model.limits
+    flow, constants, nodes = problem.flow, problem.constants(z), problem.nodes(z)
+    m, period = problem.segments, problem.period
+    each = -(-SAMPLES * period // m)
+    edges = np.linspace(0.0, period, m + 1)
+    samples = flow.sample(nodes, edges[:-1], edges[1:], each, constants).reshape(m * each, -1)
+    spacing = period / len(samples)
+    phases = np.arange(len(samples)) * spacing
+    columns = [flow.output_index(limit.output) for limit in limits]
+    bounds = np.array([limit.bound for limit in limits])
+    values = flow.outputs(samples, phases, constants)[:, columns]
+    lowest = values.min(axis=0)
+    fall = np.abs(np.diff(values, axis=0, append=values[:1])).max(axis=0)
+    for i in np.flatnonzero(lowest - fall < 2 * bounds):
+        k = int(values[:, i].argmin())
+        lowest[i] = refine_minimum(
+            flow, constants, samples, phases, spacing, np.array([columns[i]]), np.array([k])
+        )[0]
+    return lowest - bounds

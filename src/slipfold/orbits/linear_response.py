@@ -1,0 +1,86 @@
+"""The first guess of a periodic orbit: the mean state and the linear response about it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import root
+
+from slipfold.flow import Flow
+from slipfold.flow.flow import Constants
+
+__all__ = ["linear_response", "mean_state"]
+
+Array = NDArray[np.float64]
+
+PHASES = np.arange(32) / 32
+"""Phases that average the forcing: exact for up to 31 harmonics."""
+
+HARMONICS = 8
+
+
+def mean_state(flow: Flow, constants: Constants, scales: Array) -> Array:
+    """Return the equilibrium under the forcing's mean, shape (n_states,).
+
+    Parameters
+    ----------
+    flow
+        The flow.
+    constants
+        Coefficients.
+    scales
+        Typical sizes of the states, shape (n_states,).
+
+    Returns
+    -------
+    ndarray
+        The state, NaN if there is no equilibrium near rest.
+    """
+    n = flow.dimension
+
+    def mean_rates(scaled: Array) -> tuple[Array, Array]:
+        states = np.tile(scaled * scales, (len(PHASES), 1))
+        rates = flow.rates(states, PHASES, constants).mean(axis=0)
+        jacobian = flow.jacobians(states, PHASES, constants).mean(axis=0)
+        return rates / scales, jacobian * scales[None, :] / scales[:, None]
+
+    # Rest itself may be a singular point of a model, so the search starts a little beside it.
+    found = root(mean_rates, np.full(n, 1e-3), jac=True, method="hybr", tol=1e-12)
+    small = np.abs(found.fun).max() < 1e-8
+    return found.x * scales if small else np.full(n, np.nan)
+
+
+def linear_response(
+    flow: Flow, constants: Constants, scales: Array, segments: int
+) -> Array:
+    """Return the steady linear response about the mean state at equidistant phases.
+
+    Parameters
+    ----------
+    flow
+        The flow.
+    constants
+        Coefficients.
+    scales
+        Typical sizes of the states, shape (n_states,).
+    segments
+        Number of phases m within one forcing period.
+
+    Returns
+    -------
+    ndarray, shape (m, n_states)
+        States, NaN if there is no mean state.
+    """
+    n = flow.dimension
+    centre = mean_state(flow, constants, scales)
+    states = np.tile(centre, (len(PHASES), 1))
+    forcing = np.fft.fft(flow.rates(states, PHASES, constants), axis=0) / len(PHASES)
+    jacobian = flow.jacobians(states, PHASES, constants).mean(axis=0)
+    nodes = np.tile(centre, (segments, 1))
+    phases = np.arange(segments) / segments
+    for harmonic in range(1, HARMONICS + 1):
+        stiffness = 2j * np.pi * harmonic * np.eye(n) - jacobian
+        if np.isfinite(stiffness).all():
+            amplitude = np.linalg.solve(stiffness, forcing[harmonic])
+            nodes += 2 * (np.exp(2j * np.pi * harmonic * phases)[:, None] * amplitude).real
+    return nodes

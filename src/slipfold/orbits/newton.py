@@ -1,0 +1,124 @@
+"""Newton's method for a periodic orbit under one linear constraint."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.orbits.boundary_value_problem import Factored, Linearisation, PeriodicProblem
+
+__all__ = ["Correction", "correct"]
+
+Array = NDArray[np.float64]
+
+STILL = 1e-8
+"""Derivatives are those of the orbit once it has moved by less than this since they were taken."""
+
+GROWTH = 10.0
+"""A correction this many times the one before means divergence."""
+
+ROUNDING = 1e-5
+"""Corrections below this that no longer shrink are rounding errors, magnified by the multipliers:
+an orbit with multipliers of 1e5 is known to 1e-10 at best, and its residual decides."""
+
+
+@dataclass(frozen=True, eq=False)
+class Correction:
+    """What Newton's method came to.
+
+    Parameters
+    ----------
+    z
+        The last iterate.
+    linearisation
+        Derivatives within `moved` of `z`; None where the flow met a singularity.
+    factored
+        Its Jacobian bordered by the constraint, in factors; None likewise.
+    residual
+        Largest mismatch at `z`, in scaled states.
+    distance
+        Distance from the guess.
+    moved
+        Distance from where the derivatives were taken.
+    iterations
+        Number of linearisations.
+    failure
+        Empty, or why there is no orbit.
+    """
+
+    z: Array
+    linearisation: Linearisation | None
+    factored: Factored | None
+    residual: float
+    distance: float
+    moved: float
+    iterations: int
+    failure: str
+
+    @property
+    def converged(self) -> bool:
+        """Whether `z` is an orbit."""
+        return not self.failure
+
+
+def correct(
+    problem: PeriodicProblem,
+    guess: Array,
+    row: Array,
+    tolerance: float = 1e-10,
+    iterations: int = 8,
+    still: float = STILL,
+) -> Correction:
+    """Find the orbit nearest a guess in the hyperplane through it.
+
+    Parameters
+    ----------
+    problem
+        The boundary-value problem.
+    guess
+        Start, shape (m n + 1,).
+    row
+        Normal of the hyperplane, shape (m n + 1,). The unit vector of the parameter keeps that.
+    tolerance
+        Largest mismatch of an accepted orbit, in scaled states, measured on the result itself.
+    iterations
+        Linearisations before giving up.
+    still
+        Distance within which the derivatives count as those of the orbit.
+    """
+    z = guess
+    linearisation, factored = None, None
+    moved, mismatch = np.inf, np.inf
+    failure = f"no convergence in {iterations} corrections"
+    for iteration in range(1, iterations + 1):
+        linearisation = problem.linearise(z)
+        if not np.isfinite(linearisation.residual).all():
+            failure = "the orbit met a singularity of the model"
+            break
+        right = np.append(
+            -linearisation.residual.ravel() / np.sqrt(problem.segments), row @ (guess - z)
+        )
+        factored = linearisation.bordered(row)
+        step = factored.solve(right)
+        previous, moved = moved, float(np.linalg.norm(step))
+        if not moved < max(GROWTH * previous, ROUNDING):
+            failure = "Newton's method diverged"
+            break
+        z = z + step
+        if moved <= still or (moved < ROUNDING and moved > 0.3 * previous):
+            mismatch = float(np.abs(problem.residual(z)).max())
+            if mismatch <= tolerance:
+                failure = ""
+                break
+    return Correction(
+        z,
+        linearisation,
+        factored,
+        mismatch,
+        float(np.linalg.norm(z - guess)),
+        moved,
+        iteration,
+        failure,
+    )

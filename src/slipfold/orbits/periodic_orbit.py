@@ -1,0 +1,114 @@
+"""A periodic orbit as data: where it passes, how it repeats, how perturbations grow."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.flow import flow_of
+from slipfold.models.model import Model
+from slipfold.orbits.extrema import Extrema, find_extrema
+
+__all__ = ["PeriodicOrbit"]
+
+
+@dataclass(frozen=True, eq=False)
+class PeriodicOrbit:
+    """A periodic orbit of a forced model; frozen.
+
+    Parameters
+    ----------
+    model
+        The model with the parameter values of the orbit.
+    period
+        Period in forcing periods.
+    nodes
+        States at `period` * j / m for j = 0 ... m - 1, shape (m, n_states).
+    multipliers
+        Floquet multipliers, complex, shape (n_states,), largest modulus first.
+    residual
+        How far the orbit fails to close, in scaled states.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> orbit = sf.periodic_orbit(sf.SlidingOscillator(f=12.5, Nd=0.05))
+    >>> orbit.stable
+    False
+    >>> round(orbit.multipliers[0].real, 6)
+    -1.164144
+    """
+
+    model: Model
+    period: int
+    nodes: NDArray[np.float64]
+    multipliers: NDArray[np.complex128]
+    residual: float
+
+    @property
+    def state(self) -> NDArray[np.float64]:
+        """State at phase zero, shape (n_states,)."""
+        return self.nodes[0]
+
+    @property
+    def stable(self) -> bool:
+        """Whether all multipliers lie inside the unit circle."""
+        return bool(np.all(np.abs(self.multipliers) < 1))
+
+    @property
+    def duration(self) -> float:
+        """Period in seconds."""
+        return self.period * flow_of(self.model).constants(self.model.vector).period
+
+    def sample(self, count: int = 256) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Sample the states over one period.
+
+        Parameters
+        ----------
+        count
+            At least this many samples; rounded up to a multiple of the nodes.
+
+        Returns
+        -------
+        time : ndarray, shape (count,)
+            Seconds, from 0; the end of the period is left out.
+        states : ndarray, shape (count, n_states)
+            States.
+        """
+        flow = flow_of(self.model)
+        segments = len(self.nodes)
+        each = -(-count // segments)
+        edges = np.linspace(0, self.period, segments + 1)
+        constants = flow.constants(self.model.vector)
+        states = flow.sample(self.nodes, edges[:-1], edges[1:], each, constants)
+        time = np.arange(segments * each) * (self.duration / (segments * each))
+        return time, states.reshape(segments * each, -1)
+
+    def output(self, name: str, count: int = 256) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Sample one output over one period.
+
+        Parameters
+        ----------
+        name
+            A state or output of the model.
+        count
+            At least this many samples.
+
+        Returns
+        -------
+        time, values : ndarray, shape (count,)
+            Seconds and values in the unit of the output.
+        """
+        flow = flow_of(self.model)
+        time, states = self.sample(count)
+        constants = flow.constants(self.model.vector)
+        values = flow.outputs(states, time / constants.period, constants)
+        return time, values[:, flow.output_index(name)]
+
+    @cached_property
+    def extrema(self) -> Extrema:
+        """Minimum and maximum of every output over the continuous orbit."""
+        return find_extrema(self.model, self.model.vector[None], self.nodes[None], self.period)

@@ -1,0 +1,239 @@
+"""What the source paper shows, read from ``cases.toml``: figures, their curves, their spectra."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+from slipfold.models.parameter import Parameter
+from slipfold.models.sliding_oscillator import SlidingOscillator
+
+__all__ = ["Cases", "Curve", "Figure", "Row", "Steady", "read_cases", "value_text"]
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One response diagram; equal curves are computed once.
+
+    Parameters
+    ----------
+    model
+        The model; its value of `vary` plays no part.
+    vary
+        Parameter followed.
+    span
+        Its first and last value.
+    """
+
+    model: SlidingOscillator
+    vary: str
+    span: tuple[float, float]
+
+    @property
+    def key(self) -> str:
+        """Name for files: the parameter followed and what differs from the base case."""
+        return "_".join([self.vary, *_changes(self.model, self.vary)])
+
+
+@dataclass(frozen=True)
+class Steady:
+    """One steady response reached from zero initial conditions.
+
+    Parameters
+    ----------
+    model
+        The model.
+    """
+
+    model: SlidingOscillator
+
+    @property
+    def key(self) -> str:
+        """Name for files."""
+        return "_".join(["simulation", *_changes(self.model)])
+
+
+@dataclass(frozen=True)
+class Row:
+    """A family of curves, drawn as one row of panels.
+
+    Parameters
+    ----------
+    curves
+        The curves.
+    member
+        Name of the parameter that tells them apart.
+    common
+        Names of the parameters set for the whole row.
+    """
+
+    curves: tuple[Curve, ...]
+    member: str
+    common: tuple[str, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What stands beside each curve, e.g. ``"0.4"``."""
+        return tuple(value_text(curve.model, self.member)[0] for curve in self.curves)
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One figure of the paper.
+
+    Parameters
+    ----------
+    number
+        Its number in the paper.
+    title
+        What it shows.
+    rows
+        Families of response curves.
+    spectra
+        Steady responses whose spectra it shows.
+    """
+
+    number: int
+    title: str
+    rows: tuple[Row, ...]
+    spectra: tuple[Steady, ...] = ()
+
+    @property
+    def key(self) -> str:
+        """Name for files."""
+        return f"figure{self.number}"
+
+    @property
+    def curves(self) -> tuple[Curve, ...]:
+        """All curves, row by row."""
+        return tuple(curve for row in self.rows for curve in row.curves)
+
+    @property
+    def needs(self) -> tuple[Curve | Steady, ...]:
+        """All that must be computed before it can be drawn."""
+        return (*self.curves, *self.spectra)
+
+
+@dataclass(frozen=True)
+class Cases:
+    """All that the paper shows or claims.
+
+    Parameters
+    ----------
+    figures
+        The figures.
+    further
+        Rows that a claim needs and no figure shows, by number of the claim.
+    """
+
+    figures: tuple[Figure, ...]
+    further: tuple[tuple[int, Row], ...] = ()
+
+    @property
+    def needs(self) -> tuple[Curve | Steady, ...]:
+        """All that must be computed, each once, in the order of the paper."""
+        drawn = [item for figure in self.figures for item in figure.needs]
+        claimed = [curve for _, row in self.further for curve in row.curves]
+        return tuple(dict.fromkeys([*drawn, *claimed]))
+
+    def shown_in(self, curve: Curve) -> tuple[int, ...]:
+        """Return the numbers of the figures that show a curve.
+
+        Parameters
+        ----------
+        curve
+            The curve.
+        """
+        return tuple(figure.number for figure in self.figures if curve in figure.curves)
+
+    def only(self, numbers: Iterable[int]) -> Cases:
+        """Return the cases of some figures alone.
+
+        Parameters
+        ----------
+        numbers
+            Numbers of the figures to keep.
+        """
+        wanted = set(numbers)
+        return Cases(tuple(figure for figure in self.figures if figure.number in wanted))
+
+
+@cache
+def read_cases() -> Cases:
+    """Read the figures of the source paper.
+
+    Returns
+    -------
+    Cases
+        Figures 2 to 7, and what the claims need besides.
+
+    Examples
+    --------
+    >>> [figure.number for figure in read_cases().figures]
+    [2, 3, 4, 5, 6, 7]
+    """
+    content = tomllib.loads(files("slipfold.paper").joinpath("cases.toml").read_text("utf-8"))
+    figures = tuple(
+        Figure(
+            item["number"],
+            item["title"],
+            tuple(_row(row) for row in item["row"]),
+            tuple(Steady(SlidingOscillator(**case["set"])) for case in item.get("spectrum", ())),
+        )
+        for item in content["figure"]
+    )
+    further = tuple(
+        (item["number"], _row(row)) for item in content["claim"] for row in item["row"]
+    )
+    return Cases(figures, further)
+
+
+def _row(content: Mapping[str, Any]) -> Row:
+    common = content.get("set", {})
+    [(member, values)] = content["family"].items()
+    curves = []
+    for value in values:
+        model = SlidingOscillator(**common, **{member: value})
+        unit = model.values[content["span_of"]] if "span_of" in content else 1.0
+        first, last = content["span"]
+        curves.append(Curve(model, content["vary"], (first * unit, last * unit)))
+    return Row(tuple(curves), member, tuple(common))
+
+
+def value_text(model: SlidingOscillator, name: str) -> tuple[str, str]:
+    """Return the value of a parameter as figures show it, and its unit.
+
+    Parameters
+    ----------
+    model
+        The model.
+    name
+        Name of the parameter; angles are shown in degrees.
+
+    Examples
+    --------
+    >>> value_text(SlidingOscillator(Vd=0.4), "Vd")
+    ('0.4', ' m/s')
+    """
+    parameter = model.parameter(name)
+    value = model.values[name]
+    if parameter.unit == "rad":
+        return f"{math.degrees(value):.10g}", "°"
+    return f"{value:.10g}", f" {parameter.unit}" if parameter.unit else ""
+
+
+def _changes(model: SlidingOscillator, without: str = "") -> list[str]:
+    changed = [parameter for parameter in model.parameters if _changed(model, parameter, without)]
+    texts = [(item.name, *value_text(model, item.name)) for item in changed]
+    return [f"{name}{value}{'deg' * (unit == '°')}" for name, value, unit in texts] or ["base"]
+
+
+def _changed(model: SlidingOscillator, parameter: Parameter, without: str) -> bool:
+    value = model.values[parameter.name]
+    same = math.isclose(value, parameter.default, rel_tol=1e-12, abs_tol=0.0)
+    return parameter.name != without and not same

@@ -1,0 +1,281 @@
+"""The paper reproduced: everything computed, drawn, tabulated and judged."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from slipfold.attractors.spectrum import Spectrum, find_spectrum
+from slipfold.branches.settings import Settings
+from slipfold.errors import InputError
+from slipfold.flow.simulate import simulate
+from slipfold.paper.cases import Cases, Curve, Figure, Steady, read_cases
+from slipfold.paper.claims import Claim, claims_markdown, judge_claims
+from slipfold.paper.computing import Tasks, open_tasks
+from slipfold.paper.drawing import render_figure
+from slipfold.paper.findings import Findings
+from slipfold.paper.thresholds import thresholds_csv
+from slipfold.results.diagram import Diagram
+from slipfold.results.response import response
+from slipfold.results.writing import check_writable, write_file
+
+__all__ = ["PaperProgress", "Reproduction", "reproduce"]
+
+PERIODS = 1500
+"""Forcing periods from rest until the response is taken as steady."""
+
+ROOM = 16_000_000
+"""Bytes that the files may need; twice what they do."""
+
+
+@dataclass(frozen=True)
+class PaperProgress:
+    """How far the reproduction is.
+
+    Parameters
+    ----------
+    done, total
+        Results finished, and all there are: curves, spectra, figures.
+    name
+        The one just finished, e.g. ``"Nd_Vd0.4"``.
+    found
+        What was found on it, e.g. ``("PD 0.0573062",)``.
+    """
+
+    done: int
+    total: int
+    name: str
+    found: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """What was written, and what is missing.
+
+    Parameters
+    ----------
+    out
+        The folder.
+    written
+        Files, in the order in which they were written.
+    claims
+        The paper's claims, judged.
+    stopped
+        A sentence for each branch that could not be followed to its end.
+    missing
+        Names of what was not finished; empty unless interrupted.
+    """
+
+    out: Path
+    written: tuple[Path, ...]
+    claims: tuple[Claim, ...]
+    stopped: tuple[str, ...] = ()
+    missing: tuple[str, ...] = ()
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether Ctrl-C ended it early."""
+        return bool(self.missing)
+
+    @property
+    def message(self) -> str:
+        """A sentence that says what there is."""
+        if not self.interrupted:
+            confirmed = sum(claim.verdict is True for claim in self.claims)
+            return (
+                f"{len(self.written)} files are in {self.out}; "
+                f"{confirmed} of {len(self.claims)} claims are confirmed"
+            )
+        return (
+            f"interrupted: {len(self.written)} files with what was finished are in {self.out}; "
+            f"missing: {', '.join(self.missing)}"
+        )
+
+
+def reproduce(
+    out: str | Path,
+    observer: Callable[[PaperProgress], None] | None = None,
+    *,
+    processes: int = 1,
+    cases: Cases | None = None,
+    settings: Settings | None = None,
+    measure: str = "max",
+) -> Reproduction:
+    """Compute and draw what the source paper shows, and judge what it claims.
+
+    Writes ``figure2.pdf`` ... ``figure7.png``, ``thresholds.csv``, ``claims.md`` and the curves
+    themselves, ``data/*.nc``. Ctrl-C ends it with what is finished.
+
+    Parameters
+    ----------
+    out
+        Folder to write to; made if it does not exist.
+    observer
+        Called after every result; may raise `KeyboardInterrupt` to end with what is finished.
+    processes
+        Processes to compute with. More than one need a main module that can be imported, as
+        `multiprocessing` says.
+    cases
+        What to compute; all of the paper if None.
+    settings
+        Options of continuation; the defaults if None.
+    measure
+        What the figures show of each orbit, see `slipfold.plots.draw_response`.
+
+    Returns
+    -------
+    Reproduction
+        Files, claims, and what is missing.
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be written to, or `processes` is less than 1.
+    """
+    if processes < 1:
+        raise InputError(f"processes = {processes} is less than 1; give at least 1")
+    folder = _prepare(Path(out))
+    run = _Run(folder, read_cases() if cases is None else cases, settings, measure, observer)
+    with open_tasks(processes) as tasks:
+        try:
+            run.compute(tasks)
+        except KeyboardInterrupt:
+            run.rescue(tasks)
+    return run.conclude()
+
+
+def _prepare(folder: Path) -> Path:
+    """Make the folders, and make sure that they can take the files."""
+    try:
+        (folder / "data").mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        why = (error.strerror or str(error)).lower()
+        raise InputError(
+            f"the folder {folder} cannot be made ({why}); give another one with --out"
+        ) from error
+    for place in (folder, folder / "data"):
+        check_writable(place / "thresholds.csv")
+    # A full disk shows only when something is written.
+    trial = folder / ".room"
+    try:
+        write_file(trial, bytes(ROOM))
+    finally:
+        trial.unlink(missing_ok=True)
+    return folder
+
+
+class _Run:
+    """One reproduction while it runs."""
+
+    def __init__(
+        self,
+        folder: Path,
+        cases: Cases,
+        settings: Settings | None,
+        measure: str,
+        observer: Callable[[PaperProgress], None] | None,
+    ) -> None:
+        self.folder = folder
+        self.cases = cases
+        self.settings = settings
+        self.measure = measure
+        self.observer = observer
+        self.diagrams: dict[Curve, Diagram] = {}
+        self.spectra: dict[Steady, Spectrum] = {}
+        self.drawn: set[Figure] = set()
+        self.queued: set[Figure] = set()
+        self.written: list[Path] = []
+
+    def compute(self, tasks: Tasks) -> None:
+        """Compute everything; draw each figure as soon as its curves are there."""
+        for case in self.cases.needs:
+            tasks.add(case, _compute, case, self.settings)
+        for name, result in tasks.finished():
+            self.take(name, result)
+            for figure in self.complete():
+                if figure not in self.queued:
+                    self.queued.add(figure)
+                    tasks.add(figure, render_figure, *self.drawing(figure))
+
+    def rescue(self, tasks: Tasks) -> None:
+        """After Ctrl-C: take what is about to end, and draw what is complete."""
+        self.observer = None
+        for name, result in tasks.stop():
+            self.take(name, result)
+        for figure in self.complete():
+            if figure not in self.drawn:
+                self.take(figure, render_figure(*self.drawing(figure)))
+
+    def take(self, name: Any, result: Any) -> None:
+        """Keep and save one result."""
+        found: tuple[str, ...] = ()
+        if isinstance(name, Figure):
+            for file, content in result.items():
+                self.write(file, content)
+            self.drawn.add(name)
+        elif isinstance(name, Steady):
+            self.spectra[name] = result
+        else:
+            if result.interrupted:
+                raise KeyboardInterrupt
+            path = self.folder / "data" / f"{name.key}.nc"
+            result.save(path)
+            self.written.append(path)
+            self.diagrams[name] = result
+            found = tuple(
+                f"{point.type} {point.value:.6g}"
+                for _, point in result.special
+                if point.type != "LIMIT"
+            )
+        if self.observer is not None:
+            done = len(self.diagrams) + len(self.spectra) + len(self.drawn)
+            total = len(self.cases.needs) + len(self.cases.figures)
+            self.observer(PaperProgress(done, total, name.key, found))
+
+    def complete(self) -> Iterator[Figure]:
+        """Yield the figures for which everything is computed."""
+        for figure in self.cases.figures:
+            if all(case in self.diagrams or case in self.spectra for case in figure.needs):
+                yield figure
+
+    def drawing(self, figure: Figure) -> tuple[Any, ...]:
+        """Return what a figure is drawn from."""
+        diagrams = {curve: self.diagrams[curve] for curve in figure.curves}
+        spectra = {case: self.spectra[case] for case in figure.spectra}
+        return figure, diagrams, spectra, self.measure
+
+    def write(self, name: str, content: bytes) -> None:
+        write_file(self.folder / name, content)
+        self.written.append(self.folder / name)
+
+    def conclude(self) -> Reproduction:
+        """Tabulate and judge."""
+        claims = judge_claims(Findings(self.cases, self.diagrams, self.spectra))
+        self.write("thresholds.csv", thresholds_csv(self.cases, self.diagrams).encode())
+        self.write("claims.md", claims_markdown(claims).encode())
+        stopped = [
+            f"{curve.key}, branch {branch.id}: {branch.stopped.reason}"
+            for curve, diagram in self.diagrams.items()
+            for branch in diagram.branches
+            if branch.stopped.kind in ("failed", "points")
+        ]
+        missing = [case.key for case in self.cases.needs if not self._has(case)]
+        missing += [figure.key for figure in self.cases.figures if figure not in self.drawn]
+        return Reproduction(
+            self.folder, tuple(self.written), claims, tuple(sorted(stopped)), tuple(missing)
+        )
+
+    def _has(self, case: Curve | Steady) -> bool:
+        return case in self.diagrams or case in self.spectra
+
+
+def _compute(case: Curve | Steady, settings: Settings | None) -> Diagram | Spectrum:
+    """Compute one curve or spectrum; may run in a process of its own."""
+    if isinstance(case, Steady):
+        return find_spectrum(simulate(case.model, PERIODS))
+    diagram = response(case.model, case.vary, case.span, settings=settings)
+    for branch in diagram.branches:
+        _ = branch.extrema  # kept with the branch: computed here rather than once a drawing
+    return diagram

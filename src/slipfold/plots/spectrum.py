@@ -1,0 +1,89 @@
+"""Line spectra of steady responses."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from slipfold.attractors.spectrum import Spectrum
+from slipfold.plots.axes import axes_or_new, label_of
+from slipfold.plots.labels import Label, place_labels
+
+__all__ = ["draw_spectrum"]
+
+
+def draw_spectrum(
+    spectrum: Spectrum,
+    output: str = "x",
+    ax: Axes | None = None,
+    colour: str = "black",
+    *,
+    floor: float = 1e-6,
+    largest_order: float = 3.0,
+    annotate: bool = True,
+) -> Axes:
+    """Draw the amplitudes of one output over frequency, one line each, on a logarithmic scale.
+
+    Parameters
+    ----------
+    spectrum
+        The spectrum.
+    output
+        A state or output of the model.
+    ax
+        Axes to draw in; new ones if None.
+    colour
+        Colour of the lines.
+    floor
+        Amplitude at the bottom of the axes; what is smaller is not seen.
+    largest_order
+        Highest frequency shown, over the forcing frequency.
+    annotate
+        Whether the multiples of half the forcing frequency are named.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        The axes.
+
+    Raises
+    ------
+    InputError
+        For an unknown output.
+    """
+    label = label_of(spectrum.model, output)
+    amplitude = spectrum.of(output)
+    ax = axes_or_new(ax)
+    shown = (spectrum.order <= largest_order * (1 + 1e-9)) & (amplitude > floor)
+    frequency, height = spectrum.frequency[shown], amplitude[shown]
+    ax.set_yscale("log")
+    ax.vlines(frequency, floor, height, color=colour, linewidth=1.0)
+    ax.plot(frequency, height, linestyle="none", marker="o", markersize=3, color=colour)
+    unit = spectrum.frequency[spectrum.periods] if spectrum.periods < len(spectrum.frequency) else 1
+    ax.set_xlim(-0.05 * unit, (largest_order + 0.1) * unit)
+    ax.set_ylim(floor, 10.0 ** np.ceil(np.log10(height.max(initial=10 * floor)) + 0.25))
+    ax.set_xlabel("frequency (Hz)")
+    ax.set_ylabel(f"amplitude of {label}")
+    if annotate:
+        _name_lines(ax, spectrum, shown, amplitude, colour)
+    return ax
+
+
+def _name_lines(
+    ax: Axes, spectrum: Spectrum, shown: np.ndarray, amplitude: np.ndarray, colour: str
+) -> None:
+    labels = []
+    for index in np.flatnonzero(shown):
+        halves = 2 * spectrum.order[index]
+        if halves == round(halves):
+            place = np.array([[spectrum.frequency[index], amplitude[index]]])
+            labels.append(Label(_order_name(round(halves)), place, colour, leader=False))
+    place_labels(ax, labels)
+
+
+def _order_name(halves: int) -> str:
+    """Return e.g. ``"3f/2"`` for three halves of the forcing frequency."""
+    if halves == 0:
+        return "mean"
+    count, rest = (halves // 2, "") if halves % 2 == 0 else (halves, "/2")
+    return f"${'' if count == 1 else count}f{rest}$"

@@ -1,0 +1,61 @@
+"""Outputs over time."""
+
+from __future__ import annotations
+
+from matplotlib.axes import Axes
+
+from slipfold.flow.trajectory import Trajectory
+from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.plots.axes import axes_or_new, label_of
+
+__all__ = ["draw_timeseries"]
+
+
+def draw_timeseries(
+    motion: Trajectory | PeriodicOrbit,
+    output: str = "x",
+    ax: Axes | None = None,
+    colour: str = "black",
+    *,
+    start: int = 0,
+    stop: int | None = None,
+    per_period: int = 64,
+) -> Axes:
+    """Draw one output over time.
+
+    Parameters
+    ----------
+    motion
+        A trajectory, or a periodic orbit, which is drawn over its own period.
+    output
+        A state or output of the model.
+    ax
+        Axes to draw in; new ones if None.
+    colour
+        Colour of the line.
+    start, stop
+        First forcing period and the one after the last, counted as in a slice; for a trajectory.
+    per_period
+        Samples per forcing period.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        The axes.
+
+    Raises
+    ------
+    InputError
+        For an unknown output, or periods that were not simulated.
+    """
+    label = label_of(motion.model, output)
+    if isinstance(motion, Trajectory):
+        time, values = motion.output(output, start, stop, per_period)
+    else:
+        time, values = motion.output(output, per_period * motion.period)
+    ax = axes_or_new(ax)
+    ax.plot(time, values, color=colour, linewidth=0.9)
+    ax.margins(x=0.0)
+    ax.set_xlabel("time (s)")
+    ax.set_ylabel(label)
+    return ax

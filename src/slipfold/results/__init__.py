@@ -1,0 +1,7 @@
+"""Results: labelled, saved and read back, printed and exported."""
+
+from slipfold.results.diagram import Diagram as Diagram
+from slipfold.results.diagram import Labelled as Labelled
+from slipfold.results.load import load as load
+from slipfold.results.provenance import Provenance as Provenance
+from slipfold.results.response import response as response

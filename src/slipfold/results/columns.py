@@ -1,0 +1,162 @@
+"""Columns of a labelled table, gathered from the rows of a result."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.models.model import Model
+from slipfold.results.labelled_table import Variable
+
+__all__ = ["Columns", "integers", "joined", "padded", "quantity_labels", "reals", "stacked", "texts"]
+
+
+class Columns:
+    """Variables along one dimension, being gathered.
+
+    Parameters
+    ----------
+    dimension
+        Name of the dimension, e.g. ``"point"``.
+    """
+
+    def __init__(self, dimension: str) -> None:
+        self.dimension = dimension
+        self.variables: dict[str, Variable] = {}
+
+    def add(
+        self, name: str, values: NDArray[Any], long_name: str, units: str | None = None, *more: str
+    ) -> None:
+        """Add a column.
+
+        Parameters
+        ----------
+        name
+            Its name. A complex column becomes two, ``name_real`` and ``name_imag``.
+        values
+            Shape (n_rows, ...).
+        long_name
+            What it is.
+        units
+            Unit, ``""`` for a pure number; None for text, numbers of things and mixed units.
+        *more
+            Names of the dimensions after the first.
+        """
+        if np.iscomplexobj(values):
+            self.add(f"{name}_real", values.real.copy(), f"{long_name}, real part", units, *more)
+            self.add(f"{name}_imag", values.imag.copy(), f"{long_name}, imaginary part", units, *more)
+            return
+        attributes = {"long_name": long_name}
+        if units is not None:
+            attributes["units"] = units or "1"
+        self.variables[name] = Variable((self.dimension, *more), values, attributes)
+
+
+def quantity_labels(model: Model) -> dict[str, Variable]:
+    """Return the coordinates that name states and outputs, with unit and meaning of each.
+
+    Parameters
+    ----------
+    model
+        The model.
+    """
+    labels: dict[str, Variable] = {}
+    for dimension, items in (
+        ("state", model.states),
+        ("output", (*model.states, *model.outputs())),
+    ):
+        columns = Columns(dimension)
+        columns.add(dimension, texts(item.name for item in items), f"name of the {dimension}")
+        units = texts(item.unit for item in items)
+        columns.add(f"{dimension}_units", units, f"unit of the {dimension}, empty for a number")
+        meanings = texts(item.doc for item in items)
+        columns.add(f"{dimension}_long_name", meanings, f"meaning of the {dimension}")
+        labels |= columns.variables
+    return labels
+
+
+def texts(items: Iterable[str]) -> NDArray[np.str_]:
+    """Return text as an array, shape (n,).
+
+    Parameters
+    ----------
+    items
+        The rows.
+    """
+    return np.array(list(items), dtype=str)
+
+
+def integers(items: Iterable[int]) -> NDArray[np.int64]:
+    """Return whole numbers as an array, shape (n,).
+
+    Parameters
+    ----------
+    items
+        The rows.
+    """
+    return np.array(list(items), dtype=np.int64)
+
+
+def reals(items: Iterable[float | None]) -> NDArray[np.float64]:
+    """Return numbers as an array, shape (n,); None becomes NaN.
+
+    Parameters
+    ----------
+    items
+        The rows.
+    """
+    return np.array([np.nan if item is None else item for item in items], dtype=np.float64)
+
+
+def joined(
+    parts: Iterable[NDArray[Any]], shape: tuple[int, ...] = (), kind: type = float
+) -> NDArray[Any]:
+    """Join arrays along their first axis, none at all included.
+
+    Parameters
+    ----------
+    parts
+        Arrays of shape (n_i, *shape).
+    shape
+        Shape of a row.
+    kind
+        Type of the numbers.
+    """
+    return np.concatenate([np.empty((0, *shape), kind), *parts])
+
+
+def stacked(
+    rows: Iterable[NDArray[Any]], shape: tuple[int, ...], kind: type = float
+) -> NDArray[Any]:
+    """Stack rows, none at all included.
+
+    Parameters
+    ----------
+    rows
+        Arrays of shape `shape`.
+    shape
+        Shape of a row.
+    kind
+        Type of the numbers.
+    """
+    return joined((row[None] for row in rows), shape, kind)
+
+
+def padded(parts: Iterable[NDArray[np.float64]], shape: tuple[int, int]) -> NDArray[np.float64]:
+    """Join orbits of different numbers of nodes; what is missing is NaN.
+
+    Parameters
+    ----------
+    parts
+        Arrays of shape (n_i, m_i, n_states).
+    shape
+        Largest number of nodes, number of states.
+    """
+    filled = [
+        np.pad(part, ((0, 0), (0, shape[0] - part.shape[1]), (0, 0)), constant_values=np.nan)
+        for part in parts
+    ]
+    return joined(filled, shape)

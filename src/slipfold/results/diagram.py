@@ -1,0 +1,202 @@
+"""A response diagram: all branches of one computation, with what was asked for and by whom."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from slipfold.branches.branch import Branch
+from slipfold.branches.event import Event
+from slipfold.branches.settings import Settings
+from slipfold.branches.special_point import SpecialPoint
+from slipfold.models.model import Model
+from slipfold.results.provenance import Provenance
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import xarray
+
+__all__ = ["Diagram", "Labelled"]
+
+
+class Labelled(NamedTuple):
+    """A special point with the branch that it lies on."""
+
+    branch: Branch
+    point: SpecialPoint
+
+
+@dataclass(frozen=True, eq=False)
+class Diagram:
+    """The periodic responses of a model over one parameter; frozen.
+
+    Made by `slipfold.response` and `slipfold.load`.
+
+    Parameters
+    ----------
+    model
+        The model; the value of `vary` plays no part.
+    vary
+        Name of the parameter followed.
+    span
+        First and last value asked for.
+    branches
+        The branches; the first is the response of period 1.
+    settings
+        Options of continuation.
+    events
+        Values asked to be located.
+    provenance
+        Versions and time.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> diagram = sf.response(sf.SlidingOscillator(), vary="Nd", span=(0, 0.98), f=12.5)
+    >>> [(branch.period, point.type) for branch, point in diagram.special]
+    [(1, 'PD'), (1, 'LIMIT'), (2, 'NS'), (2, 'NS')]
+    """
+
+    model: Model
+    vary: str
+    span: tuple[float, float]
+    branches: tuple[Branch, ...]
+    settings: Settings
+    events: tuple[Event, ...]
+    provenance: Provenance
+
+    @property
+    def special(self) -> tuple[Labelled, ...]:
+        """All special points, each with its branch, branch after branch."""
+        return tuple(
+            Labelled(branch, point) for branch in self.branches for point in branch.special
+        )
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether the computation was interrupted and later branches are missing."""
+        return any(branch.stopped.kind == "interrupted" for branch in self.branches)
+
+    @property
+    def failed(self) -> bool:
+        """Whether a branch stopped early because it could not be followed."""
+        return any(branch.stopped.kind == "failed" for branch in self.branches)
+
+    def summary(self, outputs: Sequence[str] | None = None) -> str:
+        """Return a table of ends and special points, as AUTO prints it, and why branches stop.
+
+        Parameters
+        ----------
+        outputs
+            States or outputs of which to show maximum and minimum over the continuous orbit; the
+            first two states if None.
+
+        Raises
+        ------
+        InputError
+            For an unknown output.
+        """
+        from slipfold.results.summary import summary_text
+
+        return summary_text(self, outputs)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return all numbers as one labelled dataset.
+
+        Returns
+        -------
+        xarray.Dataset
+            Along ``point``: the points of all branches, one after the other; ``branch_of_point``
+            says whose. Along ``special``: the special points. Complex numbers are two variables,
+            ``..._real`` and ``..._imag``; units and meanings are in the attributes, as is the
+            full input.
+        """
+        from slipfold.results.diagram_table import diagram_table
+
+        return diagram_table(self).to_xarray()
+
+    def save(self, path: str | Path) -> None:
+        """Write everything to a netCDF-4 file; `slipfold.load` reads it back.
+
+        Parameters
+        ----------
+        path
+            The file, by custom ``....nc``. It is written whole or not at all.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be written.
+        """
+        from slipfold.results.diagram_table import diagram_table
+        from slipfold.results.writing import write_file
+
+        write_file(path, diagram_table(self).to_netcdf())
+
+    def to_csv(self, path: str | Path) -> None:
+        """Write a spreadsheet: one row a point, special points among them in their order.
+
+        Parameters
+        ----------
+        path
+            The file. It is written whole or not at all.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be written.
+        """
+        from slipfold.results.spreadsheet import diagram_csv
+        from slipfold.results.writing import write_file
+
+        write_file(path, diagram_csv(self).encode())
+
+    def to_json(self) -> dict[str, Any]:
+        """Return special points and ends as plain data for `json`, schema slipfold.response/1.
+
+        Limits of the model are not among the special points; a branch that meets one says so where
+        it stopped. What is not finite is None.
+        """
+        from slipfold.results.record import diagram_record
+
+        return diagram_record(self)
+
+    def plot(self, output: str = "x", **options: Any) -> Any:
+        """Draw the diagram.
+
+        Parameters
+        ----------
+        output
+            A state or output of the model.
+        **options
+            Options of the drawing, e.g. ``measure="peak_to_peak"`` and ``ax=`` the axes to draw in.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            The axes.
+
+        Raises
+        ------
+        InputError
+            For an unknown output.
+        """
+        # By name: the layer of results lies below that of plots, and starts without matplotlib.
+        from importlib import import_module
+
+        return import_module("slipfold.plots.response").draw_response(self, output, **options)
+
+    def __repr__(self) -> str:
+        """One line: what was followed, how far, and what was found."""
+        found = ", ".join(point.type for _, point in self.special) or "no special points"
+        return (
+            f"<Diagram of {self.model.name}: {self.vary} = {self.span[0]:g} to {self.span[1]:g}, "
+            f"{len(self.branches)} branches, {found}>"
+        )
+
+    def _repr_html_(self) -> str:
+        from slipfold.results.summary import summary_html
+
+        return summary_html(self)

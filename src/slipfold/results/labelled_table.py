@@ -1,0 +1,165 @@
+"""Labelled arrays as plain data: the one form behind xarray datasets and netCDF files."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray
+
+__all__ = ["LabelledTable", "Variable", "read_netcdf"]
+
+
+@dataclass(frozen=True, eq=False)
+class Variable:
+    """An array with named dimensions.
+
+    Parameters
+    ----------
+    dimensions
+        One name an axis.
+    values
+        Numbers, booleans or text.
+    attributes
+        ``long_name``, ``units`` and what else there is to say.
+    """
+
+    dimensions: tuple[str, ...]
+    values: NDArray[Any]
+    attributes: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class LabelledTable:
+    """Variables that share dimensions, with attributes.
+
+    It goes to a netCDF file without xarray, which takes longer to import than a diagram to compute.
+
+    Parameters
+    ----------
+    variables
+        By name.
+    coordinates
+        Names of those that label rather than hold results.
+    attributes
+        Of the whole; text, numbers or arrays of numbers.
+    """
+
+    variables: Mapping[str, Variable]
+    coordinates: tuple[str, ...]
+    attributes: Mapping[str, Any]
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return it as a dataset."""
+        import xarray
+
+        entries = {
+            name: xarray.Variable(item.dimensions, item.values, dict(item.attributes))
+            for name, item in self.variables.items()
+        }
+        labels = {name: entries.pop(name) for name in self.coordinates}
+        return xarray.Dataset(entries, labels, dict(self.attributes))
+
+    def to_netcdf(self) -> bytes:
+        """Return it as the content of a netCDF-4 file."""
+        import h5netcdf
+        import h5py
+
+        # In memory, so that the file is written in one go: HDF5 leaves a torso on a full disk.
+        memory = io.BytesIO()
+        with h5py.File(memory, "w", track_order=True) as store:
+            file = h5netcdf.File(store, "w")
+            for name, item in self.variables.items():
+                for dimension, size in zip(item.dimensions, item.values.shape, strict=True):
+                    if dimension not in file.dimensions:
+                        file.dimensions[dimension] = size
+                _write_variable(file, name, item)
+            plain = [name for name in self.coordinates if name not in file.dimensions]
+            file.attrs["coordinates"] = " ".join(plain)
+            for key, value in self.attributes.items():
+                file.attrs[key] = value
+            file.close()
+        return memory.getvalue()
+
+
+def _write_variable(file: Any, name: str, item: Variable) -> None:
+    import h5py
+
+    values = item.values
+    attributes = dict(item.attributes)
+    if values.dtype.kind == "U":
+        written = file.create_variable(
+            name, item.dimensions, dtype=h5py.string_dtype(), data=values.astype(object)
+        )
+    elif values.dtype.kind == "b":
+        # netCDF has no truth values; this is how xarray marks them.
+        written = file.create_variable(name, item.dimensions, data=values.astype(np.int8))
+        attributes["dtype"] = "bool"
+    else:
+        written = file.create_variable(name, item.dimensions, data=values)
+    for key, value in attributes.items():
+        written.attrs[key] = value
+
+
+def read_netcdf(path: str | Path) -> LabelledTable:
+    """Read a netCDF-4 file.
+
+    Parameters
+    ----------
+    path
+        The file.
+
+    Returns
+    -------
+    LabelledTable
+        All its variables, text as text.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or is not netCDF-4.
+    """
+    try:
+        content = Path(path).read_bytes()
+    except OSError as error:
+        why = (error.strerror or str(error)).lower()
+        raise InputError(f"{path} cannot be read ({why}); give a file that slipfold saved") from error
+    try:
+        import h5netcdf
+
+        with h5netcdf.File(io.BytesIO(content), "r") as file:
+            attributes = {key: _plain(file.attrs[key]) for key in file.attrs}
+            variables = {name: _read_variable(item) for name, item in file.variables.items()}
+    # A damaged file makes HDF5 fail in many ways.
+    except (OSError, RuntimeError, KeyError, ValueError, TypeError, AttributeError) as error:
+        raise InputError(
+            f"{path} is not a netCDF-4 file, or is damaged; give a file that slipfold saved"
+        ) from error
+    labels = str(attributes.pop("coordinates", "")).split()
+    return LabelledTable(variables, tuple(labels), attributes)
+
+
+def _read_variable(item: Any) -> Variable:
+    values = item[...]
+    attributes = {key: _plain(item.attrs[key]) for key in item.attrs}
+    if values.dtype.kind in "OT":
+        texts = [part.decode() if isinstance(part, bytes) else str(part) for part in values.flat]
+        values = np.array(texts, dtype=str).reshape(values.shape)
+    elif attributes.pop("dtype", "") == "bool":
+        values = values.astype(bool)
+    return Variable(tuple(item.dimensions), values, attributes)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, bytes):
+        return value.decode()
+    return value

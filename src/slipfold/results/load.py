@@ -1,0 +1,59 @@
+"""Saved results read back."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from slipfold.errors import InputError
+from slipfold.results.diagram_reader import read_diagram
+from slipfold.results.labelled_table import read_netcdf
+
+if TYPE_CHECKING:
+    from slipfold.models.model import Model
+    from slipfold.results.diagram import Diagram
+
+__all__ = ["load"]
+
+_READERS = {"slipfold.response/1": read_diagram}
+
+
+def load(path: str | Path, *, kind: type[Model] | None = None) -> Diagram:
+    """Read a result that was saved.
+
+    Parameters
+    ----------
+    path
+        A file written by ``save`` or by the command line's ``--out``.
+    kind
+        The class of the model, if it is not a built-in one.
+
+    Returns
+    -------
+    Diagram
+        What was saved, number for number.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, is damaged, or was not written by slipfold.
+    """
+    table = read_netcdf(path)
+    schema = str(table.attributes.get("schema", ""))
+    if schema in _READERS:
+        try:
+            return _READERS[schema](table, kind)
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from error
+        # The numbers are those of the schema, or somebody changed the file.
+        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+            raise InputError(
+                f"{path} is damaged: it says it is {schema} but lacks parts of it "
+                f"({type(error).__name__}: {error}); compute it anew"
+            ) from error
+    if schema.startswith("slipfold."):
+        raise InputError(
+            f"{path} holds {schema}, which this version cannot read; it reads "
+            f"{', '.join(_READERS)}; upgrade slipfold"
+        )
+    raise InputError(f"{path} is not a result of slipfold; give a file that slipfold saved")

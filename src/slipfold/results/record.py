@@ -1,0 +1,93 @@
+"""A diagram as plain data for JSON: the schema slipfold.response/1 of the command line."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+from slipfold.branches.branch import Branch
+from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
+from slipfold.results.diagram_table import SCHEMA
+
+if TYPE_CHECKING:
+    from slipfold.results.diagram import Diagram
+
+__all__ = ["diagram_record", "number", "numbers"]
+
+
+def diagram_record(diagram: Diagram) -> dict[str, Any]:
+    """Return special points and ends of all branches.
+
+    Parameters
+    ----------
+    diagram
+        The diagram.
+    """
+    return {
+        "schema": SCHEMA,
+        "model": diagram.model.name,
+        "parameters": {name: number(value) for name, value in diagram.model.values.items()},
+        "vary": diagram.vary,
+        "branches": [_branch_record(branch) for branch in diagram.branches],
+    }
+
+
+def number(value: float | None) -> float | None:
+    """Return a number that JSON can hold; what is not finite becomes None.
+
+    Parameters
+    ----------
+    value
+        A number or None.
+
+    Examples
+    --------
+    >>> number(float("inf")) is None
+    True
+    """
+    return float(value) if value is not None and math.isfinite(value) else None
+
+
+def numbers(values: Iterable[float]) -> list[float | None]:
+    """Return numbers that JSON can hold.
+
+    Parameters
+    ----------
+    values
+        The numbers.
+    """
+    return [number(value) for value in values]
+
+
+def _branch_record(branch: Branch) -> dict[str, Any]:
+    # A limit of the model is where a branch stops, not a point on it.
+    shown = [point for point in branch.special if point.type in (*BIFURCATIONS, "EVENT")]
+    return {
+        "id": branch.id,
+        "kind": branch.kind,
+        "period": branch.period,
+        "parent": branch.parent,
+        "points": len(branch),
+        "special": [_point_record(point) for point in shown],
+        "stopped": {
+            "kind": branch.stopped.kind,
+            "reason": branch.stopped.reason,
+            "value": number(branch.stopped.value),
+        },
+    }
+
+
+def _point_record(point: SpecialPoint) -> dict[str, Any]:
+    return {
+        "type": point.type,
+        "name": point.name,
+        "value": number(point.value),
+        "uncertainty": number(point.uncertainty),
+        "state": numbers(point.state),
+        "multipliers": [numbers((value.real, value.imag)) for value in point.multipliers],
+        "multiplier_uncertainty": numbers(point.multiplier_uncertainty),
+        "criticality": point.criticality,
+        "coefficient": number(point.coefficient),
+        "leads_to": point.leads_to,
+    }

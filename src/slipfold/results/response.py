@@ -1,0 +1,102 @@
+"""The periodic response of a model over a parameter, in one call."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from time import perf_counter
+
+from slipfold.branches.event import Event
+from slipfold.branches.progress import Observer
+from slipfold.branches.response import trace_response
+from slipfold.branches.settings import Settings
+from slipfold.errors import InputError
+from slipfold.models.model import Model
+from slipfold.results.diagram import Diagram
+from slipfold.results.provenance import provenance
+
+__all__ = ["response"]
+
+
+def response(
+    model: Model,
+    vary: str,
+    span: tuple[float, float],
+    *,
+    settings: Settings | None = None,
+    events: Sequence[Event] = (),
+    observer: Observer | None = None,
+    **parameters: float | str,
+) -> Diagram:
+    """Follow the periodic response of a model over a parameter, and every doubled branch.
+
+    **Main arguments**
+
+    Parameters
+    ----------
+    model
+        The model, e.g. ``SlidingOscillator()``.
+    vary
+        Name of the parameter to follow.
+    span
+        Its first and last value, in SI units; a descending span is fine.
+    settings
+        Options of continuation; the defaults of `slipfold.Settings` if None.
+    events
+        Values of outputs or of the parameter to locate.
+    observer
+        Called after every point with a `slipfold.branches.progress.Progress`. If it raises
+        `KeyboardInterrupt`, or the user does, what is finished is returned.
+    **parameters
+        Parameters of the model to change first: numbers in SI units, or text with a unit.
+
+    Returns
+    -------
+    Diagram
+        Branches with their special points. A branch that stops early says why in its `stopped`.
+
+    Raises
+    ------
+    InputError
+        For an unknown parameter, a wrong unit, a value outside its bounds, an empty span, or a
+        start where no orbit is found.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> diagram = sf.response(sf.SlidingOscillator(), vary="Nd", span=(0, 0.98), f=12.5)
+    >>> round(diagram.branches[0].special[0].value, 9)
+    0.043578911
+    """
+    if vary in parameters:
+        raise InputError(
+            f"{vary} is varied, so it cannot be set to {parameters[vary]} as well; "
+            "give it once, in the span"
+        )
+    if not isinstance(model, Model):
+        raise InputError(f"model = {model!r} is not a model; give e.g. SlidingOscillator()")
+    first, last = _pair(span)
+    chosen = Settings() if settings is None else settings
+    changed = model.replace(**parameters)
+    started = perf_counter()
+    branches = trace_response(
+        changed, vary, (first, last), settings=chosen, events=tuple(events), observer=observer
+    )
+    return Diagram(
+        changed,
+        vary,
+        (first, last),
+        branches,
+        chosen,
+        tuple(events),
+        provenance(perf_counter() - started),
+    )
+
+
+def _pair(span: tuple[float, float]) -> tuple[float, float]:
+    try:
+        first, last = span
+        return float(first), float(last)
+    except (TypeError, ValueError):
+        raise InputError(
+            f"span = {span!r} is not a pair of numbers; give the first and the last value"
+        ) from None

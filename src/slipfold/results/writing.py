@@ -1,0 +1,96 @@
+"""Files written whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import secrets
+from pathlib import Path
+
+from slipfold.errors import InputError
+
+__all__ = ["check_writable", "write_file"]
+
+
+def check_writable(path: str | Path) -> None:
+    """Make sure before a long computation that its result can be written.
+
+    Parameters
+    ----------
+    path
+        The file to be written later.
+
+    Raises
+    ------
+    InputError
+        If the path is a folder, its folder does not exist or may not be written to.
+    """
+    target = Path(os.path.realpath(path))
+    try:
+        if target.is_dir():
+            raise InputError(f"{path} is a folder; give the name of a file")
+        if not target.parent.is_dir():
+            raise InputError(
+                f"the folder {Path(path).parent} does not exist, so {path} cannot be written; "
+                "make the folder or give another one"
+            )
+        if _is_special(target):
+            with open(target, "ab"):
+                return
+        # Permissions do not tell all (read-only disks, quotas): only a trial does.
+        trial = _beside(target)
+        os.close(os.open(trial, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600))
+        trial.unlink()
+    except OSError as error:
+        raise InputError(_cannot_write(path, error)) from error
+
+
+def write_file(path: str | Path, content: bytes) -> None:
+    """Write a file so that, whatever happens, the old one or the new one is there.
+
+    The content goes into a new file in the same folder, which then takes the place of the old one.
+    Devices and pipes, such as ``/dev/stdout``, are written to directly.
+
+    Parameters
+    ----------
+    path
+        The file.
+    content
+        All of it.
+
+    Raises
+    ------
+    InputError
+        If it cannot be written; nothing is left behind.
+    """
+    target = Path(os.path.realpath(path))
+    trial = _beside(target)
+    try:
+        if _is_special(target):
+            with open(target, "wb") as file:
+                file.write(content)
+            return
+        try:
+            descriptor = os.open(trial, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666)
+            with open(descriptor, "wb") as file:
+                file.write(content)
+                file.flush()
+                os.fsync(file.fileno())
+            os.replace(trial, target)
+        except BaseException:
+            trial.unlink(missing_ok=True)
+            raise
+    except OSError as error:
+        raise InputError(_cannot_write(path, error)) from error
+
+
+def _beside(target: Path) -> Path:
+    return target.with_name(f".{target.name[:64]}.{secrets.token_hex(6)}.part")
+
+
+def _is_special(target: Path) -> bool:
+    return target.exists() and not target.is_file()
+
+
+def _cannot_write(path: str | Path, error: OSError) -> str:
+    why = error.strerror or str(error) or type(error).__name__
+    return f"{path} cannot be written ({why.lower()}); free some space or give another place"
