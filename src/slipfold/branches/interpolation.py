@@ -21,18 +21,16 @@ SPACING = 0.2
 """Least spacing of interpolated points, as a share of their distance from where it is used."""
 
 
-def arc_between(start: Array, end: Array, first: Array, last: Array) -> float:
-    """Return the arclength between two points of a curve, exact for a circle.
+def arc_between(a: Point, b: Point) -> float:
+    """Return the arclength between two points of a branch, exact for a circle.
 
     Parameters
     ----------
-    start, end
-        The points.
-    first, last
-        Unit tangents there.
+    a, b
+        The points; their tangents point the same way along the branch.
     """
-    chord = float(np.linalg.norm(end - start))
-    turn = float(np.arccos(np.clip(first @ last, -1.0, 1.0)))
+    chord = float(np.linalg.norm(b.z - a.z))
+    turn = float(np.arccos(np.clip(a.tangent @ b.tangent, -1.0, 1.0)))
     return chord if turn < 1e-4 else chord * 0.5 * turn / np.sin(0.5 * turn)
 
 

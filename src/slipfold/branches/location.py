@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from bisect import bisect
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from slipfold.branches.interpolation import POINTS, hermite, well_spaced
+from slipfold.branches.interpolation import POINTS, arc_between, hermite, well_spaced
 from slipfold.branches.point import Point, make_point
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.newton import correct
@@ -52,7 +53,18 @@ def orbit_at(problem: PeriodicProblem, known: Sequence[Point], arclength: float)
     correction = correct(problem, guess, row, still=STILL)
     if not correction.converged:
         raise LostBranchError(correction.failure)
-    return make_point(correction, arclength)
+    return _placed(known, make_point(correction, arclength))
+
+
+def _placed(known: Sequence[Point], point: Point) -> Point:
+    """Give a point its true place: where the guess was poor the correction moved it along."""
+    after = bisect([item.arclength for item in known], point.arclength)
+    if not 0 < after < len(known):
+        return point
+    a, b = known[after - 1], known[after]
+    left, right = arc_between(a, point), arc_between(point, b)
+    share = left / (left + right) if left + right > 0 else 0.5
+    return replace(point, arclength=a.arclength + share * (b.arclength - a.arclength))
 
 
 def insert(known: list[Point], point: Point) -> None:
@@ -65,8 +77,7 @@ def insert(known: list[Point], point: Point) -> None:
     point
         The new one.
     """
-    places = [item.arclength for item in known]
-    known.insert(bisect(places, point.arclength), point)
+    known.insert(bisect([item.arclength for item in known], point.arclength), point)
 
 
 def locate(
@@ -108,10 +119,10 @@ def locate(
             at = low - f_low * (high - low) / (f_high - f_low)
         if count > PATIENCE and count % 2:
             at = 0.5 * (low + high)
+        point = orbit_at(problem, known, at)
+        at, value = point.arclength, function(point)
         close = abs(at - previous) <= CLOSE or high - low <= CLOSE
         previous = at
-        point = orbit_at(problem, known, at)
-        value = function(point)
         if close or value == 0.0:
             return point
         insert(known, point)

@@ -67,8 +67,7 @@ def trace_response(
     settings = settings or Settings()
     model, first, last = _checked(model, vary, span, events)
     problem = PeriodicProblem(model, vary, 1, abs(last - first))
-    start = response_start(problem, first, math.copysign(1.0, last - first))
-    begun = End("span", f"the span begins at {vary} = {first:g}", first)
+    start, begun = _first_point(problem, first, last)
     branches: list[Branch] = []
     waiting: list[_Waiting] = [_Waiting(problem, start, begun, None, ())]
     while waiting:
@@ -141,6 +140,25 @@ def _checked(
                 f"no output {event.name!r} for an event; there are {', '.join(outputs)}"
             )
     return model.replace(**{vary: first}), first, last
+
+
+def _first_point(problem: PeriodicProblem, first: float, last: float) -> tuple[Point, End]:
+    """Start at the first value of the span, or at the last where the first has no response."""
+    vary, forward = problem.vary, math.copysign(1.0, last - first)
+    try:
+        start = response_start(problem, first, forward)
+        return start, End("span", f"the span begins at {vary} = {first:g}", first)
+    except InputError as error:
+        try:
+            start = response_start(problem, last, -forward)
+        except InputError:
+            raise error from None
+    return start, End(
+        "span",
+        f"there is no response of period 1 at {vary} = {first:g}, so the span was followed from "
+        f"its other end, {vary} = {last:g}",
+        last,
+    )
 
 
 def _follow(

@@ -53,7 +53,7 @@ class Steps:
 
     largest: float = 0.5
     smallest: float = 1e-9
-    turn: float = 0.3
+    turn: float = 0.35
     points: int = 2000
 
     def __post_init__(self) -> None:

@@ -52,7 +52,7 @@ def response_start(problem: PeriodicProblem, value: float, forward: float) -> Po
         correction = correct(problem, correction.z, row)
     if not correction.converged:
         raise InputError(
-            f"no periodic response was found at {problem.vary} = {value:g}: "
+            f"no response of period 1 was found at {problem.vary} = {value:g}: "
             f"{correction.failure}; start the span elsewhere"
         )
     return make_point(correction, 0.0)
@@ -62,10 +62,10 @@ def _nodes_from_quiet(problem: PeriodicProblem, value: float) -> Array:
     """Follow the response from the quiet state at the given value of the other parameter."""
     model = problem.model.replace(**{problem.vary: value})
     quiet = model.quiet
-    if quiet is None or not model.values[quiet]:
+    if quiet is None or quiet == problem.vary or not model.values[quiet]:
         raise InputError(
-            f"no periodic response was found at {problem.vary} = {value:g} from the linear "
-            "response; start the span elsewhere"
+            f"no response of period 1 was found at {problem.vary} = {value:g}: Newton's method "
+            "does not converge from the linear response; start the span elsewhere"
         )
     target = model.values[quiet]
     other = PeriodicProblem(model, quiet, 1, abs(target), problem.segments)
@@ -84,7 +84,7 @@ def _nodes_from_quiet(problem: PeriodicProblem, value: float) -> Array:
     if isinstance(point, Failure) or other.value(point.z) != target:
         reason = point.reason if isinstance(point, Failure) else "the response turns back before"
         raise InputError(
-            f"no periodic response was found at {problem.vary} = {value:g}: followed from "
+            f"no response of period 1 was found at {problem.vary} = {value:g}: followed from "
             f"{quiet} = 0 it does not reach {quiet} = {target:g} ({reason}); start the span "
             f"elsewhere or lower {quiet}"
         )

@@ -7,10 +7,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from slipfold.branches.branch import End
 from slipfold.branches.detection import Found, find_bifurcations
 from slipfold.branches.event import Event
+from slipfold.branches.interpolation import POINTS, hermite, well_spaced
 from slipfold.branches.location import LostBranchError, insert, locate, orbit_at
 from slipfold.branches.point import Point
 from slipfold.branches.settings import Settings
@@ -177,8 +179,12 @@ def _extend(
 
 def _asymmetry(point: Point) -> Array:
     """Difference between an orbit and its copy half a period later; zero on the parent."""
-    z = point.z[:-1]
-    return z - np.roll(z, len(z) // 2)
+    return _split(point.z)
+
+
+def _split(z: Array) -> Array:
+    half = (len(z) - 1) // 2
+    return z[:half] - z[half:-1]
 
 
 def _close_on_parent(
@@ -194,23 +200,24 @@ def _close_on_parent(
     """
     problem, before = trace.problem, trace.points[-1]
     direction = _asymmetry(before)
-    heights = np.array([direction @ _asymmetry(item) for item in known[-3:]])
-    places = np.array([item.arclength for item in known[-3:]])
-    coefficients = np.polyfit(places - before.arclength, heights, len(heights) - 1)
-    roots = np.roots(coefficients)
-    inside = roots[(abs(roots.imag) < 1e-12) & (roots.real > 0)].real
-    length = float(inside.min()) if len(inside) else point.arclength - before.arclength
-    length = min(length, point.arclength - before.arclength)
-    near = max(length - BIRTH, 0.5 * length)
+    near = well_spaced(known, before.arclength, point.arclength, POINTS)
+    root = brentq(
+        lambda place: direction @ _split(hermite(near, place)[0]),
+        before.arclength,
+        point.arclength,
+        xtol=1e-6,
+    )
+    length = root - before.arclength
     value = _parent_value(trace, doublings, problem.value(point.z))
     trace.end = End(
         "closed",
         f"the branch closed on its parent's period doubling at {problem.vary} = {value:.9g}",
         value,
     )
-    place = before.arclength + near
+    last = orbit_at(problem, known, before.arclength + max(length - BIRTH, 0.5 * length))
     known.remove(point)
-    return orbit_at(problem, known, place)
+    insert(known, last)
+    return last
 
 
 def _parent_value(

@@ -49,15 +49,15 @@ class Failure:
 
 @dataclass(frozen=True)
 class _Measures:
-    """How well a step fitted, each relative to its aim; one means as wanted."""
+    """How well a step fitted: error and drift relative to their aims, turn to its cap."""
 
     error: float
     turn: float
     drift: float
 
     @property
-    def worst(self) -> float:
-        return max(self.error, self.turn, self.drift)
+    def fits(self) -> bool:
+        return self.turn <= 1 and max(self.error, self.drift) <= REJECT
 
     def factor(self) -> float:
         """By how much the next step may be longer.
@@ -65,7 +65,7 @@ class _Measures:
         The prediction's error grows with the fifth power of the step or so, the turn with the
         first, the drift of the matrix with the second to third.
         """
-        wanted = min(self.error**-0.22, 1 / max(self.turn, 1e-3), max(self.drift, 1e-6) ** -0.4)
+        wanted = min(self.error**-0.22, 0.7 / max(self.turn, 1e-3), max(self.drift, 1e-6) ** -0.4)
         return float(np.clip(0.9 * wanted, 0.2, 2.5))
 
 
@@ -127,9 +127,9 @@ def _next_point(
         correction, point = _try(problem, recent, step, bounds, settings)
         if point is not None:
             measures = _measure(recent, point, correction, settings)
-            if measures.worst <= REJECT or step <= 4 * smallest:
+            if measures.fits or step <= 4 * smallest:
                 return point, min(step * measures.factor(), largest)
-            step *= max(measures.factor(), 0.25)
+            step *= min(measures.factor(), 0.7)
             reason = "the branch turns too sharply"
         else:
             reason = correction.failure
@@ -166,8 +166,7 @@ def _try(
     point = make_point(correction, target)
     if abs(row[-1]) == 1.0 and not row[:-1].any():
         point.z[-1] = bound  # exactly, whatever rounding did
-    length = arc_between(last.z, point.z, last.tangent, point.tangent)
-    return correction, replace(point, arclength=last.arclength + length)
+    return correction, replace(point, arclength=last.arclength + arc_between(last, point))
 
 
 def _arclength_at(recent: list[Point], bound: float, beyond: float) -> float:

@@ -16,6 +16,9 @@ LARGEST_PERIOD = 8
 SHORTEST = 16
 """Forcing periods below which nothing can be said."""
 
+SHORT = 200
+"""Forcing periods below which a transient cannot be told from a torus."""
+
 ROUNDING = 1e-12
 """Change from one response to the next that rounding alone can cause, in scaled states."""
 
@@ -131,8 +134,7 @@ def judge_settlement(strobe: Array, scales: Array, tolerance: float) -> Settleme
             None,
             math.nan,
             None,
-            f"not settled: {count} forcing periods are too few to tell; simulate at least "
-            f"{10 * SHORTEST}",
+            f"not settled: {count} forcing periods are too few to tell; simulate {5 * SHORT}",
         )
     scaled = strobe / scales
     trends = [_measure(scaled, period) for period in range(1, LARGEST_PERIOD + 1)]
@@ -196,6 +198,14 @@ def _unsettled(trends: list[_Trend], periods: int, tolerance: float) -> Settleme
         first.drift,
         first.rate,
         f"{start}the state changes by {first.drift:.1e} from period to period and this does not "
-        "shrink; a torus, chaos, a period above 8 or a very slow transient: look at the strobe "
-        "states, or simulate ten times as long",
+        f"shrink; {_advice(periods)}",
+    )
+
+
+def _advice(periods: int) -> str:
+    if periods < SHORT:
+        return f"so short a run cannot tell a transient from a torus: simulate {5 * SHORT}"
+    return (
+        "a torus, chaos, a period above 8 or a very slow transient: look at the strobe states, or "
+        f"simulate {10 * periods}"
     )

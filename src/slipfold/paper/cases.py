@@ -70,11 +70,17 @@ class Row:
         Name of the parameter that tells them apart.
     common
         Names of the parameters set for the whole row.
+    detail
+        Range of the parameter followed that is drawn once more, magnified; None for no such panel.
+    wide
+        Whether its panels take the whole width, one below the other.
     """
 
     curves: tuple[Curve, ...]
     member: str
-    common: tuple[str, ...]
+    common: tuple[str, ...] = ()
+    detail: tuple[float, float] | None = None
+    wide: bool = False
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -202,7 +208,8 @@ def _row(content: Mapping[str, Any]) -> Row:
         unit = model.values[content["span_of"]] if "span_of" in content else 1.0
         first, last = content["span"]
         curves.append(Curve(model, content["vary"], (first * unit, last * unit)))
-    return Row(tuple(curves), member, tuple(common))
+    detail = tuple(content["detail"]) if "detail" in content else None
+    return Row(tuple(curves), member, tuple(common), detail, content.get("wide", False))
 
 
 def value_text(model: SlidingOscillator, name: str) -> tuple[str, str]:

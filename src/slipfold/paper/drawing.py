@@ -4,35 +4,45 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import count
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Canvas
-from matplotlib.lines import Line2D
+from matplotlib.patches import Rectangle
 
 from slipfold.attractors.spectrum import Spectrum
-from slipfold.branches.branch import Branch
+from slipfold.branches.special_point import BIFURCATIONS
 from slipfold.models.sliding_oscillator import SlidingOscillator
 from slipfold.paper.cases import Curve, Figure, Row, Steady, value_text
-from slipfold.plots.response import HasBranches, draw_family
-from slipfold.plots.spectrum import draw_spectrum
-from slipfold.plots.style import COLUMN, LINES, MARKERS, figure_style, palette
+from slipfold.paper.legend import draw_legend
+from slipfold.plots.marks import marks_of
+from slipfold.plots.response import HasBranches, draw_family, name_family
+from slipfold.plots.spectrum import draw_spectrum, name_lines
+from slipfold.plots.style import COLUMN, figure_style, palette
 
 __all__ = ["draw_figure", "render_figure"]
 
 OUTPUTS = ("y", "x")
 """Left and right panel of a row, as in the paper."""
 
-ROW_HEIGHT = 2.75
-SPECTRUM_HEIGHT = 1.9
-LEGEND_HEIGHT = 0.45
+ROW_HEIGHT = 2.45
+WIDE_HEIGHT = 3.1
+DETAIL_HEIGHT = 1.95
+SPECTRUM_HEIGHT = 1.7
+LEGEND_HEIGHT = 0.55
 
-MEANINGS = {
-    "PD": "period doubling",
-    "NS": "Neimark–Sacker",
-    "LP": "fold",
-    "BP": "branch point",
-    "LIMIT": "limit of the model",
-}
+
+@dataclass(frozen=True)
+class _Panel:
+    """Axes with a family in them, whose names are still to be placed."""
+
+    ax: Axes
+    row: Row
+    diagrams: Sequence[HasBranches]
+    output: str
+    without: tuple[float, float] | None = None
 
 
 def draw_figure(
@@ -59,18 +69,42 @@ def draw_figure(
     matplotlib.figure.Figure
         The figure, tied to no window.
     """
-    heights = [ROW_HEIGHT] * len(figure.rows) + [SPECTRUM_HEIGHT] * len(figure.spectra)
+    heights = _heights(figure)
     canvas = Canvas(figsize=(2 * COLUMN, sum(heights) + LEGEND_HEIGHT), layout="constrained")
-    grid = canvas.subplots(len(heights), 2, squeeze=False, height_ratios=heights)
-    letters = iter("abcdefghijkl")
-    for axes, row in zip(grid, figure.rows, strict=False):
-        _draw_row(axes, row, [diagrams[curve] for curve in row.curves], letters, measure)
-    for axes, case in zip(grid[len(figure.rows) :], figure.spectra, strict=True):
-        for ax, output in zip(axes, OUTPUTS, strict=True):
-            draw_spectrum(spectra[case], output, ax, palette(1)[0])
-            ax.set_title(f"({next(letters)})  {_settings(case)}")
-    branches = [branch for curve in figure.curves for branch in diagrams[curve].branches]
-    _explain(canvas, branches)
+    grid = canvas.add_gridspec(len(heights), 2, height_ratios=heights)
+    lines = iter(range(len(heights)))
+    letters = (f"({chr(ord('a') + number)})" for number in count())
+    panels: list[_Panel] = []
+    for row in figure.rows:
+        found = [diagrams[curve] for curve in row.curves]
+        if row.wide:
+            axes = [canvas.add_subplot(grid[next(lines), :]) for _ in OUTPUTS]
+        else:
+            line = next(lines)
+            axes = [canvas.add_subplot(grid[line, column]) for column in (0, 1)]
+        drawn = _draw_row(axes, row, found, letters, measure)
+        panels += drawn
+        if row.detail is not None:
+            line = next(lines)
+            axes = [canvas.add_subplot(grid[line, column]) for column in (0, 1)]
+            panels += _draw_details(axes, drawn, row.detail, measure)
+    spectral: list[tuple[Axes, Spectrum, str]] = []
+    for case in figure.spectra:
+        line = next(lines)
+        for column, output in enumerate(OUTPUTS):
+            ax = canvas.add_subplot(grid[line, column])
+            draw_spectrum(spectra[case], output, ax, palette(1)[0], annotate=False)
+            settings = ", ".join(_equation(case.model, name) for name in ("f", "Nd"))
+            ax.set_title(f"{next(letters)}  {settings}")
+            spectral.append((ax, spectra[case], output))
+    draw_legend(canvas, [diagrams[curve] for curve in figure.curves], measure)
+    # Names come last: where they cover nothing is known when the layout is, which then stays.
+    canvas.draw_without_rendering()
+    canvas.set_layout_engine("none")
+    for panel in panels:
+        _name(panel, measure)
+    for ax, spectrum, output in spectral:
+        name_lines(ax, spectrum, output, palette(1)[0])
     return canvas
 
 
@@ -110,67 +144,77 @@ def render_figure(
     return contents
 
 
+def _heights(figure: Figure) -> list[float]:
+    heights = []
+    for row in figure.rows:
+        heights += [WIDE_HEIGHT] * 2 if row.wide else [ROW_HEIGHT]
+        if row.detail is not None:
+            heights.append(DETAIL_HEIGHT)
+    return heights + [SPECTRUM_HEIGHT] * len(figure.spectra)
+
+
 def _draw_row(
     axes: Sequence[Axes],
     row: Row,
     diagrams: Sequence[HasBranches],
     letters: Iterator[str],
     measure: str,
-) -> None:
-    parameter = row.curves[0].model.parameter(row.member)
-    unit = value_text(row.curves[0].model, row.member)[1]
-    symbol = parameter.symbol or parameter.name
-    names = [f"{symbol} = {name}{unit}" for name in row.names]
+) -> list[_Panel]:
+    panels = []
     for ax, output in zip(axes, OUTPUTS, strict=True):
-        draw_family(diagrams, names, output, measure, ax)
-        ax.set_title(f"({next(letters)})  {_common(row)}")
+        draw_family(diagrams, output, measure, ax)
+        ax.margins(x=0.01, y=0.06)
+        ax.autoscale_view()
+        ax.set_title(f"{next(letters)}  {_common(row)}")
+        panels.append(_Panel(ax, row, diagrams, output, row.detail))
+    return panels
+
+
+def _draw_details(
+    axes: Sequence[Axes], panels: Sequence[_Panel], span: tuple[float, float], measure: str
+) -> list[_Panel]:
+    """Draw the panels once more, near their thresholds, and frame there what is magnified."""
+    details = []
+    for ax, panel in zip(axes, panels, strict=True):
+        draw_family(panel.diagrams, panel.output, measure, ax)
+        values = [
+            mark.value
+            for diagram in panel.diagrams
+            for branch in diagram.branches
+            for mark in marks_of(branch, panel.output, measure)
+            if mark.type in BIFURCATIONS and span[0] <= mark.parameter <= span[1]
+        ]
+        whole = np.ptp(panel.ax.get_ylim())
+        low, high = (min(values), max(values)) if values else panel.ax.get_ylim()
+        room = max(0.4 * (high - low), 0.02 * whole)
+        ax.set_xlim(span)
+        ax.set_ylim(low - room, high + room)
+        ax.set_title(f"detail of {panel.ax.get_title(loc='left').split()[0]}")
+        size = span[1] - span[0], high - low + 2 * room
+        frame = Rectangle((span[0], low - room), *size, fill=False, color="0.6", linewidth=0.6)
+        panel.ax.add_patch(frame)
+        details.append(_Panel(ax, panel.row, panel.diagrams, panel.output))
+    return details
+
+
+def _name(panel: _Panel, measure: str) -> None:
+    model = panel.row.curves[0].model
+    unit = value_text(model, panel.row.member)[1]
+    names = [f"{name}{unit}" for name in panel.row.names]
+    name_family(panel.ax, panel.diagrams, names, panel.output, measure, without=panel.without)
 
 
 def _common(row: Row) -> str:
-    """Return what holds for all curves of a row, e.g. the frequency of a force response."""
+    """Return what holds for all curves of a row, and what tells them apart."""
     model = row.curves[0].model
     shown = [*row.common]
     if "f" not in (row.member, row.curves[0].vary, *shown):
         shown.append("f")
-    return ", ".join(_equation(model, name) for name in shown)
-
-
-def _settings(case: Steady) -> str:
-    return ", ".join(_equation(case.model, name) for name in ("f", "Nd"))
+    equations = ", ".join(_equation(model, name) for name in shown)
+    symbol = model.parameter(row.member).symbol
+    return f"{equations}; {symbol} as marked" if equations else f"{symbol} as marked"
 
 
 def _equation(model: SlidingOscillator, name: str) -> str:
     value, unit = value_text(model, name)
     return f"{model.parameter(name).symbol} = {value}{unit}"
-
-
-def _explain(canvas: Canvas, branches: Sequence[Branch]) -> None:
-    """Put a legend of lines and markers below the panels."""
-    handles = [
-        Line2D([], [], color="0.2", label=label, **LINES[kind])
-        for kind, label in (
-            ("stable", "stable"),
-            ("period doubling", "unstable: period doubling"),
-            ("fold or torus", "unstable: fold or torus"),
-        )
-    ]
-    special = [point for branch in branches for point in branch.special]
-    for type_, meaning in MEANINGS.items():
-        if any(point.type == type_ for point in special):
-            handles.append(_marker(type_, f"{type_} {meaning}" if type_ != "LIMIT" else meaning))
-    if any(point.criticality == "subcritical" for point in special):
-        handles.append(_marker("PD", "open: subcritical", "white"))
-    canvas.legend(handles=handles, loc="outside lower center", ncols=4, columnspacing=1.4)
-
-
-def _marker(type_: str, label: str, face: str = "0.2") -> Line2D:
-    return Line2D(
-        [],
-        [],
-        linestyle="none",
-        marker=MARKERS[type_],
-        color="0.2",
-        markerfacecolor=face,
-        markeredgewidth=0.9,
-        label=label,
-    )

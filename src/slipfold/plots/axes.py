@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from matplotlib import pyplot
 from matplotlib.axes import Axes
+from matplotlib.layout_engine import PlaceHolderLayoutEngine
 
 from slipfold.errors import InputError
 from slipfold.models.model import Model
 
-__all__ = ["axes_or_new", "label_of"]
+__all__ = ["axes_or_new", "label_of", "settle"]
 
 
 def axes_or_new(ax: Axes | None) -> Axes:
@@ -43,3 +44,22 @@ def label_of(model: Model, output: str) -> str:
             return item.label or item.name
     known = ", ".join(item.name for item in items)
     raise InputError(f"{model.name} has no output {output!r}; it has {known}")
+
+
+def settle(ax: Axes) -> None:
+    """Fix limits and layout, so that places in the figure can be computed.
+
+    Parameters
+    ----------
+    ax
+        Any axes of the figure.
+    """
+    figure = ax.get_figure(root=True)
+    assert figure is not None
+    engine = figure.get_layout_engine()
+    # A layout moves when it is drawn; a place holder stands for one that no longer does.
+    if engine is not None and not isinstance(engine, PlaceHolderLayoutEngine):
+        figure.draw_without_rendering()
+    # Limits are computed when they are asked for, and not when a transform uses them.
+    ax.set_xlim(ax.get_xlim())
+    ax.set_ylim(ax.get_ylim())

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise, product
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import to_hex
 from matplotlib.text import Annotation
 from numpy.typing import NDArray
 
@@ -15,20 +16,23 @@ __all__ = ["Label", "place_labels"]
 
 Array = NDArray[np.float64]
 
-RADII = (7.0, 10.0, 14.0, 19.0, 25.0, 32.0, 40.0, 50.0)
-"""Distances from the point to the middle of the nearest edge of its text, in points."""
+RADII = (4.0, 6.0, 9.0, 13.0, 18.0, 24.0, 32.0, 42.0)
+"""Distances in points from the point to the edge of its text."""
 
-DIRECTIONS = np.deg2rad([90, 45, 135, 0, 180, -45, -135, -90, 67, 113, 22, 158, -22, -158, -67])
-"""Directions that are tried, the ones readers like first."""
+DIRECTIONS = (90, 45, 135, 0, 180, -45, -135, -90, 67, 113, 22, 158, -22, -158, -67, -113)
+"""Directions in degrees that are tried, the ones readers like first."""
 
-LEADER = 11.0
+LEADER = 8.0
 """A text farther away than this gets a thin line to its point."""
 
-SPACING = 1.5
+MARGIN = 1.0
 """Free margin around a text in points."""
 
+NEIGHBOURHOOD = 6.0
+"""Lines of another colour this near, in points, make a text ambiguous."""
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, eq=False)
 class Label:
     """A text that belongs to one of several points.
 
@@ -43,7 +47,7 @@ class Label:
     size
         Font size in points.
     leader
-        Whether a thin line may join a far text to its point.
+        Whether a thin line may join a far text to its point; without one the text stays near.
     """
 
     text: str
@@ -56,7 +60,7 @@ class Label:
 def place_labels(axes: Axes, labels: Sequence[Label]) -> list[Annotation]:
     """Put each text beside its point, clear of lines, markers and other texts.
 
-    The limits of the axes must be final. The first labels choose first.
+    The limits and the layout of the figure must be final. The first labels choose first.
 
     Parameters
     ----------
@@ -70,18 +74,14 @@ def place_labels(axes: Axes, labels: Sequence[Label]) -> list[Annotation]:
     list of matplotlib.text.Annotation
         In the order of `labels`.
     """
-    # Layout settles only when the figure is drawn; places in it mean nothing before.
-    figure = axes.get_figure(root=True)
-    assert figure is not None
-    figure.draw_without_rendering()
-    canvas = _Canvas(axes)
+    canvas = _Canvas(axes, sorted({to_hex(label.colour) for label in labels}))
     return [_place(axes, canvas, label) for label in labels]
 
 
 class _Canvas:
     """How much ink lies on each square point of the axes."""
 
-    def __init__(self, axes: Axes) -> None:
+    def __init__(self, axes: Axes, colours: Iterable[str]) -> None:
         figure = axes.get_figure(root=True)
         assert figure is not None
         self.scale = 72.0 / figure.dpi
@@ -89,41 +89,68 @@ class _Canvas:
         box = axes.get_window_extent()
         self.origin = np.array([box.x0, box.y0])
         self.size = np.array([box.width, box.height]) * self.scale
-        self.ink = np.zeros((int(self.size[1]) + 2, int(self.size[0]) + 2))
+        shape = int(self.size[1]) + 2, int(self.size[0]) + 2
+        self.ink = np.zeros(shape)
+        self.foreign = {colour: np.zeros(shape) for colour in colours}
         for line in axes.get_lines():
-            path = line.get_transform().transform_path(line.get_path())
-            points = (np.asarray(path.vertices) - self.origin) * self.scale
+            points = self.places(line.get_xydata())
+            colour = to_hex(line.get_color())
             if line.get_linestyle() not in ("None", "none", "", " "):
-                self.add_line(points)
+                self.add_line(points, colour)
             if line.get_marker() not in ("None", "none", "", " ", None):
                 for point in points:
-                    self.add_box(point - 3.0, point + 3.0, 3.0)
+                    self.add_box(point - 3.0, point + 3.0, 4.0)
+        for inset in axes.child_axes:
+            extent = inset.get_tightbbox()
+            if extent is not None:
+                low, high = (extent.get_points() - self.origin) * self.scale
+                self.add_box(low, high, 4.0)
 
-    def place(self, anchor: Array) -> Array:
-        """Return a point's place in the axes, in points."""
-        return (self.transform.transform(anchor) - self.origin) * self.scale
+    def places(self, points: Array) -> Array:
+        """Return where data lie in the axes, in points, shape (n, 2)."""
+        return (self.transform.transform(points) - self.origin) * self.scale
 
-    def add_line(self, points: Array) -> None:
+    def add_line(self, points: Array, colour: str = "") -> None:
+        """Draw a line, which counts as another's for labels of another colour."""
         points = points[np.isfinite(points).all(axis=1)]
-        for start, end in itertools.pairwise(points):
+        for start, end in pairwise(points):
             count = int(min(np.abs(end - start).max(), 4000.0) / 0.7) + 2
             place = start + (end - start) * np.linspace(0, 1, count)[:, None]
             inside = ((place >= 0) & (place < self.size)).all(axis=1)
             column, row = place[inside].astype(int).T
             self.ink[row, column] = np.maximum(self.ink[row, column], 1.0)
+            for other, ink in self.foreign.items():
+                if colour and other != colour:
+                    ink[row, column] = 1.0
 
     def add_box(self, low: Array, high: Array, weight: float) -> None:
-        self.ink[self._squares(low, high)] += weight
-
-    def cost(self, low: Array, high: Array) -> float:
-        """Ink under a box, and what sticks out of the axes."""
-        outside = np.maximum(-low, 0).sum() + np.maximum(high - self.size, 0).sum()
-        return float(self.ink[self._squares(low, high)].sum()) + 50.0 * float(outside)
-
-    def _squares(self, low: Array, high: Array) -> tuple[slice, slice]:
+        """Fill a box."""
         left, bottom = np.maximum(low, 0).astype(int)
         right, top = np.maximum(high, -1).astype(int)
-        return slice(bottom, top + 1), slice(left, right + 1)
+        self.ink[bottom : top + 1, left : right + 1] += weight
+
+    def cost(self, low: Array, high: Array, colour: str) -> Array:
+        """Ink under boxes, foreign lines around them, and what sticks out; shape (n,)."""
+        beyond = np.maximum(1.0 - low, 0) + np.maximum(high + 1.0 - self.size, 0)
+        cost = 1000.0 * beyond.sum(axis=1) + _ink_under(self.ink, low, high)
+        foreign = self.foreign[to_hex(colour)]
+        return cost + 0.1 * _ink_under(foreign, low - NEIGHBOURHOOD, high + NEIGHBOURHOOD)
+
+    def foreign_near(self, places: Array, colour: str) -> Array:
+        """Ink of other colours around the points that texts belong to, shape (n,)."""
+        ink = self.foreign[to_hex(colour)]
+        return _ink_under(ink, places - NEIGHBOURHOOD, places + NEIGHBOURHOOD)
+
+
+def _ink_under(ink: Array, low: Array, high: Array) -> Array:
+    """Sum over boxes at once, through the table of sums from the corner."""
+    sums = np.zeros((ink.shape[0] + 1, ink.shape[1] + 1))
+    sums[1:, 1:] = ink.cumsum(axis=0).cumsum(axis=1)
+    limit = np.array(ink.shape)[::-1]
+    left, bottom = np.clip(np.floor(low), 0, limit).astype(int).T
+    right, top = np.clip(np.floor(high) + 1, 0, limit).astype(int).T
+    result = sums[top, right] - sums[bottom, right] - sums[top, left] + sums[bottom, left]
+    return np.asarray(result)
 
 
 def _place(axes: Axes, canvas: _Canvas, label: Label) -> Annotation:
@@ -140,40 +167,45 @@ def _place(axes: Axes, canvas: _Canvas, label: Label) -> Annotation:
     )
     text.set_in_layout(False)
     extent = text.get_window_extent()
-    half = np.array([extent.width, extent.height]) * canvas.scale / 2 + SPACING / 2
-    best = (np.inf, label.anchors[0], np.zeros(2), 0.0)
-    for anchor in label.anchors:
-        place = canvas.place(anchor)
-        for number, angle in enumerate(DIRECTIONS):
-            unit = np.array([np.cos(angle), np.sin(angle)])
-            # From the point to the centre of a text whose edge is at the radius.
-            reach = np.abs(unit * (half - SPACING)).sum()
-            for radius in RADII:
-                offset = unit * (radius - 3.0 + reach)
-                centre = place + offset
-                cost = canvas.cost(centre - half, centre + half)
-                cost += 0.25 * (radius - RADII[0]) + 0.05 * number
-                if cost < best[0]:
-                    best = (cost, anchor, offset, radius)
-    _, anchor, offset, radius = best
-    text.xy = tuple(anchor)
-    text.set_position(tuple(offset))
-    place = canvas.place(anchor)
-    canvas.add_box(place + offset - half, place + offset + half, 4.0)
-    if label.leader and radius > LEADER:
-        _lead(axes, canvas, label, anchor, offset, half)
+    half = np.array([extent.width, extent.height]) * canvas.scale / 2
+    offsets, radii, habit = _candidates(half, label.leader)
+    places = canvas.places(label.anchors)
+    centres = (places[:, None] + offsets).reshape(-1, 2)
+    cost = canvas.cost(centres - half - MARGIN, centres + half + MARGIN, label.colour)
+    near = canvas.foreign_near(places, label.colour)
+    liking = np.tile(0.4 * radii + habit, len(places)) + np.repeat(near, len(offsets))
+    best = int(np.argmin(cost + liking))
+    anchor, choice = divmod(best, len(offsets))
+    text.xy = tuple(label.anchors[anchor])
+    text.set_position(tuple(offsets[choice]))
+    canvas.add_box(centres[best] - half, centres[best] + half, 5.0)
+    if label.leader and radii[choice] > LEADER:
+        _lead(axes, canvas, label, text, half)
     return text
 
 
-def _lead(
-    axes: Axes, canvas: _Canvas, label: Label, anchor: Array, offset: Array, half: Array
-) -> None:
+def _candidates(half: Array, far: bool) -> tuple[Array, Array, Array]:
+    """Return offsets of the centre of a text, their distances, and how little they are liked."""
+    offsets, radii, habit = [], [], []
+    allowed = RADII if far else RADII[:4]
+    for (rank, angle), radius in product(enumerate(np.deg2rad(DIRECTIONS)), allowed):
+        unit = np.array([np.cos(angle), np.sin(angle)])
+        # The centre lies in this direction where the edge of the text has the distance.
+        edge = float(np.min(half / np.maximum(np.abs(unit), 1e-9)))
+        offsets.append(unit * (radius + edge))
+        radii.append(radius)
+        habit.append(0.1 * rank)
+    return np.array(offsets), np.array(radii), np.array(habit)
+
+
+def _lead(axes: Axes, canvas: _Canvas, label: Label, text: Annotation, half: Array) -> None:
     """Join a text to its point by a thin line from the edge of the text."""
-    shrink = float(np.min((half - SPACING / 2) / np.maximum(np.abs(offset), 1e-9)))
-    tail = offset * max(1.0 - shrink, 0.0)
+    offset = np.array(text.get_position())
+    inside = float(np.min(half / np.maximum(np.abs(offset), 1e-9)))
+    tail = offset * max(1.0 - inside, 0.0)
     line = axes.annotate(
         "",
-        tuple(anchor),
+        text.xy,
         xytext=tuple(tail),
         textcoords="offset points",
         arrowprops={
@@ -181,10 +213,10 @@ def _lead(
             "color": label.colour,
             "linewidth": 0.4,
             "shrinkA": 0.0,
-            "shrinkB": 2.5,
+            "shrinkB": 2.0,
         },
         annotation_clip=False,
     )
     line.set_in_layout(False)
-    place = canvas.place(anchor)
+    place = canvas.places(np.array([text.xy]))[0]
     canvas.add_line(np.array([place, place + tail]))

@@ -3,26 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
 from matplotlib.axes import Axes
+from numpy.typing import NDArray
 
 from slipfold.branches.branch import Branch
-from slipfold.branches.special_point import SpecialPoint
 from slipfold.errors import InputError
-from slipfold.models.model import Model
-from slipfold.plots.axes import axes_or_new, label_of
+from slipfold.plots.axes import axes_or_new, label_of, settle
 from slipfold.plots.labels import Label, place_labels
-from slipfold.plots.stretches import measure_of, stretches_of
+from slipfold.plots.marks import marks_of
+from slipfold.plots.stretches import stretches_of
 from slipfold.plots.style import LINES, MARKERS, palette
 
-if TYPE_CHECKING:
-    from slipfold.plots.labels import Array
+__all__ = ["HasBranches", "draw_family", "draw_response", "name_family"]
 
-__all__ = ["HasBranches", "draw_family", "draw_response"]
+MEASURE_NAMES = {
+    "max": "max",
+    "min": "min",
+    "peak_to_peak": "peak-to-peak",
+    "modulus": "max modulus of",
+}
 
-MEASURE_NAMES = {"max": "max", "min": "min", "peak_to_peak": "p–p", "modulus": "max |·| of"}
+ANCHORS = 40
+"""Places along each branch where its name may stand."""
 
 
 class HasBranches(Protocol):
@@ -73,26 +78,25 @@ def draw_response(
     InputError
         For an unknown output or measure, or if there is no branch.
     """
-    return draw_family([diagram], None, output, measure, ax, [colour], annotate)
+    ax = draw_family([diagram], output, measure, ax, [colour])
+    if annotate:
+        name_family(ax, [diagram], None, output, measure, [colour])
+    return ax
 
 
 def draw_family(
     diagrams: Sequence[HasBranches],
-    names: Sequence[str] | None = None,
     output: str = "x",
     measure: str = "max",
     ax: Axes | None = None,
     colours: Sequence[str] | None = None,
-    annotate: bool = True,
 ) -> Axes:
-    """Draw several response diagrams into one picture, each with its name beside its line.
+    """Draw several response diagrams into one picture; `name_family` then names what is in it.
 
     Parameters
     ----------
     diagrams
         The diagrams; all vary the same parameter.
-    names
-        What to write beside each line; nothing if None.
     output
         A state or output of the model.
     measure
@@ -101,8 +105,6 @@ def draw_family(
         Axes to draw in; new ones if None.
     colours
         One a diagram; from dark to light if None.
-    annotate
-        Whether special points are named.
 
     Returns
     -------
@@ -117,91 +119,91 @@ def draw_family(
     branches = [branch for diagram in diagrams for branch in diagram.branches]
     if not branches:
         raise InputError("the diagram has 0 branches, so there is nothing to draw; give at least 1")
+    label = label_of(branches[0].model, output)
     ax = axes_or_new(ax)
     colours = palette(len(diagrams)) if colours is None else colours
-    labels: list[Label] = []
     for diagram, colour in zip(diagrams, colours, strict=True):
-        _draw_lines(ax, diagram, output, measure, colour)
-        labels += _draw_markers(ax, diagram, output, measure, colour)
-    _label_axes(ax, branches[0].model, branches[0].vary, output, measure)
-    ax.autoscale_view()
-    if annotate:
-        place_labels(ax, labels)
-    if names is not None:
-        place_labels(ax, _names(diagrams, names, output, measure, colours))
+        for branch in diagram.branches:
+            for line in stretches_of(branch, output, measure):
+                ax.plot(line.parameter, line.value, color=colour, **LINES[line.kind])
+    # Markers lie on top of all lines.
+    for diagram, colour in zip(diagrams, colours, strict=True):
+        for branch in diagram.branches:
+            _draw_marks(ax, branch, output, measure, colour)
+    ax.set_xlabel(branches[0].model.parameter(branches[0].vary).label)
+    ax.set_ylabel(f"{MEASURE_NAMES[measure]} {label}")
     return ax
 
 
-def _draw_lines(ax: Axes, diagram: HasBranches, output: str, measure: str, colour: str) -> None:
-    births = {
-        point.leads_to: point
-        for branch in diagram.branches
-        for point in branch.special
-        if point.leads_to is not None
-    }
-    for branch in diagram.branches:
-        for stretch in stretches_of(branch, output, measure, births.get(branch.id)):
-            ax.plot(stretch.parameter, stretch.value, color=colour, **LINES[stretch.kind])
-
-
-def _draw_markers(
-    ax: Axes, diagram: HasBranches, output: str, measure: str, colour: str
-) -> list[Label]:
-    labels = []
-    for branch in diagram.branches:
-        for point in branch.special:
-            if point.type not in MARKERS:
-                continue
-            value = float(measure_of(point.orbit.extrema, output, measure)[0])
-            if not np.isfinite(value):
-                continue
-            hollow = point.criticality == "subcritical"
-            ax.plot(
-                point.value,
-                value,
-                linestyle="none",
-                marker=MARKERS[point.type],
-                color=colour,
-                markerfacecolor="white" if hollow else colour,
-                markeredgewidth=0.9,
-                zorder=3,
-                clip_on=False,
-            )
-            labels.append(Label(_short_name(point), np.array([[point.value, value]]), colour))
-    return labels
-
-
-def _short_name(point: SpecialPoint) -> str:
-    """Return what stands beside the marker."""
-    if point.type == "LIMIT":
-        return "collapse" if "collapse" in point.name else point.name
-    return point.name if point.type == "EVENT" else point.type
-
-
-def _names(
+def name_family(
+    ax: Axes,
     diagrams: Sequence[HasBranches],
-    names: Sequence[str],
-    output: str,
-    measure: str,
-    colours: Sequence[str],
-) -> list[Label]:
-    return [
-        Label(name, _anchors(diagram, output, measure), colour, size=7.5)
-        for diagram, name, colour in zip(diagrams, names, colours, strict=True)
-    ]
+    names: Sequence[str] | None = None,
+    output: str = "x",
+    measure: str = "max",
+    colours: Sequence[str] | None = None,
+    without: tuple[float, float] | None = None,
+) -> None:
+    """Name the special points of a picture, and its curves, where nothing is covered.
+
+    What is drawn later may be covered by a name, or may move it.
+
+    Parameters
+    ----------
+    ax
+        Axes in which `draw_family` drew.
+    diagrams
+        The same diagrams.
+    names
+        What to write beside each diagram's lines; nothing if None.
+    output, measure, colours
+        As in `draw_family`.
+    without
+        Special points with a parameter in this interval get no name.
+    """
+    settle(ax)
+    colours = palette(len(diagrams)) if colours is None else colours
+    labels = []
+    for diagram, colour in zip(diagrams, colours, strict=True):
+        for branch in diagram.branches:
+            for mark in marks_of(branch, output, measure):
+                place = np.array([[mark.parameter, mark.value]])
+                hidden = without and without[0] <= mark.parameter <= without[1]
+                if mark.name and not hidden and len(_within(ax, place)):
+                    labels.append(Label(mark.name, place, colour))
+    if names is not None:
+        for diagram, name, colour in zip(diagrams, names, colours, strict=True):
+            anchors = _within(ax, _anchors(diagram, output, measure))
+            if len(anchors):
+                labels.append(Label(name, anchors, colour, size=7.5))
+    place_labels(ax, labels)
 
 
-def _anchors(diagram: HasBranches, output: str, measure: str) -> Array:
-    """Return points along the last branch, where lines of a family lie farthest apart."""
-    line = np.concatenate(
-        [
-            np.column_stack([stretch.parameter, stretch.value])
-            for stretch in stretches_of(diagram.branches[-1], output, measure)
-        ]
-    )
-    return line[np.linspace(0, len(line) - 1, 24).astype(int)]
+def _draw_marks(ax: Axes, branch: Branch, output: str, measure: str, colour: str) -> None:
+    for mark in marks_of(branch, output, measure):
+        ax.plot(
+            mark.parameter,
+            mark.value,
+            linestyle="none",
+            marker=MARKERS[mark.type],
+            color=colour,
+            markerfacecolor="white" if mark.hollow else colour,
+            markeredgewidth=0.9,
+            zorder=3,
+        )
 
 
-def _label_axes(ax: Axes, model: Model, vary: str, output: str, measure: str) -> None:
-    ax.set_xlabel(model.parameter(vary).label)
-    ax.set_ylabel(f"{MEASURE_NAMES[measure]} {label_of(model, output)}")
+def _anchors(diagram: HasBranches, output: str, measure: str) -> NDArray[np.float64]:
+    """Return points along all branches, shape (n, 2)."""
+    chosen = []
+    for branch in diagram.branches:
+        lines = stretches_of(branch, output, measure)
+        points = np.concatenate([np.column_stack([item.parameter, item.value]) for item in lines])
+        chosen.append(points[np.linspace(0, len(points) - 1, ANCHORS).astype(int)])
+    return np.concatenate(chosen)
+
+
+def _within(ax: Axes, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return those of the points that the axes show."""
+    low, high = np.sort(np.array([ax.get_xlim(), ax.get_ylim()]).T, axis=0)
+    return points[((points >= low) & (points <= high)).all(axis=1)]

@@ -6,10 +6,10 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from slipfold.attractors.spectrum import Spectrum
-from slipfold.plots.axes import axes_or_new, label_of
+from slipfold.plots.axes import axes_or_new, label_of, settle
 from slipfold.plots.labels import Label, place_labels
 
-__all__ = ["draw_spectrum"]
+__all__ = ["draw_spectrum", "name_lines"]
 
 
 def draw_spectrum(
@@ -65,19 +65,29 @@ def draw_spectrum(
     ax.set_xlabel("frequency (Hz)")
     ax.set_ylabel(f"amplitude of {label}")
     if annotate:
-        _name_lines(ax, spectrum, shown, amplitude, colour)
+        name_lines(ax, spectrum, output, colour)
     return ax
 
 
-def _name_lines(
-    ax: Axes, spectrum: Spectrum, shown: np.ndarray, amplitude: np.ndarray, colour: str
-) -> None:
+def name_lines(ax: Axes, spectrum: Spectrum, output: str = "x", colour: str = "black") -> None:
+    """Name the multiples of half the forcing frequency.
+
+    Parameters
+    ----------
+    ax
+        Axes in which `draw_spectrum` drew.
+    spectrum, output, colour
+        As there.
+    """
+    settle(ax)
+    floor, rightmost = ax.get_ylim()[0], ax.get_xlim()[1]
     labels = []
-    for index in np.flatnonzero(shown):
-        halves = 2 * spectrum.order[index]
-        if halves == round(halves):
-            place = np.array([[spectrum.frequency[index], amplitude[index]]])
-            labels.append(Label(_order_name(round(halves)), place, colour, leader=False))
+    for frequency, amplitude, order in zip(
+        spectrum.frequency, spectrum.of(output), spectrum.order, strict=True
+    ):
+        if amplitude > floor and frequency < rightmost and 2 * order == round(2 * order):
+            place = np.array([[frequency, amplitude]])
+            labels.append(Label(_order_name(round(2 * order)), place, colour, leader=False))
     place_labels(ax, labels)
 
 

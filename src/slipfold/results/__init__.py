@@ -5,3 +5,5 @@ from slipfold.results.diagram import Labelled as Labelled
 from slipfold.results.load import load as load
 from slipfold.results.provenance import Provenance as Provenance
 from slipfold.results.response import response as response
+from slipfold.results.simulation import Simulation as Simulation
+from slipfold.results.simulation import simulate as simulate

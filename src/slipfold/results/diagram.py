@@ -37,7 +37,7 @@ class Diagram:
     Parameters
     ----------
     model
-        The model; the value of `vary` plays no part.
+        The model, with the value of `vary` at the start of the span.
     vary
         Name of the parameter followed.
     span
@@ -56,7 +56,7 @@ class Diagram:
     >>> import slipfold as sf
     >>> diagram = sf.response(sf.SlidingOscillator(), vary="Nd", span=(0, 0.98), f=12.5)
     >>> [(branch.period, point.type) for branch, point in diagram.special]
-    [(1, 'PD'), (1, 'LIMIT'), (2, 'NS'), (2, 'NS')]
+    [(1, 'PD'), (2, 'NS'), (2, 'NS')]
     """
 
     model: Model

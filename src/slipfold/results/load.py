@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipfold.errors import InputError
 from slipfold.results.diagram_reader import read_diagram
-from slipfold.results.labelled_table import read_netcdf
+from slipfold.results.labelled_table import LabelledTable, read_netcdf
+from slipfold.results.simulation_reader import read_simulation
 
 if TYPE_CHECKING:
     from slipfold.models.model import Model
     from slipfold.results.diagram import Diagram
+    from slipfold.results.simulation import Simulation
 
 __all__ = ["load"]
 
-_READERS = {"slipfold.response/1": read_diagram}
+_READERS: dict[str, Callable[[LabelledTable, type[Model] | None], Diagram | Simulation]] = {
+    "slipfold.response/1": read_diagram,
+    "slipfold.simulation/1": read_simulation,
+}
 
 
-def load(path: str | Path, *, kind: type[Model] | None = None) -> Diagram:
+def load(path: str | Path, *, kind: type[Model] | None = None) -> Diagram | Simulation:
     """Read a result that was saved.
 
     Parameters
@@ -30,7 +36,7 @@ def load(path: str | Path, *, kind: type[Model] | None = None) -> Diagram:
 
     Returns
     -------
-    Diagram
+    Diagram or Simulation
         What was saved, number for number.
 
     Raises

@@ -6,6 +6,8 @@ import platform
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
+from slipfold.version import package_version
+
 __all__ = ["Provenance", "provenance"]
 
 
@@ -50,13 +52,3 @@ def provenance(seconds: float) -> Provenance:
         computed=datetime.now(UTC).isoformat(timespec="seconds"),
         seconds=seconds,
     )
-
-
-def package_version() -> str:
-    """Return the version of slipfold; ``"unknown"`` if it runs from a folder, not installed."""
-    from importlib.metadata import PackageNotFoundError, version
-
-    try:
-        return version("slipfold")
-    except PackageNotFoundError:
-        return "unknown"

@@ -11,6 +11,7 @@ from slipfold.branches.response import trace_response
 from slipfold.branches.settings import Settings
 from slipfold.errors import InputError
 from slipfold.models.model import Model
+from slipfold.models.quantity import parse_quantity
 from slipfold.results.diagram import Diagram
 from slipfold.results.provenance import provenance
 
@@ -20,7 +21,7 @@ __all__ = ["response"]
 def response(
     model: Model,
     vary: str,
-    span: tuple[float, float],
+    span: tuple[float | str, float | str],
     *,
     settings: Settings | None = None,
     events: Sequence[Event] = (),
@@ -38,7 +39,8 @@ def response(
     vary
         Name of the parameter to follow.
     span
-        Its first and last value, in SI units; a descending span is fine.
+        Its first and last value: numbers in SI units, or text with a unit. A descending span is
+        fine.
     settings
         Options of continuation; the defaults of `slipfold.Settings` if None.
     events
@@ -74,9 +76,10 @@ def response(
         )
     if not isinstance(model, Model):
         raise InputError(f"model = {model!r} is not a model; give e.g. SlidingOscillator()")
-    first, last = _pair(span)
+    parameters[vary], last = _ends(model, vary, span)
     chosen = Settings() if settings is None else settings
     changed = model.replace(**parameters)
+    first = changed.values[vary]
     started = perf_counter()
     branches = trace_response(
         changed, vary, (first, last), settings=chosen, events=tuple(events), observer=observer
@@ -92,11 +95,13 @@ def response(
     )
 
 
-def _pair(span: tuple[float, float]) -> tuple[float, float]:
+def _ends(model: Model, vary: str, span: tuple[float | str, float | str]) -> tuple[float, float]:
+    parameter = model.parameter(vary)
     try:
         first, last = span
-        return float(first), float(last)
     except (TypeError, ValueError):
         raise InputError(
-            f"span = {span!r} is not a pair of numbers; give the first and the last value"
+            f"span = {span!r} is not a pair of numbers; give the first and the last value of {vary}"
         ) from None
+    ends = (parse_quantity(first, parameter.unit, vary), parse_quantity(last, parameter.unit, vary))
+    return parameter.check(ends[0]), parameter.check(ends[1])

@@ -74,11 +74,9 @@ def _rows_of(branch: Branch) -> list[Row]:
         return []
     rows = [_end_row(branch, 0, "EP", "")]
     rows += [_special_row(branch, point) for point in branch.special]
-    # The limit that stopped a branch is its end.
-    if not (branch.special and branch.special[-1].type == "LIMIT"):
-        kind = branch.stopped.kind
-        note = kind if kind in ("closed", "interrupted", "points") else ""
-        rows.append(_end_row(branch, len(branch) - 1, "MX" if kind == "failed" else "EP", note))
+    kind = branch.stopped.kind
+    note = kind if kind in ("limit", "closed", "interrupted", "points") else ""
+    rows.append(_end_row(branch, len(branch) - 1, "MX" if kind == "failed" else "EP", note))
     return rows
 
 

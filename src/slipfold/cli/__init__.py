@@ -1,0 +1,20 @@
+"""The command line: ``slipfold response``, ``simulate``, ``paper``, ``models`` and ``plot``."""
+
+from __future__ import annotations
+
+import signal
+import sys
+
+__all__ = ["main"]
+
+
+def main() -> None:
+    """Run the command line with the arguments of this process, and exit with its status."""
+    # A script that starts a command in the background makes it ignore Ctrl-C; a signal that
+    # comes all the same is meant.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        from slipfold.cli.app import app
+    except KeyboardInterrupt:  # while it starts
+        sys.exit(130)
+    app(prog_name="slipfold")

@@ -1,0 +1,67 @@
+"""The model that a command is about: a built-in one by name, or one from a case file."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from slipfold.errors import InputError
+
+if TYPE_CHECKING:
+    from slipfold.models.model import Model
+
+__all__ = ["find_model"]
+
+FORM = 'model = "sliding" and a table [parameters] with lines such as f = 12.5 or alpha = "60deg"'
+
+
+def find_model(given: str, changes: Mapping[str, str]) -> Model:
+    """Make the model that a command names.
+
+    Parameters
+    ----------
+    given
+        Name of a built-in model, or a file ``....toml`` with ``model = "sliding"`` and a table
+        ``[parameters]``.
+    changes
+        Values of parameters that replace those of the file.
+
+    Raises
+    ------
+    InputError
+        If there is no such model or file, or a value cannot be used.
+
+    Examples
+    --------
+    >>> find_model("sliding", {"alpha": "30deg"}).alpha
+    0.5235987755982988
+    """
+    from slipfold.models.registry import model_named
+
+    if not given.endswith(".toml"):
+        return model_named(given, **changes)
+    case = _read(given)
+    unknown = sorted(set(case) - {"model", "parameters"})
+    if unknown:
+        raise InputError(f"{given} has the unknown entry {unknown[0]!r}; a case file has {FORM}")
+    name, values = case.get("model"), case.get("parameters", {})
+    if not isinstance(name, str) or not isinstance(values, dict):
+        raise InputError(f"{given} does not say which model it is about; a case file has {FORM}")
+    try:
+        return model_named(name, **{**values, **changes})
+    except InputError as error:
+        raise InputError(f"{given}: {error}") from error
+
+
+def _read(given: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(Path(given).read_text(encoding="utf-8"))
+    except OSError as error:
+        why = (error.strerror or str(error)).lower()
+        raise InputError(
+            f"{given} cannot be read ({why}); give another case file or the name of a model"
+        ) from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{given} is not TOML ({error}); a case file has {FORM}") from error

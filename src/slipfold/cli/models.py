@@ -1,0 +1,103 @@
+"""``slipfold models``: what there is to compute with."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from slipfold.cli.options import Json
+from slipfold.cli.outputs import print_json
+
+if TYPE_CHECKING:
+    from slipfold.models.model import Model
+
+__all__ = ["models"]
+
+Name = Annotated[str | None, typer.Argument(metavar="[MODEL]", help="Show one model in detail.")]
+
+
+def models(model: Name = None, json: Json = None) -> None:
+    """List the built-in models, or all that one of them has: parameters, states, outputs, limits."""
+    from slipfold.models.registry import built_in_models, model_named
+
+    kinds = built_in_models()
+    shown = list(kinds.values()) if model is None else [type(model_named(model))]
+    if json is not None:
+        record = {"schema": "slipfold.models/1", "models": [_record(kind()) for kind in shown]}
+        _hand_over(record, json)
+        if json == "-":
+            return
+    if model is None:
+        print("\n".join(_table([(kind.name, kind.title) for kind in shown])))
+    else:
+        print(_details(shown[0]()))
+
+
+def _hand_over(record: dict[str, Any], path: str) -> None:
+    if path == "-":
+        print_json(record)
+        return
+    from json import dumps
+
+    from slipfold.results.writing import write_file
+
+    write_file(path, dumps(record, indent=2, allow_nan=False).encode() + b"\n")
+
+
+def _record(model: Model) -> dict[str, Any]:
+    def described(items: Sequence[Any]) -> list[dict[str, str]]:
+        return [{"name": item.name, "unit": item.unit, "doc": item.doc} for item in items]
+
+    return {
+        "name": model.name,
+        "title": model.title,
+        "parameters": [
+            {
+                "name": item.name,
+                "default": item.default,
+                "unit": item.unit,
+                "lower": item.lower if math.isfinite(item.lower) else None,
+                "upper": item.upper if math.isfinite(item.upper) else None,
+                "bounds": item.bounds,
+                "doc": item.doc,
+            }
+            for item in model.parameters
+        ],
+        "states": described(model.states),
+        "outputs": described(model.outputs()),
+        "limits": [
+            {"name": item.name, "output": item.output, "bound": item.bound} for item in model.limits
+        ],
+    }
+
+
+def _details(model: Model) -> str:
+    parameters = [
+        (item.name, f"{item.default:.10g}", item.unit, item.bounds, item.doc)
+        for item in model.parameters
+    ]
+    quantities = [
+        [(item.name, item.unit, item.doc) for item in items]
+        for items in (model.states, model.outputs())
+    ]
+    limits = [(item.name, f"where {item.output} <= {item.bound:g}") for item in model.limits]
+    sections = [
+        [f"{model.name}: {model.title}"],
+        ["Parameters", *_table([("name", "default", "unit", "bounds", "meaning"), *parameters])],
+        ["States", *_table(quantities[0])],
+        ["Outputs", *_table(quantities[1])],
+        ["Limits, where a branch ends", *_table(limits)],
+    ]
+    return "\n\n".join("\n".join(section) for section in sections)
+
+
+def _table(rows: Sequence[Sequence[str]]) -> list[str]:
+    widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
+    return [
+        "  "
+        + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    ]

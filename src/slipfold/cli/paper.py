@@ -1,0 +1,52 @@
+"""``slipfold paper``: the source paper's figures, thresholds and claims."""
+
+from __future__ import annotations
+
+import os
+from typing import Annotated
+
+import typer
+
+from slipfold.cli.parsing import parse_whole
+from slipfold.cli.progress import live_line, paper_text
+from slipfold.cli.status import DONE, FAILED, INTERRUPTED, note
+
+__all__ = ["paper"]
+
+Folder = Annotated[
+    str, typer.Option("--out", metavar="DIR", help="Folder to write to; made if there is none.")
+]
+Processes = Annotated[
+    str | None,
+    typer.Option(metavar="N", help="Processes to compute with; one a processor by default."),
+]
+
+
+def paper(out: Folder = "paper-output", processes: Processes = None) -> int:
+    """Compute and draw the six figures, thresholds.csv and claims.md of the source paper.
+
+    Ctrl-C keeps what is finished. Exit status: 0 done, 2 bad input, 3 a branch could not be
+    followed to its end, 130 interrupted.
+    """
+    from slipfold.paper.reproduce import reproduce
+
+    with live_line() as show:
+        made = reproduce(
+            out,
+            observer=lambda progress: show(paper_text(progress)),
+            processes=_processors() if processes is None else parse_whole(processes, "--processes"),
+        )
+    if made.interrupted:
+        note(made.message)
+        return INTERRUPTED
+    print(made.message)
+    for sentence in made.stopped:
+        note(f"stopped early: {sentence}")
+    return FAILED if made.stopped else DONE
+
+
+def _processors() -> int:
+    """Return how many processors this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

@@ -1,0 +1,200 @@
+"""What stands behind ``--set``, ``--vary`` and ``--event``."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from slipfold.errors import InputError
+
+if TYPE_CHECKING:
+    from slipfold.branches.event import Event
+    from slipfold.models.model import Model
+
+__all__ = ["parse_assignments", "parse_event", "parse_number", "parse_span", "parse_whole"]
+
+_EVENT = re.compile(r"\s*(?:(\w+)\s*\(\s*(\w+)\s*\)|(\w+))\s*=(.*)", re.DOTALL)
+
+_NUMBER = re.compile(r"\s*[-+]?[\d.]+(?:[eE][-+]?\d+)?\s*")
+
+
+def parse_assignments(texts: Sequence[str] | None, option: str = "--set") -> dict[str, str]:
+    """Split every ``NAME=VALUE``.
+
+    Parameters
+    ----------
+    texts
+        What was given, one item a use of the option.
+    option
+        Name of the option, for messages.
+
+    Raises
+    ------
+    InputError
+        If one has another form, or a name is given twice.
+
+    Examples
+    --------
+    >>> parse_assignments(["f=12.5", "alpha=60deg"])
+    {'f': '12.5', 'alpha': '60deg'}
+    """
+    found: dict[str, str] = {}
+    for text in texts or ():
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if not (name and equals and value):
+            raise InputError(
+                f"{option} {text!r} is not of the form NAME=VALUE; write e.g. {option} f=12.5"
+            )
+        if name in found:
+            raise InputError(
+                f"{name} is set twice, to {found[name]} and to {value}; give {option} {name}= once"
+            )
+        found[name] = value
+    return found
+
+
+def parse_number(text: str, option: str) -> float:
+    """Read a finite number.
+
+    Parameters
+    ----------
+    text
+        What was given.
+    option
+        Name of the option, for messages.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise InputError(f"{option} {text} is not a finite number; give e.g. {option} 0.01")
+    return value
+
+
+def parse_whole(text: str, option: str) -> int:
+    """Read a whole number of at least 1.
+
+    Parameters
+    ----------
+    text
+        What was given.
+    option
+        Name of the option, for messages.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+
+    Examples
+    --------
+    >>> parse_whole("2000", "--periods")
+    2000
+    """
+    try:
+        value = int(text)
+    except ValueError:
+        value = 0
+    if value < 1:
+        raise InputError(
+            f"{option} {text} is not a whole number of at least 1; give e.g. {option} 4"
+        )
+    return value
+
+
+def parse_span(texts: Sequence[str], model: Model) -> tuple[str, tuple[float, float]]:
+    """Read ``NAME=FIRST:LAST``. A unit behind the last value alone goes for both.
+
+    Parameters
+    ----------
+    texts
+        What was given, one item a use of ``--vary``.
+    model
+        Knows the unit of the parameter.
+
+    Raises
+    ------
+    InputError
+        If it has another form, or a value is not a number in the unit of the parameter.
+
+    Examples
+    --------
+    >>> from slipfold.models import SlidingOscillator
+    >>> parse_span(["f=11:14Hz"], SlidingOscillator())
+    ('f', (11.0, 14.0))
+    """
+    from slipfold.models.quantity import parse_quantity
+
+    if len(texts) != 1:
+        raise InputError(
+            f"--vary is given {len(texts)} times, but a response is followed in one parameter; "
+            "give it once"
+        )
+    name, _, values = (part.strip() for part in texts[0].partition("="))
+    first, colon, last = (part.strip() for part in values.partition(":"))
+    if not (name and first and colon and last):
+        raise InputError(
+            f"--vary {texts[0]!r} is not of the form NAME=FIRST:LAST; write e.g. --vary Nd=0:0.98"
+        )
+    unit = model.parameter(name).unit
+    suffix = _NUMBER.match(last)
+    if suffix is not None and _NUMBER.fullmatch(first):
+        first += last[suffix.end() :]
+    return name, (parse_quantity(first, unit, name), parse_quantity(last, unit, name))
+
+
+def parse_event(text: str, model: Model, vary: str, stop: bool = False) -> Event:
+    """Read ``NAME=VALUE`` or ``MEASURE(NAME)=VALUE``.
+
+    Parameters
+    ----------
+    text
+        What was given. Without a measure, the maximum over the orbit is meant; for the parameter
+        that is varied, its value.
+    model
+        Knows the units.
+    vary
+        Name of the parameter that is varied.
+    stop
+        Whether branches end there.
+
+    Raises
+    ------
+    InputError
+        If it has another form or names nothing that the model has.
+
+    Examples
+    --------
+    >>> from slipfold.models import SlidingOscillator
+    >>> parse_event("min(Vrel)=200mm/s", SlidingOscillator(), "Nd")
+    Event(name='Vrel', value=0.2, measure='min', stop=False)
+    """
+    from slipfold.branches.event import Event
+    from slipfold.models.quantity import parse_quantity
+    from slipfold.models.suggestion import suggest
+
+    match = _EVENT.fullmatch(text)
+    if match is None:
+        raise InputError(
+            f"event {text!r} is not of the form NAME=VALUE or MEASURE(NAME)=VALUE; "
+            'write e.g. "min(Vrel)=0.2"'
+        )
+    measure, name, value = match[1], match[2] or match[3], match[4]
+    if name == vary and measure is None:
+        unit = model.parameter(vary).unit
+        return Event(name, parse_quantity(value, unit, name), "parameter", stop)
+    units = {item.name: item.unit for item in (*model.states, *model.outputs())}
+    if name not in units:
+        raise InputError(
+            f"{model.name} has no output {name!r}; {suggest(name, [*units, vary])}"
+            f"it has {', '.join(units)}"
+        )
+    return Event(name, parse_quantity(value, units[name], name), measure or "max", stop)

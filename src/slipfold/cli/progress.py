@@ -1,0 +1,71 @@
+"""One live line on standard error while something is computed; nothing if that is no terminal."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from slipfold.branches.progress import Progress
+    from slipfold.paper.reproduce import PaperProgress
+
+__all__ = ["live_line", "paper_text", "response_text"]
+
+
+@contextmanager
+def live_line() -> Iterator[Callable[[str], None]]:
+    """Show elapsed time and a text that changes.
+
+    Yields
+    ------
+    callable
+        Shows another text.
+    """
+    if not sys.stderr.isatty():
+        yield lambda text: None
+        return
+    from rich.console import Console
+    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    columns = (SpinnerColumn(), TimeElapsedColumn(), TextColumn("{task.description}", markup=False))
+    with Progress(*columns, console=Console(stderr=True)) as progress:
+        task = progress.add_task("starting")
+        yield lambda text: progress.update(task, description=text)
+
+
+def response_text(vary: str, unit: str = "") -> Callable[[Progress], str]:
+    """Return what puts the state of a continuation into words.
+
+    Parameters
+    ----------
+    vary
+        Name of the parameter.
+    unit
+        Its unit.
+    """
+    points: dict[int, int] = {}
+    special: dict[int, tuple[str, ...]] = {}
+
+    def text(progress: Progress) -> str:
+        points[progress.branch] = progress.points
+        special[progress.branch] = progress.special
+        found = " ".join(name for names in special.values() for name in names)
+        value = f"{vary} = {progress.parameter:.6g} {unit}".rstrip()
+        line = f"branch {progress.branch} (period {progress.period})  "
+        return f"{line}{sum(points.values())} points  {value}  found: {found or 'nothing yet'}"
+
+    return text
+
+
+def paper_text(progress: PaperProgress) -> str:
+    """Put the state of the reproduction of the paper into words.
+
+    Parameters
+    ----------
+    progress
+        The state.
+    """
+    found = f"  found: {', '.join(progress.found)}" if progress.found else ""
+    return f"{progress.done} of {progress.total}  {progress.name}{found}"

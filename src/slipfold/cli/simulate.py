@@ -1,0 +1,67 @@
+"""``slipfold simulate``: a motion over many forcing periods."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from slipfold.cli.options import Json, ModelName, Out, Sets
+from slipfold.cli.outputs import Outputs
+from slipfold.cli.parsing import parse_assignments, parse_number, parse_whole
+from slipfold.cli.status import DONE, FAILED, note
+
+__all__ = ["simulate"]
+
+Periods = Annotated[str, typer.Option(metavar="N", help="Forcing periods to integrate.")]
+States = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--state", metavar="NAME=VALUE", help="Initial state at phase zero, else 0. Repeatable."
+    ),
+]
+Tolerance = Annotated[
+    str,
+    typer.Option(
+        metavar="R",
+        help="Distance from a periodic response that counts as settled, in scaled states.",
+    ),
+]
+
+
+def simulate(
+    model: ModelName,
+    periods: Periods = "1000",
+    set_: Sets = None,
+    state: States = None,
+    tolerance: Tolerance = "1e-9",
+    json: Json = None,
+    out: Out = None,
+) -> int:
+    """Integrate from rest or a given state; say honestly whether the motion has settled.
+
+    Exit status: 0 done, 2 bad input, 3 the motion became singular, 130 interrupted.
+    """
+    from slipfold.cli.case_file import find_model
+    from slipfold.models.quantity import parse_quantity
+    from slipfold.results.simulation import simulate as compute
+
+    outputs = Outputs(json, out)
+    outputs.check()
+    chosen = find_model(model, parse_assignments(set_))
+    units = {item.name: item.unit for item in chosen.states}
+    start = {
+        name: parse_quantity(value, units.get(name, ""), name)
+        for name, value in parse_assignments(state, "--state").items()
+    }
+    motion = compute(
+        chosen,
+        parse_whole(periods, "--periods"),
+        start or None,
+        tolerance=parse_number(tolerance, "--tolerance"),
+    )
+    outputs.write(motion)
+    if motion.stopped is None:
+        return DONE
+    note(f"stopped early: {motion.stopped.reason}")
+    return FAILED if motion.stopped.kind == "singular" else DONE

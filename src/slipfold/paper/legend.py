@@ -1,0 +1,77 @@
+"""The legend of lines and markers below a figure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from slipfold.plots.marks import marks_of
+from slipfold.plots.response import HasBranches
+from slipfold.plots.style import LINES, MARKERS
+
+__all__ = ["draw_legend"]
+
+LINE_NAMES = {
+    "stable": "stable",
+    "period doubling": "unstable: period doubling",
+    "fold or torus": "unstable: fold or torus",
+}
+
+MARKER_NAMES = {
+    "PD": "PD, period doubling",
+    "NS": "NS, Neimark–Sacker",
+    "LP": "LP, fold",
+    "BP": "BP, branch point",
+    "LIMIT": "limit of the model",
+    "FAILED": "not followed further",
+}
+
+GREY = "0.2"
+
+
+def draw_legend(figure: Figure, diagrams: Sequence[HasBranches], measure: str = "max") -> None:
+    """Explain lines and markers below the panels of a figure; the colours are named beside them.
+
+    Parameters
+    ----------
+    figure
+        The figure, in constrained layout.
+    diagrams
+        What is drawn in it: markers that do not occur are left out.
+    measure
+        What the figure shows of each orbit.
+    """
+    marks = [
+        mark
+        for diagram in diagrams
+        for branch in diagram.branches
+        for mark in marks_of(branch, branch.model.states[0].name, measure)
+    ]
+    handles = [
+        Line2D([], [], color=GREY, label=name, **LINES[kind]) for kind, name in LINE_NAMES.items()
+    ]
+    handles += [
+        _marker(type_, name)
+        for type_, name in MARKER_NAMES.items()
+        if any(mark.type == type_ for mark in marks)
+    ]
+    if any(mark.hollow for mark in marks):
+        handles.append(_marker("PD", "open: subcritical", "white"))
+    figure.legend(
+        handles=handles, loc="outside lower center", ncols=4, columnspacing=1.4, handlelength=2.6
+    )
+
+
+def _marker(type_: str, name: str, face: str = GREY) -> Line2D:
+    return Line2D(
+        [],
+        [],
+        linestyle="none",
+        marker=MARKERS[type_],
+        color=GREY,
+        markerfacecolor=face,
+        markeredgewidth=0.9,
+        label=name,
+    )

@@ -1,0 +1,95 @@
+"""The points of a diagram that get a marker and a name: bifurcations, limits, failures, events."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipfold.branches.branch import Branch
+from slipfold.branches.special_point import SpecialPoint
+from slipfold.plots.stretches import measure_of
+from slipfold.plots.style import MARKERS
+
+__all__ = ["Mark", "marks_of"]
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A marked point.
+
+    Parameters
+    ----------
+    type
+        Key of `slipfold.plots.style.MARKERS`.
+    name
+        What stands beside it.
+    parameter, value
+        Where it is.
+    hollow
+        Whether the marker is open: a subcritical bifurcation.
+    """
+
+    type: str
+    name: str
+    parameter: float
+    value: float
+    hollow: bool = False
+
+
+def marks_of(branch: Branch, output: str, measure: str = "max") -> tuple[Mark, ...]:
+    """Return the marks of a branch.
+
+    Parameters
+    ----------
+    branch
+        The branch.
+    output
+        A state or output of the model.
+    measure
+        What the figure shows of it, see `slipfold.plots.stretches.measure_of`.
+
+    Raises
+    ------
+    InputError
+        For an unknown measure or output.
+    """
+    found = [*_special(branch, output, measure), *_end(branch, output, measure)]
+    return tuple(mark for mark in found if np.isfinite(mark.value))
+
+
+def _special(branch: Branch, output: str, measure: str) -> Iterator[Mark]:
+    for point in branch.special:
+        if point.type in MARKERS:
+            value = float(measure_of(point.orbit.extrema, output, measure)[0])
+            hollow = point.criticality == "subcritical"
+            yield Mark(point.type, _short_name(point), float(point.value), value, hollow)
+
+
+def _end(branch: Branch, output: str, measure: str) -> Iterator[Mark]:
+    if len(branch) == 0 or branch.stopped.kind not in ("limit", "failed"):
+        return
+    if any(point.type == "LIMIT" for point in branch.special):
+        return
+    value = float(measure_of(branch.extrema, output, measure)[-1])
+    place = float(branch.parameter[-1]), value
+    if branch.stopped.kind == "failed":
+        yield Mark("FAILED", "", *place)
+        return
+    for limit in branch.model.limits:
+        if branch.stopped.reason.startswith(limit.reason.partition("{")[0]):
+            yield Mark("LIMIT", _last_word(limit.name), *place)
+            return
+    yield Mark("LIMIT", "limit", *place)
+
+
+def _short_name(point: SpecialPoint) -> str:
+    if point.type == "LIMIT":
+        return _last_word(point.name)
+    return point.name if point.type == "EVENT" else point.type
+
+
+def _last_word(name: str) -> str:
+    """Return e.g. ``"collapse"`` for ``"spring collapse"``."""
+    return name.split()[-1]

@@ -1,0 +1,211 @@
+"""A simulated motion as a result: saved, printed, drawn, with where it comes from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+from slipfold.errors import InputError
+from slipfold.flow.simulate import simulate as integrate
+from slipfold.flow.trajectory import Trajectory
+from slipfold.models.model import Model
+from slipfold.results.provenance import Provenance, provenance
+
+if TYPE_CHECKING:
+    import xarray
+    from numpy.typing import ArrayLike
+
+    from slipfold.attractors.spectrum import Spectrum
+
+__all__ = ["Simulation", "simulate"]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Simulation(Trajectory):
+    """A motion over many forcing periods, with its input; frozen.
+
+    Made by `slipfold.simulate` and `slipfold.load`.
+
+    Parameters
+    ----------
+    model
+        The model with its parameter values.
+    strobe
+        States at phase zero of every forcing period, from the initial state on, shape
+        (periods + 1, n_states).
+    settlement
+        Whether and on what it settled.
+    stopped
+        Why and when it ended early; None if it ran to its end.
+    asked
+        Forcing periods that were asked for.
+    tolerance
+        Distance from a periodic response at which the motion counts as settled, in scaled states.
+    provenance
+        Versions and time.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> motion = sf.simulate(sf.SlidingOscillator(), periods=1000, f=12.2, Nd=0.15)
+    >>> motion.settlement.period, round(motion.spectrum().line("x", 0.5), 6)
+    (2, 0.276327)
+    """
+
+    asked: int
+    tolerance: float
+    provenance: Provenance
+
+    def spectrum(self, periods: int = 64, per_period: int = 64) -> Spectrum:
+        """Return the spectra of all outputs at the end of the run.
+
+        Parameters
+        ----------
+        periods
+            Forcing periods to transform; rounded up to whole response periods.
+        per_period
+            Samples per forcing period.
+
+        Raises
+        ------
+        InputError
+            If the run is shorter than one response, or a number is less than 1.
+        """
+        from slipfold.attractors.spectrum import find_spectrum
+
+        return find_spectrum(self, periods, per_period)
+
+    def summary(self) -> str:
+        """Return whether it settled, its last state, and the amplitudes of what it settled on."""
+        from slipfold.results.simulation_record import simulation_summary
+
+        return simulation_summary(self)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the outcome as plain data for `json`, schema slipfold.simulation/1."""
+        from slipfold.results.simulation_record import simulation_record
+
+        return simulation_record(self)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return the strobe states as a labelled dataset.
+
+        Returns
+        -------
+        xarray.Dataset
+            Along ``strobe``: ``time`` in seconds and ``states``. The full input and the outcome are
+            in the attributes.
+        """
+        from slipfold.results.simulation_table import simulation_table
+
+        return simulation_table(self).to_xarray()
+
+    def save(self, path: str | Path) -> None:
+        """Write everything to a netCDF-4 file; `slipfold.load` reads it back.
+
+        Parameters
+        ----------
+        path
+            The file, by custom ``....nc``. It is written whole or not at all.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be written.
+        """
+        from slipfold.results.simulation_table import simulation_table
+        from slipfold.results.writing import write_file
+
+        write_file(path, simulation_table(self).to_netcdf())
+
+    def plot(self, output: str = "x", kind: str = "timeseries", **options: Any) -> Any:
+        """Draw the motion.
+
+        Parameters
+        ----------
+        output
+            A state or output of the model.
+        kind
+            ``"timeseries"``, ``"spectrum"`` or ``"phase"``.
+        **options
+            Options of the drawing, e.g. ``ax=`` the axes to draw in.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            The axes.
+
+        Raises
+        ------
+        InputError
+            For an unknown output or kind.
+        """
+        if kind not in ("timeseries", "spectrum", "phase"):
+            raise InputError(f"kind = {kind!r} is unknown; give timeseries, spectrum or phase")
+        # By name: the layer of results lies below that of plots, and starts without matplotlib.
+        from importlib import import_module
+
+        draw = getattr(import_module(f"slipfold.plots.{kind}"), f"draw_{kind}")
+        return draw(self.spectrum() if kind == "spectrum" else self, output, **options)
+
+    def __repr__(self) -> str:
+        """One line: how long it is and whether it settled."""
+        return f"<Simulation of {self.model!r}: {self.periods} periods, {self.settlement.message}>"
+
+
+def simulate(
+    model: Model,
+    periods: int = 1000,
+    state: ArrayLike | Mapping[str, float] | None = None,
+    *,
+    tolerance: float = 1e-9,
+    **parameters: float | str,
+) -> Simulation:
+    """Integrate a model over forcing periods, and say whether it has settled.
+
+    Parameters
+    ----------
+    model
+        The model, e.g. ``SlidingOscillator()``.
+    periods
+        Forcing periods to integrate.
+    state
+        Initial state at phase zero, shape (n_states,), or some states by name; zero if None.
+    tolerance
+        Distance from a periodic response at which the motion counts as settled, in scaled states.
+    **parameters
+        Parameters of the model to change first: numbers in SI units, or text with a unit.
+
+    Returns
+    -------
+    Simulation
+        Ends early, with the reason, where the model meets one of its limits.
+
+    Raises
+    ------
+    InputError
+        If a parameter, `periods`, `state` or `tolerance` cannot be used.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> sf.simulate(sf.SlidingOscillator(), periods=1000, f=12.2, Nd=0.05).settlement.period
+    1
+    """
+    if not isinstance(model, Model):
+        raise InputError(f"model = {model!r} is not a model; give e.g. SlidingOscillator()")
+    changed = model.replace(**parameters)
+    started = perf_counter()
+    found = integrate(changed, periods, state, tolerance=tolerance)
+    return Simulation(
+        model=changed,
+        strobe=found.strobe,
+        settlement=found.settlement,
+        stopped=found.stopped,
+        asked=int(periods),
+        tolerance=float(tolerance),
+        provenance=provenance(perf_counter() - started),
+    )

@@ -1,0 +1,96 @@
+"""The outcome of a simulation in text, and as plain data for JSON."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from slipfold.results.record import number, numbers
+from slipfold.results.simulation_table import SCHEMA
+
+if TYPE_CHECKING:
+    from slipfold.attractors.spectrum import Spectrum
+    from slipfold.results.simulation import Simulation
+
+__all__ = ["simulation_record", "simulation_summary"]
+
+HIGHEST = 3
+"""Multiples of the forcing frequency shown."""
+
+
+def simulation_record(motion: Simulation) -> dict[str, Any]:
+    """Return last state, settlement and, if it settled, amplitudes of the states.
+
+    Parameters
+    ----------
+    motion
+        The simulation.
+    """
+    settlement, stopped = motion.settlement, motion.stopped
+    spectrum = _response_spectrum(motion)
+    return {
+        "schema": SCHEMA,
+        "model": motion.model.name,
+        "parameters": {name: number(value) for name, value in motion.model.values.items()},
+        "periods": motion.periods,
+        "initial_state": numbers(motion.strobe[0]),
+        "state": numbers(motion.strobe[-1]),
+        "settled": settlement.settled,
+        "period": settlement.period,
+        "drift": number(settlement.drift),
+        "message": settlement.message,
+        "spectrum": None if spectrum is None else _spectrum_record(motion, spectrum),
+        "stopped": None
+        if stopped is None
+        else {"kind": stopped.kind, "reason": stopped.reason, "time": number(stopped.time)},
+    }
+
+
+def _response_spectrum(motion: Simulation) -> Spectrum | None:
+    """Return the spectrum over one response period; None if there is none."""
+    period = motion.settlement.period
+    return None if period is None else motion.spectrum(period)
+
+
+def _lines(spectrum: Spectrum) -> int:
+    return HIGHEST * spectrum.periods + 1
+
+
+def _spectrum_record(motion: Simulation, spectrum: Spectrum) -> dict[str, Any]:
+    count = _lines(spectrum)
+    return {
+        "frequency": numbers(spectrum.frequency[:count]),
+        "amplitude": {
+            state.name: numbers(spectrum.of(state.name)[:count]) for state in motion.model.states
+        },
+    }
+
+
+def simulation_summary(motion: Simulation) -> str:
+    """Return the outcome as lines of text.
+
+    Parameters
+    ----------
+    motion
+        The simulation.
+    """
+    names = [state.name for state in motion.model.states]
+    state = ", ".join(
+        f"{name} = {value:.12g}" for name, value in zip(names, motion.strobe[-1], strict=True)
+    )
+    message = motion.settlement.message
+    lines = [
+        f"{motion.model!r} over {motion.periods} forcing periods ({motion.duration:.6g} s)",
+        message[:1].upper() + message[1:],
+        f"Last state at phase zero: {state}",
+    ]
+    spectrum = _response_spectrum(motion)
+    if spectrum is not None:
+        lines += ["", f"{'Hz':>12}" + "".join(f"{name:>14}" for name in names)]
+        for index in range(_lines(spectrum)):
+            values = [spectrum.of(name)[index] for name in names]
+            # Lines of rounding errors are no lines.
+            cells = "".join(f"{value if abs(value) > 1e-12 else 0:14.8g}" for value in values)
+            lines.append(f"{np.round(spectrum.frequency[index], 9):12.8g}" + cells)
+    return "\n".join(lines)

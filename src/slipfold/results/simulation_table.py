@@ -1,0 +1,64 @@
+"""A simulation as labelled arrays: the schema slipfold.simulation/1 of netCDF files."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from slipfold.results.columns import Columns, quantity_labels
+from slipfold.results.diagram_table import provenance_attributes
+from slipfold.results.labelled_table import LabelledTable
+
+if TYPE_CHECKING:
+    from slipfold.results.simulation import Simulation
+
+__all__ = ["SCHEMA", "simulation_table"]
+
+SCHEMA = "slipfold.simulation/1"
+
+
+def simulation_table(motion: Simulation) -> LabelledTable:
+    """Return the strobe states with their names, units and meanings.
+
+    Parameters
+    ----------
+    motion
+        The simulation.
+
+    Returns
+    -------
+    LabelledTable
+        What `Simulation.to_xarray` describes.
+    """
+    labels = {
+        name: item
+        for name, item in quantity_labels(motion.model).items()
+        if item.dimensions == ("state",)
+    }
+    columns = Columns("strobe")
+    columns.add("strobe", np.arange(len(motion.strobe)), "forcing periods since the start", "")
+    columns.add("time", motion.time, "time since the start", "s")
+    columns.add("states", motion.strobe, "state at phase zero", None, "state")
+    attributes = {
+        "schema": SCHEMA,
+        "title": f"simulation of {motion.model.name}",
+        "model": motion.model.name,
+        "input": json.dumps(_input(motion)),
+        "settlement": json.dumps(asdict(motion.settlement)),
+        "stopped": json.dumps(None if motion.stopped is None else asdict(motion.stopped)),
+        **provenance_attributes(motion.provenance),
+    }
+    return LabelledTable(labels | columns.variables, (*labels, "strobe", "time"), attributes)
+
+
+def _input(motion: Simulation) -> dict[str, Any]:
+    return {
+        "model": motion.model.name,
+        "parameters": dict(motion.model.values),
+        "periods": motion.asked,
+        "state": motion.strobe[0].tolist(),
+        "tolerance": motion.tolerance,
+    }

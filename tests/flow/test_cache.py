@@ -1,0 +1,283 @@
+"""The cache of compiled flows: used if it is ours and whole, else rebuilt, never trusted."""
+
+import hashlib
+import os
+import pickle
+import stat
+
+import numpy as np
+import pytest
+
+from slipfold.flow import cache
+from slipfold.flow.cache import cache_directory, cached
+from slipfold.flow.equations import build_equations
+from slipfold.flow.flow import Flow
+from slipfold.models import SlidingOscillator
+
+posix = pytest.mark.skipif(os.name != "posix", reason="permissions are POSIX")
+
+
+class Builder:
+    """Counts how often it had to build."""
+
+    def __init__(self, value="made"):
+        self.value = value
+        self.calls = 0
+
+    def __call__(self):
+        self.calls += 1
+        return self.value
+
+
+class Trap:
+    """Its pickle leaves a trace when it is opened."""
+
+    def __init__(self, path):
+        self.path = path
+
+    def __reduce__(self):
+        return os.mkdir, (str(self.path),)
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    path = tmp_path / "deep" / "cache"
+    monkeypatch.setenv("SLIPFOLD_CACHE_DIR", str(path))
+    return path
+
+
+def fetch(key, builder):
+    return cached(key, builder)
+
+
+def only_entry(folder):
+    (entry,) = folder.iterdir()
+    return entry
+
+
+def seal(entry, payload, key_digest=None):
+    """Write an entry as the cache itself would."""
+    header = cache._MAGIC + (key_digest or entry.stem).encode()
+    entry.write_bytes(header + hashlib.sha256(header + payload).digest() + payload)
+
+
+def test_second_time_it_comes_from_the_disk(folder):
+    builder = Builder([1, 2])
+    assert fetch("a", builder) == [1, 2]
+    assert fetch("a", builder) == [1, 2]
+    assert builder.calls == 1
+
+
+def test_another_key_is_another_entry(folder):
+    assert fetch("a", Builder("one")) == "one"
+    assert fetch("b", Builder("two")) == "two"
+    assert fetch("a", Builder("new")) == "one"
+
+
+@pytest.mark.parametrize("function", ["_machine", "_processor"])
+def test_another_machine_is_another_entry(folder, monkeypatch, function):
+    fetch("a", Builder("here"))
+    cache._machine.cache_clear()
+    monkeypatch.setattr(cache, function, lambda: "another")
+    try:
+        assert fetch("a", Builder("there")) == "there"
+    finally:
+        monkeypatch.undo()
+        cache._machine.cache_clear()
+
+
+@posix
+def test_directory_and_entries_are_private(folder):
+    fetch("a", Builder())
+    assert stat.S_IMODE(folder.stat().st_mode) == 0o700
+    assert stat.S_IMODE(only_entry(folder).stat().st_mode) == 0o600
+
+
+def damage_nothing_left(content):
+    return b""
+
+
+def damage_cut(content):
+    return content[:-3]
+
+
+def damage_flip(content):
+    return content[:-5] + bytes([content[-5] ^ 1]) + content[-4:]
+
+
+def damage_seal(content):
+    position = len(cache._MAGIC) + 64 + 3
+    return content[:position] + bytes([content[position] ^ 1]) + content[position + 1 :]
+
+
+def damage_longer(content):
+    return content + b"x"
+
+
+def damage_text(content):
+    return b"this is no entry"
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [damage_nothing_left, damage_cut, damage_flip, damage_seal, damage_longer, damage_text],
+)
+def test_damaged_entry_is_rebuilt(folder, damage):
+    fetch("a", Builder())
+    entry = only_entry(folder)
+    entry.write_bytes(damage(entry.read_bytes()))
+    again = Builder("rebuilt")
+    assert fetch("a", again) == "rebuilt"
+    assert fetch("a", Builder("third")) == "rebuilt"
+    assert again.calls == 1
+
+
+def test_entry_of_another_key_is_not_taken(folder):
+    fetch("a", Builder("one"))
+    first = only_entry(folder).read_bytes()
+    fetch("b", Builder("two"))
+    for entry in folder.iterdir():
+        entry.write_bytes(first)
+    assert fetch("b", Builder("rebuilt")) == "rebuilt"
+
+
+def test_entry_with_a_wrong_digest_is_never_opened(folder, tmp_path):
+    fetch("a", Builder())
+    entry = only_entry(folder)
+    payload = pickle.dumps(Trap(tmp_path / "sprung"))
+    content = entry.read_bytes()
+    head = len(cache._MAGIC) + 64 + 32
+    entry.write_bytes(content[:head] + payload)
+    assert fetch("a", Builder("rebuilt")) == "rebuilt"
+    assert not (tmp_path / "sprung").exists()
+
+
+@posix
+@pytest.mark.parametrize("mode", [0o666, 0o620, 0o602])
+def test_entry_others_may_write_is_never_opened(folder, tmp_path, mode):
+    fetch("a", Builder())
+    entry = only_entry(folder)
+    seal(entry, pickle.dumps(Trap(tmp_path / "sprung")))
+    entry.chmod(mode)
+    assert fetch("a", Builder("rebuilt")) == "rebuilt"
+    assert not (tmp_path / "sprung").exists()
+    assert stat.S_IMODE(only_entry(folder).stat().st_mode) == 0o600
+
+
+@posix
+@pytest.mark.parametrize("mode", [0o777, 0o770, 0o702])
+def test_directory_others_may_write_is_not_used(folder, tmp_path, mode):
+    fetch("a", Builder())
+    seal(only_entry(folder), pickle.dumps(Trap(tmp_path / "sprung")))
+    folder.chmod(mode)
+    assert fetch("a", Builder("rebuilt")) == "rebuilt"
+    assert fetch("b", Builder("two")) == "two"
+    assert len(list(folder.iterdir())) == 1
+    assert not (tmp_path / "sprung").exists()
+
+
+@posix
+def test_entry_that_is_a_link_is_not_followed(folder, tmp_path):
+    fetch("a", Builder())
+    entry = only_entry(folder)
+    elsewhere = tmp_path / entry.name
+    seal(elsewhere, pickle.dumps(Trap(tmp_path / "sprung")))
+    kept = elsewhere.read_bytes()
+    entry.unlink()
+    entry.symlink_to(elsewhere)
+    assert fetch("a", Builder("rebuilt")) == "rebuilt"
+    assert not (tmp_path / "sprung").exists()
+    assert elsewhere.read_bytes() == kept
+    assert not only_entry(folder).is_symlink()
+
+
+@posix
+def test_directory_that_is_a_link_is_not_followed(folder, tmp_path):
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir(mode=0o700)
+    folder.parent.mkdir()
+    folder.symlink_to(elsewhere)
+    assert fetch("a", Builder()) == "made"
+    assert not list(elsewhere.iterdir())
+
+
+@posix
+@pytest.mark.skipif(not hasattr(os, "getuid") or os.getuid() != 0, reason="needs root")
+def test_foreign_owner_is_not_trusted(folder, tmp_path):
+    fetch("a", Builder())
+    entry = only_entry(folder)
+    seal(entry, pickle.dumps(Trap(tmp_path / "sprung")))
+    os.chown(entry, 12345, -1)
+    assert fetch("a", Builder("rebuilt")) == "rebuilt"
+    assert not (tmp_path / "sprung").exists()
+    os.chown(folder, 12345, -1)
+    assert fetch("a", Builder("again")) == "again"
+
+
+def test_sealed_entry_that_no_longer_opens_is_rebuilt(folder):
+    fetch("a", Builder())
+    entry = only_entry(folder)
+    seal(entry, b"cslipfold.gone\nNothing\n.")
+    entry.chmod(0o600)
+    assert fetch("a", Builder("rebuilt")) == "rebuilt"
+
+
+def test_unusable_directory_costs_time_only(tmp_path, monkeypatch):
+    blocked = tmp_path / "file"
+    blocked.write_text("in the way")
+    for path in (blocked, blocked / "below"):
+        monkeypatch.setenv("SLIPFOLD_CACHE_DIR", str(path))
+        builder = Builder()
+        assert fetch("a", builder) == fetch("a", builder) == "made"
+        assert builder.calls == 2
+    assert blocked.read_text() == "in the way"
+
+
+@pytest.mark.parametrize("broken", ["mkstemp", "replace"])
+def test_full_disk_costs_time_only(folder, monkeypatch, broken):
+    def full(*args, **kwargs):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(cache.tempfile if broken == "mkstemp" else cache.os, broken, full)
+    assert fetch("a", Builder()) == "made"
+    assert not list(folder.iterdir())
+
+
+def test_no_home_directory_costs_time_only(monkeypatch):
+    def homeless():
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.delenv("SLIPFOLD_CACHE_DIR", raising=False)
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    monkeypatch.setattr(cache.Path, "home", homeless)
+    assert fetch("a", Builder()) == "made"
+
+
+def test_directory_follows_the_environment(monkeypatch, tmp_path):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setenv("SLIPFOLD_CACHE_DIR", "")
+    assert cache_directory() == tmp_path / "slipfold"
+    monkeypatch.setenv("SLIPFOLD_CACHE_DIR", str(tmp_path / "own"))
+    assert cache_directory() == tmp_path / "own"
+    monkeypatch.delenv("SLIPFOLD_CACHE_DIR")
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert cache_directory() == tmp_path / ".cache" / "slipfold"
+
+
+def test_flow_from_the_disk_is_the_flow_that_was_compiled(folder):
+    model = SlidingOscillator(Nd=0.2)
+    grid, start = np.array([0.0, 1.0, 2.0]), np.zeros(4)
+
+    def states():
+        flow = Flow(build_equations(model))
+        return flow.trajectory(start, flow.constants(model.vector), grid)
+
+    first = states()
+    stamps = {path: path.stat().st_mtime_ns for path in folder.iterdir()}
+    assert np.array_equal(states(), first)
+    assert {path: path.stat().st_mtime_ns for path in folder.iterdir()} == stamps
+    for path in stamps:
+        path.write_bytes(path.read_bytes()[:-100])
+    assert np.array_equal(states(), first)
+    assert all(path.stat().st_mtime_ns != stamp for path, stamp in stamps.items())

@@ -1,0 +1,122 @@
+"""Derivatives of flows against complex steps through equations written by hand."""
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from helpers.sliding_by_hand import BASE, integrate, rhs
+from helpers.toy_models import LinearOscillator
+from slipfold.flow import flow_of
+from slipfold.models import SlidingOscillator
+
+RNG = np.random.default_rng(20260103)
+MODEL = SlidingOscillator(f=12.2, Nd=0.3, mu=0.45, alpha=0.9)
+P = {**BASE, **MODEL.values}
+FLOW = flow_of(MODEL)
+CONSTANTS = FLOW.constants(MODEL.vector)
+STATE = np.array([0.11, -0.06, 3.0, -7.0])
+SCALE = np.array([1.0, 1.0, 80.0, 80.0])
+TINY = 1e-30
+
+
+def test_jacobian_of_the_rates():
+    states = RNG.normal(size=(6, 4)) * [0.3, 0.3, 20, 20]
+    phases = RNG.uniform(0, 1, 6)
+    found = FLOW.jacobians(states, phases, CONSTANTS)
+    for state, phase, matrix in zip(states, phases, found, strict=True):
+        expected = [
+            rhs(phase / MODEL.f, state + 1j * TINY * unit, P).imag / TINY / MODEL.f
+            for unit in np.eye(4)
+        ]
+        assert matrix == pytest.approx(np.transpose(expected), rel=1e-11, abs=1e-11)
+
+
+def test_derivatives_of_the_coefficients():
+    p = {parameter.name: MODEL.values[parameter.name] for parameter in MODEL.parameters}
+    for column, name in enumerate(p):
+        step = 1e-6 * max(1.0, abs(p[name]))
+        up, down = (
+            FLOW.constants(np.array(list({**p, name: p[name] + sign * step}.values()))).values
+            for sign in (1, -1)
+        )
+        slope = (up - down) / (2 * step)
+        size = np.maximum(np.abs(slope), 1)
+        assert CONSTANTS.rates[:, column] / size == pytest.approx(slope / size, abs=1e-6)
+
+
+def test_monodromy_matrix():
+    ends, matrices, _ = FLOW.linearise(
+        STATE[None], np.zeros(1), np.ones(1), CONSTANTS, CONSTANTS.rates[:, 0]
+    )
+    expected = np.transpose(
+        [integrate(STATE + 1j * TINY * unit, P).imag / TINY for unit in np.eye(4)]
+    )
+    assert ends[0] / SCALE == pytest.approx(integrate(STATE, P) / SCALE, abs=1e-11)
+    scaled = (matrices[0] - expected) * SCALE / SCALE[:, None]
+    assert np.max(np.abs(scaled)) < 1e-9
+
+
+@pytest.mark.parametrize("name", [parameter.name for parameter in MODEL.parameters])
+def test_derivative_with_respect_to_a_parameter(name):
+    direction = CONSTANTS.rates[:, MODEL.parameter_index(name)]
+    _, _, vectors = FLOW.linearise(STATE[None], np.zeros(1), np.ones(1), CONSTANTS, direction)
+    expected = integrate(STATE, {**P, name: P[name] + 1j * TINY}).imag / TINY
+    size = np.max(np.abs(expected) / SCALE) + 1e-3
+    assert np.max(np.abs(vectors[0] - expected) / SCALE) / size < 1e-8
+
+
+def test_linear_flow_has_an_exact_monodromy_matrix():
+    model = LinearOscillator(zeta=0.2)
+    flow = flow_of(model)
+    constants = flow.constants(model.vector)
+    w0 = 2 * np.pi * model.f0
+    matrix = np.array([[0, 1], [-(w0**2), -2 * model.zeta * w0]])
+    _, found, along = flow.linearise(
+        RNG.normal(size=(3, 2)),
+        np.zeros(3),
+        np.array([0.5, 1, 3]),
+        constants,
+        constants.rates[:, model.parameter_index("a")],
+    )
+    for phase, part, vector in zip((0.5, 1, 3), found, along, strict=True):
+        assert part == pytest.approx(expm(matrix * phase / model.f), abs=1e-12)
+        # The response is linear in the amplitude.
+        assert vector == pytest.approx(model.exact(phase / model.f) / model.a, abs=1e-12)
+
+
+def test_difference_quotients_converge_to_the_derivative_with_second_order():
+    direction = np.array([0.2, -0.1, 10.0, 4.0])
+    exact = FLOW.jet(STATE, 0.0, 1.0, CONSTANTS, direction[None])[0, 0]
+    steps = 2.0 ** -np.arange(2, 8)
+    errors = []
+    for step in steps:
+        both = STATE + np.array([[step], [-step]]) * direction
+        up, down = FLOW.advance(both, np.zeros(2), np.ones(2), CONSTANTS)
+        errors.append(np.linalg.norm(((up - down) / (2 * step) - exact) / SCALE))
+    order = np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    assert order == pytest.approx(2, abs=0.1)
+
+
+def test_jets_agree_with_differences_of_the_flow():
+    directions = RNG.normal(size=(9, 4)) * [0.05, 0.05, 3, 3]
+    jets = FLOW.jet(STATE, 0.0, 1.0, CONSTANTS, directions)
+    nodes = np.cos(np.pi * np.arange(13) / 12)
+    for direction, jet in zip(directions, jets, strict=True):
+        ends = FLOW.advance(
+            STATE + nodes[:, None] * direction, np.zeros(13), np.ones(13), CONSTANTS
+        )
+        for component in range(4):
+            fit = np.polynomial.Chebyshev.fit(nodes, ends[:, component], 12)
+            for order in (1, 2, 3):
+                expected = fit.deriv(order)(0.0)
+                assert jet[order - 1, component] / SCALE[component] == pytest.approx(
+                    expected / SCALE[component], abs=1e-7
+                )
+
+
+def test_first_jet_is_the_monodromy_matrix():
+    _, matrices, _ = FLOW.linearise(
+        STATE[None], np.zeros(1), np.ones(1), CONSTANTS, CONSTANTS.rates[:, 0]
+    )
+    jets = FLOW.jet(STATE, 0.0, 1.0, CONSTANTS, np.eye(4))
+    assert jets[:, 0].T == pytest.approx(matrices[0], rel=1e-11, abs=1e-11)

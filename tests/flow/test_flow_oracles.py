@@ -1,0 +1,105 @@
+"""Flows against SciPy on equations written by hand, and against a closed form."""
+
+import numpy as np
+import pytest
+
+from helpers.sliding_by_hand import BASE, integrate
+from helpers.toy_models import LinearOscillator, Runaway
+from slipfold.errors import InputError
+from slipfold.flow import flow_of
+from slipfold.flow.equations import build_equations
+from slipfold.flow.flow import Flow
+from slipfold.models import SlidingOscillator
+
+RNG = np.random.default_rng(20260102)
+SETS = [
+    {"f": 12.5, "Nd": 0.05},
+    {"f": 12.2, "Nd": 0.9, "mu": 0.3},
+    {"f": 9.0, "Nd": 0.4, "alpha": 2.0, "Vd": 1.0, "L": 0.01, "k2": 300.0, "zeta1": 0.02},
+]
+SCALE = np.array([1.0, 1.0, 80.0, 80.0])
+
+
+@pytest.mark.parametrize("values", SETS)
+def test_sliding_flow_agrees_with_scipy(values):
+    model = SlidingOscillator(**values)
+    flow = flow_of(model)
+    states = RNG.normal(size=(11, 4)) * [0.1, 0.1, 5.0, 5.0]
+    found = flow.advance(states, np.zeros(11), np.ones(11), flow.constants(model.vector))
+    expected = [integrate(state, {**BASE, **model.values}) for state in states]
+    assert np.max(np.abs(found - expected) / SCALE) < 2e-11
+
+
+def test_linear_flow_agrees_with_the_closed_form():
+    model = LinearOscillator()
+    flow = flow_of(model)
+    constants = flow.constants(model.vector)
+    phases = np.linspace(0, 8, 33)
+    start = np.array([0.3, -2.0])
+    found = flow.trajectory(start, constants, phases)
+    assert found == pytest.approx(model.exact(phases / model.f, start), abs=1e-13)
+    ends = flow.advance(np.tile(start, (33, 1)), np.zeros(33), phases, constants)
+    assert ends == pytest.approx(found, abs=1e-13)
+
+
+@pytest.mark.parametrize("count", [1, 7, 8, 9, 17])
+def test_batches_of_any_size_agree_with_single_trajectories(count):
+    model = SlidingOscillator(Nd=0.3)
+    flow = flow_of(model)
+    constants = flow.constants(model.vector)
+    states = RNG.normal(size=(count, 4)) * [0.1, 0.1, 5.0, 5.0]
+    start, end = RNG.uniform(0, 1, count), RNG.uniform(1, 2, count)
+    together = flow.advance(states, start, end, constants)
+    sampled = flow.sample(states, start, end, 5, constants)
+    for i in range(count):
+        grid = np.array([*np.linspace(start[i], end[i], 6)])
+        alone = flow.trajectory(states[i], constants, grid)
+        assert together[i] / SCALE == pytest.approx(alone[-1] / SCALE, abs=1e-13)
+        assert sampled[i] / SCALE == pytest.approx(alone[:-1] / SCALE, abs=1e-13)
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-7, 1e-10, 1e-13])
+def test_error_falls_with_the_tolerance(tolerance):
+    model = LinearOscillator()
+    flow = Flow(build_equations(model), tolerance)
+    end = flow.trajectory(np.zeros(2), flow.constants(model.vector), np.array([0.0, 5.0]))[-1]
+    error = np.max(np.abs(end - model.exact(5.0 / model.f)))
+    assert error < 10 * tolerance
+
+
+def test_singular_trajectories_are_no_numbers():
+    model = Runaway()
+    flow = flow_of(model)
+    constants = flow.constants(model.vector)
+    states = np.array([[0.5], [2.0], [-1.0]])
+    ends = flow.advance(states, np.zeros(3), np.ones(3), constants)
+    assert np.isnan(ends[1, 0])
+    assert ends[[0, 2], 0] == pytest.approx([1.0, -0.5], rel=1e-13)
+    along = flow.trajectory(np.array([2.0]), constants, np.array([0, 0.25, 0.4, 0.6, 1.0]))
+    assert along[:3, 0] == pytest.approx([2, 4, 10], rel=1e-12)
+    assert np.isnan(along[3:]).all()
+
+
+def test_outputs_and_their_rates_follow_the_trajectory():
+    model = SlidingOscillator(Nd=0.4)
+    flow = flow_of(model)
+    constants = flow.constants(model.vector)
+    step = 1e-3
+    phases = 0.3 + step * np.arange(-2, 3)
+    states = flow.trajectory(np.array([0.1, -0.05, 2.0, 5.0]), constants, phases)
+    values = flow.outputs(states, phases, constants)
+    first, second = flow.output_rates(states[2:3], phases[2:3], constants)[0]
+    size = np.abs(values).max(axis=0) + 1
+    slope = (values[0] - 8 * values[1] + 8 * values[3] - values[4]) / (12 * step)
+    bend = (-values[0] + 16 * values[1] - 30 * values[2] + 16 * values[3] - values[4]) / (
+        12 * step**2
+    )
+    assert first / size == pytest.approx(slope / size, abs=1e-6)
+    assert second / size == pytest.approx(bend / size, abs=1e-4)
+    named = [model.evaluate(name, states, phases / model.f) for name in flow.output_names]
+    assert values == pytest.approx(np.transpose(named), rel=1e-12, abs=1e-12)
+
+
+def test_unknown_output_is_named():
+    with pytest.raises(InputError, match="no output 'z'; there are x, y"):
+        flow_of(SlidingOscillator()).output_index("z")

@@ -1,0 +1,122 @@
+"""Settled or not, said honestly: sequences whose fate is known."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from slipfold.flow.settlement import judge_settlement
+
+RNG = np.random.default_rng(20260105)
+
+
+def judge(sequence, tolerance=1e-9):
+    strobe = np.asarray(sequence, dtype=float)
+    return judge_settlement(strobe.reshape(len(strobe), -1), np.ones(1), tolerance)
+
+
+def noise(count):
+    return 2e-16 * RNG.normal(size=count)
+
+
+@given(st.integers(1, 8), st.floats(0.1, 0.95), st.integers(0, 1000))
+def test_decay_to_a_cycle_is_settled_with_its_period(period, rate, seed):
+    cycle = np.random.default_rng(seed).normal(size=period)
+    steps = np.arange(1001)
+    found = judge(cycle[steps % period] + rate**steps + noise(1001))
+    assert found.settled
+    assert found.period == period
+    assert found.drift < 1e-9
+    assert f"response of {period} forcing period" in found.message
+
+
+@given(st.sampled_from([1, 2, 4]), st.floats(0.99, 0.9995))
+def test_slow_decay_is_not_settled_and_says_how_long_it_takes(period, rate):
+    cycle = np.array([0.0, 1.0, 0.3, 0.7])[:period]
+    steps = np.arange(1001)
+    found = judge(cycle[steps % period] + rate**steps + noise(1001))
+    assert not found.settled
+    assert found.period is None
+    assert found.rate == pytest.approx(rate, abs=1e-6)
+    more = int(found.message.split("about ")[1].split()[0])
+    # After so many periods the distance is the tolerance.
+    assert rate ** (1000 + more) == pytest.approx(1e-9, rel=0.05)
+    steps = np.arange(1001 + more + 5)
+    assert judge(cycle[steps % period] + rate**steps + noise(len(steps))).settled
+
+
+def test_small_drift_that_hardly_shrinks_is_not_settled():
+    steps = np.arange(1001)
+    slow = 1e-5 * 0.9999**steps
+    found = judge(slow)
+    assert abs(slow[-1] - slow[-2]) < 1e-9
+    assert not found.settled
+
+
+@pytest.mark.parametrize("size", [1.0, 1e-3, 1e-7])
+def test_torus_is_not_settled(size):
+    steps = np.arange(2001)
+    found = judge(1 + size * np.cos(2 * np.pi * steps / 1.6180339887))
+    assert not found.settled
+    assert "does not shrink; a torus, chaos" in found.message
+    assert "simulate 20000" in found.message
+
+
+def test_chaos_is_not_settled():
+    x = [0.3]
+    for _ in range(1000):
+        x.append(3.9 * x[-1] * (1 - x[-1]))
+    assert not judge(x).settled
+
+
+def test_period_above_eight_is_not_settled():
+    assert not judge(np.arange(1001) % 9).settled
+    assert judge(np.arange(1001) % 8).period == 8
+
+
+def test_doubled_cycle_of_small_amplitude_is_not_taken_for_its_parent():
+    steps = np.arange(1001)
+    found = judge(0.5 + 1e-6 * (-1.0) ** steps + 0.9**steps)
+    assert (found.settled, found.period) == (True, 2)
+
+
+def test_slow_spiral_is_not_taken_for_settled():
+    steps = np.arange(1001)
+    spiral = 0.995**steps * np.cos(0.3 * steps)
+    found = judge(spiral)
+    assert not found.settled
+    assert found.rate == pytest.approx(0.995, abs=2e-4)
+
+
+@pytest.mark.parametrize("growth", [1.05, 1.2, -1.1])
+def test_leaving_an_unstable_orbit_is_not_settled(growth):
+    steps = np.arange(101)
+    found = judge(0.3 + 1e-15 * growth**steps + noise(101))
+    assert not found.settled
+    assert "leaving an unstable response" in found.message
+
+
+@pytest.mark.parametrize("count", [2, 5, 16])
+def test_too_few_periods_are_too_few(count):
+    found = judge(np.ones(count))
+    assert not found.settled
+    assert f"{count - 1} forcing periods are too few" in found.message
+    assert np.isnan(found.drift)
+
+
+def test_short_run_is_told_to_go_on():
+    found = judge(RNG.normal(size=60))
+    assert "so short a run cannot tell a transient from a torus: simulate 1000" in str(found)
+
+
+def test_rest_is_settled():
+    found = judge(np.zeros(101))
+    assert (found.settled, found.period, found.drift) == (True, 1, 0.0)
+
+
+def test_scales_and_tolerance_count():
+    steps = np.arange(201)
+    strobe = 1000 * 0.9 ** steps[:, None]
+    assert not judge_settlement(strobe, np.ones(1), 1e-9).settled
+    assert judge_settlement(strobe, np.array([1e4]), 1e-9).settled
+    assert judge_settlement(strobe, np.ones(1), 1e-5).settled

@@ -1,0 +1,266 @@
+"""Simulation: strobe states, dense output, limits, and what cannot be used."""
+
+import time
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from helpers.sliding_by_hand import BASE, integrate, rhs
+from helpers.toy_models import Falling, LinearOscillator, Runaway
+from slipfold.errors import InputError
+from slipfold.flow import simulate
+from slipfold.models import SlidingOscillator
+
+SCALE = np.array([1.0, 1.0, 80.0, 80.0])
+SLIDING = SlidingOscillator(f=12.2, Nd=0.15)
+
+
+@pytest.fixture(scope="module")
+def linear():
+    return simulate(LinearOscillator(), 300, {"x": 0.3, "v": -2.0})
+
+
+@pytest.fixture(scope="module")
+def sliding():
+    return simulate(SLIDING, 1000)
+
+
+def test_strobe_states_of_a_linear_oscillator_are_exact(linear):
+    exact = linear.model.exact(linear.time, [0.3, -2.0])
+    assert linear.strobe == pytest.approx(exact, abs=1e-12)
+    assert linear.settlement.settled
+    assert linear.settlement.period == 1
+
+
+@settings(max_examples=50)
+@given(st.lists(st.floats(0, 300), min_size=1, max_size=20))
+def test_dense_output_is_exact_anywhere(linear, cycles):
+    times = np.array(cycles) * linear.forcing_period
+    assert linear.at(times) == pytest.approx(linear.model.exact(times, [0.3, -2.0]), abs=1e-11)
+
+
+def test_dense_output_takes_numbers_rows_and_any_order(linear):
+    times = np.array([5.0, 0.0, 5.0, linear.duration, 0.1])
+    states = linear.at(times)
+    assert states.shape == (5, 2)
+    assert np.array_equal(states[0], states[2])
+    assert np.array_equal(states[1], linear.strobe[0])
+    assert np.array_equal(states[3], linear.strobe[-1])
+    assert np.array_equal(linear.at(5.0), states[0])
+    assert linear.at([]).shape == (0, 2)
+
+
+def test_samples_agree_with_the_dense_output(sliding):
+    times, states = sliding.sample(3, 7, 10)
+    assert states.shape == (40, 4)
+    assert times == pytest.approx((3 + np.arange(40) / 10) / 12.2)
+    assert states / SCALE == pytest.approx(sliding.at(times) / SCALE, abs=1e-12)
+    times, force = sliding.output("Fx", 3, 7, 10)
+    assert force == pytest.approx(SLIDING.evaluate("Fx", states, times), abs=1e-12)
+
+
+def test_periods_are_counted_as_in_a_slice(sliding):
+    assert sliding.sample(-2, None, 4)[0] == pytest.approx((998 + np.arange(8) / 4) / 12.2)
+    assert sliding.steady(periods=7, per_period=4)[0].shape == (32,)
+    assert sliding.steady(periods=10**6, per_period=1)[0].shape == (1000,)
+
+
+def test_first_periods_agree_with_scipy(sliding):
+    p = {**BASE, **SLIDING.values}
+    state = np.zeros(4)
+    for expected in sliding.strobe[1:4]:
+        state = integrate(state, p)
+        assert state / SCALE == pytest.approx(expected / SCALE, abs=2e-11)
+
+
+def test_settled_state_of_the_reference(sliding):
+    expected = [0.34186773524, -0.17677244957, 0.051411204625, 12.166386307]
+    assert (sliding.settlement.settled, sliding.settlement.period) == (True, 2)
+    near = min(sliding.strobe[-2:], key=lambda state: np.abs(state - expected).max())
+    assert near == pytest.approx(expected, rel=1e-8)
+    assert integrate(near, {**BASE, **SLIDING.values}, 2) / SCALE == pytest.approx(
+        near / SCALE, abs=1e-10
+    )
+
+
+def test_run_continued_is_the_run_in_one_piece(sliding):
+    first = simulate(SLIDING, 37)
+    second = simulate(SLIDING, 63, first.strobe[-1])
+    both = np.concatenate([first.strobe, second.strobe[1:]])
+    assert both / SCALE == pytest.approx(sliding.strobe[:101] / SCALE, abs=1e-12)
+
+
+def test_rest_stays_at_the_static_point():
+    model = SlidingOscillator()
+    run = simulate(model, 40, model.static_point())
+    assert run.settlement.period == 1
+    assert run.strobe[-1] / SCALE == pytest.approx(run.strobe[0] / SCALE, abs=1e-14)
+
+
+def test_torus_is_not_called_settled():
+    run = simulate(SlidingOscillator(f=12.5, Nd=0.12), 1000)
+    assert run.stopped is None
+    assert not run.settlement.settled
+    assert "torus" in run.settlement.message
+
+
+def test_promised_number_of_periods_settles_a_slow_transient():
+    model = SlidingOscillator(f=12.5, Nd=0.041)
+    first = simulate(model, 300)
+    more = int(first.settlement.message.split("about ")[1].split()[0])
+    assert 10 < more < 5000
+    assert simulate(model, 300 + more + 20).settlement.settled
+
+
+def test_unstable_orbit_is_not_called_settled():
+    state = [0.098213199247, -0.035076538475, 1.722533093226, 16.172916936663]
+    run = simulate(SlidingOscillator(f=12.5, Nd=0.05), 100, state)
+    assert "leaving an unstable response" in run.settlement.message
+
+
+# -- limits -----------------------------------------------------------------------------------
+
+
+def test_stick_ends_the_run_where_scipy_finds_it():
+    model = SlidingOscillator(f=12.2, Nd=0.9, Vd=0.1)
+    run = simulate(model, 100)
+    assert run.stopped.kind == "stick"
+    assert "fell to 0.01 of Vd" in run.stopped.reason
+    assert len(run.strobe) == 3
+    assert not run.settlement.settled
+    assert run.stopped.reason in run.settlement.message
+
+    def slip(time, state):
+        return model.evaluate("Vrel_ratio", state, time) - 0.01
+
+    slip.terminal = True
+    p = {**BASE, **model.values}
+    found = solve_ivp(
+        lambda t, q: rhs(t, q, p),
+        (0, 1),
+        np.zeros(4),
+        "DOP853",
+        events=slip,
+        rtol=1e-11,
+        atol=1e-12,
+    )
+    assert run.stopped.time == pytest.approx(found.t_events[0][0], rel=1e-9)
+    assert run.duration == run.stopped.time
+    assert run.at(run.stopped.time) / SCALE == pytest.approx(found.y_events[0][0] / SCALE, abs=1e-7)
+    with pytest.raises(InputError, match="is outside the run; give 0 to 0.166484 s"):
+        run.at(0.2)
+
+
+def test_limit_is_met_at_the_right_instant():
+    run = simulate(Falling(f=4.0), 100, [0.5, 0.0])
+    assert run.stopped.kind == "ground"
+    assert run.stopped.time == pytest.approx(1.0, rel=1e-14)
+    assert run.stopped.reason.startswith("hit the ground at x = ")
+    assert run.at(0.9) == pytest.approx([0.5 - 0.405, -0.9], abs=1e-13)
+
+
+def test_limit_after_many_periods_is_met_at_the_right_instant():
+    run = simulate(Falling(f=40.0), 1000, [50.0, 0.0])
+    assert run.stopped.time == pytest.approx(10.0, rel=1e-12)
+    assert len(run.strobe) == pytest.approx(401, abs=1)
+
+
+def test_start_beyond_a_limit_ends_at_once():
+    run = simulate(Falling(), 10, [-1.0, 0.0])
+    assert (run.stopped.kind, run.stopped.time) == ("ground", 0.0)
+    assert "x = -1" in run.stopped.reason
+    assert run.strobe.tolist() == [[-1.0, 0.0]]
+    assert run.at(0.0).tolist() == [-1.0, 0.0]
+    with pytest.raises(InputError, match="none of the 0 simulated"):
+        run.sample()
+    with pytest.raises(InputError, match="simulate longer"):
+        run.steady()
+
+
+def test_singularity_without_a_limit_ends_the_run():
+    run = simulate(Runaway(f=2.0), 1000, [0.1])
+    assert run.stopped.kind == "singular"
+    assert "became singular" in run.stopped.reason
+    assert len(run.strobe) == 20
+    assert run.strobe[-1] == pytest.approx([1 / (10 - 9.5)], rel=1e-9)
+    assert run.stopped.time == pytest.approx(10.0, rel=1e-6)
+    assert run.at([1.0, 9.75])[:, 0] == pytest.approx([1 / 9, 4], rel=1e-8)
+
+
+# -- bad input --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("periods", [0, -5, 2.5, True, "10", None])
+def test_periods_must_be_a_whole_number(periods):
+    with pytest.raises(InputError, match="not a whole number of at least 1"):
+        simulate(SLIDING, periods)
+
+
+@pytest.mark.parametrize(
+    ("state", "message"),
+    [
+        ([0, 0, 0], r"shape \(3,\); give 4 numbers: x, y, vx, vy"),
+        ([[0, 0, 0, 0]], "give 4 numbers"),
+        ([0, 0, np.nan, 0], "the state vx = nan is not a finite number"),
+        ([0, 0, 0, np.inf], "the state vy = inf"),
+        ("rest", "not a list of numbers"),
+        ({"VX": 1.0}, "no state 'VX'; did you mean vx?"),
+        ({"x": "left"}, "not a list of numbers"),
+    ],
+)
+def test_bad_state_gets_one_sentence(state, message):
+    with pytest.raises(InputError, match=message):
+        simulate(SLIDING, 10, state)
+
+
+@pytest.mark.parametrize("tolerance", [0.0, -1e-9, np.nan, np.inf])
+def test_bad_tolerance_is_refused(tolerance):
+    with pytest.raises(InputError, match="not a positive number"):
+        simulate(SLIDING, 10, tolerance=tolerance)
+
+
+def test_bad_questions_to_a_run_get_one_sentence(sliding):
+    with pytest.raises(InputError, match="time = -0.1 s is outside the run"):
+        sliding.at([0.1, -0.1])
+    with pytest.raises(InputError, match="time = nan s is outside"):
+        sliding.at(np.nan)
+    with pytest.raises(InputError, match="2 dimensions"):
+        sliding.at([[0.0]])
+    with pytest.raises(InputError, match="the periods 5 to 5 are none"):
+        sliding.sample(5, 5)
+    with pytest.raises(InputError, match="per_period = 0"):
+        sliding.sample(per_period=0)
+    with pytest.raises(InputError, match="no output 'z'"):
+        sliding.output("z")
+    with pytest.raises(InputError, match="periods = 0"):
+        sliding.steady(0)
+
+
+def test_runs_cannot_be_changed(sliding):
+    with pytest.raises(AttributeError):
+        sliding.strobe = None
+    with pytest.raises(ValueError, match="read-only"):
+        sliding.strobe[0] = 1.0
+
+
+# -- cost -------------------------------------------------------------------------------------
+
+
+def test_a_thousand_periods_are_far_cheaper_than_scipy():
+    simulate(SLIDING, 1)
+    start = time.perf_counter()
+    simulate(SLIDING, 1000)
+    ours = time.perf_counter() - start
+    p = {**BASE, **SLIDING.values}
+    start = time.perf_counter()
+    for _ in range(3):
+        integrate(np.zeros(4), p)
+    assert ours / 1000 < (time.perf_counter() - start) / 3 / 10
+
+
+def test_long_runs_take_little_memory():
+    run = simulate(SLIDING, 5000)
+    assert run.strobe.nbytes == 5001 * 4 * 8

@@ -1,0 +1,76 @@
+"""Numbers with units as people write them."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from slipfold.errors import InputError
+from slipfold.models.quantity import parse_quantity
+
+NUMBERS = st.floats(allow_nan=False, allow_infinity=False)
+SPACES = st.sampled_from(["", " ", "  "])
+UNITS = {
+    "deg": ("rad", math.pi / 180),
+    "mm": ("m", 1e-3),
+    "kHz": ("Hz", 1e3),
+    "mN": ("N", 1e-3),
+    "N/mm": ("N/m", 1e3),
+    "cm/s": ("m/s", 1e-2),
+    "ms": ("s", 1e-3),
+    "g": ("kg", 1e-3),
+    "%": ("", 1e-2),
+}
+
+
+@given(NUMBERS)
+def test_number_is_itself(value):
+    assert parse_quantity(value, "m") == value
+
+
+@given(NUMBERS, SPACES, SPACES)
+def test_text_of_a_number_is_the_number(value, before, after):
+    assert parse_quantity(f"{before}{value!r}{after}", "N") == value
+
+
+@given(NUMBERS, SPACES, st.sampled_from(["m", "Hz", "N", "rad", "m/s", "N/m"]))
+def test_own_unit_changes_nothing(value, space, unit):
+    assert parse_quantity(f"{value!r}{space}{unit}", unit) == value
+
+
+@given(NUMBERS, SPACES, st.sampled_from(sorted(UNITS)))
+def test_other_unit_is_converted(value, space, suffix):
+    unit, factor = UNITS[suffix]
+    assert parse_quantity(f"{value!r}{space}{suffix}", unit) == value * factor
+
+
+@given(NUMBERS, st.sampled_from(sorted(UNITS)), st.sampled_from(["N s/m", "1/s", "K"]))
+def test_unit_of_another_kind_is_refused(value, suffix, unit):
+    with pytest.raises(InputError, match=r"has the unit .*; give a number"):
+        parse_quantity(f"{value!r}{suffix}", unit, "quantity")
+
+
+@given(st.text(max_size=12))
+def test_any_text_is_a_number_or_an_input_error(text):
+    try:
+        assert isinstance(parse_quantity(text, "m"), float)
+    except InputError as error:
+        assert "give a number" in str(error)
+
+
+@pytest.mark.parametrize("text", ["", "mm", "five", "1,5", "--3", "0x10", "1e", "1_000", "2 3"])
+def test_what_is_no_number_is_refused(text):
+    with pytest.raises(InputError, match="L = "):
+        parse_quantity(text, "m", "L")
+
+
+@pytest.mark.parametrize("value", [None, [1.0, 2.0], {}, 1j, 10**400])
+def test_what_is_no_text_and_no_number_is_refused(value):
+    with pytest.raises(InputError, match="is not a number"):
+        parse_quantity(value, "m", "L")
+
+
+def test_message_names_the_units_that_fit():
+    with pytest.raises(InputError, match=r"alpha = '60mm' has the unit 'mm'; .* deg, rad"):
+        parse_quantity("60mm", "rad", "alpha")
