@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.detection import TESTS, Found
+from slipfold.branches.detection import Found
 from slipfold.branches.event import Event
 from slipfold.branches.location import CLOSE, STILL
 from slipfold.branches.normal_form import normal_form
-from slipfold.branches.point import Point, make_point
+from slipfold.branches.point import Point, corrected_point
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.floquet import match_multipliers
@@ -114,7 +114,7 @@ def _anew(problem: PeriodicProblem, point: Point) -> Point:
     """Compute the same orbit with its nodes, and so every integration step, elsewhere."""
     other, guess, row = problem.shifted(point.z, point.tangent)
     correction = correct(other, guess, row, still=STILL)
-    return make_point(correction, point.arclength)
+    return corrected_point(correction, point.arclength)
 
 
 def _uncertainties(problem: PeriodicProblem, found: Found) -> tuple[float, Array]:
@@ -126,8 +126,8 @@ def _uncertainties(problem: PeriodicProblem, found: Found) -> tuple[float, Array
     """
     point = found.point
     again = _anew(problem, point)
-    test = TESTS["fold" if found.type == "BP" else found.type]
-    change = abs(test(again) - test(point)) + abs(test(point))
+    test = "fold" if found.type == "BP" else found.type
+    change = abs(again.tests[test] - point.tests[test]) + abs(point.tests[test])
     along = change / max(abs(found.slope), 1e-300)
     moved = abs(again.z[-1] - point.z[-1]) + along * abs(point.tangent[-1])
     matched = match_multipliers(point.multipliers, again.multipliers)

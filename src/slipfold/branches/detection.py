@@ -2,31 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.interpolation import well_spaced
+from slipfold.branches.interpolation import polynomial, well_spaced
 from slipfold.branches.location import insert, locate, orbit_at
 from slipfold.branches.point import Point
-from slipfold.branches.test_functions import doubling, folding, torus
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 
 __all__ = ["Found", "find_bifurcations"]
 
 Array = NDArray[np.float64]
-
-Test = Callable[[Point], float]
-
-TESTS: dict[str, Test] = {
-    "PD": lambda point: float(doubling(point.multipliers)),
-    "NS": lambda point: float(torus(point.multipliers)),
-    "LP": lambda point: float(point.tangent[-1]),
-    "fold": lambda point: float(folding(point.multipliers)),
-}
-"""Functions that change sign. "fold" is zero at LP and BP alike and tells when one is due."""
 
 DEPTH = 7
 """An interval is halved this often, to 1/128 of a step, before its account is left open."""
@@ -98,18 +86,18 @@ def find_bifurcations(
 def _located(problem: PeriodicProblem, known: list[Point], a: Point, b: Point) -> list[Found]:
     found = []
     for kind in ("PD", "NS", "LP"):
-        if (TESTS[kind](a) > 0) != (TESTS[kind](b) > 0):
-            found.append(_locate_one(problem, known, a, b, kind, TESTS[kind]))
+        if (a.tests[kind] > 0) != (b.tests[kind] > 0):
+            found.append(_locate_one(problem, known, a, b, kind, kind))
     if a.orientation != b.orientation:
-        found.append(_locate_one(problem, known, a, b, "BP", TESTS["fold"]))
+        found.append(_locate_one(problem, known, a, b, "BP", "fold"))
     real = [item for item in found if item.type != "NS" or _is_torus(item.point)]
     return sorted(real, key=lambda item: item.point.arclength)
 
 
 def _locate_one(
-    problem: PeriodicProblem, known: list[Point], a: Point, b: Point, kind: str, test: Test
+    problem: PeriodicProblem, known: list[Point], a: Point, b: Point, kind: str, test: str
 ) -> Found:
-    point = locate(problem, known, a, b, test)
+    point = locate(problem, known, a, b, lambda item: item.tests[test])
     nearest = min(
         (item for item in known if item.arclength != point.arclength),
         key=lambda item: abs(item.arclength - point.arclength),
@@ -117,9 +105,9 @@ def _locate_one(
     # The nearest evaluations may coincide to rounding; the bracket gives the slope then.
     gap = nearest.arclength - point.arclength
     if abs(gap) < 1e-7:
-        slope = (test(b) - test(a)) / (b.arclength - a.arclength)
+        slope = (b.tests[test] - a.tests[test]) / (b.arclength - a.arclength)
     else:
-        slope = (test(nearest) - test(point)) / gap
+        slope = (nearest.tests[test] - point.tests[test]) / gap
     return Found(kind, point, slope)
 
 
@@ -144,10 +132,9 @@ def _suspicious_place(known: list[Point], a: Point, b: Point) -> float | None:
     near = well_spaced(known, a.arclength, b.arclength, 4)
     where = np.array([point.arclength for point in near])
     grid = np.linspace(a.arclength, b.arclength, 18)[1:-1]
-    for test in TESTS.values():
-        values = np.array([test(point) for point in near])
-        f_a, f_b = test(a), test(b)
-        inner = np.sign(f_a) * _polynomial(where, values, grid)
+    curves = polynomial(where, np.array([list(point.tests.values()) for point in near]), grid)
+    for curve, f_a, f_b in zip(curves.T, a.tests.values(), b.tests.values(), strict=True):
+        inner = np.sign(f_a) * curve
         lowest = int(inner.argmin())
         if f_a * f_b > 0:
             if inner[lowest] < TOUCH * min(abs(f_a), abs(f_b)):
@@ -158,12 +145,3 @@ def _suspicious_place(known: list[Point], a: Point, b: Point) -> float | None:
             if len(changes) > 1:
                 return float(grid[min(changes[1], len(grid) - 1)])
     return None
-
-
-def _polynomial(where: Array, values: Array, targets: Array) -> Array:
-    """Lagrange's polynomial."""
-    difference = where[:, None] - where[None, :]
-    np.fill_diagonal(difference, 1.0)
-    ratios = (targets[:, None, None] - where[None, None, :]) / difference
-    ratios[:, np.arange(len(where)), np.arange(len(where))] = 1.0
-    return ratios.prod(axis=2) @ values

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from slipfold.branches.point import Point
 
-__all__ = ["arc_between", "hermite", "interpolate_monodromy", "well_spaced"]
+__all__ = ["arc_between", "hermite", "polynomial", "well_spaced"]
 
 Array = NDArray[np.float64]
 
@@ -95,25 +95,25 @@ def hermite(points: Sequence[Point], arclength: float) -> tuple[Array, Array]:
     return z, slope / np.linalg.norm(slope)
 
 
-def interpolate_monodromy(points: Sequence[Point], arclength: Array) -> Array:
-    """Evaluate the polynomial through the monodromy matrices of some points.
+def polynomial(where: Array, values: Array, targets: Array) -> Array:
+    """Evaluate Lagrange's polynomial.
 
     Parameters
     ----------
-    points
-        Points of different arclength.
-    arclength
-        Where to evaluate, shape (m,).
+    where
+        Distinct places, shape (k,).
+    values
+        Values there, shape (k,) or (k, m).
+    targets
+        Where to evaluate, shape (t,).
 
     Returns
     -------
-    ndarray, shape (m, n, n)
-        Matrices.
+    ndarray, shape (t,) or (t, m)
+        Values of the polynomial.
     """
-    where = np.array([point.arclength for point in points])
     difference = where[:, None] - where[None, :]
     np.fill_diagonal(difference, 1.0)
-    ratios = (arclength[:, None, None] - where[None, None, :]) / difference
+    ratios = (targets[:, None, None] - where[None, None, :]) / difference
     ratios[:, np.arange(len(where)), np.arange(len(where))] = 1.0
-    weights = ratios.prod(axis=2)
-    return np.tensordot(weights, np.array([point.monodromy for point in points]), axes=1)
+    return ratios.prod(axis=2) @ values

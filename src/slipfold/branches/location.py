@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from slipfold.branches.interpolation import POINTS, arc_between, hermite, well_spaced
-from slipfold.branches.point import Point, make_point
+from slipfold.branches.point import Point, corrected_point
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.newton import correct
 
@@ -53,7 +53,7 @@ def orbit_at(problem: PeriodicProblem, known: Sequence[Point], arclength: float)
     correction = correct(problem, guess, row, still=STILL)
     if not correction.converged:
         raise LostBranchError(correction.failure)
-    return _placed(known, make_point(correction, arclength))
+    return _placed(known, corrected_point(correction, arclength))
 
 
 def _placed(known: Sequence[Point], point: Point) -> Point:

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.branches.test_functions import evaluate_tests
 from slipfold.orbits.floquet import floquet_multipliers
 from slipfold.orbits.newton import Correction
 
-__all__ = ["Point", "make_point"]
+__all__ = ["Point", "corrected_point", "make_point"]
 
 Array = NDArray[np.float64]
 
@@ -31,9 +32,12 @@ class Point:
         Monodromy matrix in scaled states, shape (n, n).
     multipliers
         Floquet multipliers, shape (n,).
+    tests
+        Functions that change sign at a bifurcation, by its type: ``PD``, ``NS``, ``LP`` (the
+        tangent's component along the parameter) and ``fold`` (zero at LP and BP alike).
     orientation
         Sign of the determinant of the Jacobian bordered by the tangent; it changes at a branch
-        point and not at a fold.
+        point and not at a fold. Zero where it is not known.
     residual
         Largest mismatch, in scaled states.
     """
@@ -43,6 +47,7 @@ class Point:
     arclength: float
     monodromy: Array
     multipliers: NDArray[np.complex128]
+    tests: dict[str, float]
     orientation: int
     residual: float
 
@@ -52,7 +57,38 @@ class Point:
         return int(np.count_nonzero(np.abs(self.multipliers) > 1))
 
 
-def make_point(correction: Correction, arclength: float) -> Point:
+def make_point(
+    z: Array,
+    tangent: Array,
+    arclength: float,
+    monodromy: Array,
+    residual: float,
+    orientation: int = 0,
+) -> Point:
+    """Return a point with its multipliers and test functions.
+
+    Parameters
+    ----------
+    z
+        The unknown of the boundary-value problem.
+    tangent
+        Unit tangent of the branch.
+    arclength
+        Position on the branch.
+    monodromy
+        Monodromy matrix in scaled states, shape (n, n).
+    residual
+        Largest mismatch, in scaled states.
+    orientation
+        Sign of the bordered determinant, 0 where it is not known.
+    """
+    multipliers = floquet_multipliers(monodromy)
+    tests = evaluate_tests(monodromy, multipliers)
+    tests["LP"] = float(tangent[-1])
+    return Point(z, tangent, arclength, monodromy, multipliers, tests, orientation, residual)
+
+
+def corrected_point(correction: Correction, arclength: float) -> Point:
     """Turn a converged correction into a point.
 
     The tangent points along the row of the correction's constraint. The bordered determinant
@@ -67,12 +103,11 @@ def make_point(correction: Correction, arclength: float) -> Point:
     """
     linearisation, factored = correction.linearisation, correction.factored
     assert linearisation is not None and factored is not None  # it converged
-    return Point(
+    return make_point(
         correction.z,
         factored.tangent(),
         arclength,
         linearisation.monodromy,
-        floquet_multipliers(linearisation.monodromy),
-        factored.sign,
         correction.residual,
+        factored.sign,
     )

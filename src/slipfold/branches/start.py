@@ -5,14 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.point import Point, make_point
+from slipfold.branches.point import Point, corrected_point, make_point
 from slipfold.branches.settings import Settings
 from slipfold.branches.walk import Failure, walk
 from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.find import guess_orbit, hold_parameter
-from slipfold.orbits.floquet import floquet_multipliers
 from slipfold.orbits.newton import correct
 
 __all__ = ["doubled_start", "response_start"]
@@ -55,7 +54,7 @@ def response_start(problem: PeriodicProblem, value: float, forward: float) -> Po
             f"no response of period 1 was found at {problem.vary} = {value:g}: "
             f"{correction.failure}; start the span elsewhere"
         )
-    return make_point(correction, 0.0)
+    return corrected_point(correction, 0.0)
 
 
 def _nodes_from_quiet(problem: PeriodicProblem, value: float) -> Array:
@@ -76,7 +75,7 @@ def _nodes_from_quiet(problem: PeriodicProblem, value: float) -> Array:
             f"{correction.failure}; start the span elsewhere"
         )
     row = hold_parameter(other.size) * np.sign(target)
-    start = make_point(correct(other, correction.z, row), 0.0)
+    start = corrected_point(correct(other, correction.z, row), 0.0)
     point: Point | Failure = start
     for point in walk(other, start, 0.01, (0.0, target), Settings()):
         if isinstance(point, Failure):
@@ -119,13 +118,5 @@ def doubled_start(problem: PeriodicProblem, point: Point) -> tuple[PeriodicProbl
     tangent = np.append((np.array(along)[every_second] * sign[:, None]).ravel(), 0.0)
     # The larger horizontal or first component starts positive: one copy of the two, always the same.
     tangent *= np.sign(direction[np.abs(direction).argmax()]) / np.linalg.norm(tangent)
-    square = point.monodromy @ point.monodromy
-    return child, Point(
-        child.pack(nodes, problem.value(point.z)),
-        tangent,
-        0.0,
-        square,
-        floquet_multipliers(square),
-        0,
-        point.residual,
-    )
+    z = child.pack(nodes, problem.value(point.z))
+    return child, make_point(z, tangent, 0.0, point.monodromy @ point.monodromy, point.residual)

@@ -2,50 +2,50 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["TEST_FUNCTIONS", "doubling", "folding", "torus"]
+__all__ = ["evaluate_tests"]
 
-Values = NDArray[np.complex128]
 Array = NDArray[np.float64]
 
 
-def doubling(multipliers: Values) -> Array:
-    """Return det(M + I): zero at a period doubling.
+def evaluate_tests(monodromy: Array, multipliers: NDArray[np.complex128]) -> dict[str, float]:
+    r"""Evaluate the test functions of period doubling, folds and tori.
+
+    ``PD`` is det(M + I), ``fold`` is det(I - M), zero at folds and branch points alike, ``NS`` is
+    the determinant of I - M (.) M with the bialternate product, the product of all
+    :math:`1 - \mu_i \mu_j`: zero at a Neimark-Sacker point and at a neutral saddle, which is none
+    (Kuznetsov, Elements of Applied Bifurcation Theory, section 10.2).
+
+    Each is divided by what it grows like where multipliers are large, a smooth function of the
+    matrix: it then stays of order one on the way to a singularity and can be interpolated.
 
     Parameters
     ----------
+    monodromy
+        Monodromy matrix in scaled states, shape (n, n).
     multipliers
-        Shape (..., n).
+        Its eigenvalues, shape (n,).
+
+    Returns
+    -------
+    dict
+        Values by name.
     """
-    return (1 + multipliers).prod(axis=-1).real
+    n = len(multipliers)
+    size = np.sqrt(np.linalg.det(np.eye(n) + monodromy @ monodromy.T))
+    first, second = _pairs(n)
+    products = 1 - multipliers[first] * multipliers[second]
+    return {
+        "PD": float((1 + multipliers).prod().real / size),
+        "fold": float((1 - multipliers).prod().real / size),
+        "NS": float(products.prod().real / size ** (n - 1)),
+    }
 
 
-def folding(multipliers: Values) -> Array:
-    """Return det(M - I) up to sign: zero at a fold or a branch point.
-
-    Parameters
-    ----------
-    multipliers
-        Shape (..., n).
-    """
-    return (1 - multipliers).prod(axis=-1).real
-
-
-def torus(multipliers: Values) -> Array:
-    """Return the determinant of the bialternate product 2 M . M less I, up to sign.
-
-    Zero where the product of two multipliers is one: at a Neimark-Sacker point, and at a neutral
-    saddle, which is none (Kuznetsov, Elements of Applied Bifurcation Theory, section 10.2).
-
-    Parameters
-    ----------
-    multipliers
-        Shape (..., n).
-    """
-    first, second = np.triu_indices(multipliers.shape[-1], k=1)
-    return (1 - multipliers[..., first] * multipliers[..., second]).prod(axis=-1).real
-
-
-TEST_FUNCTIONS = {"PD": doubling, "fold": folding, "NS": torus}
+@cache
+def _pairs(n: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    return np.triu_indices(n, k=1)

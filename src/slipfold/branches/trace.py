@@ -14,7 +14,7 @@ from slipfold.branches.detection import Found, find_bifurcations
 from slipfold.branches.event import Event
 from slipfold.branches.interpolation import POINTS, hermite, well_spaced
 from slipfold.branches.location import LostBranchError, insert, locate, orbit_at
-from slipfold.branches.point import Point
+from slipfold.branches.point import Point, make_point
 from slipfold.branches.settings import Settings
 from slipfold.branches.walk import Failure, walk
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
@@ -238,17 +238,8 @@ def _append_parent(trace: Trace, doublings: Sequence[tuple[PeriodicProblem, Poin
             z = problem.pack(nodes, end.value)
             length = float(np.linalg.norm(z - last.z))
             square = point.monodromy @ point.monodromy
-            trace.points.append(
-                Point(
-                    z,
-                    last.tangent,
-                    last.arclength + length,
-                    square,
-                    point.multipliers**2,
-                    0,
-                    point.residual,
-                )
-            )
+            place = last.arclength + length
+            trace.points.append(make_point(z, last.tangent, place, square, point.residual))
 
 
 def _returns(problem: PeriodicProblem, points: list[Point], point: Point) -> bool:

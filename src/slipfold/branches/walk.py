@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.interpolation import POINTS, arc_between, hermite, interpolate_monodromy
-from slipfold.branches.point import Point, make_point
+from slipfold.branches.interpolation import POINTS, arc_between, hermite, polynomial
+from slipfold.branches.point import Point, corrected_point
 from slipfold.branches.settings import Settings
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.newton import Correction, correct
@@ -21,11 +21,11 @@ Array = NDArray[np.float64]
 ERROR = 3e-3
 """Distance between predicted and corrected orbit that the steps aim at, in scaled variables."""
 
-DRIFT = 0.1
-"""Error of the extrapolated monodromy matrix that the steps aim at, relative to 1 + its norm.
+DRIFT = 0.15
+"""Error of the extrapolated test functions that the steps aim at, relative to their size.
 
-Between points the matrix is then known ten times better still, and the search for bifurcations
-between points rests on it."""
+Between points they are then known ten times better still, and the search for bifurcations between
+points rests on it."""
 
 REJECT = 4.0
 """A step whose measures exceed their aims by this factor is taken again, shorter."""
@@ -163,7 +163,7 @@ def _try(
     correction = correct(problem, guess, row, newton.tolerance, newton.iterations)
     if not correction.converged:
         return correction, None
-    point = make_point(correction, target)
+    point = corrected_point(correction, target)
     if abs(row[-1]) == 1.0 and not row[:-1].any():
         point.z[-1] = bound  # exactly, whatever rounding did
     return correction, replace(point, arclength=last.arclength + arc_between(last, point))
@@ -186,8 +186,20 @@ def _measure(
     recent: list[Point], point: Point, correction: Correction, settings: Settings
 ) -> _Measures:
     turn = float(np.arccos(np.clip(recent[-1].tangent @ point.tangent, -1.0, 1.0)))
-    expected = interpolate_monodromy(recent, np.array([point.arclength]))[0]
-    drift = np.linalg.norm(point.monodromy - expected) / (1 + np.linalg.norm(point.monodromy))
     return _Measures(
-        max(correction.distance, 1e-12) / ERROR, turn / settings.steps.turn, float(drift) / DRIFT
+        max(correction.distance, 1e-12) / ERROR,
+        turn / settings.steps.turn,
+        _drift(recent, point) / DRIFT,
     )
+
+
+def _drift(recent: list[Point], point: Point) -> float:
+    """Error of the extrapolated test functions, relative to their largest value nearby."""
+    if len(recent) == 1:  # nothing to extrapolate from
+        return 0.0
+    where = np.array([item.arclength for item in recent])
+    values = np.array([list(item.tests.values()) for item in recent])
+    found = np.array(list(point.tests.values()))
+    expected = polynomial(where, values, np.array([point.arclength]))[0]
+    size = np.maximum(np.abs(values).max(axis=0), np.abs(found))
+    return float((np.abs(found - expected) / np.maximum(size, 1e-12)).max())

@@ -97,7 +97,8 @@ class GuardedFlow:
         integrator.time = 0.0
         integrator.state[:] = state
         integrator.pars[:] = constants.values
-        integrator.reset_cooldowns()
+        if self.limits:
+            integrator.reset_cooldowns()
         grid = np.arange(count + 1.0)
         # A stop cuts the grid short, a singularity fills it with what is no number.
         result = integrator.propagate_grid(grid, max_steps=MAX_STEPS * count)

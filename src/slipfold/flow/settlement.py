@@ -75,14 +75,20 @@ class _Trend:
 
     @property
     def growing(self) -> bool:
-        """Whether it grows out of the rounding errors or beyond: an unstable orbit is left."""
+        """Whether it grows steadily: an unstable orbit is left."""
         first, middle, last = self.windows
-        return last > 1e-2 * ROUNDING and last * TREND > middle and last > 10 * first
+        # Among rounding errors, a tenfold growth is needed to be believed.
+        least = 2.0 if last > ROUNDING else 10.0
+        steady = first < TREND * middle < TREND**2 * last
+        return steady and last > least * first and last > 1e-2 * ROUNDING
 
     @property
     def shrinking(self) -> bool:
+        """Whether it shrinks steadily."""
         first, middle, last = self.windows
-        return last < TREND * middle < TREND**2 * first
+        # Maxima of a few changes scatter, so a short run must show more of a trend.
+        most = 1.0 if 8 * self.width >= SHORT else 1 / 3
+        return last < TREND * middle < TREND**2 * first and last < most * first
 
     @property
     def distance(self) -> float:

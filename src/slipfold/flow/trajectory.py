@@ -108,7 +108,8 @@ class Trajectory:
         states = np.empty((len(times), self.strobe.shape[1]))
         order = np.lexsort((cycles, index))
         edges = np.flatnonzero(np.diff(index[order])) + 1
-        for group in np.split(order, edges):
+        groups = np.split(order, edges) if len(order) else []
+        for group in groups:
             states[group] = self._within(int(index[group[0]]), cycles[group])
         return states if given.ndim else states[0]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property, reduce
+from functools import cache, cached_property, reduce
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,6 +68,7 @@ class PeriodicProblem:
         self._node_scales = np.tile(self.scales, segments) * np.sqrt(segments)
         edges = (np.arange(segments + 1) + offset) * (period / segments)
         self._start, self._end = edges[:-1], edges[1:]
+        self._following = (np.arange(segments) + 1) % segments
         self._ratios = self.scales[None, :] / self.scales[:, None]
 
     # -- what z means --------------------------------------------------------------------------
@@ -138,7 +139,7 @@ class PeriodicProblem:
         """
         nodes = self.nodes(z)
         ends = self.flow.advance(nodes, self._start, self._end, self.constants(z))
-        return (ends - np.roll(nodes, -1, axis=0)) / self.scales
+        return (ends - nodes[self._following]) / self.scales
 
     def linearise(self, z: Array) -> Linearisation:
         """Return the mismatch and its derivatives.
@@ -152,7 +153,7 @@ class PeriodicProblem:
         ends, matrices, vectors = self.flow.linearise(
             nodes, self._start, self._end, constants, constants.rates[:, self.index]
         )
-        residual = (ends - np.roll(nodes, -1, axis=0)) / self.scales
+        residual = (ends - nodes[self._following]) / self.scales
         along = vectors * (self.width / (self.scales * np.sqrt(self.segments)))
         return Linearisation(residual, matrices * self._ratios, along)
 
@@ -231,16 +232,22 @@ class Linearisation:
             Shape (m n + 1,).
         """
         m, n = self.along.shape
-        matrix = np.zeros((m * n + 1, m * n + 1), order="F")
-        square = matrix[:-1, :-1].reshape(m, n, m, n)
-        steps = np.arange(m)
-        square[steps, :, steps, :] = self.blocks
-        square[steps, :, (steps + 1) % m, :] -= np.eye(n)
-        matrix[:-1, :-1] = square.reshape(m * n, m * n)
+        matrix = np.zeros((m * n + 1, m * n + 1))
+        places = _block_places(m, n)
+        matrix.ravel()[places] = self.blocks.ravel()
+        matrix[np.arange(m * n), (np.arange(m * n) + n) % (m * n)] -= 1.0
         matrix[:-1, -1] = self.along.ravel()
         matrix[-1] = row
-        factors, pivots, _ = lapack.dgetrf(matrix, overwrite_a=True)
+        factors, pivots, _ = lapack.dgetrf(matrix)
         return Factored(factors, pivots)
+
+
+@cache
+def _block_places(m: int, n: int) -> NDArray[np.int64]:
+    """Flat places of the diagonal blocks in a bordered matrix."""
+    size = m * n + 1
+    inside = np.arange(n)[:, None] * size + np.arange(n)[None, :]
+    return (np.arange(m)[:, None, None] * n * (size + 1) + inside).ravel()
 
 
 @dataclass(frozen=True, eq=False)
