@@ -1,6 +1,10 @@
 """Sphinx configuration; the build reads nothing from the network."""
 
+import sys
 from importlib.metadata import version as installed_version
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
 
 project = "slipfold"
 author = "the slipfold developers"
@@ -11,6 +15,7 @@ version = release
 extensions = [
     "myst_parser",
     "numpydoc",
+    "reproduction",
     "sphinx.ext.autodoc",
     "sphinx.ext.mathjax",
     "sphinx.ext.viewcode",

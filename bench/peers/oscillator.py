@@ -1,7 +1,7 @@
 """The sliding oscillator as the peers get it: scaled states, scaled time, base case.
 
-Displacements are in units of L, rates in units of 2 pi f L and time in forcing periods, so that every
-unknown is of order one and a period-k orbit has period k.
+Displacements are in units of L, rates in units of 2 pi f L and time in forcing periods, so that
+every unknown is of order one and a period-k orbit has period k.
 """
 
 import math
@@ -68,6 +68,16 @@ def rates(x: Any, y: Any, vx: Any, vy: Any, cosine: Any, nd: Any) -> tuple[Any, 
     slip_y = PLATE[1] - RATE * vy
     grip = FRICTION * (STEADY_LOAD + nd * cosine) / (slip_x * slip_x + slip_y * slip_y) ** 0.5
     pull = SPRING * LENGTH * (1 - 1 / ((1 + y) * (1 + y) + x * x) ** 0.5)
-    force_x = grip * slip_x - HORIZONTAL.damping * RATE * vx - HORIZONTAL.stiffness * LENGTH * x - pull * x
-    force_y = grip * slip_y - VERTICAL.damping * RATE * vy - VERTICAL.stiffness * LENGTH * y - pull * (1 + y)
+    force_x = (
+        grip * slip_x
+        - HORIZONTAL.damping * RATE * vx
+        - HORIZONTAL.stiffness * LENGTH * x
+        - pull * x
+    )
+    force_y = (
+        grip * slip_y
+        - VERTICAL.damping * RATE * vy
+        - VERTICAL.stiffness * LENGTH * y
+        - pull * (1 + y)
+    )
     return TAU * vx, TAU * vy, force_x / HORIZONTAL.inertia, force_y / VERTICAL.inertia

@@ -15,8 +15,9 @@ FAILED = 3
 class Record:
     """One peer's work, measured.
 
-    ``seconds`` is the wall time of each repeat of each task, without ``build_seconds``, what is done
-    once (tracing, compiling, loading). ``solver_seconds`` is the peer's own clock, where it has one.
+    ``seconds`` is the wall time of each repeat of each task, without ``build_seconds``, what is
+    done once (tracing, compiling, loading). ``solver_seconds`` is the peer's own clock, where it
+    has one.
     """
 
     peer: str
@@ -32,13 +33,19 @@ class Record:
 
     def print(self) -> None:
         """Write the record to standard output, fields without content left out."""
-        print(json.dumps({key: value for key, value in asdict(self).items() if value not in (None, {})}))
+        print(
+            json.dumps(
+                {key: value for key, value in asdict(self).items() if value not in (None, {})}
+            )
+        )
 
 
 def arguments(description: str, presets: Iterable[str] = ()) -> argparse.Namespace:
     """Parse the command line; the first preset is the default."""
     parser = argparse.ArgumentParser(description=description)
-    parser.add_argument("--repeat", type=int, default=5, help="timed repeats of each task (default 5)")
+    parser.add_argument(
+        "--repeat", type=int, default=5, help="timed repeats of each task (default 5)"
+    )
     names = list(presets)
     if names:
         parser.add_argument("--settings", choices=names, default=names[0])

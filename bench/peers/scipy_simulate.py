@@ -2,11 +2,12 @@
 
     python bench/peers/scipy_simulate.py --repeat 3
 
-Base case at f = 12.5 Hz and Nd = 0.1 N, zero initial conditions, DOP853 and LSODA at rtol 1e-10 and atol
-1e-12. The right-hand side is plain Python on floats, the usual way to call `solve_ivp`. The final
-state is (x/L, y/L, and their rates in 1/s) at an instant when N(t) is largest; `points` counts
-evaluations of the right-hand side. The state depends on the tolerance: DOP853 at rtol 1e-12, atol 1e-14 ends at
-(0.1031168, -0.0678557, 1.13755, 11.7717), so these runs are right to about 1e-4 in x/L.
+Base case at f = 12.5 Hz and Nd = 0.1 N, zero initial conditions, DOP853 and LSODA at rtol 1e-10 and
+atol 1e-12. The right-hand side is plain Python on floats, the usual way to call `solve_ivp`. The
+final state is (x/L, y/L, and their rates in 1/s) at an instant when N(t) is largest; `points`
+counts evaluations of the right-hand side. The state depends on the tolerance: DOP853 at rtol 1e-12,
+atol 1e-14 ends at (0.1031168, -0.0678557, 1.13755, 11.7717), so these runs are right to about 1e-4
+in x/L.
 """
 
 import math

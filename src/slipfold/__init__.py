@@ -9,7 +9,7 @@ Three lines lead to a bifurcation diagram:
 """
 
 from slipfold.attractors import Spectrum as Spectrum
-from slipfold.attractors import spectrum as spectrum
+from slipfold.attractors import find_spectrum as find_spectrum
 from slipfold.branches import Branch as Branch
 from slipfold.branches import End as End
 from slipfold.branches import Event as Event
@@ -25,9 +25,41 @@ from slipfold.models import Output as Output
 from slipfold.models import Parameter as Parameter
 from slipfold.models import SlidingOscillator as SlidingOscillator
 from slipfold.models import State as State
+from slipfold.models import built_in_models as built_in_models
 from slipfold.orbits import Extrema as Extrema
 from slipfold.orbits import PeriodicOrbit as PeriodicOrbit
 from slipfold.orbits import periodic_orbit as periodic_orbit
 from slipfold.results import Diagram as Diagram
+from slipfold.results import Simulation as Simulation
 from slipfold.results import load as load
 from slipfold.results import response as response
+from slipfold.results import simulate as simulate
+
+__all__ = [
+    "Branch",
+    "Diagram",
+    "End",
+    "Event",
+    "Extrema",
+    "InputError",
+    "Limit",
+    "Model",
+    "Newton",
+    "Output",
+    "Parameter",
+    "PeriodicOrbit",
+    "Progress",
+    "Settings",
+    "Simulation",
+    "SlidingOscillator",
+    "SpecialPoint",
+    "Spectrum",
+    "State",
+    "Steps",
+    "built_in_models",
+    "find_spectrum",
+    "load",
+    "periodic_orbit",
+    "response",
+    "simulate",
+]

@@ -119,4 +119,5 @@ def test_first_jet_is_the_monodromy_matrix():
         STATE[None], np.zeros(1), np.ones(1), CONSTANTS, CONSTANTS.rates[:, 0]
     )
     jets = FLOW.jet(STATE, 0.0, 1.0, CONSTANTS, np.eye(4))
-    assert jets[:, 0].T == pytest.approx(matrices[0], rel=1e-11, abs=1e-11)
+    along = jets[:, 0].T
+    assert along == pytest.approx(matrices[0], rel=1e-11, abs=1e-11)

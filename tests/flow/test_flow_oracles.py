@@ -80,22 +80,13 @@ def test_singular_trajectories_are_no_numbers():
     assert np.isnan(along[3:]).all()
 
 
-def test_outputs_and_their_rates_follow_the_trajectory():
+def test_outputs_are_those_of_the_model():
     model = SlidingOscillator(Nd=0.4)
     flow = flow_of(model)
     constants = flow.constants(model.vector)
-    step = 1e-3
-    phases = 0.3 + step * np.arange(-2, 3)
+    phases = 0.3 + 1e-3 * np.arange(-2, 3)
     states = flow.trajectory(np.array([0.1, -0.05, 2.0, 5.0]), constants, phases)
     values = flow.outputs(states, phases, constants)
-    first, second = flow.output_rates(states[2:3], phases[2:3], constants)[0]
-    size = np.abs(values).max(axis=0) + 1
-    slope = (values[0] - 8 * values[1] + 8 * values[3] - values[4]) / (12 * step)
-    bend = (-values[0] + 16 * values[1] - 30 * values[2] + 16 * values[3] - values[4]) / (
-        12 * step**2
-    )
-    assert first / size == pytest.approx(slope / size, abs=1e-6)
-    assert second / size == pytest.approx(bend / size, abs=1e-4)
     named = [model.evaluate(name, states, phases / model.f) for name in flow.output_names]
     assert values == pytest.approx(np.transpose(named), rel=1e-12, abs=1e-12)
 

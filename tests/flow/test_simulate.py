@@ -150,7 +150,7 @@ def test_stick_ends_the_run_where_scipy_finds_it():
     assert run.stopped.time == pytest.approx(found.t_events[0][0], rel=1e-9)
     assert run.duration == run.stopped.time
     assert run.at(run.stopped.time) / SCALE == pytest.approx(found.y_events[0][0] / SCALE, abs=1e-7)
-    with pytest.raises(InputError, match="is outside the run; give 0 to 0.166484 s"):
+    with pytest.raises(InputError, match=r"is outside the run; give 0 to 0\.1\d+ s"):
         run.at(0.2)
 
 
@@ -181,13 +181,12 @@ def test_start_beyond_a_limit_ends_at_once():
 
 
 def test_singularity_without_a_limit_ends_the_run():
-    run = simulate(Runaway(f=2.0), 1000, [0.1])
+    run = simulate(Runaway(f=2.0), 1000, [1 / 9.7])
     assert run.stopped.kind == "singular"
-    assert "became singular" in run.stopped.reason
-    assert len(run.strobe) == 20
-    assert run.strobe[-1] == pytest.approx([1 / (10 - 9.5)], rel=1e-9)
-    assert run.stopped.time == pytest.approx(10.0, rel=1e-6)
-    assert run.at([1.0, 9.75])[:, 0] == pytest.approx([1 / 9, 4], rel=1e-8)
+    assert "became singular 9.7 s after the start, in forcing period 20" in run.stopped.reason
+    assert run.strobe[:, 0] == pytest.approx(1 / (9.7 - np.arange(20) / 2), rel=1e-9)
+    assert run.stopped.time == pytest.approx(9.7, rel=1e-6)
+    assert run.at([1.0, 9.6])[:, 0] == pytest.approx([1 / 8.7, 10], rel=1e-8)
 
 
 # -- bad input --------------------------------------------------------------------------------
@@ -223,7 +222,7 @@ def test_bad_tolerance_is_refused(tolerance):
 
 
 def test_bad_questions_to_a_run_get_one_sentence(sliding):
-    with pytest.raises(InputError, match="time = -0.1 s is outside the run"):
+    with pytest.raises(InputError, match=r"time = -0\.1 s is outside the run"):
         sliding.at([0.1, -0.1])
     with pytest.raises(InputError, match="time = nan s is outside"):
         sliding.at(np.nan)

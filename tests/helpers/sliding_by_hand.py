@@ -25,7 +25,7 @@ BASE = {
 
 
 def rhs(time, state, p):
-    """Rates of (x/L, y/L, d(x/L)/dt, d(y/L)/dt): equations (1)-(7) as the design page prints them."""
+    """Rates of (x/L, y/L, d(x/L)/dt, d(y/L)/dt): equations (1)-(7) as the design page has them."""
     L, Vd, alpha = p["L"], p["Vd"], p["alpha"]
     x, y, vx, vy = (L * component for component in state)
     m1 = p["k1"] / (2 * np.pi * p["f1"]) ** 2

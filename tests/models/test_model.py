@@ -71,7 +71,7 @@ def test_values_are_attributes():
 def test_built_in_models_are_found_by_name():
     assert model_named("sliding", Nd=0.1) == SlidingOscillator(Nd=0.1)
     assert built_in_models()["sliding"] is SlidingOscillator
-    with pytest.raises(InputError, match="no model 'slidng'; did you mean sliding?"):
+    with pytest.raises(InputError, match=r"no model 'slidng'; did you mean sliding\?"):
         model_named("slidng")
     with pytest.raises(InputError, match="the built-in models are: sliding"):
         model_named("pendulum")
@@ -81,7 +81,7 @@ def test_built_in_models_are_found_by_name():
 
 def test_evaluate_refuses_what_it_cannot_use():
     model = SlidingOscillator()
-    with pytest.raises(InputError, match="no output 'vrel'; did you mean Vrel?"):
+    with pytest.raises(InputError, match=r"no output 'vrel'; did you mean Vrel\?"):
         model.evaluate("vrel", np.zeros(4))
     with pytest.raises(InputError, match="last axis must hold the 4 states x, y, vx, vy"):
         model.evaluate("N", np.zeros(3))

@@ -25,7 +25,7 @@ class End:
     ----------
     kind
         One word for programs: ``"span"``, ``"limit"``, ``"closed"``, ``"event"``, ``"failed"``,
-        ``"points"``, ``"interrupted"``, ``"born"``.
+        ``"unresolved"``, ``"points"``, ``"interrupted"``, ``"born"``.
     reason
         A sentence that says what happened and what can be done.
     value
@@ -132,8 +132,6 @@ class Branch:
         How much each moves when the monodromy matrix is integrated anew with other steps;
         computed when first asked for.
         """
-        from slipfold.orbits.uncertainty import multiplier_uncertainty
-
         return multiplier_uncertainty(self.model, self.parameters, self.nodes, self.period)
 
     def orbit(self, index: int) -> PeriodicOrbit:

@@ -65,19 +65,16 @@ def describe_event(problem: PeriodicProblem, event: Event, point: Point) -> Spec
     point
         The orbit.
     """
-    again = _anew(problem, point)
     name = f"{event.measure} {event.name} = {event.value:g}"
-    moved = abs(again.z[-1] - point.z[-1]) + CLOSE * abs(point.tangent[-1])
-    matched = match_multipliers(point.multipliers, again.multipliers)
+    again = _anew(problem, point)
+    moved, multiplier_uncertainty = np.inf, np.full(len(point.multipliers), np.inf)
+    if again is not None:
+        moved = abs(again.z[-1] - point.z[-1]) + CLOSE * abs(point.tangent[-1])
+        matched = match_multipliers(point.multipliers, again.multipliers)
+        multiplier_uncertainty = np.abs(matched - point.multipliers)
+    width = problem.width
     return _special(
-        problem,
-        point,
-        "EVENT",
-        name,
-        moved * problem.width,
-        np.abs(matched - point.multipliers),
-        None,
-        None,
+        problem, point, "EVENT", name, moved * width, multiplier_uncertainty, None, None
     )
 
 
@@ -110,10 +107,15 @@ def _special(
     )
 
 
-def _anew(problem: PeriodicProblem, point: Point) -> Point:
-    """Compute the same orbit with its nodes, and so every integration step, elsewhere."""
+def _anew(problem: PeriodicProblem, point: Point) -> Point | None:
+    """Compute the same orbit with its nodes, and so every integration step, elsewhere.
+
+    None if that fails: nothing is known of the uncertainty then.
+    """
     other, guess, row = problem.shifted(point.z, point.tangent)
     correction = correct(other, guess, row, still=STILL)
+    if not correction.converged:
+        return None
     return corrected_point(correction, point.arclength)
 
 
@@ -126,6 +128,8 @@ def _uncertainties(problem: PeriodicProblem, found: Found) -> tuple[float, Array
     """
     point = found.point
     again = _anew(problem, point)
+    if again is None:
+        return np.inf, np.full(len(point.multipliers), np.inf)
     test = "fold" if found.type == "BP" else found.type
     change = abs(again.tests[test] - point.tests[test]) + abs(point.tests[test])
     along = change / max(abs(found.slope), 1e-300)

@@ -34,9 +34,7 @@ def arc_between(a: Point, b: Point) -> float:
     return chord if turn < 1e-4 else chord * 0.5 * turn / np.sin(0.5 * turn)
 
 
-def well_spaced(
-    known: Sequence[Point], low: float, high: float, count: int
-) -> list[Point]:
+def well_spaced(known: Sequence[Point], low: float, high: float, count: int) -> list[Point]:
     """Choose points near an interval for interpolation, none too close to another.
 
     Parameters

@@ -124,11 +124,10 @@ def _fold(map_: StroboscopicMap, matrix: Array) -> float:
 
 def _doubling(map_: StroboscopicMap, matrix: Array) -> float:
     q, p, _ = _critical_vectors(matrix, lambda values: np.abs(values + 1))
-    q, p = q.real, p.real
-    second, third = map_.powers(q[None])
+    second, third = map_.powers(q.real[None])
     bent = np.linalg.solve(np.eye(len(q)) - matrix, second[0])
-    (mixed,) = map_.second([(q.astype(complex), bent.astype(complex))])
-    return float(p @ (third[0] + 3 * mixed.real) / 6)
+    (mixed,) = map_.second([(q, bent.astype(complex))])
+    return float(p.real @ (third[0] + 3 * mixed.real) / 6)
 
 
 def _torus(map_: StroboscopicMap, matrix: Array) -> float:
@@ -145,7 +144,7 @@ def _torus(map_: StroboscopicMap, matrix: Array) -> float:
     cubic = aaa + abb + 1j * (aab + bbb)  # C(q, q, conj q)
     identity = np.eye(len(a))
     still = np.linalg.solve(identity - matrix, aa + bb).astype(complex)
-    double = np.linalg.solve(value**2 * identity - matrix, aa - bb + 2j * ab)
+    double = np.linalg.solve(value**2 * identity - matrix, aa - bb + 2j * ab).astype(complex)
     with_still, with_double = map_.second([(q, still), (q.conj(), double)])
     inner = np.vdot(p, cubic + 2 * with_still + with_double)
     return float(0.5 * (value.conjugate() / abs(value) * inner).real)

@@ -102,7 +102,8 @@ def corrected_point(correction: Correction, arclength: float) -> Point:
         Position on the branch.
     """
     linearisation, factored = correction.linearisation, correction.factored
-    assert linearisation is not None and factored is not None  # it converged
+    assert linearisation is not None  # it converged
+    assert factored is not None
     return make_point(
         correction.z,
         factored.tangent(),

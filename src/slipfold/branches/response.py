@@ -178,7 +178,9 @@ def _follow(
             observer(Progress(number, period, len(trace.points), value, names))
 
     if item.parent is None:
-        return trace_branch(item.problem, item.start, (first, last), settings, events=events, watch=watch)
+        return trace_branch(
+            item.problem, item.start, (first, last), settings, events=events, watch=watch
+        )
     problem, start = doubled_start(item.problem, item.start)
     return trace_branch(
         problem,

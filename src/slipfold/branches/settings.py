@@ -1,4 +1,4 @@
-"""Options of continuation in small groups, each with a default that holds on all reference cases."""
+"""Options of continuation in small groups, with defaults that hold on all reference cases."""
 
 from __future__ import annotations
 
@@ -58,6 +58,8 @@ class Steps:
 
     def __post_init__(self) -> None:
         """Refuse steps that contradict each other."""
+        if not 0 < self.turn <= 1.5:
+            raise InputError(f"turn = {self.turn:g} rad is outside 0 to 1.5; give e.g. 0.35")
         if not 0 < self.smallest < self.largest:
             raise InputError(
                 f"largest step = {self.largest:g} must exceed the smallest, {self.smallest:g} > 0"

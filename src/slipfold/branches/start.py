@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.branches.closing import doubled_nodes
 from slipfold.branches.point import Point, corrected_point, make_point
 from slipfold.branches.settings import Settings
 from slipfold.branches.walk import Failure, walk
 from slipfold.errors import InputError
-from slipfold.models.model import Model
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.find import guess_orbit, hold_parameter
 from slipfold.orbits.newton import correct
@@ -77,7 +77,7 @@ def _nodes_from_quiet(problem: PeriodicProblem, value: float) -> Array:
     row = hold_parameter(other.size) * np.sign(target)
     start = corrected_point(correct(other, correction.z, row), 0.0)
     point: Point | Failure = start
-    for point in walk(other, start, 0.01, (0.0, target), Settings()):
+    for point in walk(other, [start], 0.01, (0.0, target), Settings()):
         if isinstance(point, Failure):
             break
     if isinstance(point, Failure) or other.value(point.z) != target:
@@ -114,9 +114,8 @@ def doubled_start(problem: PeriodicProblem, point: Point) -> tuple[PeriodicProbl
     # A segment of the child is two of the parent.
     every_second = np.arange(0, 2 * m, 2) % m
     sign = np.where(np.arange(0, 2 * m, 2) < m, 1.0, -1.0)
-    nodes = problem.nodes(point.z)[every_second]
     tangent = np.append((np.array(along)[every_second] * sign[:, None]).ravel(), 0.0)
-    # The larger horizontal or first component starts positive: one copy of the two, always the same.
+    # The largest component starts positive: of the two copies always the same one.
     tangent *= np.sign(direction[np.abs(direction).argmax()]) / np.linalg.norm(tangent)
-    z = child.pack(nodes, problem.value(point.z))
+    z = child.pack(doubled_nodes(problem, point), problem.value(point.z))
     return child, make_point(z, tangent, 0.0, point.monodromy @ point.monodromy, point.residual)

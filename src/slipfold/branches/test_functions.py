@@ -36,7 +36,7 @@ def evaluate_tests(monodromy: Array, multipliers: NDArray[np.complex128]) -> dic
         Values by name.
     """
     n = len(multipliers)
-    size = np.sqrt(np.linalg.det(np.eye(n) + monodromy @ monodromy.T))
+    size = float(np.sqrt(1 + np.linalg.svdvals(monodromy) ** 2).prod())  # root of det(I + M M')
     first, second = _pairs(n)
     products = 1 - multipliers[first] * multipliers[second]
     return {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -71,7 +71,7 @@ class _Measures:
 
 def walk(
     problem: PeriodicProblem,
-    start: Point,
+    start: Sequence[Point],
     first_step: float,
     span: tuple[float, float],
     settings: Settings,
@@ -83,7 +83,8 @@ def walk(
     problem
         The boundary-value problem.
     start
-        First point; its tangent gives the direction.
+        The first point, or the last few of a branch that is taken up again; the tangent of the
+        last gives the direction.
     first_step
         First step in arclength.
     span
@@ -98,7 +99,7 @@ def walk(
     Failure
         In its place, once, if there is no next point.
     """
-    recent = [start]
+    recent = list(start)[-POINTS:]
     step = min(first_step, settings.steps.largest)
     bounds = sorted(value / problem.width for value in span)
     for _ in range(settings.steps.points):

@@ -12,6 +12,7 @@ from slipfold.cli.paper import paper
 from slipfold.cli.plot import plot
 from slipfold.cli.response import response
 from slipfold.cli.simulate import simulate
+from slipfold.cli.status import say
 
 __all__ = ["app"]
 
@@ -33,10 +34,10 @@ def start(context: typer.Context, version: Version = False) -> None:
     if version:
         from slipfold.version import package_version
 
-        print(f"slipfold {package_version()}")
+        say(f"slipfold {package_version()}")
         raise typer.Exit
     if context.invoked_subcommand is None:
-        print(context.get_help())
+        say(context.get_help())
         raise typer.Exit
 
 

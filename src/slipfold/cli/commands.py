@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Sequence
 from typing import Any, NoReturn
@@ -26,6 +25,9 @@ class Commands(TyperGroup):
         self,
         args: Sequence[str] | None = None,
         prog_name: str | None = None,
+        complete_var: str | None = None,
+        standalone_mode: bool = True,
+        windows_expand_args: bool = True,
         **extra: Any,
     ) -> NoReturn:
         """Run and exit.
@@ -36,29 +38,32 @@ class Commands(TyperGroup):
             Arguments; those of the process if None.
         prog_name
             Name of the program in messages.
-        **extra
-            As `typer.core.TyperGroup.main`.
+        complete_var, standalone_mode, windows_expand_args, **extra
+            As those of typer; it exits whatever `standalone_mode` says.
         """
-        extra["standalone_mode"] = False
         try:
-            status = super().main(args, prog_name, **extra)
-            sys.stdout.flush()
+            status = super().main(
+                args,
+                prog_name,
+                complete_var,
+                standalone_mode=False,
+                windows_expand_args=windows_expand_args,
+                **extra,
+            )
         except InputError as error:
             status = _fail(str(error))
         except UsageError as error:
-            status = _fail(_usage_sentence(error, prog_name or "slipfold"))
+            status = _fail(_usage_sentence(error, self._asked_for(prog_name, args)))
         except KeyboardInterrupt:
             note("interrupted; nothing was written")
             status = INTERRUPTED
-        except BrokenPipeError:
-            # The reader has seen enough. Python flushes once more at exit: into nothing.
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            status = DONE
-        except OSError as error:
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            why = (error.strerror or str(error)).lower()
-            status = _fail(f"standard output cannot be written ({why}); send it elsewhere")
         sys.exit(status if isinstance(status, int) else DONE)
+
+    def _asked_for(self, program: str | None, args: Sequence[str] | None) -> str:
+        """Return the program with the command that was meant, if there is one."""
+        given = sys.argv[1:] if args is None else list(args)
+        named = [program or "slipfold", *(name for name in given[:1] if name in self.commands)]
+        return " ".join(named)
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command.
@@ -80,8 +85,6 @@ def _fail(sentence: str) -> int:
     return BAD_INPUT
 
 
-def _usage_sentence(error: Any, program: str) -> str:
+def _usage_sentence(error: Any, command: str) -> str:
     message = " ".join(error.format_message().split()).rstrip(".?")
-    context = getattr(error, "ctx", None)
-    command = context.command_path if context is not None else program
     return f"{message}; see {command} --help"

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from slipfold.cli.options import Json
-from slipfold.cli.outputs import print_json
+from slipfold.cli.outputs import hand_over_json
+from slipfold.cli.status import say
 
 if TYPE_CHECKING:
     from slipfold.models.model import Model
@@ -20,31 +21,20 @@ Name = Annotated[str | None, typer.Argument(metavar="[MODEL]", help="Show one mo
 
 
 def models(model: Name = None, json: Json = None) -> None:
-    """List the built-in models, or all that one of them has: parameters, states, outputs, limits."""
+    """List the built-in models, or parameters, states, outputs and limits of one of them."""
     from slipfold.models.registry import built_in_models, model_named
 
     kinds = built_in_models()
     shown = list(kinds.values()) if model is None else [type(model_named(model))]
     if json is not None:
         record = {"schema": "slipfold.models/1", "models": [_record(kind()) for kind in shown]}
-        _hand_over(record, json)
+        hand_over_json(record, json)
         if json == "-":
             return
     if model is None:
-        print("\n".join(_table([(kind.name, kind.title) for kind in shown])))
+        say("\n".join(_table([(kind.name, kind.title) for kind in shown])))
     else:
-        print(_details(shown[0]()))
-
-
-def _hand_over(record: dict[str, Any], path: str) -> None:
-    if path == "-":
-        print_json(record)
-        return
-    from json import dumps
-
-    from slipfold.results.writing import write_file
-
-    write_file(path, dumps(record, indent=2, allow_nan=False).encode() + b"\n")
+        say(_details(shown[0]()))
 
 
 def _record(model: Model) -> dict[str, Any]:

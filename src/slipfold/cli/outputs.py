@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import json
 import os
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
-from slipfold.cli.status import note
+from slipfold.cli.status import note, say
 from slipfold.errors import InputError
 
-__all__ = ["Outputs", "print_json"]
+__all__ = ["Outputs", "hand_over_json"]
 
 
 class _Result(Protocol):
@@ -79,7 +78,7 @@ class Outputs:
         writers: list[tuple[str | None, Callable[[str], None]]] = [
             (self.out, result.save),
             (self.csv, getattr(result, "to_csv", _no_table)),
-            (self.json if self.json != "-" else None, lambda path: _write_json(result, path)),
+            (self.json, lambda path: hand_over_json(result.to_json(), path)),
         ]
         failures = []
         for path, write in writers:
@@ -88,32 +87,36 @@ class Outputs:
                     write(path)
                 except InputError as error:
                     failures.append(error)
-        if self.json == "-":
-            print_json(result.to_json())
-        else:
-            print(result.summary())
-        sys.stdout.flush()
-        for error in failures[1:]:
-            note(str(error))
+        if self.json != "-":
+            say(result.summary())
+        for failure in failures[1:]:
+            note(str(failure))
         if failures:
             raise failures[0]
 
 
-def print_json(record: dict[str, Any]) -> None:
-    """Print plain data on standard output.
+def hand_over_json(record: dict[str, Any], path: str) -> None:
+    """Write plain data as JSON.
 
     Parameters
     ----------
     record
         The data.
+    path
+        The file; ``"-"`` is standard output.
+
+    Raises
+    ------
+    InputError
+        If it cannot be written.
     """
-    print(json.dumps(record, indent=2, allow_nan=False))
-
-
-def _write_json(result: _Result, path: str) -> None:
     from slipfold.results.writing import write_file
 
-    write_file(path, json.dumps(result.to_json(), indent=2, allow_nan=False).encode() + b"\n")
+    text = json.dumps(record, indent=2, allow_nan=False)
+    if path == "-":
+        say(text)
+    else:
+        write_file(path, text.encode() + b"\n")
 
 
 def _no_table(path: str) -> None:

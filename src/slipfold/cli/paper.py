@@ -9,7 +9,7 @@ import typer
 
 from slipfold.cli.parsing import parse_whole
 from slipfold.cli.progress import live_line, paper_text
-from slipfold.cli.status import DONE, FAILED, INTERRUPTED, note
+from slipfold.cli.status import DONE, FAILED, INTERRUPTED, note, say
 
 __all__ = ["paper"]
 
@@ -39,7 +39,7 @@ def paper(out: Folder = "paper-output", processes: Processes = None) -> int:
     if made.interrupted:
         note(made.message)
         return INTERRUPTED
-    print(made.message)
+    say(made.message)
     for sentence in made.stopped:
         note(f"stopped early: {sentence}")
     return FAILED if made.stopped else DONE

@@ -140,7 +140,7 @@ def parse_span(texts: Sequence[str], model: Model) -> tuple[str, tuple[float, fl
         )
     name, _, values = (part.strip() for part in texts[0].partition("="))
     first, colon, last = (part.strip() for part in values.partition(":"))
-    if not (name and first and colon and last):
+    if not (name and first and colon and last) or ":" in last:
         raise InputError(
             f"--vary {texts[0]!r} is not of the form NAME=FIRST:LAST; write e.g. --vary Nd=0:0.98"
         )
@@ -191,7 +191,8 @@ def parse_event(text: str, model: Model, vary: str, stop: bool = False) -> Event
     if name == vary and measure is None:
         unit = model.parameter(vary).unit
         return Event(name, parse_quantity(value, unit, name), "parameter", stop)
-    units = {item.name: item.unit for item in (*model.states, *model.outputs())}
+    units = {state.name: state.unit for state in model.states}
+    units |= {output.name: output.unit for output in model.outputs()}
     if name not in units:
         raise InputError(
             f"{model.name} has no output {name!r}; {suggest(name, [*units, vary])}"

@@ -56,7 +56,9 @@ def plot(
     found = load(result)
     is_diagram = isinstance(found, Diagram)
     if is_diagram and kind is not None:
-        raise InputError(f"--kind {kind} is for simulations, but {result} is a response; use --measure")
+        raise InputError(
+            f"--kind {kind} is for simulations, but {result} is a response; use --measure"
+        )
     if not is_diagram and measure is not None:
         raise InputError(
             f"--measure {measure} is for responses, but {result} is a simulation; use --kind"

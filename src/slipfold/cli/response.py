@@ -140,9 +140,9 @@ def _settings(
 
 def _conclude(diagram: Diagram, outputs: Outputs) -> int:
     files = [path for path in (outputs.out, outputs.csv, outputs.json) if path not in (None, "-")]
-    kept = f"what was finished is in {' and '.join(map(str, files))}" if files else (
-        "what was finished is printed; --out FILE.nc would keep it"
-    )
+    kept = "what was finished is printed; --out FILE.nc would keep it"
+    if files:
+        kept = f"what was finished is in {' and '.join(map(str, files))}"
     if diagram.interrupted:
         number = len(diagram.branches)
         points = sum(len(branch) for branch in diagram.branches)

@@ -1,10 +1,13 @@
-"""Exit statuses, and the one way in which things are said on standard error."""
+"""Exit statuses, and how things are said: results on standard output, all else beside it."""
 
 from __future__ import annotations
 
+import os
 import sys
 
-__all__ = ["BAD_INPUT", "DONE", "FAILED", "INTERRUPTED", "note"]
+from slipfold.errors import InputError
+
+__all__ = ["BAD_INPUT", "DONE", "FAILED", "INTERRUPTED", "note", "say"]
 
 DONE = 0
 BAD_INPUT = 2
@@ -23,3 +26,35 @@ def note(sentence: str) -> None:
         One line; line breaks in it become spaces.
     """
     print("slipfold:", " ".join(sentence.split()), file=sys.stderr)
+
+
+def say(text: str) -> None:
+    """Print a result on standard output.
+
+    Parameters
+    ----------
+    text
+        One or more lines.
+
+    Raises
+    ------
+    InputError
+        If it cannot be written, e.g. into a file on a full disk.
+    """
+    try:
+        print(text)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        # The reader has seen enough, which is no failure.
+        _discard()
+    except OSError as error:
+        _discard()
+        why = (error.strerror or str(error)).lower()
+        raise InputError(
+            f"standard output cannot be written ({why}); free some space or send it elsewhere"
+        ) from error
+
+
+def _discard() -> None:
+    """Let what is still to be printed vanish: Python tries again when it exits."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

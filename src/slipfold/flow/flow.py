@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
@@ -12,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.errors import InputError
-from slipfold.flow.cache import cached
+from slipfold.flow.compiled_code import JET_ORDER, LANES, CompiledCode
 from slipfold.flow.equations import Equations, build_equations
 from slipfold.models.model import Model
 
@@ -20,20 +19,12 @@ __all__ = ["Flow", "flow_of"]
 
 Array = NDArray[np.float64]
 
-LANES = 8
-"""Trajectories integrated together: two registers of AVX2, one of AVX-512."""
-
 TOLERANCE = 1e-13
 """Local error a step may make: multipliers are then right to about 1e-13, for a tenth more time
 than 1e-12 takes."""
 
 MAX_STEPS = 5000
 """Steps a segment may take; a segment takes about 5 unless it meets a singularity."""
-
-JET_ORDER = 3
-
-JET_TOLERANCE = 1e-10
-"""Normal form coefficients need eight digits, not thirteen: half the time."""
 
 
 @dataclass(frozen=True)
@@ -73,6 +64,7 @@ class Flow:
 
     def __init__(self, equations: Equations, tolerance: float = TOLERANCE) -> None:
         self.equations = equations
+        self._code = CompiledCode(equations, tolerance)
         self.tolerance = tolerance
         self.dimension = equations.dimension
         self.output_names = tuple(name for name, _ in equations.outputs)
@@ -104,7 +96,7 @@ class Flow:
         parameters
             Parameter vector, shape (n_p,).
         """
-        raw = self._coefficients(parameters)
+        raw = self._code.coefficients(parameters)
         count = len(self.equations.coefficients)
         return Constants(raw[:count], raw[count:].reshape(count, len(parameters)))
 
@@ -129,7 +121,7 @@ class Flow:
         """
         result = np.empty_like(states)
         for some in _chunks(len(states)):
-            batch = self._prepare(self._plain, states[some], start[some], constants.values)
+            batch = self._prepare(self._code.plain, states[some], start[some], constants.values)
             batch.propagate_until(_pad(end[some]), max_steps=MAX_STEPS)
             count = some.stop - some.start
             result[some] = _finished(batch, batch.state[: self.dimension], count)
@@ -159,7 +151,7 @@ class Flow:
         result = np.empty((len(states), count, self.dimension))
         fractions = np.arange(count)[:, None] / count
         for some in _chunks(len(states)):
-            batch = self._prepare(self._plain, states[some], start[some], constants.values)
+            batch = self._prepare(self._code.plain, states[some], start[some], constants.values)
             first, last = _pad(start[some]), _pad(end[some])
             grid = batch.propagate_grid(first + (last - first) * fractions, max_steps=MAX_STEPS)[1]
             result[some] = np.moveaxis(grid, 2, 0)[: some.stop - some.start]
@@ -195,7 +187,7 @@ class Flow:
         ends = np.empty_like(states)
         values = np.concatenate([constants.values, direction, [0.0]])
         for some in _chunks(len(states)):
-            batch = self._prepare(self._linear, states[some], start[some], values)
+            batch = self._prepare(self._code.linear, states[some], start[some], values)
             batch.state[n:] = self._identity
             batch.propagate_until(_pad(end[some]), max_steps=MAX_STEPS)
             result = _finished(batch, batch.state, some.stop - some.start)
@@ -231,7 +223,7 @@ class Flow:
             count = len(along)
             values = np.concatenate([constants.values, np.zeros(n + 1)])
             batch = self._prepare(
-                self._jet, np.tile(state, (count, 1)), np.full(count, start), values
+                self._code.jet, np.tile(state, (count, 1)), np.full(count, start), values
             )
             first = len(constants.values)
             batch.pars[first : first + n] = _pad(along).T
@@ -258,7 +250,7 @@ class Flow:
         ndarray, shape (m, n)
             Rates.
         """
-        return self._evaluate(self._rates, states, phases, constants)
+        return self._evaluate(self._code.rates, states, phases, constants)
 
     def jacobians(self, states: Array, phases: Array, constants: Constants) -> Array:
         """Evaluate the Jacobian of dq/dphase with respect to the states.
@@ -278,7 +270,7 @@ class Flow:
             Jacobians.
         """
         n = self.dimension
-        return self._evaluate(self._jacobian, states, phases, constants).reshape(-1, n, n)
+        return self._evaluate(self._code.jacobian, states, phases, constants).reshape(-1, n, n)
 
     def outputs(self, states: Array, phases: Array, constants: Constants) -> Array:
         """Evaluate all outputs, the states first.
@@ -297,27 +289,7 @@ class Flow:
         ndarray, shape (m, n_outputs)
             In the order of `output_names`.
         """
-        return self._evaluate(self._outputs, states, phases, constants)
-
-    def output_rates(self, states: Array, phases: Array, constants: Constants) -> Array:
-        """Evaluate the first and second phase derivative of all outputs along the flow.
-
-        Parameters
-        ----------
-        states
-            Shape (m, n).
-        phases
-            Shape (m,).
-        constants
-            Coefficients.
-
-        Returns
-        -------
-        ndarray, shape (m, 2, n_outputs)
-            In the order of `output_names`.
-        """
-        raw = self._evaluate(self._output_rates, states, phases, constants)
-        return raw.reshape(len(states), 2, len(self.output_names))
+        return self._evaluate(self._code.outputs, states, phases, constants)
 
     def trajectory(self, state: Array, constants: Constants, grid: Array) -> Array:
         """Carry one state along a grid of phases, one step after the other.
@@ -336,7 +308,7 @@ class Flow:
         ndarray, shape (m, n)
             States on the grid, NaN from where the flow meets a singularity.
         """
-        single = self._single
+        single = self._code.single
         single.time = grid[0]
         single.state[:] = state
         single.pars[:] = constants.values
@@ -345,136 +317,14 @@ class Flow:
         result[: len(reached)] = reached
         return result
 
-    # -- compiled artefacts, made when first needed --------------------------------------------
-
-    @cached_property
-    def _plain(self) -> Any:
-        return self._compile("plain", lambda: self._batch(self._plain_system(), len(self._c)))
-
-    @cached_property
-    def _single(self) -> Any:
-        def build() -> Any:
-            return hy.taylor_adaptive(
-                self._plain_system(), state=[0.0] * self.dimension, tol=self.tolerance
-            )
-
-        return self._compile("single", build)
-
-    @cached_property
-    def _linear(self) -> Any:
-        def build() -> Any:
-            count = len(self._c)
-            along = hy.par[2 * count]
-            moved = {
-                str(symbol): hy.par[i] + along * hy.par[count + i]
-                for i, symbol in enumerate(self._c)
-            }
-            system = list(zip(self.equations.states, self._substitute(moved), strict=True))
-            arguments = [*self.equations.states, along]
-            return self._batch(hy.var_ode_sys(system, arguments, order=1), 2 * count + 1)
-
-        return self._compile("linear", build)
-
-    @cached_property
-    def _jet(self) -> Any:
-        def build() -> Any:
-            count, n = len(self._c), self.dimension
-            along = hy.par[count + n]
-            moved = {str(symbol): hy.par[i] for i, symbol in enumerate(self._c)}
-            for i, symbol in enumerate(self.equations.states):
-                moved[str(symbol)] = symbol + along * hy.par[count + i]
-            system = list(zip(self.equations.states, self._substitute(moved), strict=True))
-            variations = hy.var_ode_sys(system, [along], order=JET_ORDER)
-            return self._batch(variations, count + n + 1, JET_TOLERANCE)
-
-        return self._compile("jet", build)
-
-    @cached_property
-    def _coefficients(self) -> Any:
-        def build() -> Any:
-            values = list(self.equations.coefficient_values)
-            parameters = list(self.equations.parameters)
-            slopes = [hy.diff(value, parameter) for value in values for parameter in parameters]
-            return hy.cfunc(values + slopes, vars=parameters, compact_mode=True)
-
-        return self._compile("coefficients", build)
-
-    @cached_property
-    def _rates(self) -> Any:
-        return self._compile("rates", lambda: self._function(self.equations.rates))
-
-    @cached_property
-    def _jacobian(self) -> Any:
-        def build() -> Any:
-            states = self.equations.states
-            return self._function(
-                [hy.diff(rate, state) for rate in self.equations.rates for state in states]
-            )
-
-        return self._compile("jacobian", build)
-
-    @cached_property
-    def _outputs(self) -> Any:
-        return self._compile(
-            "outputs", lambda: self._function([item for _, item in self.equations.outputs])
-        )
-
-    @cached_property
-    def _output_rates(self) -> Any:
-        def build() -> Any:
-            first = [self._along_flow(item) for _, item in self.equations.outputs]
-            return self._function(first + [self._along_flow(item) for item in first])
-
-        return self._compile("output_rates", build)
-
-    def _along_flow(self, expression: Any) -> Any:
-        """Lie derivative: d/dphase along a trajectory."""
-        terms = [
-            hy.diff(expression, state) * rate
-            for state, rate in zip(self.equations.states, self.equations.rates, strict=True)
-        ]
-        return hy.sum([hy.diff(expression, self.equations.phase), *terms])
-
-    @property
-    def _c(self) -> tuple[Any, ...]:
-        return self.equations.coefficients
-
     @cached_property
     def _identity(self) -> Array:
         n = self.dimension
         return np.repeat(np.eye(n, n + 1).reshape(-1, 1), LANES, axis=1)
 
-    def _substitute(self, moved: dict[str, Any]) -> list[Any]:
-        return hy.subs(list(self.equations.rates), {**moved, "phase": hy.time})
-
-    def _plain_system(self) -> list[tuple[Any, Any]]:
-        rates = self._substitute({str(c): hy.par[i] for i, c in enumerate(self._c)})
-        return list(zip(self.equations.states, rates, strict=True))
-
-    def _batch(self, system: Any, parameters: int, tolerance: float | None = None) -> Any:
-        # Compact mode: compiled in a fifth of the time, and eight lanes hide most of its cost.
-        return hy.taylor_adaptive_batch(
-            system,
-            state=np.zeros((self.dimension, LANES)),
-            pars=np.zeros((parameters, LANES)),
-            tol=tolerance or self.tolerance,
-            compact_mode=True,
-        )
-
-    def _function(self, expressions: Any) -> Any:
-        arguments = [*self.equations.states, self.equations.phase, *self._c]
-        return hy.cfunc(list(expressions), vars=arguments, compact_mode=True)
-
     def _evaluate(self, function: Any, states: Array, phases: Array, c: Constants) -> Array:
         values = np.repeat(c.values[:, None], len(states), axis=1)
         return function(np.concatenate([states.T, phases[None], values])).T
-
-    def _compile(self, kind: str, build: Callable[[], Any]) -> Any:
-        options = f"lanes={LANES} tolerance={self.tolerance!r} jets={JET_ORDER, JET_TOLERANCE}"
-        key = f"{kind} {options}\n{self.equations.fingerprint()}"
-        # heyoka's own disk cache is one for all programs and unchecked: ours takes its place.
-        hy.llvm_state.set_diskcache_enabled(False)
-        return cached(key, build)
 
     def _prepare(self, batch: Any, states: Array, start: Array, values: Array) -> Any:
         batch.set_time(_pad(start))

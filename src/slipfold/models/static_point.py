@@ -15,7 +15,7 @@ ITERATIONS = 60
 HALVINGS = 30
 
 TOLERANCE = 1e-13
-"""Newton step, in scaled states, at which the point is as exact as its rounding."""
+"""Newton step, relative to the states or their scales, at which only rounding is left."""
 
 
 def find_static_point(model: Model) -> NDArray[np.float64]:
@@ -56,7 +56,7 @@ def find_static_point(model: Model) -> NDArray[np.float64]:
         if step is None:
             break
         state = state + _shorten(functions, quiet, state, step, scales) * step
-        if np.max(np.abs(step) / scales) <= TOLERANCE:
+        if np.max(np.abs(step) / np.maximum(scales, np.abs(state))) <= TOLERANCE:
             return state
     raise InputError(
         f"no static point of {model!r} was found from zero; the static load is too large for the "
@@ -89,7 +89,7 @@ def _shorten(
     fraction = 1.0
     for _ in range(HALVINGS):
         after = np.linalg.norm(functions.rates(model, state + fraction * step) / scales)
-        if after < before or np.max(np.abs(step) / scales) <= 1e-8:
+        if after < before or np.max(np.abs(step) / np.maximum(scales, np.abs(state))) <= 1e-8:
             break
         fraction /= 2
     return fraction

@@ -66,7 +66,7 @@ class PeriodicProblem:
         self.scales = model.state_scales()
         self.size = segments * len(self.scales)
         self._node_scales = np.tile(self.scales, segments) * np.sqrt(segments)
-        edges = (np.arange(segments + 1) + offset) * (period / segments)
+        edges: Array = (np.arange(segments + 1, dtype=float) + offset) * (period / segments)
         self._start, self._end = edges[:-1], edges[1:]
         self._following = (np.arange(segments) + 1) % segments
         self._ratios = self.scales[None, :] / self.scales[:, None]

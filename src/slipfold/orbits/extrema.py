@@ -111,7 +111,7 @@ def _extrema_of_orbit(
     samples = flow.sample(nodes, edges[:-1], edges[1:], each, constants)
     samples = samples.reshape(segments * each, -1)
     spacing = period / len(samples)
-    phases = np.arange(len(samples)) * spacing
+    phases: Array = np.arange(len(samples), dtype=float) * spacing
     values = flow.outputs(samples, phases, constants)
     columns = np.arange(values.shape[1])
     low = refine_minimum(flow, constants, samples, phases, spacing, columns, values.argmin(axis=0))

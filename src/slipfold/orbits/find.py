@@ -114,7 +114,7 @@ def _checked_state(model: Model, state: ArrayLike) -> Array:
     checked = np.asarray(state, dtype=float)
     if checked.shape != (len(model.states),) or not np.isfinite(checked).all():
         names = " ".join(item.name for item in model.states)
-        raise InputError(f"state = {state} does not fit; give finite numbers for {names}")
+        raise InputError(f"state = {checked} does not fit; give finite numbers for {names}")
     return checked
 
 

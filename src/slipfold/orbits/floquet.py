@@ -17,7 +17,7 @@ def floquet_multipliers(monodromy: NDArray[np.float64]) -> NDArray[np.complex128
         Monodromy matrix, shape (n, n).
     """
     values = np.linalg.eigvals(monodromy).astype(complex)
-    # Moduli of a pair differ by rounding: compare them to twelve digits so that pairs stay together.
+    # Moduli of a pair differ by rounding: compared to twelve digits, pairs stay together.
     modulus = np.round(np.abs(values) / np.abs(values).max(), 12)
     return values[np.lexsort((-values.imag, -values.real, -modulus))]
 

@@ -41,7 +41,7 @@ def limit_margins(problem: PeriodicProblem, z: Array) -> Array:
     edges = np.linspace(0.0, period, m + 1)
     samples = flow.sample(nodes, edges[:-1], edges[1:], each, constants).reshape(m * each, -1)
     spacing = period / len(samples)
-    phases = np.arange(len(samples)) * spacing
+    phases: Array = np.arange(len(samples), dtype=float) * spacing
     columns = [flow.output_index(limit.output) for limit in limits]
     bounds = np.array([limit.bound for limit in limits])
     values = flow.outputs(samples, phases, constants)[:, columns]

@@ -50,9 +50,7 @@ def mean_state(flow: Flow, constants: Constants, scales: Array) -> Array:
     return found.x * scales if small else np.full(n, np.nan)
 
 
-def linear_response(
-    flow: Flow, constants: Constants, scales: Array, segments: int
-) -> Array:
+def linear_response(flow: Flow, constants: Constants, scales: Array, segments: int) -> Array:
     """Return the steady linear response about the mean state at equidistant phases.
 
     Parameters

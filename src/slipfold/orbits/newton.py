@@ -92,7 +92,9 @@ def correct(
     linearisation, factored = None, None
     moved, mismatch = np.inf, np.inf
     failure = f"no convergence in {iterations} corrections"
-    for iteration in range(1, iterations + 1):
+    taken = 0
+    while taken < iterations:
+        taken += 1
         linearisation = problem.linearise(z)
         if not np.isfinite(linearisation.residual).all():
             failure = "the orbit met a singularity of the model"
@@ -119,6 +121,6 @@ def correct(
         mismatch,
         float(np.linalg.norm(z - guess)),
         moved,
-        iteration,
+        taken,
         failure,
     )

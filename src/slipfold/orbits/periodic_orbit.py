@@ -84,10 +84,13 @@ class PeriodicOrbit:
         edges = np.linspace(0, self.period, segments + 1)
         constants = flow.constants(self.model.vector)
         states = flow.sample(self.nodes, edges[:-1], edges[1:], each, constants)
-        time = np.arange(segments * each) * (self.duration / (segments * each))
+        time: NDArray[np.float64] = np.arange(segments * each, dtype=float)
+        time *= self.duration / (segments * each)
         return time, states.reshape(segments * each, -1)
 
-    def output(self, name: str, count: int = 256) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def output(
+        self, name: str, count: int = 256
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Sample one output over one period.
 
         Parameters

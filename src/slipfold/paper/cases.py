@@ -193,9 +193,7 @@ def read_cases() -> Cases:
         )
         for item in content["figure"]
     )
-    further = tuple(
-        (item["number"], _row(row)) for item in content["claim"] for row in item["row"]
-    )
+    further = tuple((item["number"], _row(row)) for item in content["claim"] for row in item["row"])
     return Cases(figures, further)
 
 

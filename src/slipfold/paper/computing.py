@@ -110,5 +110,3 @@ def _start(executor: Executor) -> None:
 
 def _ignore_interrupts() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-

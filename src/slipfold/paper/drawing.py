@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Canvas
 from matplotlib.patches import Rectangle
+from matplotlib.ticker import MaxNLocator
 
 from slipfold.attractors.spectrum import Spectrum
 from slipfold.branches.special_point import BIFURCATIONS
@@ -189,6 +190,7 @@ def _draw_details(
         room = max(0.4 * (high - low), 0.02 * whole)
         ax.set_xlim(span)
         ax.set_ylim(low - room, high + room)
+        ax.xaxis.set_major_locator(MaxNLocator(5))
         ax.set_title(f"detail of {panel.ax.get_title(loc='left').split()[0]}")
         size = span[1] - span[0], high - low + 2 * room
         frame = Rectangle((span[0], low - room), *size, fill=False, color="0.6", linewidth=0.6)

@@ -115,9 +115,7 @@ class Findings:
         missing = [curve.key for curve in row.curves if curve not in self.diagrams]
         if missing:
             raise NotComputed(", ".join(missing))
-        members = [
-            (curve.model.values[row.member], self.diagrams[curve]) for curve in row.curves
-        ]
+        members = [(curve.model.values[row.member], self.diagrams[curve]) for curve in row.curves]
         return sorted(members, key=lambda member: member[0])
 
 
@@ -172,7 +170,7 @@ def band(branches: Sequence[Branch]) -> tuple[float, float]:
     return float(together.min()), float(together.max())
 
 
-def reached(branch: Branch, output: str, value: float, stable: bool) -> list[float]:
+def reached(branch: Branch, output: str, value: float, measure: str = "max") -> list[float]:
     """Return what an output reaches where a branch passes a value of the parameter.
 
     Parameters
@@ -183,23 +181,20 @@ def reached(branch: Branch, output: str, value: float, stable: bool) -> list[flo
         A state or output of the model.
     value
         Value of the parameter.
-    stable
-        Whether only stable orbits count.
+    measure
+        As in `slipfold.plots.draw_response`.
 
     Returns
     -------
     list of float
-        The largest value over the orbit, once for every passage.
+        Once for every passage.
     """
     found = []
-    for stretch in stretches_of(branch, output):
-        if stable and stretch.kind != "stable":
-            continue
+    for stretch in stretches_of(branch, output, measure):
         ahead = stretch.parameter - value
         for i in np.flatnonzero(ahead[:-1] * ahead[1:] <= 0):
-            span = ahead[i] - ahead[i + 1]
-            share = ahead[i] / span if span else 0.0
-            found.append(
-                float(stretch.value[i] + share * (stretch.value[i + 1] - stretch.value[i]))
-            )
+            width = ahead[i] - ahead[i + 1]
+            share = ahead[i] / width if width else 0.0
+            step = stretch.value[i + 1] - stretch.value[i]
+            found.append(float(stretch.value[i] + share * step))
     return found

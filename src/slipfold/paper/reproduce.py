@@ -9,6 +9,7 @@ from typing import Any
 
 from slipfold.attractors.spectrum import Spectrum, find_spectrum
 from slipfold.branches.settings import Settings
+from slipfold.branches.special_point import BIFURCATIONS
 from slipfold.errors import InputError
 from slipfold.flow.simulate import simulate
 from slipfold.paper.cases import Cases, Curve, Figure, Steady, read_cases
@@ -18,6 +19,7 @@ from slipfold.paper.drawing import render_figure
 from slipfold.paper.findings import Findings
 from slipfold.paper.thresholds import thresholds_csv
 from slipfold.results.diagram import Diagram
+from slipfold.results.diagram_table import diagram_table
 from slipfold.results.response import response
 from slipfold.results.writing import check_writable, write_file
 
@@ -218,16 +220,15 @@ class _Run:
         elif isinstance(name, Steady):
             self.spectra[name] = result
         else:
-            if result.interrupted:
+            diagram, content = result
+            if diagram.interrupted:
                 raise KeyboardInterrupt
-            path = self.folder / "data" / f"{name.key}.nc"
-            result.save(path)
-            self.written.append(path)
-            self.diagrams[name] = result
+            self.write(f"data/{name.key}.nc", content)
+            self.diagrams[name] = diagram
             found = tuple(
                 f"{point.type} {point.value:.6g}"
-                for _, point in result.special
-                if point.type != "LIMIT"
+                for _, point in diagram.special
+                if point.type in BIFURCATIONS
             )
         if self.observer is not None:
             done = len(self.diagrams) + len(self.spectra) + len(self.drawn)
@@ -271,11 +272,11 @@ class _Run:
         return case in self.diagrams or case in self.spectra
 
 
-def _compute(case: Curve | Steady, settings: Settings | None) -> Diagram | Spectrum:
-    """Compute one curve or spectrum; may run in a process of its own."""
+def _compute(case: Curve | Steady, settings: Settings | None) -> Spectrum | tuple[Diagram, bytes]:
+    """Compute one spectrum, or one curve and its file; may run in a process of its own."""
     if isinstance(case, Steady):
         return find_spectrum(simulate(case.model, PERIODS))
     diagram = response(case.model, case.vary, case.span, settings=settings)
-    for branch in diagram.branches:
-        _ = branch.extrema  # kept with the branch: computed here rather than once a drawing
-    return diagram
+    # The file asks for extrema and uncertainties, which the branches keep: they are computed here
+    # rather than in the process that waits, and once for all drawings.
+    return diagram, diagram_table(diagram).to_netcdf()

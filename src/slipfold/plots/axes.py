@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from matplotlib import pyplot
 from matplotlib.axes import Axes
 from matplotlib.layout_engine import PlaceHolderLayoutEngine
 
 from slipfold.errors import InputError
 from slipfold.models.model import Model
+from slipfold.models.output import Output
+from slipfold.models.parameter import State
 
 __all__ = ["axes_or_new", "label_of", "settle"]
 
@@ -20,7 +21,12 @@ def axes_or_new(ax: Axes | None) -> Axes:
     ax
         Axes, or None.
     """
-    return pyplot.subplots(layout="constrained")[1] if ax is None else ax
+    if ax is not None:
+        return ax
+    # Only here, where a figure is to be shown: it looks for a window system and takes its time.
+    from matplotlib import pyplot
+
+    return pyplot.subplots(layout="constrained")[1]
 
 
 def label_of(model: Model, output: str) -> str:
@@ -38,7 +44,7 @@ def label_of(model: Model, output: str) -> str:
     InputError
         If there is none of that name.
     """
-    items = (*model.states, *model.outputs())
+    items: list[State | Output] = [*model.states, *model.outputs()]
     for item in items:
         if item.name == output:
             return item.label or item.name

@@ -93,7 +93,7 @@ class _Canvas:
         self.ink = np.zeros(shape)
         self.foreign = {colour: np.zeros(shape) for colour in colours}
         for line in axes.get_lines():
-            points = self.places(line.get_xydata())
+            points = self.places(np.asarray(line.get_xydata(), dtype=float))
             colour = to_hex(line.get_color())
             if line.get_linestyle() not in ("None", "none", "", " "):
                 self.add_line(points, colour)
@@ -139,7 +139,18 @@ class _Canvas:
     def foreign_near(self, places: Array, colour: str) -> Array:
         """Ink of other colours around the points that texts belong to, shape (n,)."""
         ink = self.foreign[to_hex(colour)]
-        return _ink_under(ink, places - NEIGHBOURHOOD, places + NEIGHBOURHOOD)
+        return 0.7 * _ink_under(ink, places - NEIGHBOURHOOD, places + NEIGHBOURHOOD)
+
+    def crossed(self, places: Array, offsets: Array, half: Array) -> Array:
+        """Ink that lines from points to their texts would cross, shape (n_places, n_offsets)."""
+        inside = np.min(half / np.maximum(np.abs(offsets), 1e-9), axis=1)
+        tails = offsets * np.maximum(1.0 - inside, 0.0)[:, None]
+        # The point's own marker and line lie at its beginning.
+        shares = np.linspace(0.3, 1.0, 12)
+        along = places[:, None, None] + tails[:, None] * shares[:, None]
+        limit = np.array(self.ink.shape)[::-1] - 1
+        column, row = np.moveaxis(np.clip(along, 0, limit).astype(int), -1, 0)
+        return np.asarray(self.ink[row, column].sum(axis=-1))
 
 
 def _ink_under(ink: Array, low: Array, high: Array) -> Array:
@@ -174,6 +185,8 @@ def _place(axes: Axes, canvas: _Canvas, label: Label) -> Annotation:
     cost = canvas.cost(centres - half - MARGIN, centres + half + MARGIN, label.colour)
     near = canvas.foreign_near(places, label.colour)
     liking = np.tile(0.4 * radii + habit, len(places)) + np.repeat(near, len(offsets))
+    if label.leader:
+        liking += np.where(radii > LEADER, canvas.crossed(places, offsets, half), 0.0).ravel()
     best = int(np.argmin(cost + liking))
     anchor, choice = divmod(best, len(offsets))
     text.xy = tuple(label.anchors[anchor])

@@ -33,7 +33,7 @@ MARKERS: Mapping[str, str] = MappingProxyType(
 )
 """Marker of each type of special point, and of the end of a branch that could not be followed."""
 
-_STYLE = {
+_STYLE: dict[Any, Any] = {
     "axes.grid": False,
     "axes.labelsize": 9,
     "axes.linewidth": 0.7,

@@ -9,9 +9,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.models.model import Model
+from slipfold.models.output import Output
+from slipfold.models.parameter import State
 from slipfold.results.labelled_table import Variable
 
-__all__ = ["Columns", "integers", "joined", "padded", "quantity_labels", "reals", "stacked", "texts"]
+__all__ = [
+    "Columns",
+    "integers",
+    "joined",
+    "padded",
+    "quantity_labels",
+    "reals",
+    "stacked",
+    "texts",
+]
 
 
 class Columns:
@@ -46,8 +57,12 @@ class Columns:
             Names of the dimensions after the first.
         """
         if np.iscomplexobj(values):
-            self.add(f"{name}_real", values.real.copy(), f"{long_name}, real part", units, *more)
-            self.add(f"{name}_imag", values.imag.copy(), f"{long_name}, imaginary part", units, *more)
+            for suffix, part, values_of in (
+                ("real", "real", values.real),
+                ("imag", "imaginary", values.imag),
+            ):
+                about = f"{long_name}, {part} part"
+                self.add(f"{name}_{suffix}", values_of.copy(), about, units, *more)
             return
         attributes = {"long_name": long_name}
         if units is not None:
@@ -64,10 +79,11 @@ def quantity_labels(model: Model) -> dict[str, Variable]:
         The model.
     """
     labels: dict[str, Variable] = {}
-    for dimension, items in (
-        ("state", model.states),
-        ("output", (*model.states, *model.outputs())),
-    ):
+    described: dict[str, tuple[State | Output, ...]] = {
+        "state": model.states,
+        "output": (*model.states, *model.outputs()),
+    }
+    for dimension, items in described.items():
         columns = Columns(dimension)
         columns.add(dimension, texts(item.name for item in items), f"name of the {dimension}")
         units = texts(item.unit for item in items)

@@ -132,7 +132,9 @@ def read_netcdf(path: str | Path) -> LabelledTable:
         content = Path(path).read_bytes()
     except OSError as error:
         why = (error.strerror or str(error)).lower()
-        raise InputError(f"{path} cannot be read ({why}); give a file that slipfold saved") from error
+        raise InputError(
+            f"{path} cannot be read ({why}); give a file that slipfold saved"
+        ) from error
     try:
         import h5netcdf
 

@@ -12,6 +12,7 @@ import numpy as np
 from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
 from slipfold.errors import InputError
+from slipfold.models.suggestion import suggest
 from slipfold.orbits.extrema import Extrema
 
 if TYPE_CHECKING:
@@ -109,11 +110,12 @@ def _special_row(branch: Branch, point: SpecialPoint) -> Row:
 
 def _cells(diagram: Diagram, outputs: Sequence[str] | None) -> tuple[list[str], list[list[str]]]:
     """Return the heads of the columns and the lines, as text."""
-    items = {item.name: item for item in (*diagram.model.states, *diagram.model.outputs())}
-    names = tuple(items)[:SHOWN] if outputs is None else tuple(outputs)
+    known = [state.name for state in diagram.model.states]
+    names = known[:SHOWN] if outputs is None else list(outputs)
+    known += [output.name for output in diagram.model.outputs()]
     for name in names:
-        if name not in items:
-            raise InputError(f"no output {name!r}; there are {', '.join(items)}")
+        if name not in known:
+            raise InputError(f"no output {name!r}; {suggest(name, known)}it has {', '.join(known)}")
     heads = ["BR", "period", "PT", "TY", "LAB", diagram.model.parameter(diagram.vary).name]
     heads += [f"{which} {name}" for name in names for which in ("max", "min")]
     lines = []
@@ -141,11 +143,12 @@ def _title(diagram: Diagram) -> str:
 
 def _endings(diagram: Diagram) -> list[str]:
     unit = diagram.model.parameter(diagram.vary).unit
-    return [
-        f"Branch {branch.id} (period {branch.period}, {len(branch)} points) stopped at "
-        f"{diagram.vary} = {branch.stopped.value:.8g} {unit}".rstrip() + f": {branch.stopped.reason}"
-        for branch in diagram.branches
-    ]
+    sentences = []
+    for branch in diagram.branches:
+        size = f"period {branch.period}, {len(branch)} points"
+        value = f"{diagram.vary} = {branch.stopped.value:.8g} {unit}".rstrip()
+        sentences.append(f"Branch {branch.id} ({size}) stopped at {value}: {branch.stopped.reason}")
+    return sentences
 
 
 def summary_text(diagram: Diagram, outputs: Sequence[str] | None = None) -> str:

@@ -1,0 +1,227 @@
+"""What was measured, as Markdown."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from statistics import median
+from typing import TYPE_CHECKING, Any
+
+import machine
+import reference
+
+from slipfold.paper.tables import table
+
+if TYPE_CHECKING:
+    from processes import Usage
+    from run import Measured
+
+BEGIN = "<!-- bench: written by `python bench/run.py --readme` -->"
+END = "<!-- /bench -->"
+
+FASTER = 30
+FIRST_SECONDS, CACHED_SECONDS, PAPER_SECONDS = 3, 1, 30
+
+
+def task_seconds(record: dict[str, Any], task: str) -> float:
+    """Median time of a task, by the program's own clock where it has one."""
+    return median(record.get("solver_seconds", record["seconds"])[task])
+
+
+def together(record: dict[str, Any]) -> float:
+    """Time for the same work everywhere: period 1 to 0.375 N and period 2 to 0.98 N."""
+    return task_seconds(record, "period1") + task_seconds(record, "period2")
+
+
+def milliseconds(seconds: float) -> str:
+    """Three digits."""
+    return f"{1000 * seconds:.3g}" if seconds < 1 else f"{1000 * seconds:.0f}"
+
+
+def megabytes(usages: Sequence[Usage]) -> str:
+    """Median memory."""
+    return f"{median(usage.memory for usage in usages) / 1e6:.0f} MB"
+
+
+def seconds(usages: Sequence[Usage]) -> float:
+    """Median time."""
+    return median(usage.seconds for usage in usages)
+
+
+def errors_of(record: dict[str, Any]) -> list[float] | None:
+    """Errors of PD and both NS in N, None if a point is missing or invented."""
+    return reference.special_errors(record["specials"])
+
+
+def magnitude(error: float) -> str:
+    """One digit, as far as the reference is known."""
+    return f"{error:.0e}" if error >= reference.PRECISION else f"< {reference.PRECISION:.0e}"
+
+
+def largest_error(record: dict[str, Any]) -> str:
+    """Largest error of the three points."""
+    errors = errors_of(record)
+    return "a point missed or invented" if errors is None else magnitude(max(errors))
+
+
+def followers(measured: Measured) -> dict[str, dict[str, Any]]:
+    """The records of programs that follow branches, slipfold first."""
+    return {name: record for name, record in measured.records.items() if record.get("specials")}
+
+
+def response_rows(measured: Measured) -> Iterator[list[str]]:
+    """Times, points and errors."""
+    ours = together(measured.records["slipfold"])
+    for name, record in followers(measured).items():
+        errors = errors_of(record)
+        shown = ["?"] * 3 if errors is None else [*map(magnitude, errors)]
+        yield [
+            name,
+            milliseconds(task_seconds(record, "period1")),
+            milliseconds(task_seconds(record, "period2")),
+            milliseconds(together(record)),
+            f"{together(record) / ours:.2g}",
+            f"{record['points']['period1']} + {record['points']['period2']}",
+            *shown,
+        ]
+
+
+def simulation_rows(measured: Measured) -> Iterator[list[str]]:
+    """Times and errors of 1000 forcing periods."""
+    ours = measured.records["slipfold"]
+    runs = [("slipfold", ours, "simulate")]
+    if "SciPy" in measured.records:
+        scipy = measured.records["SciPy"]
+        runs += [(f"SciPy {method}", scipy, method) for method in scipy["seconds"]]
+    for name, record, task in runs:
+        yield [
+            name,
+            milliseconds(task_seconds(record, task)),
+            f"{task_seconds(record, task) / task_seconds(ours, 'simulate'):.2g}",
+            f"{reference.displacement_error(record['final_state'][task]):.0e}",
+        ]
+
+
+def process_rows(measured: Measured) -> list[list[str]]:
+    """Time and memory of commands."""
+    return [
+        [name, f"{seconds(usages):.2f} s", megabytes(usages)]
+        for name, usages in (
+            ("`slipfold response`, first ever", measured.first),
+            ("`slipfold response`, flows cached", measured.cached),
+            ("`slipfold paper`, first ever", measured.paper),
+        )
+    ]
+
+
+def aim_rows(measured: Measured) -> Iterator[list[str]]:
+    """Every aim beside what was measured."""
+    ours = measured.records["slipfold"]
+    errors = errors_of(ours)
+    for settings in ("reliable", "largest", "fine"):
+        rivals = {
+            name: record
+            for name, record in followers(measured).items()
+            if name.endswith(settings) and errors_of(record) is not None
+        }
+        if not rivals:
+            continue
+        name = min(rivals, key=lambda name: together(rivals[name]))
+        ratio = together(rivals[name]) / together(ours)
+        yield [
+            f"{FASTER} times faster than the faster peer, {settings} settings",
+            f"{ratio:.2g} times ({name})",
+            verdict(ratio >= FASTER),
+        ]
+        best = min(max(errors_of(record) or ()) for record in rivals.values())
+        yield [
+            f"closer to the reference than the closest peer, {settings} settings",
+            f"{largest_error(ours)} N against {magnitude(best)} N",
+            verdict(errors is not None and max(errors) < best),
+        ]
+    for what, usages, aim in (
+        ("first `slipfold response` ever", measured.first, FIRST_SECONDS),
+        ("cached `slipfold response`", measured.cached, CACHED_SECONDS),
+        ("`slipfold paper`, cold", measured.paper, PAPER_SECONDS),
+    ):
+        took = seconds(usages)
+        yield [f"{what} under {aim} s", f"{took:.2f} s", verdict(took < aim)]
+
+
+def verdict(met: bool) -> str:
+    """Whether an aim is met."""
+    return "met" if met else "falls short"
+
+
+def left_out(measured: Measured) -> list[str]:
+    """A sentence for each program that did not run."""
+    return [f"Left out, {name}: {reason}" for name, reason in measured.absent.items()]
+
+
+def report(measured: Measured) -> str:
+    """The whole report."""
+    ours = measured.records["slipfold"]
+    limit = ours["reached"]["limit"]
+    parts = [
+        "# slipfold beside other programs",
+        f"Measured with {machine.description()}. Times are medians; the programs took turns.",
+        *left_out(measured),
+        "## The force response at 12.5 Hz",
+        "Period 1 from Nd = 0 to 0.375 N with its PD; period 2 from that PD to 0.98 N with two NS. "
+        "Errors are distances from the reference in N. Times in ms, warm; AUTO-07p's by its own "
+        "clock.",
+        table(
+            ["", "period 1", "period 2", "both", "ratio", "points", "PD", "NS", "NS"],
+            list(response_rows(measured)),
+        ),
+        "`reliable`: the longest steps with which the peer finds every point whatever its first "
+        "step. `largest`: the longest with which it does for one first step, by luck. `fine`: mesh "
+        "and tolerances for accuracy. slipfold has its default settings, and its times include "
+        "normal forms and uncertainties.",
+        f"slipfold's period 1 on to where the model ends, {limit:.7g} N: "
+        f"{milliseconds(task_seconds(ours, 'limit'))} ms; both branches in one call: "
+        f"{milliseconds(task_seconds(ours, 'both'))} ms.",
+        "## 1000 forcing periods from rest, f = 12.5 Hz, Nd = 0.1 N",
+        table(["", "ms", "ratio", "error of x/L, y/L"], list(simulation_rows(measured))),
+        "SciPy at rtol 1e-10 and atol 1e-12, its right-hand side in plain Python.",
+        "## Commands",
+        table(["", "time", "largest process"], process_rows(measured)),
+        "First ever: no compiled flows, no font list.",
+        "## Aims",
+        table(["aim", "measured", ""], list(aim_rows(measured))),
+    ]
+    return "\n\n".join(parts)
+
+
+def brief(measured: Measured) -> str:
+    """The table for README.md."""
+    ours = together(measured.records["slipfold"])
+    rows = [
+        [
+            name,
+            f"{milliseconds(together(record))} ms",
+            f"{together(record) / ours:.2g}",
+            f"{largest_error(record)} N",
+        ]
+        for name, record in followers(measured).items()
+    ]
+    runs = [
+        [name, f"{time} ms", ratio, error] for name, time, ratio, error in simulation_rows(measured)
+    ]
+    commands = [f"{name}: {time}, {memory}" for name, time, memory in process_rows(measured)]
+    return "\n\n".join(
+        [
+            table(["force response", "time", "ratio", "largest error"], rows),
+            table(["1000 periods from rest", "time", "ratio", "error of x/L, y/L"], runs),
+            *left_out(measured),
+            f"Commands, time and memory: {'; '.join(commands)}. On {machine.description()}.",
+        ]
+    )
+
+
+def renew(text: str, block: str) -> str:
+    """Replace what stands between the marks."""
+    before, _, rest = text.partition(BEGIN)
+    _, end, after = rest.partition(END)
+    if not end:
+        raise SystemExit(f"README.md lacks the marks {BEGIN} and {END}")
+    return f"{before}{BEGIN}\n\n{block}\n\n{END}{after}"

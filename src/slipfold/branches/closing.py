@@ -1,0 +1,173 @@
+"""Branches that close: on themselves, or on the period doubling of their parent."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from slipfold.branches.branch import End
+from slipfold.branches.interpolation import POINTS, hermite, well_spaced
+from slipfold.branches.location import LostBranchError, orbit_at
+from slipfold.branches.point import Point, make_point
+from slipfold.orbits.boundary_value_problem import PeriodicProblem
+
+__all__ = [
+    "Doubling",
+    "close_on_parent",
+    "doubled_nodes",
+    "meets_its_copy",
+    "parent_point",
+    "returns_to_start",
+]
+
+Array = NDArray[np.float64]
+
+Doubling = tuple[PeriodicProblem, Point]
+"""A period doubling and the boundary-value problem of the branch it lies on."""
+
+BEFORE = 3e-3
+"""How far before the parent the last regular orbit of a closing branch lies, in arclength."""
+
+NEAR = 0.02
+"""Share of the span within which a closing branch is matched with its parent's doublings."""
+
+SAME = 1e-5
+"""Two orbits this close are one; steps and orbits differ by much more."""
+
+
+def meets_its_copy(before: Point, point: Point) -> bool:
+    """Whether a branch of doubled period passed its parent and goes on as its own copy.
+
+    The copy is the same orbit half a period later, so the difference between the halves of the
+    orbit changes sign.
+
+    Parameters
+    ----------
+    before, point
+        Neighbouring points.
+    """
+    return bool(_asymmetry(before.z) @ _asymmetry(point.z) < 0)
+
+
+def _asymmetry(z: Array) -> Array:
+    half = (len(z) - 1) // 2
+    return z[:half] - z[half:-1]
+
+
+def close_on_parent(
+    problem: PeriodicProblem,
+    known: Sequence[Point],
+    before: Point,
+    point: Point,
+    doublings: Sequence[Doubling],
+) -> tuple[Point, End]:
+    """Go back to just before the branch meets its copy.
+
+    Where it does, the orbit is that of the parent's period doubling and Newton's method is
+    singular, so the last regular orbit lies a short step before it.
+
+    Parameters
+    ----------
+    problem
+        The boundary-value problem.
+    known
+        Points of the branch in order.
+    before, point
+        Neighbouring points between which the branch meets its copy.
+    doublings
+        Known period doublings of the parent.
+
+    Returns
+    -------
+    point : Point
+        The last regular orbit.
+    end : End
+        Names the period doubling.
+    """
+    direction = _asymmetry(before.z)
+    near = well_spaced(known, before.arclength, point.arclength, POINTS)
+    place = brentq(
+        lambda arclength: direction @ _asymmetry(hermite(near, arclength)[0]),
+        before.arclength,
+        point.arclength,
+        xtol=1e-6,
+    )
+    length = place - before.arclength
+    value = problem.value(hermite(near, place)[0])
+    candidates = [parent.value(doubling.z) for parent, doubling in doublings]
+    candidates = [item for item in candidates if abs(item - value) < NEAR * problem.width]
+    value = min(candidates, key=lambda item: abs(item - value), default=value)
+    last = orbit_at(problem, known, before.arclength + max(length - BEFORE, 0.5 * length))
+    return last, End(
+        "closed",
+        f"the branch closed on its parent's period doubling at {problem.vary} = {value:.9g}",
+        value,
+    )
+
+
+def parent_point(
+    problem: PeriodicProblem, last: Point, value: float, doublings: Sequence[Doubling]
+) -> list[Point]:
+    """Return the parent's period doubling as the last point of a closed branch, if it is known.
+
+    Parameters
+    ----------
+    problem
+        The boundary-value problem of the doubled branch.
+    last
+        Its last regular point.
+    value
+        Value of the parameter where it closes.
+    doublings
+        Known period doublings of the parent.
+    """
+    for parent, doubling in doublings:
+        if parent.value(doubling.z) == value:
+            z = problem.pack(doubled_nodes(parent, doubling), value)
+            place = last.arclength + float(np.linalg.norm(z - last.z))
+            square = doubling.monodromy @ doubling.monodromy
+            return [make_point(z, last.tangent, place, square, doubling.residual)]
+    return []
+
+
+def doubled_nodes(parent: PeriodicProblem, point: Point) -> Array:
+    """Return an orbit passed twice at the nodes of twice its period, shape (m, n).
+
+    Parameters
+    ----------
+    parent
+        The boundary-value problem of the orbit.
+    point
+        The orbit.
+    """
+    m = parent.segments
+    return parent.nodes(point.z)[np.arange(0, 2 * m, 2) % m]
+
+
+def returns_to_start(problem: PeriodicProblem, points: Sequence[Point], point: Point) -> bool:
+    """Whether the last step passed the first point of the branch again.
+
+    Parameters
+    ----------
+    problem
+        The boundary-value problem.
+    points
+        Points of the branch so far.
+    point
+        The next one.
+    """
+    first, before = points[0], points[-1]
+    if len(points) < 4:
+        return False
+    along = float((first.z - before.z) @ before.tangent)
+    length = point.arclength - before.arclength
+    if not 0 < along < length or np.linalg.norm(first.z - before.z) > 1.5 * length:
+        return False
+    try:
+        passed = orbit_at(problem, [*points[-2:], point], before.arclength + along)
+    except LostBranchError:
+        return False
+    return bool(np.linalg.norm(passed.z - first.z) < SAME + 0.05 * along**2)

@@ -1,0 +1,134 @@
+"""Where a branch has to end: limits of the model, the span, a failure, a user's event."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from slipfold.branches.branch import End
+from slipfold.branches.event import Event
+from slipfold.branches.event_location import event_function
+from slipfold.branches.location import locate
+from slipfold.branches.point import Point
+from slipfold.branches.walk import Failure
+from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.orbits.limits import limit_margins
+
+__all__ = ["cut_at_event", "cut_at_limit", "failure_end", "span_end", "unresolved_end"]
+
+
+def cut_at_limit(
+    problem: PeriodicProblem, known: list[Point], before: Point, point: Point
+) -> tuple[Point, End] | None:
+    """Return where between two points the model ceases to be valid, if it does.
+
+    Parameters
+    ----------
+    problem
+        The boundary-value problem.
+    known
+        Points of the branch in order; grows.
+    before, point
+        Neighbouring points.
+    """
+    cuts = []
+    for index in np.flatnonzero(~(limit_margins(problem, point.z) > 0)):
+        limit = problem.model.limits[index]
+
+        def margin(item: Point, index: int = int(index)) -> float:
+            return float(limit_margins(problem, item.z)[index])
+
+        at = locate(problem, known, before, point, margin)
+        reason = limit.reason.format(value=margin(at) + limit.bound)
+        cuts.append((at, End("limit", reason, problem.value(at.z))))
+    return min(cuts, key=lambda cut: cut[0].arclength, default=None)
+
+
+def cut_at_event(
+    problem: PeriodicProblem,
+    known: list[Point],
+    before: Point,
+    point: Point,
+    events: Sequence[Event],
+) -> tuple[Point, End] | None:
+    """Return where between two points an event stops the branch, if one does.
+
+    Parameters
+    ----------
+    problem
+        The boundary-value problem.
+    known
+        Points of the branch in order; grows.
+    before, point
+        Neighbouring points.
+    events
+        The user's events.
+    """
+    cuts = []
+    for event in events:
+        function = event_function(problem, event)
+        if event.stop and (function(before) > 0) != (function(point) > 0):
+            at = locate(problem, known, before, point, function)
+            reason = f"stopped as asked: {event.measure} of {event.name} is {event.value:g}"
+            cuts.append((at, End("event", reason, problem.value(at.z))))
+    return min(cuts, key=lambda cut: cut[0].arclength, default=None)
+
+
+def failure_end(problem: PeriodicProblem, last: Point, failure: Failure) -> End:
+    """Say where a branch failed, and how far the model's limits are there.
+
+    Parameters
+    ----------
+    problem
+        The boundary-value problem.
+    last
+        The last point.
+    failure
+        Why there is no next one.
+    """
+    value = problem.value(last.z)
+    margins = limit_margins(problem, last.z)
+    limits = ", ".join(
+        f"{limit.output} = {margin + limit.bound:.3g} (limit {limit.bound:g})"
+        for limit, margin in zip(problem.model.limits, margins, strict=True)
+    )
+    there = f"; there {limits}" if limits else ""
+    return End(
+        failure.kind, f"stopped at {problem.vary} = {value:.6g}: {failure.reason}{there}", value
+    )
+
+
+def unresolved_end(problem: PeriodicProblem, point: Point) -> End:
+    """Say that an orbit is too unstable for its multipliers to be known.
+
+    Parameters
+    ----------
+    problem
+        The boundary-value problem.
+    point
+        The orbit.
+    """
+    value = problem.value(point.z)
+    largest = np.abs(point.multipliers).max()
+    return End(
+        "unresolved",
+        f"stopped at {problem.vary} = {value:.6g}: a multiplier of {largest:.1e} leaves too few "
+        "digits for the others, so bifurcations could be missed beyond; the orbit is as good as "
+        "unobservable there",
+        value,
+    )
+
+
+def span_end(problem: PeriodicProblem, last: Point) -> End:
+    """Say that a branch reached the end of the span.
+
+    Parameters
+    ----------
+    problem
+        The boundary-value problem.
+    last
+        The last point.
+    """
+    value = problem.value(last.z)
+    return End("span", f"reached the end of the span at {problem.vary} = {value:g}", value)

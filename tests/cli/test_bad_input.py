@@ -1,0 +1,187 @@
+"""Whatever is wrong with the input: one sentence that helps, exit status 2, nothing written."""
+
+import importlib
+import os
+
+import pytest
+
+from helpers.command_line import run
+from helpers.diagrams import made_diagram
+
+RESPONSE = ["response", "sliding", "--vary", "Nd=0:0.1"]
+
+
+def assert_refused(result, *words):
+    assert result.exit_code == 2, result.output
+    assert result.stdout == ""
+    assert result.stderr.count("\n") == 1
+    assert result.stderr.startswith("slipfold: ")
+    assert "Traceback" not in result.stderr
+    for word in words:
+        assert word in result.stderr
+
+
+CASES = {
+    "unknown parameter": ([*RESPONSE, "--set", "alhpa=1"], "no parameter 'alhpa'", "alpha?"),
+    "unknown parameter varied": (["response", "sliding", "--vary", "freq=1:2"], "'freq'", "it has"),
+    "wrong unit": ([*RESPONSE, "--set", "Vd=3N"], "'3N'", "'N'", "m/s"),
+    "wrong unit of an angle": ([*RESPONSE, "--set", "alpha=60mm"], "'mm'", "deg"),
+    "wrong unit of the span": (["response", "sliding", "--vary", "f=11:14N"], "'N'", "Hz"),
+    "no number": ([*RESPONSE, "--set", "mu=half"], "mu = 'half' is not a number"),
+    "Nd above Ns": (
+        ["response", "sliding", "--vary", "f=11:14", "--set", "Nd=1.5"],
+        "Nd = 1.5 N", "Ns = 1 N", "give Nd < Ns",
+    ),
+    "Nd at Ns": (["simulate", "sliding", "--set", "Nd=1"], "Nd = 1 N", "give Nd < Ns"),
+    "Nd above Ns at the start": (["response", "sliding", "--vary", "Nd=2:0"], "give Nd < Ns"),
+    "Vd zero": ([*RESPONSE, "--set", "Vd=0"], "Vd = 0", "must be > 0 m/s"),
+    "Vd negative": ([*RESPONSE, "--set", "Vd=-0.6"], "Vd = -0.6", "must be > 0 m/s"),
+    "mu negative": ([*RESPONSE, "--set", "mu=-0.1"], "mu = -0.1", "must be >= 0"),
+    "mu varied below zero": (["response", "sliding", "--vary", "mu=0.5:-1"], "must be >= 0"),
+    "NaN": ([*RESPONSE, "--set", "mu=nan"], "mu = nan is not a finite number"),
+    "infinity": ([*RESPONSE, "--set", "f=inf"], "f = inf is not a finite number"),
+    "NaN in the span": (["response", "sliding", "--vary", "Nd=0:nan"], "Nd = nan"),
+    "infinity in the span": (["response", "sliding", "--vary", "f=12:inf"], "f = inf"),
+    "empty span": (["response", "sliding", "--vary", "Nd=0.1:0.1"], "empty", "different"),
+    "no span": (["response", "sliding", "--vary", "Nd"], "--vary 'Nd'", "NAME=FIRST:LAST"),
+    "half a span": (["response", "sliding", "--vary", "Nd=0"], "--vary 'Nd=0'", "--vary Nd=0:0.98"),
+    "open span": (["response", "sliding", "--vary", "Nd=0:"], "NAME=FIRST:LAST"),
+    "too long a span": (["response", "sliding", "--vary", "Nd=0:1:2"], "NAME=FIRST:LAST"),
+    "nameless span": (["response", "sliding", "--vary", "=0:1"], "NAME=FIRST:LAST"),
+    "two spans": ([*RESPONSE, "--vary", "f=11:14"], "--vary is given 2 times"),
+    "no --vary": (["response", "sliding"], "--vary", "slipfold response --help"),
+    "no model": (["response", "--vary", "Nd=0:1"], "MODEL", "slipfold response --help"),
+    "unknown model": (["response", "slidng", "--vary", "Nd=0:1"], "no model 'slidng'", "sliding?"),
+    "set and varied": ([*RESPONSE, "--set", "Nd=0.1"], "Nd is varied", "leave out --set Nd=0.1"),
+    "set without value": ([*RESPONSE, "--set", "f"], "--set 'f'", "NAME=VALUE"),
+    "set twice": ([*RESPONSE, "--set", "f=12", "--set", "f=13"], "f is set twice"),
+    "unknown command": (["respond"], "respond", "slipfold --help"),
+    "unknown option": ([*RESPONSE, "--steps", "3"], "--steps", "slipfold response --help"),
+    "option without value": ([*RESPONSE, "--out"], "--out", "slipfold response --help"),
+    "step no number": ([*RESPONSE, "--max-step", "big"], "--max-step big is not a finite number"),
+    "step NaN": ([*RESPONSE, "--max-step", "nan"], "--max-step nan is not a finite number"),
+    "step negative": ([*RESPONSE, "--max-step", "-1"], "-1"),
+    "tolerance zero": ([*RESPONSE, "--tolerance", "0"], "tolerance = 0", "1e-10"),
+    "points none": ([*RESPONSE, "--max-points", "0"], "--max-points 0", "at least 1"),
+    "points no whole number": ([*RESPONSE, "--max-points", "1.5"], "--max-points 1.5", "whole"),
+    "period none": ([*RESPONSE, "--largest-period", "0"], "--largest-period 0"),
+    "event of nothing": ([*RESPONSE, "--event", "velocity=1"], "no output 'velocity'", "Vrel"),
+    "event without value": ([*RESPONSE, "--event", "x"], "event 'x'", "MEASURE(NAME)=VALUE"),
+    "event of unknown measure": ([*RESPONSE, "--event", "mean(x)=1"], "'mean'", "peak_to_peak"),
+    "event with a wrong unit": ([*RESPONSE, "--event", "N=1mm"], "'1mm'", "'mm'"),
+    "simulate no periods": (["simulate", "sliding", "--periods", "0"], "--periods 0", "at least 1"),
+    "simulate half periods": (["simulate", "sliding", "--periods", "1.5"], "--periods 1.5"),
+    "simulate unknown state": (["simulate", "sliding", "--state", "z=1"], "no state 'z'", "x, y"),
+    "simulate state NaN": (["simulate", "sliding", "--state", "x=nan"], "x = nan"),
+    "simulate tolerance": (["simulate", "sliding", "--tolerance", "-1"], "tolerance"),
+    "models unknown": (["models", "duffin"], "no model 'duffin'"),
+    "paper processes": (["paper", "--out", "/dev/null/x", "--processes", "0"], "--processes 0"),
+    "case file missing": (["response", "no.toml", "--vary", "Nd=0:1"], "no.toml cannot be read"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_bad_input(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    arguments, *words = CASES[name]
+    assert_refused(run(*arguments), *words)
+    assert os.listdir(tmp_path) == []
+
+
+def test_bad_input_leaves_an_old_result_alone(tmp_path):
+    path = tmp_path / "x.nc"
+    path.write_bytes(b"old")
+    assert_refused(run(*RESPONSE, "--set", "mu=-1", "--out", str(path)), "mu")
+    assert path.read_bytes() == b"old"
+    assert os.listdir(tmp_path) == ["x.nc"]
+
+
+def test_start_where_there_is_no_orbit(tmp_path):
+    # So slow a plate that the tip would stick at once.
+    arguments = ["response", "sliding", "--vary", "Nd=0.9:0.1", "--set", "Vd=1e-6"]
+    assert_refused(run(*arguments), "Nd")
+
+
+# -- places to write to ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("option", ["--out", "--json", "--csv"])
+def test_places_are_checked_before_computing(option, tmp_path, monkeypatch):
+    module = importlib.import_module("slipfold.results.response")
+    monkeypatch.setattr(module, "response", None)  # is not reached
+    (tmp_path / "file").write_bytes(b"")
+    for place, words in {
+        tmp_path: "is a folder",
+        tmp_path / "none" / "x.nc": "does not exist",
+        tmp_path / "file" / "x.nc": "does not exist",
+    }.items():
+        assert_refused(run(*RESPONSE, option, str(place)), words)
+    assert os.listdir(tmp_path) == ["file"]
+
+
+def test_one_file_for_two_outputs(tmp_path):
+    path = str(tmp_path / "x")
+    assert_refused(run(*RESPONSE, "--out", path, "--csv", path), "given for two outputs")
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no /dev/full")
+@pytest.mark.parametrize("option", ["--out", "--json", "--csv"])
+def test_full_disk(option):
+    result = run("response", "sliding", "--vary", "Nd=0:0.01", option, "/dev/full")
+    assert result.exit_code == 2
+    assert result.stderr == (
+        "slipfold: /dev/full cannot be written (no space left on device); free some space or give "
+        "another place\n"
+    )
+    assert "sliding: Nd from 0 to 0.01 N" in result.stdout  # what was computed is not lost
+
+
+def test_a_file_that_cannot_be_written_does_not_spoil_the_others(tmp_path):
+    path = tmp_path / "x.csv"
+    result = run(
+        "response", "sliding", "--vary", "Nd=0:0.01", "--out", "/dev/full", "--csv", str(path)
+    )
+    assert result.exit_code == 2
+    assert path.exists()
+
+
+# -- files to read -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ("", "does not say which model"),
+        ("model = 'sliding'\nparameter = 3", "unknown entry 'parameter'"),
+        ("model = 'sliding'\nparameters = 3", "does not say which model"),
+        ("model = sliding", "is not TOML"),
+        ("model = 'sliding'\n[parameters]\nmu = -1", "mu must be >= 0"),
+        ("model = 'sliding'\n[parameters]\nf = [1, 2]", "f = [1, 2] is not a number"),
+    ],
+)
+def test_case_file(content, words, tmp_path):
+    path = tmp_path / "case.toml"
+    path.write_text(content)
+    assert_refused(run("response", str(path), "--vary", "Nd=0:1"), "case.toml", words)
+
+
+def test_plot_of_files_that_are_no_results(tmp_path):
+    text = tmp_path / "text.nc"
+    text.write_text("x,y\n")
+    assert_refused(run("plot", str(text)), "text.nc is not a netCDF-4 file")
+    assert_refused(run("plot", str(tmp_path / "none.nc")), "none.nc cannot be read")
+    assert os.listdir(tmp_path) == ["text.nc"]
+
+
+def test_plot_of_what_there_is_not(tmp_path):
+    path = tmp_path / "x.nc"
+    made_diagram().save(path)
+    for arguments, word in {
+        ("--output", "speed"): "no output 'speed'",
+        ("--measure", "mean"): "mean",
+        ("--kind", "phase"): "is for simulations",
+        ("--out", str(tmp_path / "x.gif")): "give .png, .pdf or .svg",
+        ("--out", str(tmp_path / "none" / "x.png")): "does not exist",
+    }.items():
+        assert_refused(run("plot", str(path), *arguments), word)
+    assert os.listdir(tmp_path) == ["x.nc"]

@@ -1,0 +1,238 @@
+"""The commands do what they say: results, files, exit statuses."""
+
+import csv
+import importlib
+import json
+
+import pytest
+
+from helpers.command_line import run
+from helpers.diagrams import made_diagram, response_branch
+from slipfold.branches.branch import End
+from slipfold.results import load
+
+SMALL = ["response", "sliding", "--vary", "Nd=0:0.05"]
+
+
+def replace_result(monkeypatch, diagram):
+    """Let the command hand over this diagram instead of computing one."""
+    module = importlib.import_module("slipfold.results.response")
+    monkeypatch.setattr(module, "response", lambda *_, **__: diagram)
+
+
+# -- response ----------------------------------------------------------------------------------
+
+
+def test_json_on_standard_output_and_nothing_else():
+    result = run("response", "sliding", "--vary", "Nd=0:0.98", "--set", "f=12.5", "--json", "-")
+    assert result.exit_code == 0
+    assert result.stderr == ""
+    record = json.loads(result.stdout)
+    assert record["schema"] == "slipfold.response/1"
+    assert record["parameters"]["f"] == 12.5
+    # shared/reference/sliding.json.
+    first, second = record["branches"]
+    assert [point["type"] for point in first["special"]] == ["PD"]
+    assert first["special"][0]["value"] == pytest.approx(0.043578911491, rel=1e-6)
+    assert first["special"][0]["leads_to"] == 2
+    assert first["stopped"]["reason"].startswith("spring collapsed")
+    assert [point["value"] for point in second["special"]] == pytest.approx(
+        [0.056690677223, 0.166438167073], rel=1e-6
+    )
+
+
+def test_summary_is_the_default_output():
+    result = run(*SMALL)
+    assert result.exit_code == 0
+    assert result.stderr == ""
+    assert "TY" in result.stdout
+    assert "supercritical, to branch 2" in result.stdout
+    assert "Branch 2 (period 2" in result.stdout
+
+
+def test_all_files_of_one_response_agree(tmp_path):
+    paths = {name: tmp_path / f"x.{name}" for name in ("nc", "json", "csv")}
+    result = run(
+        *SMALL,
+        *("--out", str(paths["nc"]), "--json", str(paths["json"]), "--csv", str(paths["csv"])),
+    )
+    assert result.exit_code == 0
+    diagram = load(paths["nc"])
+    assert json.loads(paths["json"].read_text()) == diagram.to_json()
+    rows = list(csv.DictReader(paths["csv"].read_text().splitlines()))
+    points = sum(len(branch) + len(branch.special) for branch in diagram.branches)
+    assert len(rows) == points
+    assert result.stdout == diagram.summary() + "\n"
+
+
+def test_units_and_descending_spans():
+    result = run("response", "sliding", "--vary", "alpha=61:60deg", "--json", "-")
+    record = json.loads(result.stdout)
+    assert record["parameters"]["alpha"] == pytest.approx(1.0646508437165410)
+    assert record["branches"][0]["stopped"]["value"] == pytest.approx(1.0471975511965976)
+
+
+def test_settings_reach_the_computation(tmp_path):
+    path = tmp_path / "x.nc"
+    options = ["--max-step", "0.2", "--tolerance", "1e-9", "--max-points", "4"]
+    result = run(*SMALL, *options, "--largest-period", "1", "--out", str(path))
+    assert result.exit_code == 0
+    diagram = load(path)
+    assert diagram.settings.steps.largest == 0.2
+    assert diagram.settings.steps.points == 4
+    assert diagram.settings.newton.tolerance == 1e-9
+    assert diagram.settings.largest_period == 1
+    assert diagram.branches[0].stopped.kind == "points"
+
+
+def test_events(tmp_path):
+    events = ["--event", "Nd=10mN", "--event", "max(x)=0.121", "--stop-at", "min( Vrel )=0.58"]
+    result = run(*SMALL, *events, "--json", "-")
+    assert result.exit_code == 0
+    (branch,) = json.loads(result.stdout)["branches"]
+    assert [point["type"] for point in branch["special"]] == ["EVENT"] * 3
+    assert branch["special"][0]["value"] == pytest.approx(0.01, abs=1e-12) or (
+        branch["special"][1]["value"] == pytest.approx(0.01, abs=1e-12)
+    )
+    assert branch["stopped"]["kind"] == "event"
+
+
+def test_case_file(tmp_path):
+    path = tmp_path / "case.toml"
+    path.write_text('model = "sliding"\n[parameters]\nf = 12.2\nalpha = "30deg"\nNd = 0.01\n')
+    result = run("simulate", str(path), "--periods", "20", "--set", "f=12.3", "--json", "-")
+    parameters = json.loads(result.stdout)["parameters"]
+    assert (parameters["f"], parameters["Nd"]) == (12.3, 0.01)
+    assert parameters["alpha"] == pytest.approx(0.5235987755982988)
+
+
+def test_failure_is_status_3_after_the_results_are_written(tmp_path, monkeypatch):
+    lost = End("failed", "the branch was lost near Nd = 0.1; try a smaller largest step", 0.1)
+    replace_result(monkeypatch, made_diagram(branches=(response_branch(stopped=lost),)))
+    path = tmp_path / "x.nc"
+    result = run(*SMALL, "--out", str(path), "--json", "-")
+    assert result.exit_code == 3
+    assert result.stderr == f"slipfold: branch 1 stopped early: {lost.reason}\n"
+    assert json.loads(result.stdout)["branches"][0]["stopped"]["kind"] == "failed"
+    assert load(path).failed
+
+
+def test_interruption_is_status_130_after_the_results_are_written(tmp_path, monkeypatch):
+    stopped = End("interrupted", "interrupted at Nd = 0.1; what was found before is kept", 0.1)
+    replace_result(monkeypatch, made_diagram(branches=(response_branch(stopped=stopped),)))
+    path = tmp_path / "x.nc"
+    result = run(*SMALL, "--out", str(path))
+    assert result.exit_code == 130
+    assert result.stderr == (
+        f"slipfold: interrupted on branch 1 after 3 points in all; what was finished is in {path}\n"
+    )
+    assert load(path).interrupted
+
+
+def test_interruption_outside_the_computation(monkeypatch):
+    def interrupt(*_, **__):
+        raise KeyboardInterrupt
+
+    module = importlib.import_module("slipfold.results.simulation")
+    monkeypatch.setattr(module, "simulate", interrupt)
+    result = run("simulate", "sliding")
+    assert result.exit_code == 130
+    assert result.stderr == "slipfold: interrupted; nothing was written\n"
+
+
+# -- the other commands ------------------------------------------------------------------------
+
+
+def test_simulate(tmp_path):
+    path = tmp_path / "x.nc"
+    result = run(
+        *("simulate", "sliding", "--periods", "1500", "--set", "f=12.2", "--set", "Nd=0.15"),
+        *("--state", "y=0.01", "--out", str(path), "--json", "-"),
+    )
+    assert result.exit_code == 0
+    assert result.stderr == ""
+    record = json.loads(result.stdout)
+    assert (record["settled"], record["period"]) == (True, 2)
+    assert record["initial_state"] == [0, 0.01, 0, 0]
+    assert load(path).to_json() == record
+
+
+def test_simulation_that_meets_a_limit_says_so():
+    result = run("simulate", "sliding", "--state", "vx=60", "--state", "vy=103.9")
+    assert result.exit_code == 0
+    assert result.stderr.startswith("slipfold: stopped early: stick")
+
+
+def test_models():
+    result = run("models")
+    assert result.exit_code == 0
+    assert result.stdout.split()[0] == "sliding"
+
+
+def test_one_model_in_detail():
+    text = run("models", "sliding").stdout
+    assert "Nd     0            N     >= 0 N" in text
+    assert "amplitude of the normal force's pulsation" in text
+    for word in ("States", "Outputs", "Limits", "Vrel", "spring collapse"):
+        assert word in text
+
+
+def test_models_as_json(tmp_path):
+    result = run("models", "--json", "-")
+    record = json.loads(result.stdout)
+    assert record["schema"] == "slipfold.models/1"
+    (model,) = [item for item in record["models"] if item["name"] == "sliding"]
+    parameters = {item["name"]: item for item in model["parameters"]}
+    assert parameters["Vd"]["unit"] == "m/s"
+    assert parameters["alpha"]["lower"] is None
+    path = tmp_path / "models.json"
+    assert run("models", "--json", str(path)).exit_code == 0
+    assert json.loads(path.read_text()) == record
+
+
+@pytest.mark.parametrize(
+    ("name", "magic"), [("x.png", b"\x89PNG"), ("x.pdf", b"%PDF"), ("x.svg", b"<?xml")]
+)
+def test_plot_of_a_response(name, magic, tmp_path):
+    made_diagram().save(tmp_path / "x.nc")
+    path = tmp_path / name
+    result = run(
+        *("plot", str(tmp_path / "x.nc"), "--out", str(path)),
+        *("--output", "y", "--measure", "peak_to_peak"),
+    )
+    assert result.exit_code == 0
+    assert result.stdout == ""
+    assert path.read_bytes().startswith(magic)
+
+
+@pytest.mark.parametrize("kind", ["timeseries", "spectrum", "phase"])
+def test_plot_of_a_simulation_goes_beside_it_by_default(kind, tmp_path):
+    path = tmp_path / "motion.nc"
+    assert run("simulate", "sliding", "--periods", "80", "--out", str(path)).exit_code == 0
+    result = run("plot", str(path), "--kind", kind)
+    assert result.exit_code == 0
+    assert (tmp_path / "motion.png").read_bytes().startswith(b"\x89PNG")
+
+
+# -- the whole ---------------------------------------------------------------------------------
+
+
+def test_version():
+    result = run("--version")
+    assert result.exit_code == 0
+    assert result.stdout.startswith("slipfold ")
+
+
+@pytest.mark.parametrize("arguments", [[], ["--help"], ["-h"]])
+def test_help(arguments):
+    result = run(*arguments)
+    assert result.exit_code == 0
+    for command in ("response", "simulate", "paper", "models", "plot"):
+        assert command in result.stdout
+
+
+@pytest.mark.parametrize("command", ["response", "simulate", "paper", "models", "plot"])
+def test_help_of_each_command(command):
+    result = run(command, "--help")
+    assert result.exit_code == 0
+    assert result.stdout.startswith(f"Usage: slipfold {command}")

@@ -1,0 +1,141 @@
+"""The program as a process: streams, signals, terminals, imports."""
+
+import json
+import os
+import select
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from slipfold.results import load
+
+PROGRAM = [sys.executable, "-m", "slipfold.cli"]
+# So many points that it is still running when it is interrupted.
+LONG = ["response", "sliding", "--vary", "Nd=0:0.98", "--max-step", "2e-4"]
+
+pty = pytest.importorskip("pty")
+
+
+def start(*arguments, **options):
+    return subprocess.Popen([*PROGRAM, *arguments], **options)
+
+
+class Terminal:
+    """Standard error of a process as a terminal."""
+
+    def __init__(self, *arguments):
+        self._ours, theirs = pty.openpty()
+        self.process = start(*arguments, stdout=subprocess.PIPE, stderr=theirs)
+        os.close(theirs)
+        self.text = ""
+
+    def read_until(self, word=None, seconds=50):
+        """Read until a word appears, or to the end."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end and (word is None or word not in self.text):
+            if select.select([self._ours], [], [], 0.1)[0]:
+                try:
+                    self.text += os.read(self._ours, 65536).decode()
+                except OSError:  # the process has closed it
+                    return
+        assert word is None or word in self.text
+
+    def finish(self):
+        output = self.process.stdout.read().decode()
+        self.read_until()
+        os.close(self._ours)
+        self.process.stdout.close()
+        return self.process.wait(), output
+
+
+def test_progress_on_a_terminal_and_json_alone_on_standard_output():
+    terminal = Terminal("response", "sliding", "--vary", "Nd=0:0.98", "--json", "-")
+    status, output = terminal.finish()
+    assert status == 0
+    assert json.loads(output)["branches"][1]["period"] == 2
+    # Elapsed time, branch, points, parameter, special points found so far.
+    assert "0:00:0" in terminal.text
+    assert "branch 2 (period 2)" in terminal.text
+    assert " points " in terminal.text
+    assert "Nd = 0.98 N" in terminal.text
+    assert "found: PD NS NS" in terminal.text
+
+
+def test_interrupt_keeps_what_is_finished(tmp_path):
+    path = tmp_path / "x.nc"
+    terminal = Terminal(*LONG, "--out", str(path), "--json", "-")
+    terminal.read_until("points")
+    terminal.process.send_signal(signal.SIGINT)
+    status, output = terminal.finish()
+    assert status == 130
+    assert "slipfold: interrupted on branch 1 after " in terminal.text
+    assert f"what was finished is in {path}" in " ".join(terminal.text.split())
+    assert "Traceback" not in terminal.text
+    record = json.loads(output)
+    assert record["branches"][-1]["stopped"]["kind"] == "interrupted"
+    diagram = load(path)
+    assert diagram.interrupted
+    assert len(diagram.branches[0]) == record["branches"][0]["points"] >= 1
+    assert os.listdir(tmp_path) == ["x.nc"]
+
+
+def test_interrupt_is_heeded_where_the_shell_ignores_it(tmp_path):
+    # As in a script that starts the program in the background.
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        terminal = Terminal(*LONG)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    terminal.read_until("points")
+    terminal.process.send_signal(signal.SIGINT)
+    status, output = terminal.finish()
+    assert status == 130
+    assert "interrupted" in output  # the table says where
+    assert "--out FILE.nc would keep it" in " ".join(terminal.text.split())
+
+
+def test_silent_where_standard_error_is_no_terminal():
+    run = subprocess.run(
+        [*PROGRAM, "response", "sliding", "--vary", "Nd=0:0.01"], capture_output=True, check=True
+    )
+    assert run.stderr == b""
+    assert run.stdout.startswith(b"sliding: Nd from 0 to 0.01 N")
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no /dev/full")
+def test_standard_output_on_a_full_disk():
+    with open("/dev/full", "w") as full:
+        run = subprocess.run(
+            [*PROGRAM, "models"], stdout=full, stderr=subprocess.PIPE, text=True, check=False
+        )
+    assert run.returncode == 2
+    assert run.stderr == (
+        "slipfold: standard output cannot be written (no space left on device); free some space "
+        "or send it elsewhere\n"
+    )
+
+
+def test_reader_that_goes_away():
+    reader, writer = os.pipe()
+    os.close(reader)
+    run = subprocess.run([*PROGRAM, "models"], stdout=writer, stderr=subprocess.PIPE, check=False)
+    os.close(writer)
+    assert (run.returncode, run.stderr) == (0, b"")
+
+
+def test_a_response_starts_without_heavy_modules():
+    program = (
+        "import sys; sys.argv[1:] = ['response', 'sliding', '--vary', 'Nd=0:0.01', '--json', '-']\n"
+        "from slipfold.cli import main\n"
+        "try: main()\n"
+        "except SystemExit: pass\n"
+        "heavy = {'xarray', 'pandas', 'matplotlib', 'rich', 'h5py', 'h5netcdf'}\n"
+        "print(sorted(heavy & set(sys.modules)), file=sys.stderr)"
+    )
+    run = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert run.stderr == "[]\n"

@@ -1,0 +1,100 @@
+"""Responses computed, not made by hand: the whole way from a model to a loaded result."""
+
+import numpy as np
+import pytest
+
+from helpers.diagrams import assert_same_diagram
+from slipfold.branches.event import Event
+from slipfold.errors import InputError
+from slipfold.models import SlidingOscillator
+from slipfold.results import load, response
+
+
+@pytest.fixture(scope="module")
+def diagram():
+    return response(SlidingOscillator(), "Nd", (0, 0.98), f=12.5)
+
+
+def test_reference_values(diagram):
+    # shared/reference/sliding.json, force response at 12.5 Hz.
+    found = [(branch.period, point.type, point.value) for branch, point in diagram.special]
+    assert [item[:2] for item in found] == [(1, "PD"), (2, "NS"), (2, "NS")]
+    values = [0.043578911491, 0.056690677223, 0.166438167073]
+    assert [item[2] for item in found] == pytest.approx(values, rel=1e-6)
+    assert diagram.branches[0].special[0].criticality == "supercritical"
+    assert diagram.branches[0].special[0].leads_to == 2
+    assert diagram.branches[1].parent == 1
+    assert not diagram.interrupted
+    assert not diagram.failed
+
+
+def test_round_trip(diagram, tmp_path):
+    diagram.save(tmp_path / "x.nc")
+    assert_same_diagram(diagram, load(tmp_path / "x.nc"))
+
+
+def test_loaded_diagram_can_be_computed_with(diagram, tmp_path):
+    diagram.save(tmp_path / "x.nc")
+    copy = load(tmp_path / "x.nc")
+    orbit = copy.branches[0].orbit(3)
+    np.testing.assert_array_equal(orbit.nodes, diagram.branches[0].orbit(3).nodes)
+    np.testing.assert_array_equal(orbit.extrema.maximum[0], diagram.branches[0].extrema.maximum[3])
+
+
+def test_uncertainty_is_small_and_not_zero(diagram):
+    for _, point in diagram.special:
+        assert 0 < point.uncertainty < 1e-9
+    assert diagram.to_json()["branches"][0]["special"][0]["uncertainty"] > 0
+
+
+def test_span_may_have_units():
+    diagram = response(SlidingOscillator(), "alpha", ("60deg", "61deg"), Nd=0.01)
+    assert diagram.span == pytest.approx((np.pi / 3, np.pi / 180 * 61))
+    assert diagram.model.alpha == diagram.span[0]
+
+
+def test_events_are_kept_with_the_input():
+    events = (Event("x", 0.12, stop=True),)
+    diagram = response(SlidingOscillator(), "Nd", (0, 0.03), events=events)
+    assert diagram.events == events
+    assert diagram.branches[0].special[-1].type == "EVENT"
+    assert diagram.branches[0].stopped.kind == "event"
+
+
+def test_interrupted_by_the_observer():
+    seen = []
+
+    def observer(progress):
+        seen.append(progress)
+        if progress.points == 3:
+            raise KeyboardInterrupt
+
+    diagram = response(SlidingOscillator(), "Nd", (0, 0.98), observer=observer)
+    assert diagram.interrupted
+    assert len(diagram.branches) == 1
+    assert len(diagram.branches[0]) == 3
+    assert seen[-1].branch == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"vary": "nd"}, "no parameter 'nd'; did you mean Nd"),
+        ({"Nd": 0.1}, "Nd is varied, so it cannot be set to 0.1 as well"),
+        ({"mu": -1}, "mu must be >= 0"),
+        ({"mass": 1}, "no parameter 'mass'"),
+        ({"span": 3}, "span = 3 is not a pair of numbers"),
+        ({"span": (0, 1, 2)}, "is not a pair of numbers"),
+        ({"span": (0, "x")}, "Nd = 'x' is not a number"),
+        ({"span": (0, float("nan"))}, "Nd = nan is not a finite number"),
+        ({"span": (0.1, 0.1)}, "empty"),
+        ({"span": (-0.1, 0.1)}, "Nd must be >= 0 N"),
+        ({"span": (1.5, 0.1)}, "Nd = 1.5 N is not below Ns = 1 N"),
+        ({"model": "sliding"}, "is not a model"),
+        ({"events": [Event("speed", 1)]}, "speed"),
+    ],
+)
+def test_bad_input(arguments, message):
+    given = {"model": SlidingOscillator(), "vary": "Nd", "span": (0, 0.98)} | arguments
+    with pytest.raises(InputError, match=message):
+        response(**given)

@@ -1,0 +1,132 @@
+"""Files are written whole or not at all."""
+
+import os
+import resource
+import signal
+import stat
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from slipfold.errors import InputError
+from slipfold.results import writing
+from slipfold.results.writing import check_writable, write_file
+
+FULL = Path("/dev/full")
+needs_full = pytest.mark.skipif(not FULL.is_char_device(), reason="there is no /dev/full")
+
+
+def test_new_file(tmp_path):
+    write_file(tmp_path / "a.nc", b"new")
+    assert (tmp_path / "a.nc").read_bytes() == b"new"
+    assert os.listdir(tmp_path) == ["a.nc"]
+
+
+def test_permissions_are_those_of_any_new_file(tmp_path):
+    (tmp_path / "usual").write_bytes(b"")
+    write_file(tmp_path / "ours", b"")
+    modes = {stat.S_IMODE((tmp_path / name).stat().st_mode) for name in ("usual", "ours")}
+    assert len(modes) == 1
+
+
+def test_old_file_stays_if_writing_fails(tmp_path, monkeypatch):
+    path = tmp_path / "a.nc"
+    path.write_bytes(b"old")
+
+    def fail(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(writing.os, "replace", fail)
+    with pytest.raises(InputError, match=r"a\.nc cannot be written \(no space left on device\)"):
+        write_file(path, b"new")
+    assert path.read_bytes() == b"old"
+    assert os.listdir(tmp_path) == ["a.nc"]
+
+
+def test_nothing_is_left_behind_by_an_interrupt(tmp_path, monkeypatch):
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(writing.os, "fsync", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        write_file(tmp_path / "a.nc", b"new")
+    assert os.listdir(tmp_path) == []
+
+
+def test_disk_that_fills_up_half_way(tmp_path):
+    program = (
+        "import sys; from slipfold.results.writing import write_file\n"
+        "try: write_file(sys.argv[1], bytes(100_000))\n"
+        "except ValueError as error: print(error)"
+    )
+
+    def limit():
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000))
+
+    path = tmp_path / "a.nc"
+    path.write_bytes(b"old")
+    # Without bytecode: it would be cut short as well.
+    run = subprocess.run(
+        [sys.executable, "-B", "-c", program, path],
+        preexec_fn=limit,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert "a.nc cannot be written (file too large)" in run.stdout
+    assert path.read_bytes() == b"old"
+    assert os.listdir(tmp_path) == ["a.nc"]
+
+
+def test_link_is_followed(tmp_path):
+    (tmp_path / "real").write_bytes(b"old")
+    (tmp_path / "link").symlink_to("real")
+    write_file(tmp_path / "link", b"new")
+    assert (tmp_path / "link").is_symlink()
+    assert (tmp_path / "real").read_bytes() == b"new"
+
+
+@needs_full
+def test_full_device():
+    check_writable(FULL)
+    with pytest.raises(InputError, match="no space left on device"):
+        write_file(FULL, b"new")
+    assert FULL.is_char_device()
+
+
+def test_pipe_is_written_to_directly(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    reader = os.open(tmp_path / "pipe", os.O_RDONLY | os.O_NONBLOCK)
+    write_file(tmp_path / "pipe", b"new")
+    assert os.read(reader, 10) == b"new"
+    os.close(reader)
+
+
+def test_checking_leaves_no_trace(tmp_path):
+    (tmp_path / "old").write_bytes(b"old")
+    check_writable(tmp_path / "old")
+    check_writable(tmp_path / "new")
+    assert os.listdir(tmp_path) == ["old"]
+    assert (tmp_path / "old").read_bytes() == b"old"
+
+
+def test_checking_refuses_folders_and_missing_folders(tmp_path):
+    with pytest.raises(InputError, match="is a folder; give the name of a file"):
+        check_writable(tmp_path)
+    with pytest.raises(InputError, match="does not exist"):
+        check_writable(tmp_path / "none" / "a.nc")
+    (tmp_path / "file").write_bytes(b"")
+    with pytest.raises(InputError, match="does not exist"):
+        check_writable(tmp_path / "file" / "a.nc")
+
+
+def test_checking_a_read_only_disk(tmp_path, monkeypatch):
+    def fail(*_):
+        raise OSError(30, "Read-only file system")
+
+    monkeypatch.setattr(writing.os, "open", fail)
+    with pytest.raises(InputError, match="read-only file system"):
+        check_writable(tmp_path / "a.nc")
