@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.fft
 from numpy.typing import NDArray
 
 from slipfold.errors import InputError
@@ -154,7 +153,7 @@ def _transform(flow: Flow, model: Model, states: Array, periods: int, settled: b
     count = len(states)
     phases = (np.arange(count) * periods % count) / count
     values = flow.outputs(states, phases, constants)
-    coefficients = scipy.fft.rfft(values, axis=0) / count
+    coefficients = np.fft.rfft(values, axis=0) / count
     # Every line but the mean stands for two of the two-sided spectrum, except the last one of an
     # even number of samples, which is its own mirror image.
     coefficients[1 : (count + 1) // 2] *= 2

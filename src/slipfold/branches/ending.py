@@ -51,8 +51,8 @@ def cut_at_event(
     before: Point,
     point: Point,
     events: Sequence[Event],
-) -> tuple[Point, End] | None:
-    """Return where between two points an event stops the branch, if one does.
+) -> tuple[Point, End, Event] | None:
+    """Return where between two points an event stops the branch, and which, if one does.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def cut_at_event(
         if event.stop and (function(before) > 0) != (function(point) > 0):
             at = locate(problem, known, before, point, function)
             reason = f"stopped as asked: {event.measure} of {event.name} is {event.value:g}"
-            cuts.append((at, End("event", reason, problem.value(at.z))))
+            cuts.append((at, End("event", reason, problem.value(at.z)), event))
     return min(cuts, key=lambda cut: cut[0].arclength, default=None)
 
 

@@ -36,11 +36,8 @@ def find_events(
     found = []
     for event in events:
         function = event_function(problem, event)
-        start, end = function(before), function(point)
-        if start * end < 0:
+        if (function(before) > 0) != (function(point) > 0):
             found.append((event, locate(problem, known, before, point, function)))
-        elif end == 0:  # the branch was cut here
-            found.append((event, point))
     return sorted(found, key=lambda pair: pair[1].arclength)
 
 

@@ -198,16 +198,19 @@ def _extend(trace: Trace, point: Point, events: Sequence[Event]) -> None:
         point, end = close_on_parent(problem, known, before, point, trace.doublings)
     elif not trace.doubled and returns_to_start(problem, trace.points, point):
         end = End("closed", "the branch closed on itself", problem.value(point.z))
-    for cut in (
-        cut_at_limit(problem, known, before, point),
-        cut_at_event(problem, known, before, point, events),
-    ):
-        if cut is not None and cut[0].arclength <= point.arclength:
-            point, end = cut
+    happened: list[tuple[Event, Point]] = []
+    limit = cut_at_limit(problem, known, before, point)
+    if limit is not None and limit[0].arclength <= point.arclength:
+        point, end = limit
+    stop = cut_at_event(problem, known, before, point, events)
+    if stop is not None:
+        point, end = stop[:2]
+        happened.append((stop[2], point))
     known[:] = [item for item in known if item.arclength < point.arclength]
     known.append(point)
     found = [] if born else find_bifurcations(problem, known, before, point)
-    happened = find_events(problem, known, before, point, events)
+    passing = [event for event in events if not event.stop]
+    happened = find_events(problem, known, before, point, passing) + happened
     # Nothing is kept unless all of it was found.
     trace.found += found
     trace.events += happened

@@ -18,8 +18,7 @@ def multiplier_uncertainty(model: Model, parameters: Array, nodes: Array, period
     """Return how much each multiplier moves when the monodromy matrix is computed anew.
 
     The second computation begins half a segment later, so that every step of the integrator falls
-    elsewhere, and starts from an orbit corrected by its own Newton step. The multipliers are the
-    same in exact arithmetic; what differs is the error of either.
+    elsewhere. The multipliers are the same in exact arithmetic; what differs is the error of either.
 
     Parameters
     ----------
@@ -48,9 +47,7 @@ def multiplier_uncertainty(model: Model, parameters: Array, nodes: Array, period
         fixed[-1] = 1.0
         values = floquet_multipliers(problem.linearise(z).monodromy)
         other, moved, _ = problem.shifted(z, fixed)
-        step = other.linearise(moved).bordered(fixed)
-        mismatch = -other.residual(moved).ravel() / np.sqrt(other.segments)
-        again = other.linearise(moved + step.solve(np.append(mismatch, 0.0)))
+        again = other.linearise(moved)
         others = match_multipliers(values, floquet_multipliers(again.monodromy))
         result[i] = np.abs(values - others)
     return result

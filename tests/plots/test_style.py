@@ -1,0 +1,57 @@
+import matplotlib as mpl
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgb
+
+from slipfold.plots.style import KINDS, LINES, figure_style, palette
+
+# Machado, Oliveira & Fernandes 2009, doi:10.1109/TVCG.2009.113, severity 1, in linear RGB.
+BLINDNESS = {
+    "protanopia": [
+        [0.152286, 1.052583, -0.204868],
+        [0.114503, 0.786281, 0.099216],
+        [-0.003882, -0.048116, 1.051998],
+    ],
+    "deuteranopia": [
+        [0.367322, 0.860646, -0.227968],
+        [0.280085, 0.672501, 0.047413],
+        [-0.011820, 0.042940, 0.968881],
+    ],
+    "tritanopia": [
+        [1.255528, -0.076749, -0.178779],
+        [-0.078411, 0.930809, 0.147602],
+        [0.004733, 0.691367, 0.303900],
+    ],
+}
+
+
+def linear(colour):
+    rgb = np.array(to_rgb(colour))
+    return np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+
+
+def lightness(rgb):
+    """CIE L* of linear RGB."""
+    luminance = float(np.clip(rgb, 0, 1) @ [0.2126, 0.7152, 0.0722])
+    return 116 * np.cbrt(luminance) - 16 if luminance > 0.008856 else 903.3 * luminance
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4])
+@pytest.mark.parametrize("sight", [None, *BLINDNESS])
+def test_colours_differ_in_lightness_for_everyone(count, sight):
+    matrix = np.eye(3) if sight is None else np.array(BLINDNESS[sight])
+    values = [lightness(matrix @ linear(colour)) for colour in palette(count)]
+    assert np.all(np.diff(values) > 12)
+    assert values[-1] < 80  # still seen on white
+
+
+def test_kinds_differ_without_colour():
+    assert len({str(LINES[kind]["linestyle"]) for kind in KINDS}) == 3
+
+
+def test_style_ends_with_its_context():
+    before = mpl.rcParams["pdf.fonttype"], mpl.rcParams["font.size"]
+    with figure_style():
+        assert mpl.rcParams["pdf.fonttype"] == 42
+        assert mpl.rcParams["savefig.dpi"] == 300
+    assert (mpl.rcParams["pdf.fonttype"], mpl.rcParams["font.size"]) == before
