@@ -1,5 +1,9 @@
 import numpy as np
 import pytest
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+
+import slipfold as sf
 from helpers.hand_drawn import (
     FLIPPED,
     INSIDE,
@@ -8,10 +12,6 @@ from helpers.hand_drawn import (
     drawn_point,
     threshold_diagram,
 )
-from matplotlib.colors import to_hex
-from matplotlib.figure import Figure
-
-import slipfold as sf
 from slipfold.attractors import find_spectrum
 from slipfold.errors import InputError
 from slipfold.flow.simulate import simulate

@@ -57,10 +57,9 @@ def test_a_name_goes_where_its_line_is_alone(axes):
 
 
 def test_a_far_label_is_joined_to_its_point(axes):
-    axes.plot([0.5] * 9, np.linspace(0.4, 0.6, 9), "o", markersize=20, color="black")
-    before = len(axes.texts)
-    place_labels(axes, [Label("NS", np.array([[0.5, 0.5]]))])
-    assert len(axes.texts) == before + 2
+    # Twelve texts for one point: the last ones are far.
+    place_labels(axes, [Label("NS", np.array([[0.5, 0.5]]))] * 12)
+    assert len(axes.texts) > 12
 
 
 def test_no_labels(axes):

@@ -1,5 +1,7 @@
 import numpy as np
 import pytest
+
+import slipfold as sf
 from helpers.hand_drawn import (
     FLIPPED,
     FOLDED,
@@ -9,8 +11,6 @@ from helpers.hand_drawn import (
     drawn_point,
     extrema_of,
 )
-
-import slipfold as sf
 from slipfold.branches.settings import Settings, Steps
 from slipfold.errors import InputError
 from slipfold.plots.stretches import MEASURES, measure_of, stretches_of

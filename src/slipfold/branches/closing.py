@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from slipfold.branches.branch import End
 from slipfold.branches.interpolation import POINTS, hermite, well_spaced
@@ -87,6 +86,8 @@ def close_on_parent(
     end : End
         Names the period doubling.
     """
+    from scipy.optimize import brentq  # a fifth of a second to import, and seldom needed
+
     direction = _asymmetry(before.z)
     near = well_spaced(known, before.arclength, point.arclength, POINTS)
     place = brentq(

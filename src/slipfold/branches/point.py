@@ -92,7 +92,7 @@ def corrected_point(correction: Correction, arclength: float) -> Point:
     """Turn a converged correction into a point.
 
     The tangent points along the row of the correction's constraint. The bordered determinant
-    has the same sign for that row as for the tangent, so one factorisation gives both.
+    has the same sign for that row as for the tangent, so one matrix gives both.
 
     Parameters
     ----------
@@ -101,14 +101,14 @@ def corrected_point(correction: Correction, arclength: float) -> Point:
     arclength
         Position on the branch.
     """
-    linearisation, factored = correction.linearisation, correction.factored
+    linearisation, bordered = correction.linearisation, correction.bordered
     assert linearisation is not None  # it converged
-    assert factored is not None
+    assert bordered is not None
     return make_point(
         correction.z,
-        factored.tangent(),
+        bordered.tangent(),
         arclength,
         linearisation.monodromy,
         correction.residual,
-        factored.sign,
+        bordered.sign,
     )

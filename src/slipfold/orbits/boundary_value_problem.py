@@ -7,7 +7,6 @@ from functools import cache, cached_property, reduce
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import lapack
 
 from slipfold.flow import Flow, flow_of
 from slipfold.flow.flow import Constants
@@ -216,8 +215,8 @@ class Linearisation:
         """Product of the transition matrices, shape (n, n), in scaled states."""
         return reduce(lambda product, block: block @ product, self.blocks)
 
-    def bordered(self, row: Array) -> Factored:
-        """Factor the Jacobian with one more row.
+    def bordered(self, row: Array) -> Bordered:
+        """Return the Jacobian with one more row.
 
         Block pattern for three segments (A transition matrix, b along, I identity)::
 
@@ -238,8 +237,7 @@ class Linearisation:
         matrix[np.arange(m * n), (np.arange(m * n) + n) % (m * n)] -= 1.0
         matrix[:-1, -1] = self.along.ravel()
         matrix[-1] = row
-        factors, pivots, _ = lapack.dgetrf(matrix)
-        return Factored(factors, pivots)
+        return Bordered(matrix)
 
 
 @cache
@@ -251,26 +249,43 @@ def _block_places(m: int, n: int) -> NDArray[np.int64]:
 
 
 @dataclass(frozen=True, eq=False)
-class Factored:
-    """LU factors of a bordered Jacobian."""
+class Bordered:
+    """Jacobian of an orbit with one more row, square.
 
-    factors: Array
-    pivots: NDArray[np.int32]
+    Parameters
+    ----------
+    matrix
+        Shape (m n + 1, m n + 1).
+    """
+
+    matrix: Array
 
     def solve(self, right: Array) -> Array:
-        """Solve for one right-hand side of shape (m n + 1,)."""
-        return lapack.dgetrs(self.factors, self.pivots, right)[0]
+        """Solve for one right-hand side of shape (m n + 1,).
+
+        Parameters
+        ----------
+        right
+            The right-hand side.
+
+        Returns
+        -------
+        ndarray, shape (m n + 1,)
+            NaN where the matrix is singular.
+        """
+        try:
+            return np.asarray(np.linalg.solve(self.matrix, right), dtype=float)
+        except np.linalg.LinAlgError:
+            return np.full(len(right), np.nan)
 
     @property
     def sign(self) -> int:
         """Sign of the determinant."""
-        swaps = np.count_nonzero(self.pivots != np.arange(len(self.pivots)))
-        negative = np.count_nonzero(np.diagonal(self.factors) < 0)
-        return -1 if (swaps + negative) % 2 else 1
+        return int(np.linalg.slogdet(self.matrix)[0])
 
     def tangent(self) -> Array:
-        """Return the unit vector of the kernel that the border's row leaves, along the row."""
-        right = np.zeros(len(self.factors))
+        """Return the unit vector of the kernel that the last row leaves, along that row."""
+        right = np.zeros(len(self.matrix))
         right[-1] = 1.0
         tangent = self.solve(right)
         return tangent / np.linalg.norm(tangent)

@@ -32,7 +32,11 @@ def match_multipliers(
     values, others
         Multipliers, shape (n,).
     """
-    from scipy.optimize import linear_sum_assignment
-
-    cost = np.abs(values[:, None] - others[None, :])
-    return others[linear_sum_assignment(cost)[1]]
+    distance = np.abs(values[:, None] - others[None, :])
+    result = np.empty_like(others)
+    for _ in values:  # nearest pairs first
+        i, j = np.unravel_index(distance.argmin(), distance.shape)
+        result[i] = others[j]
+        distance[i, :] = np.inf
+        distance[:, j] = np.inf
+    return result

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import root
 
 from slipfold.flow import Flow
 from slipfold.flow.flow import Constants
+from slipfold.models.damped_newton import damped_newton
 
 __all__ = ["linear_response", "mean_state"]
 
@@ -38,16 +38,17 @@ def mean_state(flow: Flow, constants: Constants, scales: Array) -> Array:
     """
     n = flow.dimension
 
-    def mean_rates(scaled: Array) -> tuple[Array, Array]:
-        states = np.tile(scaled * scales, (len(PHASES), 1))
-        rates = flow.rates(states, PHASES, constants).mean(axis=0)
-        jacobian = flow.jacobians(states, PHASES, constants).mean(axis=0)
-        return rates / scales, jacobian * scales[None, :] / scales[:, None]
+    def repeated(state: Array) -> Array:
+        return np.tile(state, (len(PHASES), 1))
 
-    # Rest itself may be a singular point of a model, so the search starts a little beside it.
-    found = root(mean_rates, np.full(n, 1e-3), jac=True, method="hybr", tol=1e-12)
-    small = np.abs(found.fun).max() < 1e-8
-    return found.x * scales if small else np.full(n, np.nan)
+    found = damped_newton(
+        lambda state: flow.rates(repeated(state), PHASES, constants).mean(axis=0),
+        lambda state: flow.jacobians(repeated(state), PHASES, constants).mean(axis=0),
+        # Rest itself may be a singular point of a model, so the search starts a little beside it.
+        1e-3 * scales,
+        scales,
+    )
+    return np.full(n, np.nan) if found is None else found
 
 
 def linear_response(flow: Flow, constants: Constants, scales: Array, segments: int) -> Array:

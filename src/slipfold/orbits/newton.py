@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.orbits.boundary_value_problem import Factored, Linearisation, PeriodicProblem
+from slipfold.orbits.boundary_value_problem import Bordered, Linearisation, PeriodicProblem
 
 __all__ = ["Correction", "correct"]
 
@@ -34,8 +34,8 @@ class Correction:
         The last iterate.
     linearisation
         Derivatives within `moved` of `z`; None where the flow met a singularity.
-    factored
-        Its Jacobian bordered by the constraint, in factors; None likewise.
+    bordered
+        Its Jacobian bordered by the constraint; None likewise.
     residual
         Largest mismatch at `z`, in scaled states.
     distance
@@ -50,7 +50,7 @@ class Correction:
 
     z: Array
     linearisation: Linearisation | None
-    factored: Factored | None
+    bordered: Bordered | None
     residual: float
     distance: float
     moved: float
@@ -89,7 +89,7 @@ def correct(
         Distance within which the derivatives count as those of the orbit.
     """
     z = guess
-    linearisation, factored = None, None
+    linearisation, bordered = None, None
     moved, mismatch = np.inf, np.inf
     failure = f"no convergence in {iterations} corrections"
     taken = 0
@@ -102,8 +102,8 @@ def correct(
         right = np.append(
             -linearisation.residual.ravel() / np.sqrt(problem.segments), row @ (guess - z)
         )
-        factored = linearisation.bordered(row)
-        step = factored.solve(right)
+        bordered = linearisation.bordered(row)
+        step = bordered.solve(right)
         previous, moved = moved, float(np.linalg.norm(step))
         if not moved < max(GROWTH * previous, ROUNDING):
             failure = "Newton's method diverged"
@@ -117,7 +117,7 @@ def correct(
     return Correction(
         z,
         linearisation,
-        factored,
+        bordered,
         mismatch,
         float(np.linalg.norm(z - guess)),
         moved,

@@ -18,7 +18,7 @@ def multiplier_uncertainty(model: Model, parameters: Array, nodes: Array, period
     """Return how much each multiplier moves when the monodromy matrix is computed anew.
 
     The second computation begins half a segment later, so that every step of the integrator falls
-    elsewhere. The multipliers are the same in exact arithmetic; what differs is the error of either.
+    elsewhere. The multipliers are the same in exact arithmetic; what differs is their error.
 
     Parameters
     ----------

@@ -83,6 +83,9 @@ def _rows_of(branch: Branch) -> list[Row]:
 
 def _end_row(branch: Branch, index: int, kind: str, note: str) -> Row:
     stable = "yes" if branch.stable[index] else "no"
+    # A doubled branch is born with a multiplier on the unit circle, to within rounding.
+    if index == 0 and branch.begun.kind == "born":
+        stable = ""
     value = float(branch.parameter[index])
     return Row(
         branch.id, branch.period, index + 1, kind, value, _extrema(branch, index), stable, note

@@ -1,0 +1,82 @@
+import math
+
+import pytest
+
+from slipfold.models import SlidingOscillator
+from slipfold.paper.cases import Curve, read_cases, value_text
+
+CASES = read_cases()
+
+
+def members(number, row=0):
+    [figure] = [figure for figure in CASES.figures if figure.number == number]
+    family = figure.rows[row]
+    return [curve.model.values[family.member] for curve in family.curves]
+
+
+def test_figures_are_those_of_the_paper():
+    assert [figure.number for figure in CASES.figures] == [2, 3, 4, 5, 6, 7]
+    assert members(2) == [12.5, 12.2]
+    assert members(3) == [0.05, 0.10, 0.15]
+    assert members(4) == [0.4, 0.6, 0.8, 1.0]
+    assert members(5) == [0.6, 0.8, 1.0]
+    assert members(6) == [0.3, 0.4, 0.5, 0.6]
+    for row in (0, 1):
+        assert members(7, row) == pytest.approx([math.radians(a) for a in (30, 45, 60, 75)])
+
+
+def test_what_is_set_besides():
+    speeds = {
+        (figure.number, row_number): {curve.model.Vd for curve in row.curves}
+        for figure in CASES.figures
+        for row_number, row in enumerate(figure.rows)
+    }
+    assert speeds[5, 0] == speeds[6, 0] == speeds[7, 1] == {1.0}
+    assert speeds[7, 0] == {0.6}
+    frequencies = {
+        curve.model.f for figure in CASES.figures if figure.number > 3 for curve in figure.curves
+    }
+    assert frequencies == {12.5}
+
+
+def test_spectra():
+    steady = CASES.figures[0].spectra
+    assert [(case.model.f, case.model.Nd) for case in steady] == [(12.2, 0.05), (12.2, 0.15)]
+
+
+def test_spans():
+    for case in CASES.needs:
+        if isinstance(case, Curve):
+            end = 0.98 * case.model.Ns
+            assert case.span == ((11.0, 14.0) if case.vary == "f" else (0.0, end))
+
+
+def test_equal_curves_are_computed_once():
+    assert len(CASES.needs) == 24
+    base = Curve(SlidingOscillator(), "Nd", (0.0, 0.98))
+    assert CASES.shown_in(base) == (2, 4, 7)
+    fast = Curve(SlidingOscillator(Vd=1.0), "Nd", (0.0, 0.98))
+    assert CASES.shown_in(fast) == (4, 5, 6, 7)
+
+
+def test_file_names_are_unique_and_plain():
+    keys = [case.key for case in CASES.needs]
+    assert len(set(keys)) == len(keys)
+    assert all(set(key) <= set("abcdefghijklmnopqrstuvwxyzVNV0123456789._") for key in keys), keys
+
+
+def test_claim_9_needs_curves_no_figure_shows():
+    [(number, row)] = CASES.further
+    assert number == 9
+    assert [curve.model.mu for curve in row.curves] == [0.3, 0.4, 0.5, 0.6]
+    assert [bool(CASES.shown_in(curve)) for curve in row.curves] == [False, False, True, False]
+
+
+def test_only_some_figures():
+    some = CASES.only([5])
+    assert [figure.number for figure in some.figures] == [5]
+    assert len(some.needs) == 3
+
+
+def test_angles_are_shown_in_degrees():
+    assert value_text(SlidingOscillator(alpha="45deg"), "alpha") == ("45", "°")
