@@ -126,12 +126,19 @@ def stop_after(count):
 
 @pytest.mark.parametrize("processes", [1, 2])
 def test_interrupt_keeps_what_is_finished(tmp_path, processes):
-    made = reproduce(tmp_path, stop_after(2), processes=processes, cases=CASES.only([3]))
+    made = reproduce(tmp_path, stop_after(1), processes=processes, cases=CASES.only([4]))
     assert made.interrupted
     kept = sorted(path.stem for path in (tmp_path / "data").iterdir())
     assert {row["curve"] for row in table(tmp_path)} == set(kept)
-    assert "figure3" in made.missing or len(kept) == 3
-    assert set(made.missing) | set(kept) >= {"f_Nd0.05", "f_Nd0.1", "f_Nd0.15"}
+    # What other processes were at is finished too.
+    assert 1 <= len(kept) < 4
+    assert sorted([*made.missing, *kept]) == [
+        "Nd_Vd0.4",
+        "Nd_Vd0.8",
+        "Nd_Vd1",
+        "Nd_base",
+        "figure4",
+    ]
     assert made.message.startswith("interrupted: ")
     assert all(name in made.message for name in made.missing)
     assert not list(tmp_path.rglob("*.part"))
@@ -179,10 +186,6 @@ def test_no_processes(tmp_path):
 
 def test_no_special_points_make_an_empty_table():
     assert next(csv.reader(io.StringIO(thresholds_csv(CASES, {})))) == list(COLUMNS)
-
-
-def double(value):
-    return 2 * value
 
 
 @pytest.mark.parametrize("processes", [1, 2])
@@ -260,4 +263,7 @@ def test_the_whole_paper(tmp_path):
             if row["curve"] == curve and row["type"] in ("PD", "NS", "LP", "BP")
         ]
         assert [kind for kind, _ in mine] == [kind for kind, _ in special], curve
-        assert [v for _, v in mine] == pytest.approx([v for _, v in special], rel=1e-6), curve
+        for (_, value), (_, expected) in zip(mine, special, strict=True):
+            # Some reference values are printed with fewer digits than that.
+            half_a_digit = 0.5 * 10.0 ** -len(str(expected).partition(".")[2])
+            assert abs(value - expected) <= max(1e-6 * expected, half_a_digit), curve

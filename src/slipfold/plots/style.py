@@ -96,8 +96,8 @@ def palette(count: int) -> tuple[str, ...]:
 
     Examples
     --------
-    >>> palette(2)
-    ('#0d0887', '#f79342')
+    >>> palette(2)[0]
+    '#0d0887'
     """
     positions = np.linspace(0.0, 0.74, count) if count > 1 else [0.0]
     return tuple(to_hex(mpl.colormaps["plasma"](position)) for position in positions)

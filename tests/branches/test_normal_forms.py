@@ -1,0 +1,144 @@
+"""Coefficients and criticality by means that share no code with the package.
+
+Derivatives of the stroboscopic map by SciPy; the branch that leaves a period doubling; the
+parameter along a fold; the slow growth or decay at a torus bifurcation, seen in simulation.
+"""
+
+import numpy as np
+import pytest
+
+from helpers.reference import CASES, traced
+from helpers.stroboscopic_by_hand import StroboscopicByHand, coefficient, critical_vectors
+from slipfold.branches import Settings, Steps, trace_response
+from slipfold.models import SlidingOscillator
+from slipfold.orbits import periodic_orbit
+
+
+def find(case, kind, near=None):
+    found = [item for branch in traced(case) for item in branch.special if item.type == kind]
+    return found[0] if near is None else min(found, key=lambda item: abs(item.value - near))
+
+
+def map_of(item, radius=0.02):
+    return StroboscopicByHand(item.model.values, item.period, item.state, radius)
+
+
+ALL = [
+    pytest.param(case, branch_period, index, marks=[] if number in (0, 1, 9) else pytest.mark.long)
+    for number, case in enumerate(CASES)
+    for branch_period, expected in ((1, case.period1), (2, case.period2))
+    for index in range(len(expected))
+]
+
+
+@pytest.mark.parametrize(("case", "period", "index"), ALL, ids=str)
+def test_coefficient_against_differences_of_the_map(case, period, index):
+    (branch,) = (item for item in traced(case) if item.period == period)
+    item = branch.special[index]
+    growth = np.abs(item.multipliers).max()
+    # Within a period a perturbation grows as the multipliers do: stay where the map is smooth.
+    map_ = map_of(item, 0.02 if growth < 10 else 1e-4)
+    expected = coefficient(map_, item.type, item.critical_multiplier)
+    assert item.coefficient == pytest.approx(expected, rel=1e-5 if growth < 10 else 1e-3)
+    if item.type == "PD":
+        assert item.criticality == ("supercritical" if expected > 0 else "subcritical")
+    if item.type == "NS":
+        assert item.criticality == ("supercritical" if expected < 0 else "subcritical")
+
+
+def limit_at_zero(x, y):
+    """Value at zero of the straight line through points (x, y)."""
+    return np.polyfit(x, y, 1)[1]
+
+
+@pytest.mark.parametrize("case", CASES[:2] + CASES[6:7] + CASES[8:], ids=str)
+def test_doubled_branch_leaves_as_the_normal_form_says(case):
+    # x -> -(1 + e) x + b x^3 has the orbit x^2 = e/b of period two; e grows with the parameter.
+    item = find(case, "PD")
+    model, width = item.model, case.span[1] - case.span[0]
+    delta = 1e-5 * width
+    slopes = [
+        min(
+            periodic_orbit(model.replace(**{case.vary: item.value + side * delta})).multipliers,
+            key=lambda value: abs(value + 1),
+        ).real
+        for side in (-1, 1)
+    ]
+    slope = (slopes[1] - slopes[0]) / (2 * delta)
+    map_ = map_of(item)
+    _, p = critical_vectors(map_.monodromy(), -1.0)
+    steps = Settings(steps=Steps(largest=0.004), largest_period=2)
+    span = (item.value - 0.05 * width, item.value + 0.05 * width)
+    branches = trace_response(model, case.vary, span, settings=steps)
+    child = next(branch for branch in branches if branch.period == 2)
+    half = len(child.nodes[0]) // 2
+    swings = (child.nodes[1:6, 0] - child.nodes[1:6, half]) / 2 / map_.scales
+    amplitude = swings @ np.real(p)
+    shift = child.parameter[1:6] - item.value
+    measured = limit_at_zero(amplitude**2, shift / amplitude**2)
+    assert measured == pytest.approx(item.coefficient / -slope, rel=2e-3)
+
+
+FOLDS = [(CASES[1], 0.074), (CASES[8], None), (CASES[9], None)]
+
+
+@pytest.mark.parametrize(("case", "near"), FOLDS, ids=str)
+def test_parameter_turns_at_a_fold_as_the_normal_form_says(case, near):
+    # x -> x + e + a x^2 has its fixed points where e = -a x^2.
+    item = find(case, "LP", near)
+    map_ = map_of(item)
+    _, p = critical_vectors(map_.monodromy(), 1.0)
+    drift = _with_clock(map_, item, case.vary, np.real(p))
+    fine = trace_response(
+        item.model, case.vary, case.span, settings=Settings(steps=Steps(largest=0.01))
+    )
+    branch = next(one for one in fine if one.period == item.period)
+    nearest = np.abs(branch.arclength - find_fold(branch, item).arclength).argsort()[:10]
+    states = branch.states[nearest] / map_.scales
+    u = (states - map_.centre) @ np.real(p)
+    shift = branch.parameter[nearest] - item.value
+    keep = np.abs(u) > 1e-3
+    curvature = limit_at_zero(u[keep], shift[keep] / u[keep] ** 2)
+    assert curvature == pytest.approx(-item.coefficient / drift, rel=2e-2)
+
+
+def find_fold(branch, item):
+    folds = [one for one in branch.special if one.type == "LP"]
+    return min(folds, key=lambda one: abs(one.value - item.value))
+
+
+def _with_clock(map_, item, vary, p):
+    """<p, d map/d parameter>; the clock of the map is the phase, so f changes its duration too."""
+    if vary != "f":
+        return p @ map_.along_parameter(vary)
+    ends = []
+    for side in (-1, 1):
+        values = {**item.model.values, "f": item.value + side * 1e-5}
+        other = StroboscopicByHand(values, item.period, item.state, 1.0)
+        # Scaled by the same rates as at the fold.
+        start = map_.centre * map_.scales / other.scales
+        ends.append(other.images(start[None])[0] * other.scales / map_.scales)
+    return p @ (ends[1] - ends[0]) / 2e-5
+
+
+TORI = [(CASES[0], 0.0567, 0.015), (CASES[0], 0.1664, 0.03), (CASES[9], 12.66, 2e-3)]
+
+
+@pytest.mark.parametrize(("case", "near", "amplitude"), TORI, ids=str)
+def test_slow_drift_at_a_torus_bifurcation(case, near, amplitude):
+    # On the centre manifold |z| -> |z| + d |z|^3, so that 1/|z|^2 changes by -2 d an iteration.
+    item = find(case, "NS", near)
+    map_ = map_of(item)
+    q, p = critical_vectors(map_.monodromy(), item.critical_multiplier)
+    turns = np.exp(2j * np.pi * np.arange(8) / 8)
+    states = map_.centre + 2 * np.real(amplitude * turns[:, None] * q)
+    inverse = []
+    for _ in range(60):
+        z = (states - map_.centre) @ p.conj()
+        inverse.append(np.mean(1 / np.abs(z) ** 2))
+        states = map_.images(states)
+    # The first iterations bring the states to the centre manifold.
+    count = np.arange(len(inverse))[20:]
+    slope = np.polyfit(count, inverse[20:], 1)[0]
+    assert np.sign(-slope) == np.sign(item.coefficient)
+    assert -slope / 2 == pytest.approx(item.coefficient, rel=0.15)

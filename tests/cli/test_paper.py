@@ -1,0 +1,67 @@
+"""``slipfold paper``: what is said, and the exit status; what it computes is tested elsewhere."""
+
+import importlib
+from pathlib import Path
+
+import pytest
+
+from helpers.command_line import run
+from slipfold.cli.progress import paper_text
+from slipfold.paper.reproduce import PaperProgress, Reproduction
+
+
+@pytest.fixture
+def calls(monkeypatch):
+    """Let the command report these instead of computing for half a minute."""
+    made = {}
+
+    def reproduce(out, observer=None, *, processes):
+        made["processes"] = processes
+        observer(PaperProgress(1, 30, "Nd_base", ("PD 0.0435789",)))
+        return Reproduction(Path(out), (), (), **made.get("outcome", {}))
+
+    module = importlib.import_module("slipfold.paper.reproduce")
+    monkeypatch.setattr(module, "reproduce", reproduce)
+    return made
+
+
+def test_done(calls):
+    result = run("paper", "--out", "here", "--processes", "3")
+    assert (result.exit_code, result.stderr) == (0, "")
+    assert result.stdout == "0 files are in here; 0 of 0 claims are confirmed\n"
+    assert calls["processes"] == 3
+
+
+def test_one_process_a_processor_by_default(calls):
+    run("paper")
+    assert calls["processes"] >= 1
+
+
+def test_interrupted(calls):
+    calls["outcome"] = {"missing": ("figure7",)}
+    result = run("paper", "--out", "here")
+    assert (result.exit_code, result.stdout) == (130, "")
+    assert result.stderr.startswith("slipfold: interrupted: 0 files")
+
+
+def test_stopped_by_a_failure(calls):
+    calls["outcome"] = {"stopped": ("Nd_base, branch 1: lost",)}
+    result = run("paper", "--out", "here")
+    assert result.exit_code == 3
+    assert "0 files are in here" in result.stdout
+    assert result.stderr == "slipfold: stopped early: Nd_base, branch 1: lost\n"
+
+
+def test_folder_that_cannot_be_made(tmp_path):
+    (tmp_path / "file").write_bytes(b"")
+    result = run("paper", "--out", str(tmp_path / "file" / "out"))
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert "file/out" in result.stderr
+    assert result.stderr.count("\n") == 1
+
+
+def test_progress_in_words():
+    assert paper_text(PaperProgress(3, 30, "Nd_base", ("PD 0.04", "NS 0.06"))) == (
+        "3 of 30  Nd_base  found: PD 0.04, NS 0.06"
+    )
+    assert paper_text(PaperProgress(4, 30, "figure2")) == "4 of 30  figure2"

@@ -1,0 +1,103 @@
+"""Every value of sliding.json: handed over with the design, each by two independent methods."""
+
+import numpy as np
+import pytest
+from scipy.optimize import linear_sum_assignment
+
+from helpers.reference import CASES, DATA, PRINTED, model_values, specials, traced
+from slipfold.branches import Settings, trace_response
+from slipfold.models import SlidingOscillator
+from slipfold.orbits import periodic_orbit
+
+SINGLE = Settings(largest_period=1)
+
+
+def within(value):
+    """Compare to all digits given, which is at least as sharp as 1e-6 relative where it can be."""
+    return pytest.approx(float(value), rel=0, abs=value.unit)
+
+
+@pytest.mark.parametrize("case", CASES, ids=str)
+@pytest.mark.parametrize("period", [1, 2])
+def test_all_special_points_and_no_others(case, period):
+    found = specials(traced(case), period)
+    expected = sorted(case.period1 if period == 1 else case.period2, key=lambda item: item[1])
+    assert [item[0] for item in found] == [item[0] for item in expected]
+    for (_, value, criticality), (_, wanted, *rest) in zip(found, expected, strict=True):
+        assert value == within(wanted)
+        if rest:
+            assert criticality == rest[0]
+
+
+@pytest.mark.parametrize("case", CASES, ids=str)
+def test_no_branch_beyond_period_two(case):
+    assert {branch.period for branch in traced(case)} == {1, 2}
+
+
+@pytest.mark.parametrize("case", CASES, ids=str)
+def test_every_special_point_is_complete(case):
+    for branch in traced(case):
+        for item in branch.special:
+            assert (item.criticality is None) == (item.type == "LP")
+            assert np.isfinite(item.coefficient)
+            assert 0 < item.uncertainty < 1e-9 * abs(item.value)
+            assert np.all(item.multiplier_uncertainty < 1e-7)
+            assert item.residual <= 1e-10
+            target = {"LP": 1.0, "PD": -1.0}.get(item.type)
+            critical = item.critical_multiplier
+            if target is None:
+                assert abs(critical) == pytest.approx(1, abs=1e-8)
+                assert critical.imag > 1e-3
+            else:
+                assert critical == pytest.approx(target, abs=1e-8)
+
+
+def same_multipliers(found, expected):
+    expected = np.array([complex(*pair) for pair in expected])
+    distance = np.abs(found[:, None] - expected[None, :])
+    return distance[linear_sum_assignment(distance)].max()
+
+
+@pytest.mark.parametrize("item", DATA["orbits"], ids=lambda item: str(item["set"]))
+def test_orbits_and_their_multipliers(item):
+    model = SlidingOscillator(**model_values(item["set"]))
+    orbit = periodic_orbit(model, item["period"])
+    scales = model.state_scales()
+    # Which of the two phases an orbit of period 2 is stored with is a matter of taste.
+    strobes = orbit.nodes[:: len(orbit.nodes) // item["period"]]
+    distance = np.abs((strobes - item["state"]) / scales).max(axis=1)
+    assert distance.min() < 1e-9
+    assert same_multipliers(orbit.multipliers, item["multipliers"]) < 1e-7
+    assert orbit.residual <= 1e-10
+    if "determinant" in item:
+        determinant = np.prod(orbit.multipliers)
+        assert determinant == pytest.approx(item["determinant"], abs=1e-11)
+
+
+@pytest.mark.parametrize(("f", "Nd"), PRINTED["pd_locus_f_Nd"])
+def test_points_of_the_doubling_locus(f, Nd):
+    along_force = trace_response(
+        SlidingOscillator(f=float(f)), "Nd", (0, min(float(Nd) + 0.1, 0.98)), settings=SINGLE
+    )
+    assert [value for kind, value, _ in specials(along_force) if kind == "PD"] == [within(Nd)]
+    along_frequency = trace_response(
+        SlidingOscillator(Nd=float(Nd)),
+        "f",
+        (float(f) - 0.02, float(f) + 0.02),
+        settings=SINGLE,
+    )
+    # Across the locus the frequency is uncertain by what the printed force leaves open.
+    assert [value for kind, value, _ in specials(along_frequency) if kind == "PD"] == [
+        pytest.approx(float(f), abs=1e-8)
+    ]
+
+
+@pytest.mark.parametrize("Nd", [0.05, 0.15])
+@pytest.mark.parametrize("name", ["x", "y"])
+def test_spectra_of_the_orbits(Nd, name):
+    orbit = periodic_orbit(SlidingOscillator(f=12.2, Nd=Nd), 2 if Nd == 0.15 else 1)
+    amplitudes = np.abs(np.fft.rfft(orbit.output(name, 512)[1], norm="forward"))
+    amplitudes[1:] *= 2
+    found = amplitudes[:4] if orbit.period == 2 else [amplitudes[0], 0, amplitudes[1], 0]
+    expected = DATA["spectra"][f"Nd={Nd}"][f"{name}/L"]
+    assert found == pytest.approx(expected, rel=1e-6, abs=1e-9)
