@@ -17,6 +17,9 @@ from slipfold.orbits.limits import limit_margins
 
 __all__ = ["cut_at_event", "cut_at_limit", "failure_end", "span_end", "unresolved_end"]
 
+LIMIT_CLOSE = 1e-9
+"""Arclength to which the end of the model is found: it is a convention within 1e-4 anyway."""
+
 
 def cut_at_limit(
     problem: PeriodicProblem, known: list[Point], before: Point, point: Point
@@ -39,7 +42,7 @@ def cut_at_limit(
         def margin(item: Point, index: int = int(index)) -> float:
             return float(limit_margins(problem, item.z)[index])
 
-        at = locate(problem, known, before, point, margin)
+        at = locate(problem, known, before, point, margin, LIMIT_CLOSE)
         reason = limit.reason.format(value=margin(at) + limit.bound)
         cuts.append((at, End("limit", reason, problem.value(at.z))))
     return min(cuts, key=lambda cut: cut[0].arclength, default=None)

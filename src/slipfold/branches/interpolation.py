@@ -76,21 +76,33 @@ def hermite(points: Sequence[Point], arclength: float) -> tuple[Array, Array]:
     z, tangent : ndarray
         Value and unit derivative.
     """
-    where = np.array([point.arclength for point in points])
-    scale = max(np.ptp(where), abs(arclength - where[-1]), 1e-300)
-    x = (where - arclength) / scale
-    powers = np.arange(2 * len(points))
-    values = x[:, None] ** powers
-    slopes = np.zeros_like(values)
-    slopes[:, 1:] = powers[1:] * values[:, :-1]
-    # The polynomial's constant and linear coefficient are value and derivative at the target.
-    matrix = np.concatenate([values, slopes])
-    wanted = np.zeros((len(powers), 2))
-    wanted[0, 0], wanted[1, 1] = 1.0, 1.0
-    weights = np.linalg.solve(matrix.T, wanted)
-    data = np.array([point.z for point in points] + [scale * point.tangent for point in points])
-    z, slope = weights.T @ data
-    return z, slope / np.linalg.norm(slope)
+    values, slopes = _hermite_weights([point.arclength for point in points], arclength)
+    data = np.array([point.z for point in points] + [point.tangent for point in points])
+    slope = slopes @ data
+    return values @ data, slope / np.linalg.norm(slope)
+
+
+def _hermite_weights(where: list[float], target: float) -> tuple[Array, Array]:
+    """Weights of values and slopes that give the polynomial's value and slope at the target.
+
+    With Lagrange's polynomials l_i, the weight of a value is (1 - 2 (x - x_i) l_i'(x_i)) l_i(x)^2
+    and that of a slope (x - x_i) l_i(x)^2. Plain floats: there are three points at most.
+    """
+    of_values, of_slopes, d_values, d_slopes = [], [], [], []
+    for i, x_i in enumerate(where):
+        others = [x for j, x in enumerate(where) if j != i]
+        basis, d_basis, d_node = 1.0, 0.0, 0.0
+        for x_j in others:
+            d_basis = (d_basis * (target - x_j) + basis) / (x_i - x_j)
+            basis *= (target - x_j) / (x_i - x_j)
+            d_node += 1.0 / (x_i - x_j)
+        away, square, d_square = target - x_i, basis * basis, 2 * basis * d_basis
+        factor = 1 - 2 * away * d_node
+        of_values.append(factor * square)
+        of_slopes.append(away * square)
+        d_values.append(-2 * d_node * square + factor * d_square)
+        d_slopes.append(square + away * d_square)
+    return np.array(of_values + of_slopes), np.array(d_values + d_slopes)
 
 
 def polynomial(where: Array, values: Array, targets: Array) -> Array:

@@ -86,6 +86,7 @@ def locate(
     a: Point,
     b: Point,
     function: Callable[[Point], float],
+    close: float = CLOSE,
 ) -> Point:
     """Find the zero of a function that has different signs at two points.
 
@@ -103,6 +104,8 @@ def locate(
         Neighbouring points between which the sign changes.
     function
         Smooth function of a point.
+    close
+        Arclength to which the zero is found.
 
     Returns
     -------
@@ -121,9 +124,9 @@ def locate(
             at = 0.5 * (low + high)
         point = orbit_at(problem, known, at)
         at, value = point.arclength, function(point)
-        close = abs(at - previous) <= CLOSE or high - low <= CLOSE
+        found = abs(at - previous) <= close or high - low <= close
         previous = at
-        if close or value == 0.0:
+        if found or value == 0.0:
             return point
         insert(known, point)
         tried.append((at, value, point))

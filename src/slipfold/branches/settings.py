@@ -58,6 +58,8 @@ class Steps:
 
     def __post_init__(self) -> None:
         """Refuse steps that contradict each other."""
+        if self.points < 1:
+            raise InputError(f"points = {self.points} leaves no branch; give at least 1")
         if not 0 < self.turn <= 1.5:
             raise InputError(f"turn = {self.turn:g} rad is outside 0 to 1.5; give e.g. 0.35")
         if not 0 < self.smallest < self.largest:
@@ -88,3 +90,11 @@ class Settings:
     newton: Newton = field(default_factory=Newton)
     steps: Steps = field(default_factory=Steps)
     largest_period: int = 8
+
+    def __post_init__(self) -> None:
+        """Refuse a period that no response has."""
+        if self.largest_period < 1:
+            raise InputError(
+                f"largest_period = {self.largest_period} is below 1; give 1 to follow the response "
+                "alone, 8 for its doublings"
+            )

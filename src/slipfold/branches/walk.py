@@ -27,6 +27,9 @@ DRIFT = 0.15
 Between points they are then known ten times better still, and the search for bifurcations between
 points rests on it."""
 
+POWER = 0.22
+"""The prediction's error grows with the step to the power of 1/0.22 or so."""
+
 REJECT = 4.0
 """A step whose measures exceed their aims by this factor is taken again, shorter."""
 
@@ -62,10 +65,9 @@ class _Measures:
     def factor(self) -> float:
         """By how much the next step may be longer.
 
-        The prediction's error grows with the fifth power of the step or so, the turn with the
-        first, the drift of the matrix with the second to third.
+        The turn grows with the first power of the step, the drift with the second to third.
         """
-        wanted = min(self.error**-0.22, 0.7 / max(self.turn, 1e-3), max(self.drift, 1e-6) ** -0.4)
+        wanted = min(self.error**-POWER, 0.7 / max(self.turn, 1e-3), max(self.drift, 1e-6) ** -0.4)
         return float(np.clip(0.9 * wanted, 0.2, 2.5))
 
 
@@ -123,18 +125,20 @@ def _next_point(
 ) -> tuple[Point | Failure, float]:
     """Take one step, shortening it until it fits; return the step to try next as well."""
     smallest, largest = settings.steps.smallest, settings.steps.largest
-    reason = ""
+    reason, growth = "", 2.5
     while step >= smallest:
         correction, point = _try(problem, recent, step, bounds, settings)
         if point is not None:
             measures = _measure(recent, point, correction, settings)
             if measures.fits or step <= 4 * smallest:
-                return point, min(step * measures.factor(), largest)
+                return point, min(step * min(measures.factor(), growth), largest)
             step *= min(measures.factor(), 0.7)
             reason = "the branch turns too sharply"
         else:
             reason = correction.failure
-            step *= 0.35
+            poor = ERROR < correction.moved < np.inf
+            step *= np.clip((correction.moved / ERROR) ** -POWER, 0.2, 0.6) if poor else 0.35
+        growth = 0.8  # the curve is getting harder: the next step had better be shorter too
     return Failure(
         "failed",
         f"the step fell below {smallest:g}: {reason}; look at the model's limits near this value",
@@ -161,7 +165,9 @@ def _try(
         row = np.zeros_like(row)
         row[-1] = np.sign(bound - last.z[-1]) or 1.0
     newton = settings.newton
-    correction = correct(problem, guess, row, newton.tolerance, newton.iterations)
+    correction = correct(
+        problem, guess, row, newton.tolerance, newton.iterations, reach=2 * REJECT * ERROR
+    )
     if not correction.converged:
         return correction, None
     point = corrected_point(correction, target)

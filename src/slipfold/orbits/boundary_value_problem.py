@@ -260,23 +260,17 @@ class Bordered:
 
     matrix: Array
 
-    def solve(self, right: Array) -> Array:
-        """Solve for one right-hand side of shape (m n + 1,).
+    @cached_property
+    def inverse(self) -> Array:
+        """Inverse, NaN if the matrix is singular.
 
-        Parameters
-        ----------
-        right
-            The right-hand side.
-
-        Returns
-        -------
-        ndarray, shape (m n + 1,)
-            NaN where the matrix is singular.
+        It is small and serves several right-hand sides; what rounding adds Newton's method
+        removes.
         """
         try:
-            return np.asarray(np.linalg.solve(self.matrix, right), dtype=float)
+            return np.asarray(np.linalg.inv(self.matrix), dtype=float)
         except np.linalg.LinAlgError:
-            return np.full(len(right), np.nan)
+            return np.full_like(self.matrix, np.nan)
 
     @property
     def sign(self) -> int:
@@ -285,7 +279,5 @@ class Bordered:
 
     def tangent(self) -> Array:
         """Return the unit vector of the kernel that the last row leaves, along that row."""
-        right = np.zeros(len(self.matrix))
-        right[-1] = 1.0
-        tangent = self.solve(right)
+        tangent = self.inverse[:, -1]
         return tangent / np.linalg.norm(tangent)

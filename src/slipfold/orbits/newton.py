@@ -78,6 +78,7 @@ def correct(
     tolerance: float = 1e-10,
     iterations: int = 8,
     still: float = STILL,
+    reach: float = np.inf,
 ) -> Correction:
     """Find the orbit nearest a guess in the hyperplane through it.
 
@@ -95,6 +96,8 @@ def correct(
         Linearisations before giving up.
     still
         Distance within which the derivatives count as those of the orbit.
+    reach
+        A first correction longer than this is given up at once.
     """
     z = guess
     linearisation, bordered = None, None
@@ -108,10 +111,13 @@ def correct(
             failure = "the orbit met a singularity of the model"
             break
         bordered = linearisation.bordered(row)
-        step = bordered.solve(_right(linearisation.residual, row @ (guess - z)))
+        step = bordered.inverse @ _right(linearisation.residual, row @ (guess - z))
         previous, moved = moved, float(np.linalg.norm(step))
         if not moved < max(GROWTH * previous, ROUNDING):
             failure = "Newton's method diverged"
+            break
+        if moved > reach:
+            failure = "the branch turns too sharply"
             break
         z = z + step
         at_rounding = moved < ROUNDING and moved > 0.3 * previous
@@ -155,7 +161,7 @@ def _chord_steps(
         residual = problem.residual(z)
         if not np.isfinite(residual).all():
             break
-        step = bordered.solve(_right(residual, constraint))
+        step = bordered.inverse @ _right(residual, constraint)
         length = float(np.linalg.norm(step))
         if length > CHORD_GAIN * moved:
             break
