@@ -56,7 +56,7 @@ class StroboscopicByHand:
     def powers(self, directions):
         """B(v, v) and C(v, v, v) for real directions, shape (m, 4) each."""
         lengths = np.linalg.norm(directions, axis=1)
-        steps = self.radius / lengths
+        steps = self.radius / np.where(lengths > 0, lengths, 1.0)
         starts = self.centre + (steps[:, None] * NODES)[:, :, None] * directions[:, None]
         ends = self.images(starts.reshape(-1, 4)).reshape(len(directions), len(NODES), 4)
         second, third = np.empty_like(directions), np.empty_like(directions)

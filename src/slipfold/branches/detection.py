@@ -22,6 +22,9 @@ DEPTH = 7
 TOUCH = 0.15
 """A test function that falls between two points to this share of its values there is looked at."""
 
+ON_CIRCLE = 1e-4
+"""Distance of a critical multiplier from where it should be; located ones have 1e-8 or less."""
+
 REAL = 1e-7
 """A multiplier whose imaginary part is below this counts as real: pairs part as a square root."""
 
@@ -90,7 +93,7 @@ def _located(problem: PeriodicProblem, known: list[Point], a: Point, b: Point) -
             found.append(_locate_one(problem, known, a, b, kind, kind))
     if a.orientation != b.orientation:
         found.append(_locate_one(problem, known, a, b, "BP", "fold"))
-    real = [item for item in found if item.type != "NS" or _is_torus(item.point)]
+    real = [item for item in found if _is_genuine(item)]
     return sorted(real, key=lambda item: item.point.arclength)
 
 
@@ -111,12 +114,25 @@ def _locate_one(
     return Found(kind, point, slope)
 
 
-def _is_torus(point: Point) -> bool:
-    """Whether the product of one is that of a complex pair, not of a neutral saddle."""
-    values = point.multipliers
+def _is_genuine(found: Found) -> bool:
+    """Whether a multiplier is where the type says.
+
+    A neutral saddle has real multipliers whose product is one. Beside a multiplier of 1e7, rounding
+    may change the sign of a test function where nothing is on the unit circle.
+    """
+    values = found.point.multipliers
+    if found.type == "NS":
+        return _is_torus(values)
+    target = -1.0 if found.type == "PD" else 1.0
+    return bool(np.abs(values - target).min() < ON_CIRCLE)
+
+
+def _is_torus(values: NDArray[np.complex128]) -> bool:
+    """Whether the product of one is that of a complex pair on the unit circle."""
     first, second = np.triu_indices(len(values), k=1)
     closest = np.abs(1 - values[first] * values[second]).argmin()
-    return bool(abs(values[first[closest]].imag) > REAL)
+    pair = values[first[closest]]
+    return bool(abs(pair.imag) > REAL and abs(abs(pair) - 1) < ON_CIRCLE)
 
 
 def _accounts_for(found: list[Found], a: Point, b: Point) -> bool:

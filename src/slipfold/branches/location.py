@@ -18,8 +18,8 @@ __all__ = ["LostBranchError", "insert", "locate", "orbit_at"]
 STILL = 1e-9
 """Located orbits: derivatives taken within this distance, ten times closer than on the way."""
 
-CLOSE = 1e-11
-"""Arclength to which a zero is found; the parameter then is right to 1e-11 of the span."""
+CLOSE = 1e-12
+"""Arclength to which a zero is found; the parameter then is right to 1e-12 of the span."""
 
 EVALUATIONS = 40
 
@@ -112,36 +112,37 @@ def locate(
     Point
         The point where the function is zero.
     """
-    low, high = a.arclength, b.arclength
-    f_low, f_high = function(a), function(b)
-    tried = [(low, f_low, a), (high, f_high, b)]
-    previous = np.inf
+    tried = [(a.arclength, function(a)), (b.arclength, function(b))]
+    (low, f_low), (high, _) = tried
     for count in range(EVALUATIONS):
-        at = _inverse_interpolation(tried)
-        if not low < at < high:
-            at = low - f_low * (high - low) / (f_high - f_low)
-        if count > PATIENCE and count % 2:
+        at = _inverse_interpolation(tried, low, high)
+        if not low < at < high or (count > PATIENCE and count % 2):
             at = 0.5 * (low + high)
         point = orbit_at(problem, known, at)
         at, value = point.arclength, function(point)
-        found = abs(at - previous) <= close or high - low <= close
-        previous = at
-        if found or value == 0.0:
+        if value == 0.0 or _error(tried, at, value) <= close or high - low <= close:
             return point
         insert(known, point)
-        tried.append((at, value, point))
+        tried.append((at, value))
         if (value > 0) == (f_low > 0):
-            low, f_low = at, value
+            low = at
         else:
-            high, f_high = at, value
+            high = at
     return point
 
 
-def _inverse_interpolation(tried: list[tuple[float, float, Point]]) -> float:
-    """Arclength where the value is zero: Neville's scheme through the smallest values."""
-    best = sorted(tried, key=lambda item: abs(item[1]))[:4]
-    f = np.array([item[1] for item in best])
-    s = np.array([item[0] for item in best])
+def _error(tried: list[tuple[float, float]], at: float, value: float) -> float:
+    """Distance to the zero by the secant through the nearest place tried."""
+    nearest, other = min(tried, key=lambda item: abs(item[0] - at))
+    return abs(value * (at - nearest) / (value - other)) if value != other else np.inf
+
+
+def _inverse_interpolation(tried: list[tuple[float, float]], low: float, high: float) -> float:
+    """Place of the zero by Neville's scheme through both ends of the bracket and the last two."""
+    ends = [item for item in tried if item[0] in (low, high)]
+    others = [item for item in tried if item[0] not in (low, high)]
+    chosen = np.array(ends + others[-2:])
+    s, f = chosen[:, 0], chosen[:, 1]
     if len(set(f)) < len(f):
         return np.nan
     for order in range(1, len(f)):

@@ -36,8 +36,22 @@ class StroboscopicMap:
         self._flow = problem.flow
         self._state = problem.nodes(z)[0]
         self._constants = problem.constants(z)
-        self._scales = problem.scales
+        # The orbit's own scales: those of a branch in f are the scales where it began, and a
+        # coefficient must not depend on that.
+        own = problem.model.replace(**{problem.vary: problem.value(z)})
+        self._scales = own.state_scales()
+        self._rescaling = problem.scales / self._scales
         self._period = float(problem.period)
+
+    def rescaled(self, monodromy: Array) -> Array:
+        """Return a monodromy matrix in the map's scales.
+
+        Parameters
+        ----------
+        monodromy
+            In the scales of the boundary-value problem, shape (n, n).
+        """
+        return monodromy * self._rescaling[:, None] / self._rescaling
 
     def powers(self, directions: Array) -> tuple[Array, Array]:
         """Return B(v, v) and C(v, v, v) for real directions.
@@ -76,6 +90,9 @@ class StroboscopicMap:
             )
             if left.any() and right.any()
         ]
+        result = [np.zeros(len(self._scales), dtype=complex) for _ in pairs]
+        if not parts:  # a symmetric orbit has no quadratic terms
+            return result
         sizes = [(np.linalg.norm(left), np.linalg.norm(right)) for _, _, left, right in parts]
         sums = [
             left / a + sign * right / b
@@ -83,7 +100,6 @@ class StroboscopicMap:
             for sign in (1, -1)
         ]
         squares = self.powers(np.array(sums))[0]
-        result = [np.zeros(len(self._scales), dtype=complex) for _ in pairs]
         for i, ((place, factor, _, _), (a, b)) in enumerate(zip(parts, sizes, strict=True)):
             result[place] += factor * a * b / 4 * (squares[2 * i] - squares[2 * i + 1])
         return result
@@ -109,7 +125,8 @@ def normal_form(problem: PeriodicProblem, point: Point, kind: str) -> tuple[floa
     criticality : str or None
         ``"supercritical"`` or ``"subcritical"`` for PD (b > 0, b < 0) and NS (d < 0, d > 0).
     """
-    coefficient = _FORMS[kind](StroboscopicMap(problem, point.z), point.monodromy)
+    map_ = StroboscopicMap(problem, point.z)
+    coefficient = _FORMS[kind](map_, map_.rescaled(point.monodromy))
     if kind == "LP":
         return coefficient, None
     soft = coefficient > 0 if kind == "PD" else coefficient < 0

@@ -45,8 +45,8 @@ MEMORY = 6
 RETREAT = 0.3
 """Share of a step that is taken instead where the branch between its ends was not found."""
 
-RESOLVED = 1e10
-"""Largest multiplier beside which those near the unit circle are still known to three digits."""
+RESOLVED = 1e7
+"""Largest multiplier beside which those near the unit circle are still known to five digits."""
 
 EVERYWHERE = (-np.inf, np.inf)
 

@@ -125,7 +125,7 @@ def _next_point(
 ) -> tuple[Point | Failure, float]:
     """Take one step, shortening it until it fits; return the step to try next as well."""
     smallest, largest = settings.steps.smallest, settings.steps.largest
-    reason, growth = "", 2.5
+    reason, growth = "the branch turns too sharply", 2.5
     while step >= smallest:
         correction, point = _try(problem, recent, step, bounds, settings)
         if point is not None:
@@ -157,6 +157,7 @@ def _try(
     target = last.arclength + step
     guess, row = hermite(recent, target)
     lower, upper = bounds
+    bound: float | None = None
     if not lower <= guess[-1] <= upper:
         bound = lower if guess[-1] < lower else upper
         target = _arclength_at(recent, bound, target)
@@ -171,7 +172,7 @@ def _try(
     if not correction.converged:
         return correction, None
     point = corrected_point(correction, target)
-    if abs(row[-1]) == 1.0 and not row[:-1].any():
+    if bound is not None:
         point.z[-1] = bound  # exactly, whatever rounding did
     return correction, replace(point, arclength=last.arclength + arc_between(last, point))
 

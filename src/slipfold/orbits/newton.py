@@ -111,7 +111,7 @@ def correct(
             failure = "the orbit met a singularity of the model"
             break
         bordered = linearisation.bordered(row)
-        step = bordered.inverse @ _right(linearisation.residual, row @ (guess - z))
+        step = bordered.inverse @ _right(linearisation.residual, float(row @ (guess - z)))
         previous, moved = moved, float(np.linalg.norm(step))
         if not moved < max(GROWTH * previous, ROUNDING):
             failure = "Newton's method diverged"
@@ -127,7 +127,7 @@ def correct(
                 failure = ""
                 break
         elif moved < CHORD:
-            z, moved = _chord_steps(problem, bordered, z, row @ (guess - z), moved, still)
+            z, moved = _chord_steps(problem, bordered, z, float(row @ (guess - z)), moved, still)
     return Correction(
         z,
         linearisation,
