@@ -39,6 +39,8 @@ def test_coefficient_against_differences_of_the_map(case, period, index):
     # Within a period a perturbation grows as the multipliers do: stay where the map is smooth.
     map_ = map_of(item, 0.02 if growth < 10 else 1e-4)
     expected = coefficient(map_, item.type, item.critical_multiplier)
+    if item.type == "LP":  # its sign is that of the eigenvector
+        expected *= np.sign(expected * item.coefficient)
     assert item.coefficient == pytest.approx(expected, rel=1e-5 if growth < 10 else 1e-3)
     if item.type == "PD":
         assert item.criticality == ("supercritical" if expected > 0 else "subcritical")
@@ -90,9 +92,11 @@ def test_parameter_turns_at_a_fold_as_the_normal_form_says(case, near):
     _, p = critical_vectors(map_.monodromy(), 1.0)
     drift = _with_clock(map_, item, case.vary, np.real(p))
     along, _ = critical_vectors(map_.monodromy(), 1.0)
+    bend = coefficient(map_, "LP", 1.0)  # of the same eigenvector as the drift
+    assert abs(bend) == pytest.approx(abs(item.coefficient), rel=1e-5)
     estimates = []
     for size in (2e-3, 4e-3):
-        shift = -item.coefficient / drift * size**2
+        shift = -bend / drift * size**2
         model = item.model.replace(**{case.vary: item.value + shift})
         both = []
         for side in (-1, 1):
@@ -104,7 +108,7 @@ def test_parameter_turns_at_a_fold_as_the_normal_form_says(case, near):
         # The curve's third order is odd in u and falls out of the mean.
         estimates.append(np.mean(both))
     curvature = (4 * estimates[0] - estimates[1]) / 3
-    assert curvature == pytest.approx(-item.coefficient / drift, rel=1e-3)
+    assert curvature == pytest.approx(-bend / drift, rel=1e-3)
 
 
 def _with_clock(map_, item, vary, p):

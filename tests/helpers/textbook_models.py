@@ -111,37 +111,8 @@ class Decoupled(Model):
         return 1.0 + 0.0 * p["r"]
 
 
-class Flip(Model):
-    """A two-dimensional flow whose map is known: x turns by half a turn a period and grows.
-
-    In coordinates that turn by pi a period, z' = (m + i pi) z - n |z|^2 z, so that after a period
-    the state is -exp(m) z to first order.
-    """
-
-    name = "flip"
-    states = (State("x"), State("y"))
-    parameters = (Parameter("m", 0.0), Parameter("n", 1.0))
-
-    def coefficients(self, p):
-        return {name: p[name] for name in p}
-
-    def rates(self, q, c, phase):
-        size = q["x"] * q["x"] + q["y"] * q["y"]
-        return {
-            "x": c["m"] * q["x"] - math.pi * q["y"] - c["n"] * size * q["x"],
-            "y": c["m"] * q["y"] + math.pi * q["x"] - c["n"] * size * q["y"],
-        }
-
-    def period(self, p):
-        return 1.0 + 0.0 * p["m"]
-
-
 class Torus(Model):
-    """z' = (m + i v) z - n |z|^2 z, stroboscoped every second: the normal form of a torus itself.
-
-    Its map is exact: |z|^2 obeys a Riccati equation. With unit eigenvectors the coefficient is
-    -n (1/2 + ...) times the length convention, computed in the test.
-    """
+    """z' = (m + i v) z - n |z|^2 z, seen every second: the normal form of a torus itself."""
 
     name = "torus"
     states = (State("x"), State("y"))

@@ -156,25 +156,40 @@ def _try(
     last = recent[-1]
     target = last.arclength + step
     guess, row = hermite(recent, target)
-    lower, upper = bounds
-    bound: float | None = None
-    if not lower <= guess[-1] <= upper:
-        bound = lower if guess[-1] < lower else upper
-        target = _arclength_at(recent, bound, target)
-        guess, _ = hermite(recent, target)
-        guess[-1] = bound
+    outside = _bound_beyond(guess, bounds)
+    if outside is not None:
+        guess = hermite(recent, _arclength_at(recent, outside, target))[0]
+    else:
+        correction = _correct(problem, guess, row, settings)
+        if correction.converged:
+            outside = _bound_beyond(correction.z, bounds)
+            guess = correction.z.copy()
+    if outside is not None:
+        guess[-1] = outside
         row = np.zeros_like(row)
-        row[-1] = np.sign(bound - last.z[-1]) or 1.0
-    newton = settings.newton
-    correction = correct(
-        problem, guess, row, newton.tolerance, newton.iterations, reach=2 * REJECT * ERROR
-    )
+        row[-1] = np.sign(outside - last.z[-1]) or 1.0
+        correction = _correct(problem, guess, row, settings)
     if not correction.converged:
         return correction, None
+    if outside is not None:
+        correction.z[-1] = outside  # exactly, whatever rounding did
     point = corrected_point(correction, target)
-    if bound is not None:
-        point.z[-1] = bound  # exactly, whatever rounding did
     return correction, replace(point, arclength=last.arclength + arc_between(last, point))
+
+
+def _bound_beyond(z: Array, bounds: list[float]) -> float | None:
+    """Return the end of the interval that the parameter has passed, if it has."""
+    lower, upper = bounds
+    if z[-1] < lower:
+        return lower
+    return upper if z[-1] > upper else None
+
+
+def _correct(problem: PeriodicProblem, guess: Array, row: Array, settings: Settings) -> Correction:
+    newton = settings.newton
+    return correct(
+        problem, guess, row, newton.tolerance, newton.iterations, reach=2 * REJECT * ERROR
+    )
 
 
 def _arclength_at(recent: list[Point], bound: float, beyond: float) -> float:

@@ -1,0 +1,147 @@
+"""Textbook systems with known answers; values and sources in shared/reference/textbook.md."""
+
+import numpy as np
+import pytest
+
+from helpers.textbook_models import Decoupled, Duffing, Mathieu, Pitchfork, Torus, VanDerPol
+from helpers.toy_models import LinearOscillator
+from slipfold.branches import Settings, Steps, trace_response
+from slipfold.orbits import periodic_orbit
+
+STEPS = [0.02, 0.1, 1.0]
+
+
+def traced(model, vary, span, largest=0.5):
+    return trace_response(model, vary, span, settings=Settings(steps=Steps(largest=largest)))
+
+
+def types(branch):
+    return [item.type for item in branch.special]
+
+
+@pytest.mark.parametrize("span", [(0.8, 1.6), (1.6, 0.8)])
+@pytest.mark.parametrize("largest", STEPS)
+def test_folds_of_the_duffing_oscillator(span, largest):
+    (branch,) = traced(Duffing(), "w", span, largest)
+    assert types(branch) == ["LP", "LP"]
+    low, high = sorted(branch.special, key=lambda item: item.value)
+    assert high.value == pytest.approx(1.269601955546, abs=2e-12)
+    assert high.state == pytest.approx([-0.140434285344, 3.413427245844], abs=1e-9)
+    assert np.abs(high.multipliers).min() == pytest.approx(0.780792, abs=1e-6)
+    assert high.orbit.extrema.of("q")[1] == pytest.approx(2.871529, abs=1e-6)
+    assert low.value == pytest.approx(1.115700251771, abs=2e-12)
+    assert low.state == pytest.approx([-1.020826011254, 0.413916481576], abs=1e-9)
+    assert low.orbit.extrema.of("q")[1] == pytest.approx(1.085018, abs=1e-6)
+
+
+def test_a_fold_turns_the_branch():
+    (branch,) = traced(Duffing(), "w", (0.8, 1.6))
+    turns = np.flatnonzero(np.diff(np.sign(np.diff(branch.parameter))))
+    assert len(turns) == 2
+    inside = (branch.parameter > 1.13) & (branch.parameter < 1.25)
+    assert {0, 1} == set(branch.unstable[inside])
+
+
+@pytest.mark.parametrize(("w", "h"), [(2.0, 0.0400008749895), (1.9, 0.2014699309238)])
+@pytest.mark.parametrize("g", [1.0, -1.0])
+def test_doubling_of_the_damped_mathieu_equation(w, h, g):
+    main, child = traced(Mathieu(w=w, g=g), "h", (0.0, 1.5 * h))
+    assert types(main) == ["PD"]
+    assert main.special[0].value == pytest.approx(h, abs=1e-12)
+    assert child.period == 2
+    assert child.parent == 1
+    assert main.special[0].leads_to == child.id
+    # The cubic term decides to which side the doubled orbits go.
+    side = np.sign(child.parameter[3] - h)
+    assert (main.special[0].criticality == "supercritical") == (side > 0)
+
+
+def test_doublings_of_the_mathieu_equation_along_the_frequency():
+    branches = traced(Mathieu(h=0.3), "w", (1.7, 2.3))
+    first, second = branches[0].special
+    along_h = traced(Mathieu(w=first.value), "h", (0.2, 0.4))[0].special[0]
+    assert along_h.value == pytest.approx(0.3, abs=1e-10)
+    along_h = traced(Mathieu(w=second.value), "h", (0.2, 0.4))[0].special[0]
+    assert along_h.value == pytest.approx(0.3, abs=1e-10)
+
+
+@pytest.mark.parametrize("span", [(1.0, 1.2), (1.2, 1.0)])
+@pytest.mark.parametrize("largest", STEPS)
+def test_torus_of_the_forced_van_der_pol_oscillator(span, largest):
+    (branch,) = traced(VanDerPol(), "w", span, largest)
+    assert types(branch) == ["NS"]
+    item = branch.special[0]
+    assert item.value == pytest.approx(1.086728948108, abs=2e-12)
+    assert item.critical_multiplier == pytest.approx(0.915559 + 0.402185j, abs=1e-6)
+    # Outside the tongue the oscillator keeps its own frequency: a stable torus.
+    assert item.criticality == "supercritical"
+
+
+@pytest.mark.parametrize("n", [1.0, -1.0, 0.3])
+@pytest.mark.parametrize("span", [(-0.5, 0.4), (0.5, -0.4)])
+def test_normal_form_of_a_torus_is_exact(n, span):
+    # |z| becomes |z| (1 - n |z|^2) at m = 0; a unit eigenvector has |z|^2 = 2 |w|^2.
+    (branch,) = traced(Torus(n=n), "m", span)
+    assert types(branch) == ["NS"]
+    item = branch.special[0]
+    assert abs(item.value) < 1e-12
+    assert item.critical_multiplier == pytest.approx(np.exp(1j), abs=1e-12)
+    assert item.coefficient == pytest.approx(-2 * n, rel=1e-10)
+    assert item.criticality == ("supercritical" if n > 0 else "subcritical")
+
+
+@pytest.mark.parametrize("span", [(1.0, -1.0), (-1.0, 1.0), (0.3, -0.2)])
+@pytest.mark.parametrize("largest", STEPS)
+def test_pitchfork_is_a_branch_point(span, largest):
+    (branch,) = traced(Pitchfork(), "k", span, largest)
+    assert types(branch) == ["BP"]
+    item = branch.special[0]
+    assert item.critical_multiplier == pytest.approx(1.0, abs=1e-9)
+    assert item.criticality is None
+    assert branch.stopped.kind == "span"
+    # Rest loses stability a little below k = 0, where the parametric force holds it up:
+    # b^2/(2 w^2) = 0.005 to lowest order.
+    assert item.value == pytest.approx(-0.005, abs=1e-4)
+    reference = traced(Pitchfork(), "k", (1.0, -1.0), 0.005)[0].special[0].value
+    assert item.value == pytest.approx(reference, abs=1e-10)
+    assert np.all(np.abs(branch.states) < 1e-12)
+
+
+@pytest.mark.parametrize("span", [(0.5, 1.5), (1.5, 0.5)])
+@pytest.mark.parametrize("largest", STEPS)
+def test_neutral_saddle_is_no_torus(span, largest):
+    (branch,) = traced(Decoupled(), "r", span, largest)
+    products = np.prod(np.abs(branch.multipliers), axis=1) - 1
+    assert products.min() < 0 < products.max()
+    assert types(branch) == []
+    exact = np.exp(np.column_stack([branch.parameter, -np.ones(len(branch))]))
+    assert np.abs(branch.multipliers) == pytest.approx(exact, rel=1e-11)
+
+
+@pytest.mark.parametrize("vary", ["f", "a", "zeta", "f0"])
+def test_linear_oscillator_has_its_closed_form_everywhere(vary):
+    span = {"f": (0.5, 1.8), "a": (0.0, 2.0), "zeta": (0.3, 0.02), "f0": (0.7, 1.6)}[vary]
+    (branch,) = traced(LinearOscillator(), vary, span)
+    assert branch.special == ()
+    assert branch.parameter[[0, -1]] == pytest.approx(span, abs=0)
+    for index in range(len(branch)):
+        model = branch.orbit(index).model
+        amplitude = model.response_amplitude()
+        w = 2 * np.pi * model.f
+        exact = [amplitude.real, (1j * w * amplitude).real]
+        assert branch.states[index] == pytest.approx(exact, abs=1e-11)
+        w0 = 2 * np.pi * model.f0
+        poles = w0 * (-model.zeta + 1j * np.sqrt(1 - model.zeta**2))
+        expected = np.exp(poles / model.f)
+        found = branch.multipliers[index]
+        assert abs(found - expected).min() < 1e-12
+        assert branch.extrema.of("x")[1][index] == pytest.approx(abs(amplitude), abs=1e-11)
+
+
+def test_linear_oscillator_from_nothing():
+    model = LinearOscillator(zeta=0.01, f=0.97)
+    orbit = periodic_orbit(model)
+    assert orbit.stable
+    _, values = orbit.output("x", 64)
+    time = np.arange(64) / 64 / model.f
+    assert values == pytest.approx(model.exact(time, orbit.state)[:, 0], abs=1e-11)
