@@ -20,6 +20,14 @@ SETUP := $(VENV)/.package-installed
 DOCS_INSTALLED := $(VENV)/.docs-installed
 BENCH_INSTALLED := $(VENV)/.bench-installed
 
+# Debian keeps ensurepip apart from python3; root may be spared a second command.
+INSTALL_VENV = { \
+	[ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null \
+	&& echo "installing python3-venv, which Debian keeps apart from python3" \
+	&& apt-get update -qq && apt-get install -y -qq python3-venv; } \
+	|| { echo "This Python cannot make virtual environments: install python3-venv first" \
+	"(on Debian: sudo apt-get install python3-venv)."; exit 1; }
+
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .PHONY: help setup paper test long lint types layers check bench docs lock clean
@@ -74,6 +82,7 @@ clean: ## remove everything that the other targets made
 $(VENV_MADE):
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 		{ echo "slipfold needs Python 3.11 or later; name one with make PYTHON=python3.12"; exit 1; }
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || $(INSTALL_VENV)
 	$(PYTHON) -m venv $(VENV)
 	@touch $@
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,7 +79,7 @@ class SpecialPoint:
         """State at phase zero, shape (n_states,)."""
         return self.nodes[0]
 
-    @property
+    @cached_property
     def orbit(self) -> PeriodicOrbit:
         """The periodic orbit at this point."""
         return PeriodicOrbit(self.model, self.period, self.nodes, self.multipliers, self.residual)

@@ -1,0 +1,71 @@
+"""Extrema over the continuous orbit: against dense sampling and closed forms."""
+
+import numpy as np
+import pytest
+
+from helpers.toy_models import LinearOscillator
+from slipfold.branches import Settings, Steps, trace_response
+from slipfold.models import SlidingOscillator
+from slipfold.orbits import periodic_orbit
+
+CASES = [
+    ({"f": 12.5, "Nd": 0.05}, 1),
+    ({"f": 12.5, "Nd": 0.3}, 1),
+    ({"f": 12.2, "Nd": 0.15}, 2),
+    ({"f": 7.0, "Nd": 0.9, "mu": 0.8}, 1),
+]
+
+
+@pytest.mark.parametrize(("values", "period"), CASES)
+def test_against_dense_sampling(values, period):
+    orbit = periodic_orbit(SlidingOscillator(**values), period)
+    time, states = orbit.sample(100_000)
+    extrema = orbit.extrema
+    for column, name in enumerate(extrema.names):
+        dense = orbit.model.evaluate(name, states, time)
+        swing = np.ptp(dense)
+        size = max(np.abs(dense).max(), 1e-300)
+        low, high = extrema.minimum[0, column], extrema.maximum[0, column]
+        # The true extremum lies beyond the samples by no more than a step's parabola.
+        beyond = 1e-7 * swing + 1e-11 * size
+        assert dense.min() - beyond <= low <= dense.min() + 1e-11 * size
+        assert dense.max() - 1e-11 * size <= high <= dense.max() + beyond
+
+
+def test_linear_response_in_closed_form():
+    model = LinearOscillator(f=1.1, zeta=0.03)
+    amplitude = abs(model.response_amplitude())
+    speed = 2 * np.pi * model.f * amplitude
+    extrema = periodic_orbit(model).extrema
+    assert [item[0] for item in extrema.of("x")] == pytest.approx([-amplitude, amplitude], rel=1e-11)
+    assert [item[0] for item in extrema.of("v")] == pytest.approx([-speed, speed], rel=1e-11)
+    assert extrema.peak_to_peak("x")[0] == pytest.approx(2 * amplitude, rel=1e-11)
+    assert extrema.modulus("v")[0] == pytest.approx(speed, rel=1e-11)
+    # With c cos and s sin of one frequency, the energy swings between the squares' halves.
+    w0 = 2 * np.pi * model.f0
+    energies = sorted([0.5 * speed**2, 0.5 * (w0 * amplitude) ** 2])
+    assert [item[0] for item in extrema.of("energy")] == pytest.approx(energies, rel=1e-10)
+
+
+def test_normal_force_swings_by_what_is_given():
+    orbit = periodic_orbit(SlidingOscillator(f=12.5, Nd=0.3, Ns=0.8))
+    assert [item[0] for item in orbit.extrema.of("N")] == pytest.approx([0.5, 1.1], rel=1e-12)
+
+
+def test_branches_and_orbits_agree():
+    settings = Settings(steps=Steps(largest=0.2))
+    for branch in trace_response(SlidingOscillator(f=12.5), "Nd", (0, 0.3), settings=settings):
+        for index in (1, len(branch) // 2, len(branch) - 1):
+            alone = branch.orbit(index).extrema
+            assert alone.minimum[0] == pytest.approx(branch.extrema.minimum[index], abs=1e-13)
+            assert alone.maximum[0] == pytest.approx(branch.extrema.maximum[index], abs=1e-13)
+
+
+def test_sharp_minimum_of_the_spring_near_collapse():
+    (main, _) = trace_response(SlidingOscillator(f=12.5), "Nd", (0, 0.98))
+    orbit = main.orbit(len(main) - 2)
+    low = orbit.extrema.of("l")[0][0]
+    time, states = orbit.sample(400_000)
+    dense = orbit.model.evaluate("l", states, time).min()
+    assert low <= dense * (1 + 1e-9)
+    assert low == pytest.approx(dense, abs=1e-6)

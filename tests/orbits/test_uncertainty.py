@@ -1,0 +1,104 @@
+"""The computed uncertainty of multipliers covers their true error wherever that is known."""
+
+import numpy as np
+import pytest
+
+from helpers.fourier_collocation import FourierOrbit
+from helpers.reference import CASES, traced
+from helpers.toy_models import LinearOscillator
+from slipfold.branches import trace_response
+from slipfold.flow import flow_of
+from slipfold.models import SlidingOscillator
+from slipfold.orbits.uncertainty import multiplier_uncertainty
+
+SLACK = 30
+"""Errors are of either sign and may agree by chance in two computations: a factor is allowed."""
+
+ROUNDING = 1e-14
+
+
+def mean_traces(branch, index):
+    """Integral of the Jacobian's trace over the period, by Gauss quadrature between nodes."""
+    orbit = branch.orbit(index)
+    flow = flow_of(orbit.model)
+    constants = flow.constants(orbit.model.vector)
+    edges = np.linspace(0, orbit.period, len(orbit.nodes) + 1)
+    points, weights = np.polynomial.legendre.leggauss(40)
+    total = 0.0
+    for node, start, end in zip(orbit.nodes, edges[:-1], edges[1:], strict=True):
+        phases = start + (points + 1) / 2 * (end - start)
+        path = flow.trajectory(node, constants, np.concatenate([[start], phases]))[1:]
+        traces = np.trace(flow.jacobians(path, phases, constants), axis1=1, axis2=2)
+        total += traces @ weights / 2 * (end - start)
+    return total
+
+
+@pytest.mark.parametrize("case", [CASES[0], CASES[1], CASES[9]], ids=str)
+def test_determinant_is_within_its_uncertainty(case):
+    for branch in traced(case):
+        for index in range(1, len(branch) - 1, 3):
+            multipliers = branch.multipliers[index]
+            growth = np.abs(multipliers).max()
+            if growth > 50:  # the small multipliers then are known relative to the large one
+                continue
+            exact = np.exp(mean_traces(branch, index))
+            determinant = np.prod(multipliers).real
+            relative = (branch.multiplier_uncertainty[index] / np.abs(multipliers)).sum()
+            allowed = SLACK * (relative + ROUNDING * growth) * exact + 1e-13
+            assert abs(determinant - exact) < allowed, (branch.id, index)
+
+
+@pytest.mark.parametrize("vary", ["f", "zeta", "f0"])
+def test_closed_form_is_within_the_uncertainty(vary):
+    span = {"f": (0.5, 1.8), "zeta": (0.3, 0.02), "f0": (0.7, 1.6)}[vary]
+    (branch,) = trace_response(LinearOscillator(), vary, span)
+    for index in range(len(branch)):
+        model = branch.orbit(index).model
+        root = 2 * np.pi * model.f0 * (-model.zeta + 1j * np.sqrt(1 - model.zeta**2))
+        expected = np.exp(root / model.f)
+        error = min(abs(branch.multipliers[index] - expected))
+        assert error < SLACK * branch.multiplier_uncertainty[index].max() + ROUNDING
+
+
+@pytest.mark.parametrize("Nd", [0.05, 0.2])
+def test_hills_method_agrees_within_the_uncertainty(Nd):
+    main = traced(CASES[0])[0]
+    index = int(np.abs(main.parameter - Nd).argmin())
+    orbit = main.orbit(index)
+    _, states = orbit.sample(512)
+    count = 129
+    spectrum = np.fft.rfft(states, axis=0)[: count // 2 + 1] * (count / len(states))
+    guess = np.fft.irfft(spectrum, n=count, axis=0)
+    values = {"f": 12.5, "Nd": float(main.parameter[index])}
+    hill = FourierOrbit(values, 1, guess).multipliers()
+    error = np.abs(hill[:, None] - orbit.multipliers).min(axis=0)
+    # Eigenvalues of a matrix of some hundred rows are good to 1e-11 or so.
+    assert np.all(error < SLACK * main.multiplier_uncertainty[index] + 1e-10)
+
+
+def test_uncertainty_grows_with_instability():
+    main = traced(CASES[0])[0]
+    growth = np.abs(main.multipliers).max(axis=1)
+    worst = main.multiplier_uncertainty.max(axis=1)
+    assert worst[growth < 2].max() < 1e-10
+    assert worst[growth > 1e4].max() > worst[growth < 2].max()
+    # Not even there is a multiplier uncertain by more than a millionth of the largest.
+    assert np.all(worst < 1e-6 * growth + 1e-9)
+
+
+def test_of_several_orbits_at_once():
+    model = SlidingOscillator(f=12.5, Nd=0.05)
+    main = traced(CASES[0])[0]
+    rows = multiplier_uncertainty(model, main.parameters[:2], main.nodes[:2], 1)
+    assert rows.shape == (2, 4)
+    assert np.all(rows >= 0)
+    assert rows == pytest.approx(main.multiplier_uncertainty[:2], abs=1e-12)
+
+
+@pytest.mark.parametrize("case", CASES, ids=str)
+def test_special_values_agree_between_runs_within_their_uncertainty(case):
+    first = [item for branch in traced(case) for item in branch.special]
+    second = [item for branch in traced(case, largest=0.1) for item in branch.special]
+    for one, two in zip(first, second, strict=True):
+        allowed = SLACK * (one.uncertainty + two.uncertainty) + 1e-15 * abs(one.value)
+        assert abs(one.value - two.value) < allowed
