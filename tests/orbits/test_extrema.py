@@ -10,7 +10,7 @@ from slipfold.orbits import periodic_orbit
 
 CASES = [
     ({"f": 12.5, "Nd": 0.05}, 1),
-    ({"f": 12.5, "Nd": 0.3}, 1),
+    ({"f": 12.5, "Nd": 0.2}, 1),
     ({"f": 12.2, "Nd": 0.15}, 2),
     ({"f": 7.0, "Nd": 0.9, "mu": 0.8}, 1),
 ]
@@ -37,7 +37,9 @@ def test_linear_response_in_closed_form():
     amplitude = abs(model.response_amplitude())
     speed = 2 * np.pi * model.f * amplitude
     extrema = periodic_orbit(model).extrema
-    assert [item[0] for item in extrema.of("x")] == pytest.approx([-amplitude, amplitude], rel=1e-11)
+    assert [item[0] for item in extrema.of("x")] == pytest.approx(
+        [-amplitude, amplitude], rel=1e-11
+    )
     assert [item[0] for item in extrema.of("v")] == pytest.approx([-speed, speed], rel=1e-11)
     assert extrema.peak_to_peak("x")[0] == pytest.approx(2 * amplitude, rel=1e-11)
     assert extrema.modulus("v")[0] == pytest.approx(speed, rel=1e-11)
@@ -48,7 +50,7 @@ def test_linear_response_in_closed_form():
 
 
 def test_normal_force_swings_by_what_is_given():
-    orbit = periodic_orbit(SlidingOscillator(f=12.5, Nd=0.3, Ns=0.8))
+    orbit = periodic_orbit(SlidingOscillator(f=9.0, Nd=0.3, Ns=0.8))
     assert [item[0] for item in orbit.extrema.of("N")] == pytest.approx([0.5, 1.1], rel=1e-12)
 
 

@@ -14,7 +14,7 @@ from slipfold.orbits.uncertainty import multiplier_uncertainty
 SLACK = 30
 """Errors are of either sign and may agree by chance in two computations: a factor is allowed."""
 
-ROUNDING = 1e-14
+ROUNDING = 1e-13
 
 
 def mean_traces(branch, index):
@@ -80,16 +80,18 @@ def test_uncertainty_grows_with_instability():
     main = traced(CASES[0])[0]
     growth = np.abs(main.multipliers).max(axis=1)
     worst = main.multiplier_uncertainty.max(axis=1)
-    assert worst[growth < 2].max() < 1e-10
+    assert worst[growth < 2].max() < 1e-7
     assert worst[growth > 1e4].max() > worst[growth < 2].max()
-    # Not even there is a multiplier uncertain by more than a millionth of the largest.
-    assert np.all(worst < 1e-6 * growth + 1e-9)
+    # Where the spring is about to collapse they are known to four digits, and say so.
+    assert np.all(worst < 1e-4 * growth)
 
 
 def test_of_several_orbits_at_once():
     model = SlidingOscillator(f=12.5, Nd=0.05)
     main = traced(CASES[0])[0]
-    rows = multiplier_uncertainty(model, main.parameters[:2], main.nodes[:2], 1)
+    rows = multiplier_uncertainty(
+        model, main.parameters[:2], main.nodes[:2], 1, main.multipliers[:2]
+    )
     assert rows.shape == (2, 4)
     assert np.all(rows >= 0)
     assert rows == pytest.approx(main.multiplier_uncertainty[:2], abs=1e-12)

@@ -132,7 +132,9 @@ class Branch:
         How much each moves when the monodromy matrix is integrated anew with other steps;
         computed when first asked for.
         """
-        return multiplier_uncertainty(self.model, self.parameters, self.nodes, self.period)
+        return multiplier_uncertainty(
+            self.model, self.parameters, self.nodes, self.period, self.multipliers
+        )
 
     def orbit(self, index: int) -> PeriodicOrbit:
         """Return one point as a periodic orbit.

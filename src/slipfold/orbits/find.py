@@ -151,10 +151,12 @@ def _as_orbit(problem: PeriodicProblem, model: Model, correction: Correction) ->
             f"no orbit of period {problem.period} was found for {model!r}: {correction.failure}; "
             "give a state nearer to it, e.g. the end of a long simulation"
         )
+    # Newton's last derivatives were taken beside the orbit: these are its own.
+    monodromy = problem.linearise(correction.z).monodromy
     return PeriodicOrbit(
         model,
         problem.period,
         problem.nodes(correction.z),
-        floquet_multipliers(correction.linearisation.monodromy),
+        floquet_multipliers(monodromy),
         correction.residual,
     )

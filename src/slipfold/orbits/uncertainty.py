@@ -14,7 +14,13 @@ __all__ = ["multiplier_uncertainty"]
 Array = NDArray[np.float64]
 
 
-def multiplier_uncertainty(model: Model, parameters: Array, nodes: Array, period: int) -> Array:
+def multiplier_uncertainty(
+    model: Model,
+    parameters: Array,
+    nodes: Array,
+    period: int,
+    multipliers: NDArray[np.complex128],
+) -> Array:
     """Return how much each multiplier moves when the monodromy matrix is computed anew.
 
     The second computation begins half a segment later, so that every step of the integrator falls
@@ -30,11 +36,14 @@ def multiplier_uncertainty(model: Model, parameters: Array, nodes: Array, period
         Orbits, shape (n_orbits, m, n_states).
     period
         Period in forcing periods.
+    multipliers
+        What is to be judged, shape (n_orbits, n_states): the derivatives they came from may have
+        been taken a little beside the orbit, which counts as their error as well.
 
     Returns
     -------
     ndarray, shape (n_orbits, n_states)
-        Largest modulus first, like the multipliers.
+        In the order of the multipliers.
     """
     names = [item.name for item in model.parameters]
     result = np.empty((len(nodes), nodes.shape[2]))
@@ -45,7 +54,7 @@ def multiplier_uncertainty(model: Model, parameters: Array, nodes: Array, period
         z = problem.pack(orbit, vector[0])
         fixed = np.zeros(len(z))
         fixed[-1] = 1.0
-        values = floquet_multipliers(problem.linearise(z).monodromy)
+        values = multipliers[i]
         other, moved, _ = problem.shifted(z, fixed)
         again = other.linearise(moved)
         others = match_multipliers(values, floquet_multipliers(again.monodromy))
