@@ -36,6 +36,11 @@ class End:
     reason: str
     value: float
 
+    @property
+    def early(self) -> bool:
+        """Whether the branch was given up, rather than having come to an end of its own."""
+        return self.kind in ("failed", "points")
+
 
 @dataclass(frozen=True, eq=False)
 class Branch:

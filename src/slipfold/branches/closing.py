@@ -30,8 +30,9 @@ Doubling = tuple[PeriodicProblem, Point]
 BEFORE = 3e-3
 """How far before the parent the last regular orbit of a closing branch lies, in arclength."""
 
-NEAR = 0.02
-"""Share of the span within which a closing branch is matched with its parent's doublings."""
+NEAR = 0.05
+"""Distance within which a closing branch is matched with its parent's doublings, in scaled states
+and spans: the meeting is interpolated over one step."""
 
 SAME = 1e-5
 """Two orbits this close are one; steps and orbits differ by much more."""
@@ -48,7 +49,9 @@ def meets_its_copy(before: Point, point: Point) -> bool:
     before, point
         Neighbouring points.
     """
-    return bool(_asymmetry(before.z) @ _asymmetry(point.z) < 0)
+    here, there = _asymmetry(before.z), _asymmetry(point.z)
+    # A step may also land beside the parent, within what Newton's method can tell apart.
+    return bool(here @ there < 0 or np.linalg.norm(there) < 0.1 * BEFORE)
 
 
 def _asymmetry(z: Array) -> Array:
@@ -90,23 +93,44 @@ def close_on_parent(
 
     direction = _asymmetry(before.z)
     near = well_spaced(known, before.arclength, point.arclength, POINTS)
-    place = brentq(
-        lambda arclength: direction @ _asymmetry(hermite(near, arclength)[0]),
-        before.arclength,
-        point.arclength,
-        xtol=1e-6,
-    )
-    length = place - before.arclength
-    value = problem.value(hermite(near, place)[0])
-    candidates = [parent.value(doubling.z) for parent, doubling in doublings]
-    candidates = [item for item in candidates if abs(item - value) < NEAR * problem.width]
-    value = min(candidates, key=lambda item: abs(item - value), default=value)
-    last = orbit_at(problem, known, before.arclength + max(length - BEFORE, 0.5 * length))
-    return last, End(
+    place = point.arclength
+    if direction @ _asymmetry(point.z) < 0:
+        place = brentq(
+            lambda arclength: direction @ _asymmetry(hermite(near, arclength)[0]),
+            before.arclength,
+            point.arclength,
+            xtol=1e-6,
+        )
+    meeting = hermite(near, place)[0]
+    matched = _matching(problem, meeting, doublings)
+    value = problem.value(meeting) if matched is None else matched[0].value(matched[1].z)
+    end = End(
         "closed",
         f"the branch closed on its parent's period doubling at {problem.vary} = {value:.9g}",
         value,
     )
+    length = place - before.arclength
+    for back in (BEFORE, 4 * BEFORE, 16 * BEFORE):
+        if back < length:
+            last = orbit_at(problem, known, place - back)
+            # Newton's method may fall onto the parent, where the halves do not differ.
+            if np.linalg.norm(_asymmetry(last.z)) > 0.3 * back:
+                return last, end
+    return before, end
+
+
+def _matching(
+    problem: PeriodicProblem, meeting: Array, doublings: Sequence[Doubling]
+) -> Doubling | None:
+    """Return the period doubling whose orbit is the one where the branch met its copy."""
+
+    def distance(doubling: Doubling) -> float:
+        parent, point = doubling
+        z = problem.pack(doubled_nodes(parent, point), parent.value(point.z))
+        return float(np.linalg.norm(z - meeting))
+
+    nearest = min(doublings, key=distance, default=None)
+    return nearest if nearest is not None and distance(nearest) < NEAR else None
 
 
 def parent_point(

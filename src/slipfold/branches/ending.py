@@ -17,6 +17,9 @@ from slipfold.orbits.limits import limit_margins
 
 __all__ = ["cut_at_event", "cut_at_limit", "failure_end", "span_end", "unresolved_end"]
 
+CLOSE_TO_LIMIT = 5.0
+"""A branch lost with an output within this factor of its bound ends because of that limit."""
+
 LIMIT_CLOSE = 1e-9
 """Arclength to which the end of the model is found: it is a convention within 1e-4 anyway."""
 
@@ -78,6 +81,33 @@ def cut_at_event(
     return min(cuts, key=lambda cut: cut[0].arclength, default=None)
 
 
+def cut_at_span(
+    problem: PeriodicProblem,
+    known: list[Point],
+    before: Point,
+    outside: Point,
+    span: tuple[float, float],
+) -> tuple[Point, End]:
+    """Return where a branch leaves the span before it turns back.
+
+    Parameters
+    ----------
+    problem
+        The boundary-value problem.
+    known
+        Points of the branch in order; grows.
+    before
+        A point inside the span.
+    outside
+        A later one outside.
+    span
+        The span.
+    """
+    bound = max(span) if problem.value(outside.z) > max(span) else min(span)
+    at = locate(problem, known, before, outside, lambda item: problem.value(item.z) - bound)
+    return at, span_end(problem, at)
+
+
 def failure_end(problem: PeriodicProblem, last: Point, failure: Failure) -> End:
     """Say where a branch failed, and how far the model's limits are there.
 
@@ -91,15 +121,19 @@ def failure_end(problem: PeriodicProblem, last: Point, failure: Failure) -> End:
         Why there is no next one.
     """
     value = problem.value(last.z)
+    if failure.kind != "failed":
+        return End(failure.kind, failure.reason, value)
     margins = limit_margins(problem, last.z)
+    for limit, margin in zip(problem.model.limits, margins, strict=True):
+        if margin < (CLOSE_TO_LIMIT - 1) * limit.bound:
+            reason = limit.reason.format(value=margin + limit.bound)
+            return End("limit", f"{reason} (no orbit was found any nearer to the limit)", value)
     limits = ", ".join(
         f"{limit.output} = {margin + limit.bound:.3g} (limit {limit.bound:g})"
         for limit, margin in zip(problem.model.limits, margins, strict=True)
     )
     there = f"; there {limits}" if limits else ""
-    return End(
-        failure.kind, f"stopped at {problem.vary} = {value:.6g}: {failure.reason}{there}", value
-    )
+    return End("failed", f"{failure.reason}{there}", value)
 
 
 def unresolved_end(problem: PeriodicProblem, point: Point) -> End:
@@ -116,7 +150,7 @@ def unresolved_end(problem: PeriodicProblem, point: Point) -> End:
     largest = np.abs(point.multipliers).max()
     return End(
         "unresolved",
-        f"stopped at {problem.vary} = {value:.6g}: a multiplier of {largest:.1e} leaves too few "
+        f"a multiplier of {largest:.1e} leaves too few "
         "digits for the others, so bifurcations could be missed beyond; the orbit is as good as "
         "unobservable there",
         value,

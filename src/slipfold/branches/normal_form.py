@@ -40,7 +40,7 @@ class StroboscopicMap:
         # coefficient must not depend on that.
         own = problem.model.replace(**{problem.vary: problem.value(z)})
         self._scales = own.state_scales()
-        self._rescaling = problem.scales / self._scales
+        self.rescaling = problem.scales / self._scales
         self._period = float(problem.period)
 
     def rescaled(self, monodromy: Array) -> Array:
@@ -51,7 +51,7 @@ class StroboscopicMap:
         monodromy
             In the scales of the boundary-value problem, shape (n, n).
         """
-        return monodromy * self._rescaling[:, None] / self._rescaling
+        return monodromy * self.rescaling[:, None] / self.rescaling
 
     def powers(self, directions: Array) -> tuple[Array, Array]:
         """Return B(v, v) and C(v, v, v) for real directions.
@@ -121,22 +121,35 @@ def normal_form(problem: PeriodicProblem, point: Point, kind: str) -> tuple[floa
     -------
     coefficient : float
         Of the map's normal form, with eigenvectors of unit length in scaled states: cubic b of
-        PD, real part d of NS, quadratic a of LP.
+        PD, real part d of NS, quadratic a of LP. The eigenvector of LP points where the orbit
+        moves as the parameter grows: with a < 0 the two orbits exist above the fold's value of
+        the parameter, with a > 0 below it.
     criticality : str or None
         ``"supercritical"`` or ``"subcritical"`` for PD (b > 0, b < 0) and NS (d < 0, d > 0).
     """
     map_ = StroboscopicMap(problem, point.z)
-    coefficient = _FORMS[kind](map_, map_.rescaled(point.monodromy))
+    matrix = map_.rescaled(point.monodromy)
     if kind == "LP":
-        return coefficient, None
+        pull = _parameter_pull(problem, point) * map_.rescaling
+        return _fold(map_, matrix, pull), None
+    coefficient = _FORMS[kind](map_, matrix)
     soft = coefficient > 0 if kind == "PD" else coefficient < 0
     return coefficient, "supercritical" if soft else "subcritical"
 
 
-def _fold(map_: StroboscopicMap, matrix: Array) -> float:
+def _parameter_pull(problem: PeriodicProblem, point: Point) -> Array:
+    """Derivative of the map with respect to the parameter, in the problem's scaled states."""
+    linearisation = problem.linearise(point.z)
+    pull = np.zeros(linearisation.along.shape[1])
+    for block, along in zip(linearisation.blocks, linearisation.along, strict=True):
+        pull = block @ pull + along
+    return pull
+
+
+def _fold(map_: StroboscopicMap, matrix: Array, pull: Array) -> float:
     q, p, _ = _critical_vectors(matrix, lambda values: np.abs(values - 1))
     second, _ = map_.powers(q.real[None])
-    return float(0.5 * (p.real @ second[0]))
+    return float(0.5 * (p.real @ second[0]) * np.sign(p.real @ pull))
 
 
 def _doubling(map_: StroboscopicMap, matrix: Array) -> float:
@@ -168,7 +181,6 @@ def _torus(map_: StroboscopicMap, matrix: Array) -> float:
 
 
 _FORMS: dict[str, Callable[[StroboscopicMap, Array], float]] = {
-    "LP": _fold,
     "PD": _doubling,
     "NS": _torus,
 }

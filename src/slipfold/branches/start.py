@@ -12,6 +12,7 @@ from slipfold.branches.walk import Failure, walk
 from slipfold.errors import InputError
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.find import guess_orbit, hold_parameter
+from slipfold.orbits.limits import broken_limit
 from slipfold.orbits.newton import correct
 
 __all__ = ["doubled_start", "response_start"]
@@ -54,6 +55,9 @@ def response_start(problem: PeriodicProblem, value: float, forward: float) -> Po
             f"no response of period 1 was found at {problem.vary} = {value:g}: "
             f"{correction.failure}; start the span elsewhere"
         )
+    broken = broken_limit(problem, correction.z)
+    if broken is not None:
+        raise InputError(f"the span cannot start at {problem.vary} = {value:g}: {broken}")
     return corrected_point(correction, 0.0)
 
 
@@ -61,7 +65,7 @@ def _nodes_from_quiet(problem: PeriodicProblem, value: float) -> Array:
     """Follow the response from the quiet state at the given value of the other parameter."""
     model = problem.model.replace(**{problem.vary: value})
     quiet = model.quiet
-    if quiet is None or quiet == problem.vary or not model.values[quiet]:
+    if quiet is None or not model.values[quiet]:
         raise InputError(
             f"no response of period 1 was found at {problem.vary} = {value:g}: Newton's method "
             "does not converge from the linear response; start the span elsewhere"
@@ -79,6 +83,10 @@ def _nodes_from_quiet(problem: PeriodicProblem, value: float) -> Array:
     point: Point | Failure = start
     for point in walk(other, [start], 0.01, (0.0, target), Settings()):
         if isinstance(point, Failure):
+            break
+        broken = broken_limit(other, point.z)
+        if broken is not None:
+            point = Failure("limit", broken)
             break
     if isinstance(point, Failure) or other.value(point.z) != target:
         reason = point.reason if isinstance(point, Failure) else "the response turns back before"

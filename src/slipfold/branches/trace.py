@@ -19,6 +19,7 @@ from slipfold.branches.detection import Found, find_bifurcations
 from slipfold.branches.ending import (
     cut_at_event,
     cut_at_limit,
+    cut_at_span,
     failure_end,
     span_end,
     unresolved_end,
@@ -158,7 +159,7 @@ def _follow(
             trace.end = unresolved_end(problem, item)
             return None
         try:
-            _extend(trace, item, events)
+            _extend(trace, item, span, events)
         except LostBranchError as error:
             step = RETREAT * (item.arclength - before.arclength)
             if step < settings.steps.smallest:
@@ -189,7 +190,11 @@ def _first_step(problem: PeriodicProblem, start: Point, settings: Settings) -> f
     return BIRTH
 
 
-def _extend(trace: Trace, point: Point, events: Sequence[Event]) -> None:
+def _inside(problem: PeriodicProblem, point: Point, span: tuple[float, float]) -> bool:
+    return min(span) <= problem.value(point.z) <= max(span)
+
+
+def _extend(trace: Trace, point: Point, span: tuple[float, float], events: Sequence[Event]) -> None:
     """Add a point and all that lies between it and the one before."""
     problem, before, end = trace.problem, trace.points[-1], None
     born = trace.doubled and len(trace.points) == 1
@@ -208,13 +213,18 @@ def _extend(trace: Trace, point: Point, events: Sequence[Event]) -> None:
         happened.append((stop[2], point))
     known[:] = [item for item in known if item.arclength < point.arclength]
     known.append(point)
-    found = [] if born else find_bifurcations(problem, known, before, point)
+    found = [] if born or point is before else find_bifurcations(problem, known, before, point)
+    left = [item for item in found if not _inside(problem, item.point, span)]
+    if left:  # the branch turns back outside the span: it ends where it leaves
+        point, end = cut_at_span(problem, known, before, left[0].point, span)
+        found = [item for item in found if item.point.arclength < point.arclength]
     passing = [event for event in events if not event.stop]
     happened = find_events(problem, known, before, point, passing) + happened
     # Nothing is kept unless all of it was found.
     trace.found += found
     trace.events += happened
-    trace.points.append(point)
+    if point is not before:
+        trace.points.append(point)
     trace.end = end
     if trace.doubled and end is not None and end.kind == "closed":
         trace.points += parent_point(problem, point, end.value, trace.doublings)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.extrema import refine_minimum
 
-__all__ = ["limit_margins"]
+__all__ = ["broken_limit", "limit_margins"]
 
 Array = NDArray[np.float64]
 
@@ -53,3 +53,19 @@ def limit_margins(problem: PeriodicProblem, z: Array) -> Array:
             flow, constants, samples, phases, spacing, np.array([columns[i]]), np.array([k])
         )[0]
     return lowest - bounds
+
+
+def broken_limit(problem: PeriodicProblem, z: Array) -> str | None:
+    """Return the sentence of a limit that an orbit breaks, None if it breaks none.
+
+    Parameters
+    ----------
+    problem
+        The boundary-value problem.
+    z
+        An orbit.
+    """
+    for limit, margin in zip(problem.model.limits, limit_margins(problem, z), strict=True):
+        if not margin > 0:
+            return limit.reason.format(value=margin + limit.bound)
+    return None
