@@ -31,7 +31,6 @@ def test_a_branch_closes_on_the_doubling_that_it_meets():
     assert [item[0] for item in specials(forward)] == [item[0] for item in specials(backward)]
 
 
-@pytest.mark.xfail(strict=False, reason="a step that lands beside the doubling stops the branch")
 def test_a_step_that_lands_beside_the_doubling_closes_the_branch():
     values = {
         "f": 13.647542094558519,
@@ -46,7 +45,6 @@ def test_a_step_that_lands_beside_the_doubling_closes_the_branch():
     assert [item[0] for item in specials(coarse)] == [item[0] for item in specials(fine)]
 
 
-@pytest.mark.xfail(strict=False, reason="a fold just outside the span is followed and reported")
 def test_nothing_is_reported_outside_the_span():
     values = {
         "Nd": 0.3556855650705883,

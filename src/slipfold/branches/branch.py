@@ -93,6 +93,17 @@ class Branch:
     stopped: End
     begun: End
 
+    def __post_init__(self) -> None:
+        """Lock the arrays."""
+        for values in (
+            self.parameter,
+            self.nodes,
+            self.multipliers,
+            self.residual,
+            self.arclength,
+        ):
+            values.setflags(write=False)
+
     def __len__(self) -> int:
         """Number of points."""
         return len(self.parameter)
@@ -111,12 +122,6 @@ class Branch:
     def stable(self) -> NDArray[np.bool_]:
         """Whether each orbit is stable, shape (n_points,)."""
         return self.unstable == 0
-
-    @property
-    def flipped(self) -> NDArray[np.bool_]:
-        """Whether a real multiplier below -1 makes the orbit unstable, shape (n_points,)."""
-        values = self.multipliers
-        return ((values.real < -1) & (values.imag == 0)).any(axis=1)
 
     @property
     def parameters(self) -> NDArray[np.float64]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from numbers import Real
 
 from slipfold.errors import InputError
 
@@ -44,8 +46,17 @@ class Event:
     stop: bool = False
 
     def __post_init__(self) -> None:
-        """Refuse an unknown measure."""
+        """Refuse an unknown measure or a value that is none."""
+        if not _is_finite(self.value):
+            raise InputError(
+                f"event value = {self.value!r} is not a finite number; give one in the unit of "
+                f"{self.name}"
+            )
         if self.measure not in MEASURES:
             raise InputError(
                 f"event measure {self.measure!r} is unknown; give one of {', '.join(MEASURES)}"
             )
+
+
+def _is_finite(value: object) -> bool:
+    return isinstance(value, Real) and math.isfinite(value)

@@ -4,13 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+import numpy as np
+
 from slipfold.branches.event import Event
-from slipfold.branches.location import locate
+from slipfold.branches.interpolation import polynomial, well_spaced
+from slipfold.branches.location import insert, locate, orbit_at
 from slipfold.branches.point import Point
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.extrema import find_extrema
 
 __all__ = ["event_function", "find_events"]
+
+DEPTH = 6
+"""An interval is divided this often."""
+
+TOUCH = 0.3
+"""A function that falls between two points to this share of its values there is looked at."""
 
 
 def find_events(
@@ -36,9 +45,38 @@ def find_events(
     found = []
     for event in events:
         function = event_function(problem, event)
-        if (function(before) > 0) != (function(point) > 0):
-            found.append((event, locate(problem, known, before, point, function)))
+        found += [(event, at) for at in _crossings(problem, known, before, point, function)]
     return sorted(found, key=lambda pair: pair[1].arclength)
+
+
+def _crossings(
+    problem: PeriodicProblem,
+    known: list[Point],
+    a: Point,
+    b: Point,
+    function: Callable[[Point], float],
+    depth: int = 0,
+) -> list[Point]:
+    """Find all zeros between two points, also two that leave no sign change at the ends.
+
+    The function is interpolated; where it may reach zero in between, the orbit there is computed
+    and both halves are searched.
+    """
+    f_a, f_b = function(a), function(b)
+    near = well_spaced(known, a.arclength, b.arclength, 4)
+    where = np.array([item.arclength for item in near])
+    grid = np.linspace(a.arclength, b.arclength, 34)[1:-1]
+    inner = polynomial(where, np.array([function(item) for item in near]), grid)
+    inner = inner if f_a > 0 else -inner
+    lowest = int(inner.argmin())
+    if f_a * f_b > 0 and depth < DEPTH and inner[lowest] < TOUCH * min(abs(f_a), abs(f_b)):
+        middle = orbit_at(problem, known, float(grid[lowest]))
+        insert(known, middle)
+        left = _crossings(problem, known, a, middle, function, depth + 1)
+        return left + _crossings(problem, known, middle, b, function, depth + 1)
+    if f_b == 0 and f_a != 0:
+        return [b]
+    return [locate(problem, known, a, b, function)] if f_a * f_b < 0 else []
 
 
 def event_function(problem: PeriodicProblem, event: Event) -> Callable[[Point], float]:

@@ -30,6 +30,8 @@ class Newton:
             raise InputError(
                 f"Newton tolerance = {self.tolerance:g} is outside 1e-13 to 1e-3; give e.g. 1e-10"
             )
+        if self.iterations < 2:
+            raise InputError(f"iterations = {self.iterations} cannot converge; give at least 2")
 
 
 @dataclass(frozen=True)

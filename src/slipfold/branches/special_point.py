@@ -74,6 +74,11 @@ class SpecialPoint:
     coefficient: float | None = None
     leads_to: int | None = None
 
+    def __post_init__(self) -> None:
+        """Lock the arrays."""
+        for values in (self.nodes, self.multipliers, self.multiplier_uncertainty):
+            values.setflags(write=False)
+
     @property
     def state(self) -> NDArray[np.float64]:
         """State at phase zero, shape (n_states,)."""

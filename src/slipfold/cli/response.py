@@ -149,6 +149,6 @@ def _conclude(diagram: Diagram, outputs: Outputs) -> int:
         note(f"interrupted on branch {number} after {points} points in all; {kept}")
         return INTERRUPTED
     for branch in diagram.branches:
-        if branch.stopped.kind == "failed":
+        if branch.stopped.early:
             note(f"branch {branch.id} stopped early: {branch.stopped.reason}")
     return FAILED if diagram.failed else DONE

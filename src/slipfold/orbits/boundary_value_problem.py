@@ -104,6 +104,16 @@ class PeriodicProblem:
         """
         return float(z[-1] * self.width)
 
+    def value_of(self, model: Model) -> float:
+        """Return the value that a model gives the free parameter.
+
+        Parameters
+        ----------
+        model
+            A model of the same kind.
+        """
+        return model.values[self.vary]
+
     def vector(self, z: Array) -> Array:
         """Return the model's parameter vector.
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.errors import InputError
 from slipfold.flow import Flow, flow_of
 from slipfold.flow.flow import Constants
 from slipfold.models.model import Model
@@ -49,6 +50,8 @@ class Extrema:
         name
             A state or output of the model.
         """
+        if name not in self.names:
+            raise InputError(f"no output {name!r}; there are {', '.join(self.names)}")
         index = self.names.index(name)
         return self.minimum[:, index], self.maximum[:, index]
 

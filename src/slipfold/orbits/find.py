@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -17,6 +19,15 @@ from slipfold.orbits.periodic_orbit import PeriodicOrbit
 __all__ = ["guess_orbit", "hold_parameter", "periodic_orbit"]
 
 Array = NDArray[np.float64]
+
+LONGEST = 64
+"""Longest period that can be asked for, in forcing periods."""
+
+REACH = 0.5
+"""An orbit this far from the one before, in scaled states, may belong to another branch."""
+
+SMALLEST_SHARE = 1e-4
+"""Smallest step in which the forcing is raised, as a share of it."""
 
 
 def hold_parameter(size: int) -> Array:
@@ -53,7 +64,7 @@ def guess_orbit(problem: PeriodicProblem, value: float) -> Correction:
 def periodic_orbit(
     model: Model,
     period: int = 1,
-    state: ArrayLike | None = None,
+    state: ArrayLike | Mapping[str, float] | None = None,
     *,
     tolerance: float = 1e-10,
     settle: int = 400,
@@ -67,8 +78,9 @@ def periodic_orbit(
     period
         Period in forcing periods.
     state
-        State near the orbit at phase zero, shape (n_states,). Without it the linear response is
-        the guess for period 1, and what a motion from rest settles to for longer periods.
+        State near the orbit at phase zero, shape (n_states,) or by name. Without it the linear
+        response is the guess for period 1, and what a motion from rest settles to for longer
+        periods.
     tolerance
         Largest mismatch of the accepted orbit, in scaled states.
     settle
@@ -92,17 +104,19 @@ def periodic_orbit(
     >>> orbit.stable
     True
     """
-    if period != int(period) or not 1 <= period <= 64:
-        raise InputError(f"period = {period} is not a whole number from 1 to 64; give e.g. 2")
+    if period not in range(1, LONGEST + 1):
+        raise InputError(
+            f"period = {period!r} is not a whole number from 1 to {LONGEST}; give e.g. 2"
+        )
     vary = model.parameters[0].name
     problem = PeriodicProblem(model, vary, int(period), 1.0)
     if state is None and period == 1:
-        return _as_orbit(problem, model, guess_orbit(problem, model.values[vary]))
+        return _as_orbit(problem, model, _response(problem, model, tolerance))
     start = _settled(model, settle) if state is None else _checked_state(model, state)
     constants = problem.flow.constants(model.vector)
     zero = np.zeros(1)
     nodes = problem.flow.sample(start[None], zero, zero + period, problem.segments, constants)[0]
-    guess = problem.pack(nodes, model.values[vary])
+    guess = problem.pack(nodes, problem.value_of(model))
     row = hold_parameter(problem.size)
     correction = correct(problem, guess, row, tolerance=tolerance, iterations=20)
     orbit = _as_orbit(problem, model, correction)
@@ -110,12 +124,43 @@ def periodic_orbit(
     return orbit
 
 
-def _checked_state(model: Model, state: ArrayLike) -> Array:
-    checked = np.asarray(state, dtype=float)
-    if checked.shape != (len(model.states),) or not np.isfinite(checked).all():
-        names = " ".join(item.name for item in model.states)
-        raise InputError(f"state = {checked} does not fit; give finite numbers for {names}")
+def _checked_state(model: Model, state: ArrayLike | Mapping[str, float]) -> Array:
+    names = [item.name for item in model.states]
+    if isinstance(state, Mapping) and set(state) == set(names):
+        state = [state[name] for name in names]
+    try:
+        checked = np.asarray(state, dtype=float)
+    except (TypeError, ValueError):
+        checked = np.empty(0)
+    if checked.shape != (len(names),) or not np.isfinite(checked).all():
+        raise InputError(
+            f"state = {state!r} does not fit; give finite numbers for {' '.join(names)}"
+        )
     return checked
+
+
+def _response(problem: PeriodicProblem, model: Model, tolerance: float) -> Correction:
+    """Correct the linear response; where that fails, raise the forcing from zero in steps."""
+    correction = guess_orbit(problem, problem.value_of(model))
+    row = hold_parameter(problem.size)
+    if correction.converged or model.quiet is None:
+        return correct(problem, correction.z, row, tolerance=tolerance)
+    target = model.values[model.quiet]
+    other = PeriodicProblem(model, model.quiet, 1, max(abs(target), 1e-300))
+    reached, step = guess_orbit(other, 0.0), 0.1
+    share = 0.0
+    while reached.converged and share < 1 and step > SMALLEST_SHARE:
+        guess = reached.z.copy()
+        guess[-1] = min(share + step, 1.0) * np.sign(target)
+        tried = correct(other, guess, hold_parameter(other.size), reach=REACH)
+        if tried.converged:
+            reached, share, step = tried, min(share + step, 1.0), 1.5 * step
+        else:
+            step /= 3
+    if share < 1:
+        return correction
+    guess = problem.pack(other.nodes(reached.z), problem.value_of(model))
+    return correct(problem, guess, row, tolerance=tolerance)
 
 
 def _settled(model: Model, periods: int) -> Array:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from slipfold.flow import flow_of
 from slipfold.models.model import Model
 from slipfold.orbits.extrema import Extrema, find_extrema
+from slipfold.orbits.uncertainty import multiplier_uncertainty
 
 __all__ = ["PeriodicOrbit"]
 
@@ -110,6 +111,20 @@ class PeriodicOrbit:
         constants = flow.constants(self.model.vector)
         values = flow.outputs(states, time / constants.period, constants)
         return time, values[:, flow.output_index(name)]
+
+    @cached_property
+    def multiplier_uncertainty(self) -> NDArray[np.float64]:
+        """Computed uncertainty of each multiplier, shape (n_states,).
+
+        How much it moves when the monodromy matrix is integrated anew with other steps.
+        """
+        return multiplier_uncertainty(
+            self.model,
+            self.model.vector[None],
+            self.nodes[None],
+            self.period,
+            self.multipliers[None],
+        )[0]
 
     @cached_property
     def extrema(self) -> Extrema:

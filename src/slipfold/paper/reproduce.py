@@ -260,7 +260,7 @@ class _Run:
             f"{curve.key}, branch {branch.id}: {branch.stopped.reason}"
             for curve, diagram in self.diagrams.items()
             for branch in diagram.branches
-            if branch.stopped.kind in ("failed", "points")
+            if branch.stopped.early
         ]
         missing = [case.key for case in self.cases.needs if not self._has(case)]
         missing += [figure.key for figure in self.cases.figures if figure not in self.drawn]

@@ -81,8 +81,8 @@ class Diagram:
 
     @property
     def failed(self) -> bool:
-        """Whether a branch stopped early because it could not be followed."""
-        return any(branch.stopped.kind == "failed" for branch in self.branches)
+        """Whether a branch was given up before it came to an end of its own."""
+        return any(branch.stopped.early for branch in self.branches)
 
     def summary(self, outputs: Sequence[str] | None = None) -> str:
         """Return a table of ends and special points, as AUTO prints it, and why branches stop.

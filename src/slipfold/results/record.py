@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from slipfold.branches.branch import Branch
-from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
+from slipfold.branches.branch import Branch, End
+from slipfold.branches.special_point import SpecialPoint
 from slipfold.results.diagram_table import SCHEMA
 
 if TYPE_CHECKING:
@@ -61,21 +61,20 @@ def numbers(values: Iterable[float]) -> list[float | None]:
 
 
 def _branch_record(branch: Branch) -> dict[str, Any]:
-    # A limit of the model is where a branch stops, not a point on it.
-    shown = [point for point in branch.special if point.type in (*BIFURCATIONS, "EVENT")]
     return {
         "id": branch.id,
         "kind": branch.kind,
         "period": branch.period,
         "parent": branch.parent,
         "points": len(branch),
-        "special": [_point_record(point) for point in shown],
-        "stopped": {
-            "kind": branch.stopped.kind,
-            "reason": branch.stopped.reason,
-            "value": number(branch.stopped.value),
-        },
+        "special": [_point_record(point) for point in branch.special],
+        "begun": _end_record(branch.begun),
+        "stopped": _end_record(branch.stopped),
     }
+
+
+def _end_record(end: End) -> dict[str, Any]:
+    return {"kind": end.kind, "reason": end.reason, "value": number(end.value)}
 
 
 def _point_record(point: SpecialPoint) -> dict[str, Any]:

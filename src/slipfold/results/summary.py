@@ -150,6 +150,8 @@ def _endings(diagram: Diagram) -> list[str]:
     for branch in diagram.branches:
         size = f"period {branch.period}, {len(branch)} points"
         value = f"{diagram.vary} = {branch.stopped.value:.8g} {unit}".rstrip()
+        if branch.begun.kind == "span" and branch.begun.value != diagram.span[0]:
+            sentences.append(f"Branch {branch.id}: {branch.begun.reason}")
         sentences.append(f"Branch {branch.id} ({size}) stopped at {value}: {branch.stopped.reason}")
     return sentences
 
