@@ -76,7 +76,7 @@ def test_settings_reach_the_computation(tmp_path):
     path = tmp_path / "x.nc"
     options = ["--max-step", "0.2", "--tolerance", "1e-9", "--max-points", "4"]
     result = run(*SMALL, *options, "--largest-period", "1", "--out", str(path))
-    assert result.exit_code == 0
+    assert result.exit_code == 3  # four points were not enough
     diagram = load(path)
     assert diagram.settings.steps.largest == 0.2
     assert diagram.settings.steps.points == 4

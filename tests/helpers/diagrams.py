@@ -74,7 +74,7 @@ def response_branch(**changes):
         "special": (
             special_point(),
             special_point(
-                "LIMIT",
+                "EVENT",
                 name="spring collapse",
                 value=0.1,
                 arclength=1.1,

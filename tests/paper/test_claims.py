@@ -163,7 +163,8 @@ def test_claim_5():
 
 def test_claim_5_needs_instability_between_the_tori():
     stable = frequency_diagram()
-    stable.branches[1].multipliers[:] = INSIDE
+    branch = stable.branches[1]
+    vars(branch)["multipliers"] = np.full_like(branch.multipliers, INSIDE)
     assert judge(5, {3: [[stable] * 3]}).verdict is False
 
 

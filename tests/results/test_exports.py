@@ -31,7 +31,7 @@ def test_summary_has_ends_and_special_points(diagram):
     assert [(row[0], row[3]) for row in rows] == [
         ("1", "EP"),
         ("1", "PD"),
-        ("1", "LIMIT"),
+        ("1", "EVENT"),
         ("1", "EP"),
         ("2", "EP"),
         ("2", "NS"),
@@ -78,14 +78,14 @@ def test_html_is_escaped(diagram):
 
 def test_repr(diagram):
     assert repr(diagram) == (
-        "<Diagram of sliding: Nd = 0 to 0.1, 2 branches, PD, LIMIT, NS, EVENT>"
+        "<Diagram of sliding: Nd = 0 to 0.1, 2 branches, PD, EVENT, NS, EVENT>"
     )
 
 
 def test_special_points_come_with_their_branch(diagram):
     assert [(branch.id, point.type) for branch, point in diagram.special] == [
         (1, "PD"),
-        (1, "LIMIT"),
+        (1, "EVENT"),
         (2, "NS"),
         (2, "EVENT"),
     ]
@@ -98,12 +98,14 @@ def test_record_follows_the_schema(diagram):
     assert record["model"] == "sliding"
     assert record["parameters"] == dict(diagram.model.values)
     first, second = record["branches"]
-    assert list(first) == ["id", "kind", "period", "parent", "points", "special", "stopped"]
+    assert list(first) == [
+        *("id", "kind", "period", "parent", "points", "special", "begun", "stopped")
+    ]
     assert (first["id"], first["period"], first["parent"], first["points"]) == (1, 1, None, 3)
     assert (second["id"], second["period"], second["parent"]) == (2, 2, 1)
     assert first["stopped"]["kind"] == "limit"
     assert first["stopped"]["value"] == 0.1
-    (doubling,) = first["special"]  # the limit is where it stopped
+    doubling, _ = first["special"]
     assert doubling["value"] == 0.043578911491
     assert doubling["multipliers"][1] == [0.957, 0.019]
     assert doubling["state"] == diagram.branches[0].special[0].state.tolist()

@@ -89,7 +89,7 @@ def branches(draw):
 
     special = tuple(
         special_point(
-            draw(st.sampled_from(["LP", "PD", "NS", "BP", "LIMIT", "EVENT"])),
+            draw(st.sampled_from(["LP", "PD", "NS", "BP", "EVENT"])),
             name=draw(words),
             value=draw(st.floats(0, 0.99)),
             uncertainty=draw(anything),

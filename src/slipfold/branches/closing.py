@@ -20,6 +20,7 @@ __all__ = [
     "meets_its_copy",
     "parent_point",
     "returns_to_start",
+    "step_beside_parent",
 ]
 
 Array = NDArray[np.float64]
@@ -52,6 +53,20 @@ def meets_its_copy(before: Point, point: Point) -> bool:
     here, there = _asymmetry(before.z), _asymmetry(point.z)
     # A step may also land beside the parent, within what Newton's method can tell apart.
     return bool(here @ there < 0 or np.linalg.norm(there) < 0.1 * BEFORE)
+
+
+def step_beside_parent(point: Point) -> float:
+    """Return the longest step that cannot pass the parent by more than its distance.
+
+    Near the parent the halves of the orbit differ by about 1.4 times the arclength to it. A longer
+    step could land on another branch that leaves the same parent nearby.
+
+    Parameters
+    ----------
+    point
+        A point of a branch of doubled period.
+    """
+    return max(BEFORE, 0.9 * float(np.linalg.norm(_asymmetry(point.z))))
 
 
 def _asymmetry(z: Array) -> Array:

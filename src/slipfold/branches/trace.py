@@ -14,6 +14,7 @@ from slipfold.branches.closing import (
     meets_its_copy,
     parent_point,
     returns_to_start,
+    step_beside_parent,
 )
 from slipfold.branches.detection import Found, find_bifurcations
 from slipfold.branches.ending import (
@@ -150,7 +151,8 @@ def _follow(
     the last step is undone, and a shorter one to take instead is returned.
     """
     problem = trace.problem
-    for item in walk(problem, trace.points, first, span, settings):
+    cap = {"cap": step_beside_parent} if trace.doubled else {}
+    for item in walk(problem, trace.points, first, span, settings, **cap):
         before = trace.points[-1]
         if isinstance(item, Failure):
             trace.end = failure_end(problem, before, item)

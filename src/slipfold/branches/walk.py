@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -77,6 +77,7 @@ def walk(
     first_step: float,
     span: tuple[float, float],
     settings: Settings,
+    cap: Callable[[Point], float] = lambda point: np.inf,
 ) -> Iterator[Point | Failure]:
     """Follow a branch from a point until the parameter leaves an interval.
 
@@ -93,6 +94,8 @@ def walk(
         The branch ends where the parameter leaves this interval, on either side.
     settings
         Steps and Newton's method.
+    cap
+        Longest step that may be taken from a point.
 
     Yields
     ------
@@ -105,6 +108,7 @@ def walk(
     step = min(first_step, settings.steps.largest)
     bounds = sorted(value / problem.width for value in span)
     for _ in range(settings.steps.points):
+        step = min(step, cap(recent[-1]))
         point, step = _next_point(problem, recent, step, bounds, settings)
         if isinstance(point, Failure):
             yield point

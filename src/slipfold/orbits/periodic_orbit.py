@@ -39,7 +39,7 @@ class PeriodicOrbit:
     >>> orbit = sf.periodic_orbit(sf.SlidingOscillator(f=12.5, Nd=0.05))
     >>> orbit.stable
     False
-    >>> round(orbit.multipliers[0].real, 6)
+    >>> round(float(orbit.multipliers[0].real), 6)
     -1.164144
     """
 

@@ -70,8 +70,6 @@ def _special(branch: Branch, output: str, measure: str) -> Iterator[Mark]:
 def _end(branch: Branch, output: str, measure: str) -> Iterator[Mark]:
     if len(branch) == 0 or branch.stopped.kind not in ("limit", "failed"):
         return
-    if any(point.type == "LIMIT" for point in branch.special):
-        return
     value = float(measure_of(branch.extrema, output, measure)[-1])
     place = float(branch.parameter[-1]), value
     if branch.stopped.kind == "failed":
@@ -85,8 +83,6 @@ def _end(branch: Branch, output: str, measure: str) -> Iterator[Mark]:
 
 
 def _short_name(point: SpecialPoint) -> str:
-    if point.type == "LIMIT":
-        return _last_word(point.name)
     return point.name if point.type == "EVENT" else point.type
 
 

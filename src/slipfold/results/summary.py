@@ -102,7 +102,7 @@ def _extrema(branch: Branch, index: int) -> Extrema:
 
 def _special_row(branch: Branch, point: SpecialPoint) -> Row:
     index = int(np.searchsorted(branch.arclength, point.arclength, side="right"))
-    named = point.name if point.type in ("LIMIT", "EVENT") else ""
+    named = point.name if point.type == "EVENT" else ""
     started = f"to branch {point.leads_to}" if point.leads_to is not None else ""
     note = ", ".join(part for part in (named, point.criticality, started) if part)
     stable = "" if point.type in BIFURCATIONS else "yes" if point.orbit.stable else "no"
