@@ -14,9 +14,8 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from peers import record
-
 import slipfold as sf
+from peers import record
 from slipfold.flow import simulate
 from slipfold.version import package_version
 

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import machine
 import reference
-
 from slipfold.paper.tables import table
 
 if TYPE_CHECKING:
