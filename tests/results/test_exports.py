@@ -169,3 +169,15 @@ def test_simulation_that_has_not_settled_shows_no_amplitudes():
     assert record["settled"] is False
     assert record["spectrum"] is None
     assert "not settled" in motion.summary().lower()
+
+
+def test_simulation_is_a_spreadsheet_and_a_page(tmp_path):
+    motion = simulate(SlidingOscillator(), 8, f=12.2, Nd=0.05)
+    path = tmp_path / "motion.csv"
+    motion.to_csv(path)
+    head, *rows = csv.reader(path.read_text().splitlines())
+    assert head == ["time (s)", "x", "y", "vx (1/s)", "vy (1/s)"]
+    values = np.array(rows, dtype=float)
+    assert (values[:, 1:] == motion.strobe).all()
+    assert (values[:, 0] == motion.time).all()
+    assert motion._repr_html_().startswith("<pre>")

@@ -121,6 +121,24 @@ class Simulation(Trajectory):
 
         write_file(path, simulation_table(self).to_netcdf())
 
+    def to_csv(self, path: str | Path) -> None:
+        """Write a spreadsheet: time and states once every forcing period, at phase zero.
+
+        Parameters
+        ----------
+        path
+            The file. It is written whole or not at all.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be written.
+        """
+        from slipfold.results.spreadsheet import simulation_csv
+        from slipfold.results.writing import write_file
+
+        write_file(path, simulation_csv(self).encode())
+
     def plot(self, output: str = "x", kind: str = "timeseries", **options: Any) -> Any:
         """Draw the motion.
 
@@ -150,6 +168,11 @@ class Simulation(Trajectory):
 
         draw = getattr(import_module(f"slipfold.plots.{kind}"), f"draw_{kind}")
         return draw(self.spectrum() if kind == "spectrum" else self, output, **options)
+
+    def _repr_html_(self) -> str:
+        from html import escape
+
+        return f"<pre>{escape(self.summary())}</pre>"
 
     def __repr__(self) -> str:
         """One line: how long it is and whether it settled."""

@@ -1,4 +1,4 @@
-"""A diagram as comma-separated values: one row a point, special points among them."""
+"""Results as comma-separated values: points of branches, stroboscopic states of motions."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from slipfold.branches.branch import Branch
 
 if TYPE_CHECKING:
     from slipfold.results.diagram import Diagram
+    from slipfold.results.simulation import Simulation
 
-__all__ = ["diagram_csv"]
+__all__ = ["diagram_csv", "simulation_csv"]
 
 
 def diagram_csv(diagram: Diagram) -> str:
@@ -38,15 +39,36 @@ def diagram_csv(diagram: Diagram) -> str:
     return text.getvalue()
 
 
+def simulation_csv(simulation: Simulation) -> str:
+    """Return time and states at phase zero, one line a forcing period.
+
+    Parameters
+    ----------
+    simulation
+        The motion.
+
+    Returns
+    -------
+    str
+        A line of column names with units, then the lines. Numbers are exact.
+    """
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["time (s)", *(_named(item) for item in simulation.model.states)])
+    for time, state in zip(simulation.time, simulation.strobe, strict=True):
+        writer.writerow([repr(float(time)), *(repr(float(value)) for value in state)])
+    return text.getvalue()
+
+
+def _named(item: Any) -> str:
+    return f"{item.name} ({item.unit})" if item.unit else str(item.name)
+
+
 def _heads(diagram: Diagram) -> list[str]:
     model = diagram.model
-
-    def named(item: Any) -> str:
-        return f"{item.name} ({item.unit})" if item.unit else str(item.name)
-
-    outputs = [named(item) for item in (*model.states, *model.outputs())]
-    heads = ["branch", "period", "type", "criticality", named(model.parameter(diagram.vary))]
-    heads += [named(item) for item in model.states]
+    outputs = [_named(item) for item in (*model.states, *model.outputs())]
+    heads = ["branch", "period", "type", "criticality", _named(model.parameter(diagram.vary))]
+    heads += [_named(item) for item in model.states]
     heads += [f"max {name}" for name in outputs] + [f"min {name}" for name in outputs]
     for index in range(1, len(model.states) + 1):
         heads += [f"multiplier {index} real", f"multiplier {index} imaginary"]
