@@ -151,8 +151,8 @@ def _follow(
     the last step is undone, and a shorter one to take instead is returned.
     """
     problem = trace.problem
-    cap = {"cap": step_beside_parent} if trace.doubled else {}
-    for item in walk(problem, trace.points, first, span, settings, **cap):
+    cap = step_beside_parent if trace.doubled else None
+    for item in walk(problem, trace.points, first, span, settings, cap):
         before = trace.points[-1]
         if isinstance(item, Failure):
             trace.end = failure_end(problem, before, item)

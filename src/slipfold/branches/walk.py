@@ -77,7 +77,7 @@ def walk(
     first_step: float,
     span: tuple[float, float],
     settings: Settings,
-    cap: Callable[[Point], float] = lambda point: np.inf,
+    cap: Callable[[Point], float] | None = None,
 ) -> Iterator[Point | Failure]:
     """Follow a branch from a point until the parameter leaves an interval.
 
@@ -95,7 +95,7 @@ def walk(
     settings
         Steps and Newton's method.
     cap
-        Longest step that may be taken from a point.
+        Longest step that may be taken from a point, besides the settings' own.
 
     Yields
     ------
@@ -108,7 +108,8 @@ def walk(
     step = min(first_step, settings.steps.largest)
     bounds = sorted(value / problem.width for value in span)
     for _ in range(settings.steps.points):
-        step = min(step, cap(recent[-1]))
+        if cap is not None:
+            step = min(step, cap(recent[-1]))
         point, step = _next_point(problem, recent, step, bounds, settings)
         if isinstance(point, Failure):
             yield point

@@ -22,6 +22,7 @@ from slipfold.cli.status import DONE, FAILED, INTERRUPTED, note
 from slipfold.errors import InputError
 
 if TYPE_CHECKING:
+    from slipfold.branches.progress import Progress
     from slipfold.branches.settings import Settings
     from slipfold.results.diagram import Diagram
 
@@ -106,8 +107,8 @@ def response(
     with deferred_interrupts() as check:
         with live_line() as show:
 
-            def observer(progress: object) -> None:
-                show(words(progress))  # type: ignore[arg-type]
+            def observer(progress: Progress) -> None:
+                show(words(progress))
                 check()
 
             diagram = compute(

@@ -126,10 +126,9 @@ def initial_state(
 
 
 def _whole_number(periods: object) -> int:
-    whole = isinstance(periods, (int, np.integer)) and not isinstance(periods, bool)
-    if not whole or int(periods) < 1:  # type: ignore[call-overload]
-        raise InputError(f"periods = {periods!r} is not a whole number of at least 1; give one")
-    return int(periods)  # type: ignore[call-overload]
+    if isinstance(periods, (int, np.integer)) and not isinstance(periods, bool) and periods >= 1:
+        return int(periods)
+    raise InputError(f"periods = {periods!r} is not a whole number of at least 1; give one")
 
 
 def _cut_short(stop: Stop) -> Settlement:
