@@ -18,7 +18,7 @@ def linearised(model, states=STATES):
     flow = flow_of(model)
     constants = flow.constants(model.vector)
     ones = np.ones(len(states))
-    return flow.linearise(states, 0 * ones, ones, constants, constants.rates[:, 0])[:2]
+    return flow.linearise(states, 0 * ones, ones, constants, constants.rates[:, [0]])[:2]
 
 
 def test_friction_and_normal_force_act_by_their_product():

@@ -46,7 +46,7 @@ def test_derivatives_of_the_coefficients():
 
 def test_monodromy_matrix():
     ends, matrices, _ = FLOW.linearise(
-        STATE[None], np.zeros(1), np.ones(1), CONSTANTS, CONSTANTS.rates[:, 0]
+        STATE[None], np.zeros(1), np.ones(1), CONSTANTS, CONSTANTS.rates[:, [0]]
     )
     expected = np.transpose(
         [integrate(STATE + 1j * TINY * unit, P).imag / TINY for unit in np.eye(4)]
@@ -58,11 +58,11 @@ def test_monodromy_matrix():
 
 @pytest.mark.parametrize("name", [parameter.name for parameter in MODEL.parameters])
 def test_derivative_with_respect_to_a_parameter(name):
-    direction = CONSTANTS.rates[:, MODEL.parameter_index(name)]
+    direction = CONSTANTS.rates[:, [MODEL.parameter_index(name)]]
     _, _, vectors = FLOW.linearise(STATE[None], np.zeros(1), np.ones(1), CONSTANTS, direction)
     expected = integrate(STATE, {**P, name: P[name] + 1j * TINY}).imag / TINY
     size = np.max(np.abs(expected) / SCALE) + 1e-3
-    assert np.max(np.abs(vectors[0] - expected) / SCALE) / size < 1e-8
+    assert np.max(np.abs(vectors[0, :, 0] - expected) / SCALE) / size < 1e-8
 
 
 def test_linear_flow_has_an_exact_monodromy_matrix():
@@ -76,12 +76,12 @@ def test_linear_flow_has_an_exact_monodromy_matrix():
         np.zeros(3),
         np.array([0.5, 1, 3]),
         constants,
-        constants.rates[:, model.parameter_index("a")],
+        constants.rates[:, [model.parameter_index("a")]],
     )
     for phase, part, vector in zip((0.5, 1, 3), found, along, strict=True):
         assert part == pytest.approx(expm(matrix * phase / model.f), abs=1e-12)
         # The response is linear in the amplitude.
-        assert vector == pytest.approx(model.exact(phase / model.f) / model.a, abs=1e-12)
+        assert vector[:, 0] == pytest.approx(model.exact(phase / model.f) / model.a, abs=1e-12)
 
 
 def test_difference_quotients_converge_to_the_derivative_with_second_order():
@@ -116,8 +116,42 @@ def test_jets_agree_with_differences_of_the_flow():
 
 def test_first_jet_is_the_monodromy_matrix():
     _, matrices, _ = FLOW.linearise(
-        STATE[None], np.zeros(1), np.ones(1), CONSTANTS, CONSTANTS.rates[:, 0]
+        STATE[None], np.zeros(1), np.ones(1), CONSTANTS, CONSTANTS.rates[:, [0]]
     )
     jets = FLOW.jet(STATE, 0.0, 1.0, CONSTANTS, np.eye(4))
     along = jets[:, 0].T
     assert along == pytest.approx(matrices[0], rel=1e-11, abs=1e-11)
+
+
+def test_every_trajectory_may_have_parameters_of_its_own():
+    names = ("f", "Nd")
+    models = [MODEL.replace(Nd=0.1 * i, f=12.0 + 0.1 * i) for i in range(1, 10)]
+    vectors = np.array([model.vector for model in models])
+    columns = [MODEL.parameter_index(name) for name in names]
+    states = STATE + RNG.normal(size=(9, 4)) * [0.01, 0.01, 0.5, 0.5]
+    zero, one = np.zeros(9), np.ones(9)
+    together = FLOW.constants(vectors)
+    found = FLOW.linearise(states, zero, one, together, together.rates[:, :, columns])
+    ends = FLOW.advance(states, zero, one, together)
+    rates = FLOW.rates(states, zero, together)
+    for i, vector in enumerate(vectors):
+        alone = FLOW.constants(vector)
+        some = slice(i, i + 1)
+        assert np.array_equal(together.values[i], alone.values)
+        expected = FLOW.linearise(
+            states[some], zero[some], one[some], alone, alone.rates[:, columns]
+        )
+        for part, exact in zip(found, expected, strict=True):
+            assert part[i] == pytest.approx(exact[0], rel=1e-13, abs=1e-13)
+        assert ends[i] == pytest.approx(expected[0][0], rel=1e-12)
+        assert np.array_equal(rates[i], FLOW.rates(states[some], zero[some], alone)[0])
+
+
+def test_derivatives_along_two_parameters_are_those_along_each():
+    columns = [MODEL.parameter_index(name) for name in ("Vd", "alpha")]
+    arguments = STATE[None], np.zeros(1), np.ones(1), CONSTANTS
+    _, matrix, both = FLOW.linearise(*arguments, CONSTANTS.rates[:, columns])
+    for place, column in enumerate(columns):
+        _, alone, vector = FLOW.linearise(*arguments, CONSTANTS.rates[:, [column]])
+        assert both[0, :, place] == pytest.approx(vector[0, :, 0], rel=1e-12, abs=1e-13)
+        assert matrix[0] == pytest.approx(alone[0], rel=1e-11, abs=1e-11)

@@ -38,6 +38,7 @@ class CompiledCode:
         self._equations = equations
         self._tolerance = tolerance
         self._count = len(equations.coefficients)
+        self._linear: dict[int, Any] = {}
 
     # -- integrators ---------------------------------------------------------------------------
 
@@ -56,25 +57,34 @@ class CompiledCode:
 
         return self._kept("single", build)
 
-    @cached_property
-    def linear(self) -> Any:
+    def linear(self, directions: int) -> Any:
         """Batch of the states and their first derivatives.
 
-        Derivatives are with respect to the start and to ``s`` in ``c + s d``; parameters are the
-        coefficients c, their direction d and s = 0.
+        Derivatives are with respect to the start and to each ``s_k`` in ``c + s_1 d_1 + ...``;
+        parameters are the coefficients c, the directions d_k one after the other, and the s_k, all
+        zero.
+
+        Parameters
+        ----------
+        directions
+            How many.
         """
+        if directions not in self._linear:
+            kind = f"linear along {directions}"
+            self._linear[directions] = self._kept(kind, lambda: self._linear_batch(directions))
+        return self._linear[directions]
 
-        def build() -> Any:
-            along = hy.par[2 * self._count]
-            moved = {
-                str(symbol): hy.par[i] + along * hy.par[self._count + i]
-                for i, symbol in enumerate(self._equations.coefficients)
-            }
-            arguments = [*self._equations.states, along]
-            variations = hy.var_ode_sys(self._system(moved), arguments, order=1)
-            return self._batch(variations, 2 * self._count + 1)
-
-        return self._kept("linear", build)
+    def _linear_batch(self, directions: int) -> Any:
+        count = self._count
+        along = [hy.par[(1 + directions) * count + k] for k in range(directions)]
+        moved = {
+            str(symbol): hy.par[i]
+            + sum(s * hy.par[(1 + k) * count + i] for k, s in enumerate(along))
+            for i, symbol in enumerate(self._equations.coefficients)
+        }
+        arguments = [*self._equations.states, *along]
+        variations = hy.var_ode_sys(self._system(moved), arguments, order=1)
+        return self._batch(variations, (1 + directions) * count + directions)
 
     @cached_property
     def jet(self) -> Any:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cache, lru_cache
 from typing import Any
 
 import heyoka as hy
@@ -34,9 +34,10 @@ class Constants:
     Parameters
     ----------
     values
-        Coefficients, shape (n_c,).
+        Coefficients, shape (n_c,); or (m, n_c), one row for each of m trajectories.
     rates
-        Derivative of the coefficients with respect to each parameter, shape (n_c, n_p).
+        Derivative of the coefficients with respect to each parameter, shape (n_c, n_p) or
+        (m, n_c, n_p).
     """
 
     values: Array
@@ -44,8 +45,8 @@ class Constants:
 
     @property
     def period(self) -> float:
-        """Forcing period in seconds."""
-        return float(self.values[-1])
+        """Forcing period in seconds, where all trajectories have the same."""
+        return float(self.values[..., -1])
 
 
 class Flow:
@@ -94,11 +95,12 @@ class Flow:
         Parameters
         ----------
         parameters
-            Parameter vector, shape (n_p,).
+            Parameter vector, shape (n_p,); or (m, n_p), one row for each of m trajectories.
         """
-        raw = self._code.coefficients(parameters)
-        count = len(self.equations.coefficients)
-        return Constants(raw[:count], raw[count:].reshape(count, len(parameters)))
+        raw = self._code.coefficients(np.ascontiguousarray(parameters.T)).T
+        count, shape = len(self.equations.coefficients), parameters.shape
+        rates = raw[..., count:].reshape(*shape[:-1], count, shape[-1])
+        return Constants(raw[..., :count], rates)
 
     # -- trajectories --------------------------------------------------------------------------
 
@@ -121,7 +123,8 @@ class Flow:
         """
         result = np.empty_like(states)
         for some in _chunks(len(states)):
-            batch = self._prepare(self._code.plain, states[some], start[some], constants.values)
+            values = _lanes(constants.values, some)
+            batch = self._prepare(self._code.plain, states[some], start[some], values)
             batch.propagate_until(_pad(end[some]), max_steps=MAX_STEPS)
             count = some.stop - some.start
             result[some] = _finished(batch, batch.state[: self.dimension], count)
@@ -151,14 +154,15 @@ class Flow:
         result = np.empty((len(states), count, self.dimension))
         fractions = np.arange(count)[:, None] / count
         for some in _chunks(len(states)):
-            batch = self._prepare(self._code.plain, states[some], start[some], constants.values)
+            values = _lanes(constants.values, some)
+            batch = self._prepare(self._code.plain, states[some], start[some], values)
             first, last = _pad(start[some]), _pad(end[some])
             grid = batch.propagate_grid(first + (last - first) * fractions, max_steps=MAX_STEPS)[1]
             result[some] = np.moveaxis(grid, 2, 0)[: some.stop - some.start]
         return result
 
     def linearise(
-        self, states: Array, start: Array, end: Array, constants: Constants, direction: Array
+        self, states: Array, start: Array, end: Array, constants: Constants, directions: Array
     ) -> tuple[Array, Array, Array]:
         """Carry states and their derivatives from one phase to another.
 
@@ -170,8 +174,9 @@ class Flow:
             Phases, shape (m,).
         constants
             Coefficients.
-        direction
-            Change of the coefficients the flow is differentiated along, shape (n_c,).
+        directions
+            Changes of the coefficients the flow is differentiated along, shape (n_c, k), or
+            (m, n_c, k) with those of each trajectory.
 
         Returns
         -------
@@ -179,21 +184,27 @@ class Flow:
             States at `end`.
         matrices : ndarray, shape (m, n, n)
             Derivatives of the end states with respect to the start states.
-        vectors : ndarray, shape (m, n)
-            Derivatives of the end states along `direction`.
+        vectors : ndarray, shape (m, n, k)
+            Derivatives of the end states along the directions.
         """
-        n = self.dimension
-        derivatives = np.empty((len(states), n, n + 1))
+        n, k = self.dimension, directions.shape[-1]
+        derivatives = np.empty((len(states), n, n + k))
         ends = np.empty_like(states)
-        values = np.concatenate([constants.values, direction, [0.0]])
+        count = constants.values.shape[-1]
+        code = self._code.linear(k)
+        identity = _identity(n, k)
         for some in _chunks(len(states)):
-            batch = self._prepare(self._code.linear, states[some], start[some], values)
-            batch.state[n:] = self._identity
+            values = _lanes(constants.values, some)
+            batch = self._prepare(code, states[some], start[some], values)
+            for i in range(k):
+                first = (1 + i) * count
+                batch.pars[first : first + count] = _lanes(directions[..., i], some)
+            batch.state[n:] = identity
             batch.propagate_until(_pad(end[some]), max_steps=MAX_STEPS)
             result = _finished(batch, batch.state, some.stop - some.start)
             ends[some] = result[:, :n]
-            derivatives[some] = result[:, n:].reshape(-1, n, n + 1)
-        return ends, derivatives[:, :, :n], derivatives[:, :, n]
+            derivatives[some] = result[:, n:].reshape(-1, n, n + k)
+        return ends, derivatives[:, :, :n], derivatives[:, :, n:]
 
     def jet(
         self, state: Array, start: float, end: float, constants: Constants, directions: Array
@@ -223,7 +234,7 @@ class Flow:
             count = len(along)
             values = np.concatenate([constants.values, np.zeros(n + 1)])
             batch = self._prepare(
-                self._code.jet, np.tile(state, (count, 1)), np.full(count, start), values
+                self._code.jet, np.tile(state, (count, 1)), np.full(count, start), values[:, None]
             )
             first = len(constants.values)
             batch.pars[first : first + n] = _pad(along).T
@@ -317,19 +328,15 @@ class Flow:
         result[: len(reached)] = reached
         return result
 
-    @cached_property
-    def _identity(self) -> Array:
-        n = self.dimension
-        return np.repeat(np.eye(n, n + 1).reshape(-1, 1), LANES, axis=1)
-
     def _evaluate(self, function: Any, states: Array, phases: Array, c: Constants) -> Array:
-        values = np.repeat(c.values[:, None], len(states), axis=1)
+        one = c.values.ndim == 1
+        values = np.repeat(c.values[:, None], len(states), axis=1) if one else c.values.T
         return function(np.concatenate([states.T, phases[None], values])).T
 
     def _prepare(self, batch: Any, states: Array, start: Array, values: Array) -> Any:
         batch.set_time(_pad(start))
         batch.state[: self.dimension] = _pad(states).T
-        batch.pars[: len(values)] = values[:, None]
+        batch.pars[: len(values)] = values
         return batch
 
 
@@ -366,6 +373,17 @@ def _pad(items: Array) -> Array:
     if len(items) == LANES:
         return items
     return np.concatenate([items, np.repeat(items[-1:], LANES - len(items), axis=0)])
+
+
+@cache
+def _identity(n: int, k: int) -> Array:
+    """Derivatives at the start, in the order in which the integrator holds them."""
+    return np.repeat(np.eye(n, n + k).reshape(-1, 1), LANES, axis=1)
+
+
+def _lanes(values: Array, some: slice) -> Array:
+    """Constants by lane: shape (n_c, 1) if all trajectories share them, (n_c, LANES) if not."""
+    return values[:, None] if values.ndim == 1 else _pad(values[some]).T
 
 
 def _finished(batch: Any, state: Array, count: int) -> Array:

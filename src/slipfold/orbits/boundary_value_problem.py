@@ -160,10 +160,10 @@ class PeriodicProblem:
         """
         nodes, constants = self.nodes(z), self.constants(z)
         ends, matrices, vectors = self.flow.linearise(
-            nodes, self._start, self._end, constants, constants.rates[:, self.index]
+            nodes, self._start, self._end, constants, constants.rates[:, [self.index]]
         )
         residual = (ends - nodes[self._following]) / self.scales
-        along = vectors * (self.width / (self.scales * np.sqrt(self.segments)))
+        along = vectors[:, :, 0] * (self.width / (self.scales * np.sqrt(self.segments)))
         return Linearisation(residual, matrices * self._ratios, along)
 
     def shifted(self, z: Array, tangent: Array) -> tuple[PeriodicProblem, Array, Array]:
@@ -190,10 +190,10 @@ class PeriodicProblem:
         )
         constants = self.constants(z)
         ends, matrices, vectors = self.flow.linearise(
-            self.nodes(z), self._start, other._start, constants, constants.rates[:, self.index]
+            self.nodes(z), self._start, other._start, constants, constants.rates[:, [self.index]]
         )
         moved = np.einsum("jab,jb->ja", matrices, self.nodes(tangent))
-        moved += vectors * (tangent[-1] * self.width)
+        moved += vectors[:, :, 0] * (tangent[-1] * self.width)
         direction = np.append(moved.ravel() / self._node_scales, tangent[-1])
         return (
             other,
