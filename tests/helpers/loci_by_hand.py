@@ -1,0 +1,185 @@
+"""Loci of LP, PD and NS in two parameters by Fourier collocation, by hand.
+
+States at N equidistant instants of the period k/f, N odd, are scaled: displacements over L, rates
+over 2 pi f L. An orbit satisfies R(u) = T rhs(u) - D u = 0. A multiplier exp(i theta) is a null
+vector of the linearization T J - D - i theta; for -1, D is that of antiperiodic functions and all
+is real. The locus adds g = 0 of [[H, b], [c*, 0]] (v, g) = (0, 1) to R = 0. The unknowns are
+z = (u, two parameters, for NS theta), and rows fix coordinates. Nothing of the package is used.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from helpers.fourier_collocation import differentiation_matrix
+from helpers.sliding_by_hand import BASE, rhs
+
+TINY = 1e-30
+NUDGE = 1e-5
+CIRCLE = np.exp(2j * np.pi * np.arange(32) / 32)
+
+
+class Locus(NamedTuple):
+    """What is followed: "LP", "PD", "NS", or "orbit" for the orbits alone."""
+
+    kind: str
+    period: int
+    plane: tuple[str, str] = ("f", "Nd")
+    values: tuple = ()
+
+    def parameters(self, pair):
+        """All values of the equations, two of them from the plane."""
+        return {**BASE, **dict(self.values), **dict(zip(self.plane, pair, strict=True))}
+
+
+def antiperiodic_matrix(count):
+    """Derivative of the interpolant that changes sign after one unit of time."""
+    j = np.arange(count)
+    gap = j[:, None] - j[None, :]
+    with np.errstate(divide="ignore"):
+        matrix = np.pi * (-1.0) ** gap / np.tan(np.pi * gap / count)
+    matrix[j, j] = 0.0
+    return matrix
+
+
+def rates(u, locus, pair):
+    """T rhs in scaled states, shape (N, 4)."""
+    p = locus.parameters(pair)
+    duration, rate = locus.period / p["f"], 2 * np.pi * p["f"]
+    scales = np.array([1, 1, rate, rate])
+    times = np.arange(len(u)) / len(u) * duration
+    return duration * rhs(times, (u * scales).T, p).T / scales
+
+
+def jacobians(u, locus, pair):
+    """Derivatives of the rates at each instant, shape (N, 4, 4), by complex steps."""
+    columns = [rates(u + 1j * TINY * unit, locus, pair).imag / TINY for unit in np.eye(4)]
+    return np.stack(columns, axis=2)
+
+
+def along_parameters(u, locus, pair):
+    """Derivatives of the rates with respect to the two parameters, shape (4 N, 2)."""
+    steps = 1j * TINY * np.eye(2)
+    return np.transpose([rates(u, locus, pair + s).imag.ravel() / TINY for s in steps])
+
+
+def split(z, locus):
+    """States, parameters and the angle that unknowns stand for."""
+    end = len(z) - 2 - (locus.kind == "NS")
+    return z[:end].reshape(-1, 4), z[end : end + 2], z[-1] if locus.kind == "NS" else 0.0
+
+
+def join(u, pair, *theta):
+    """Unknowns from states, parameters and, for NS, the angle."""
+    return np.concatenate([np.ravel(u), pair, theta])
+
+
+def linearization(jacobian, derivative, theta=0.0):
+    """Matrix T J - D - i theta, shape (4 N, 4 N), real without theta."""
+    count = len(jacobian)
+    matrix = np.zeros((count, 4, count, 4), dtype=complex if theta else float)
+    j = np.arange(count)
+    matrix[j, :, j, :] = jacobian - (1j * theta if theta else 0.0) * np.eye(4)
+    for component in range(4):
+        matrix[:, component, :, component] -= derivative
+    return matrix.reshape(4 * count, 4 * count)
+
+
+def critical_matrix(z, locus):
+    """Matrix that is singular on the locus."""
+    u, pair, theta = split(z, locus)
+    make = antiperiodic_matrix if locus.kind == "PD" else differentiation_matrix
+    return linearization(jacobians(u, locus, pair), make(len(u)), theta)
+
+
+def borders(z, locus):
+    """Singular vectors (left, right) of the smallest singular value."""
+    left, _, right = np.linalg.svd(critical_matrix(z, locus))
+    return left[:, -1], right[-1].conj()
+
+
+def null_vectors(z, locus, edge):
+    """Right and left solutions v, w of the bordered systems, and g."""
+    matrix = critical_matrix(z, locus)
+    b, c = edge
+    bordered = np.block([[matrix, b[:, None]], [c.conj()[None], np.zeros((1, 1))]])
+    unit = np.zeros(len(bordered))
+    unit[-1] = 1.0
+    right = np.linalg.solve(bordered, unit)
+    left = np.linalg.solve(bordered.conj().T, unit)
+    return right[:-1], left[:-1], right[-1]
+
+
+def test_gradient(z, locus, v, w):
+    """Derivative of g = -w* H' v by central differences of Jacobians; complex for NS."""
+    u, pair, _ = split(z, locus)
+    v, w = v.reshape(-1, 4), w.conj().reshape(-1, 4)
+
+    def bent(direction):
+        step = NUDGE / np.abs(direction).max()
+        ahead = jacobians(u + step * direction, locus, pair)
+        behind = jacobians(u - step * direction, locus, pair)
+        return np.einsum("ti,tij->tj", w, (ahead - behind) / (2 * step))
+
+    states = bent(v.real) + (1j * bent(v.imag) if np.iscomplexobj(v) else 0.0)
+    along = []
+    for step in NUDGE * np.eye(2):
+        change = jacobians(u, locus, pair + step) - jacobians(u, locus, pair - step)
+        along.append(np.einsum("ti,tij,tj", w, change, v) / (2 * NUDGE))
+    angle = [-1j * np.sum(w * v)] if locus.kind == "NS" else []
+    return -join(states, along, *angle)
+
+
+def equations(z, locus, edge):
+    """Residual and its derivative, without the rows that fix coordinates."""
+    u, pair, _ = split(z, locus)
+    derivative = differentiation_matrix(len(u))
+    residual = (rates(u, locus, pair) - derivative @ u).ravel()
+    matrix = np.zeros((len(residual), len(z)))
+    matrix[:, : u.size] = linearization(jacobians(u, locus, pair), derivative)
+    matrix[:, u.size : u.size + 2] = along_parameters(u, locus, pair)
+    if locus.kind == "orbit":
+        return residual, matrix
+    v, w, g = null_vectors(z, locus, edge)
+    row = test_gradient(z, locus, v, w)
+    parts = (np.real, np.imag) if locus.kind == "NS" else (np.real,)
+    residual = np.append(residual, [part(g) for part in parts])
+    return residual, np.vstack([matrix, *(part(row) for part in parts)])
+
+
+def solve(z, locus, rows, targets, tolerance=3e-12):
+    """Newton's method for the equations with rows @ z = targets; the steps reach rounding."""
+    edge = None if locus.kind == "orbit" else borders(z, locus)
+    rows, last = np.atleast_2d(rows), np.inf
+    for _ in range(15):
+        residual, matrix = equations(z, locus, edge)
+        full = np.concatenate([residual, rows @ z - targets])
+        step = np.linalg.solve(np.vstack([matrix, rows]), full)
+        z = z - step
+        size = np.abs(step).max()
+        if size < tolerance or (last < 1e-8 and size > 0.1 * last):
+            return z
+        last = size
+    raise AssertionError(f"no convergence, last step {last:.1e}")
+
+
+def coordinate(z, index):
+    """Row that picks one unknown: -2 and -1 the plane (-3, -2, -1 the plane and theta for NS)."""
+    row = np.zeros(len(z))
+    row[index] = 1.0
+    return row
+
+
+def tangent(z, locus, rows=None):
+    """Direction of the locus, in the norm of `weights`."""
+    _, matrix = equations(z, locus, None if locus.kind == "orbit" else borders(z, locus))
+    if rows is not None:
+        matrix = np.vstack([matrix, rows])
+    direction = np.linalg.svd(matrix)[2][-1]
+    return direction / np.sqrt(np.sum(weights(z, locus) * direction**2))
+
+
+def weights(z, locus):
+    """Metric of the arclength: the mean square of the states, and the plane."""
+    size = split(z, locus)[0].size
+    return np.concatenate([np.full(size, 4 / size), np.ones(len(z) - size)])
