@@ -116,7 +116,7 @@ def _anew(problem: PeriodicProblem, point: Point) -> Point | None:
     correction = correct(other, guess, row, still=STILL)
     if not correction.converged:
         return None
-    return corrected_point(correction, point.arclength)
+    return corrected_point(other, correction, point.arclength)
 
 
 def _uncertainties(problem: PeriodicProblem, found: Found) -> tuple[float, Array]:

@@ -1,4 +1,4 @@
-"""Where on a branch a function of the orbit is zero."""
+"""Where on a curve of orbits a function is zero."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from slipfold.branches.interpolation import POINTS, arc_between, hermite, well_spaced
-from slipfold.branches.point import Point, corrected_point
-from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.branches.point import Curve, Point, corrected_point
 from slipfold.orbits.newton import correct
 
 __all__ = ["LostBranchError", "insert", "locate", "orbit_at"]
@@ -32,13 +31,13 @@ class LostBranchError(ArithmeticError):
     """Newton's method failed between two points of a branch."""
 
 
-def orbit_at(problem: PeriodicProblem, known: Sequence[Point], arclength: float) -> Point:
+def orbit_at(curve: Curve, known: Sequence[Point], arclength: float) -> Point:
     """Return the orbit at a place between known points of a branch.
 
     Parameters
     ----------
-    problem
-        The boundary-value problem.
+    curve
+        The equations.
     known
         Points of the branch in order.
     arclength
@@ -50,10 +49,10 @@ def orbit_at(problem: PeriodicProblem, known: Sequence[Point], arclength: float)
         If Newton's method fails there.
     """
     guess, row = hermite(well_spaced(known, arclength, arclength, POINTS), arclength)
-    correction = correct(problem, guess, row, still=STILL)
+    correction = correct(curve, guess, row, still=STILL)
     if not correction.converged:
         raise LostBranchError(correction.failure)
-    return _placed(known, corrected_point(correction, arclength))
+    return _placed(known, corrected_point(curve, correction, arclength))
 
 
 def _placed(known: Sequence[Point], point: Point) -> Point:
@@ -81,7 +80,7 @@ def insert(known: list[Point], point: Point) -> None:
 
 
 def locate(
-    problem: PeriodicProblem,
+    curve: Curve,
     known: list[Point],
     a: Point,
     b: Point,
@@ -96,8 +95,8 @@ def locate(
 
     Parameters
     ----------
-    problem
-        The boundary-value problem.
+    curve
+        The equations.
     known
         Points of the branch in order; grows.
     a, b
@@ -118,7 +117,7 @@ def locate(
         at = _inverse_interpolation(tried, low, high)
         if not low < at < high or (count > PATIENCE and count % 2):
             at = 0.5 * (low + high)
-        point = orbit_at(problem, known, at)
+        point = orbit_at(curve, known, at)
         at, value = point.arclength, function(point)
         if value == 0.0 or _error(tried, at, value) <= close or high - low <= close:
             return point

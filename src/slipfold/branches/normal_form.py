@@ -141,7 +141,7 @@ def _parameter_pull(problem: PeriodicProblem, point: Point) -> Array:
     """Derivative of the map with respect to the parameter, in the problem's scaled states."""
     linearisation = problem.linearise(point.z)
     pull = np.zeros(linearisation.along.shape[1])
-    for block, along in zip(linearisation.blocks, linearisation.along, strict=True):
+    for block, along in zip(linearisation.blocks, linearisation.along[:, :, 0], strict=True):
         pull = block @ pull + along
     return pull
 

@@ -1,19 +1,34 @@
-"""One point of a branch while it is being followed."""
+"""One point of a curve of orbits while it is being followed."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.test_functions import evaluate_tests
 from slipfold.orbits.floquet import floquet_multipliers
-from slipfold.orbits.newton import Correction
+from slipfold.orbits.linearisation import Linearisation
+from slipfold.orbits.newton import Correction, Problem
+from slipfold.orbits.test_functions import evaluate_tests
 
-__all__ = ["Point", "corrected_point", "make_point"]
+__all__ = ["Curve", "Point", "corrected_point", "make_point"]
 
 Array = NDArray[np.float64]
+
+
+class Curve(Problem, Protocol):
+    """Equations whose solutions form a curve, with functions that change sign along it."""
+
+    def tests(
+        self,
+        z: Array,
+        linearisation: Linearisation,
+        multipliers: NDArray[np.complex128],
+        tangent: Array,
+    ) -> dict[str, float]:
+        """Return the test functions of an orbit by name."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,8 +48,8 @@ class Point:
     multipliers
         Floquet multipliers, shape (n,).
     tests
-        Functions that change sign at a bifurcation, by its type: ``PD``, ``NS``, ``LP`` (the
-        tangent's component along the parameter) and ``fold`` (zero at LP and BP alike).
+        Functions that change sign at special points, by name. On a branch: ``PD``, ``NS``, ``LP``
+        (the tangent's component along the parameter) and ``fold`` (zero at LP and BP alike).
     orientation
         Sign of the determinant of the Jacobian bordered by the tangent; it changes at a branch
         point and not at a fold. Zero where it is not known.
@@ -58,14 +73,9 @@ class Point:
 
 
 def make_point(
-    z: Array,
-    tangent: Array,
-    arclength: float,
-    monodromy: Array,
-    residual: float,
-    orientation: int = 0,
+    z: Array, tangent: Array, arclength: float, monodromy: Array, residual: float
 ) -> Point:
-    """Return a point with its multipliers and test functions.
+    """Return a point of a branch whose derivatives follow from those of another branch.
 
     Parameters
     ----------
@@ -79,16 +89,13 @@ def make_point(
         Monodromy matrix in scaled states, shape (n, n).
     residual
         Largest mismatch, in scaled states.
-    orientation
-        Sign of the bordered determinant, 0 where it is not known.
     """
     multipliers = floquet_multipliers(monodromy)
-    tests = evaluate_tests(monodromy, multipliers)
-    tests["LP"] = float(tangent[-1])
-    return Point(z, tangent, arclength, monodromy, multipliers, tests, orientation, residual)
+    tests = {**evaluate_tests(monodromy, multipliers), "LP": float(tangent[-1])}
+    return Point(z, tangent, arclength, monodromy, multipliers, tests, 0, residual)
 
 
-def corrected_point(correction: Correction, arclength: float) -> Point:
+def corrected_point(curve: Curve, correction: Correction, arclength: float) -> Point:
     """Turn a converged correction into a point.
 
     The tangent points along the row of the correction's constraint. The bordered determinant
@@ -96,19 +103,26 @@ def corrected_point(correction: Correction, arclength: float) -> Point:
 
     Parameters
     ----------
+    curve
+        The equations.
     correction
         A converged correction.
     arclength
-        Position on the branch.
+        Position on the curve.
     """
     linearisation, bordered = correction.linearisation, correction.bordered
     assert linearisation is not None  # it converged
     assert bordered is not None
-    return make_point(
+    tangent = bordered.tangent()
+    monodromy = linearisation.monodromy
+    multipliers = floquet_multipliers(monodromy)
+    return Point(
         correction.z,
-        bordered.tangent(),
+        tangent,
         arclength,
-        linearisation.monodromy,
-        correction.residual,
+        monodromy,
+        multipliers,
+        curve.tests(correction.z, linearisation, multipliers, tangent),
         bordered.sign,
+        correction.residual,
     )

@@ -58,7 +58,7 @@ def response_start(problem: PeriodicProblem, value: float, forward: float) -> Po
     broken = broken_limit(problem, correction.z)
     if broken is not None:
         raise InputError(f"the span cannot start at {problem.vary} = {value:g}: {broken}")
-    return corrected_point(correction, 0.0)
+    return corrected_point(problem, correction, 0.0)
 
 
 def _nodes_from_quiet(problem: PeriodicProblem, value: float) -> Array:
@@ -79,9 +79,9 @@ def _nodes_from_quiet(problem: PeriodicProblem, value: float) -> Array:
             f"{correction.failure}; start the span elsewhere"
         )
     row = hold_parameter(other.size) * np.sign(target)
-    start = corrected_point(correct(other, correction.z, row), 0.0)
+    start = corrected_point(other, correct(other, correction.z, row), 0.0)
     point: Point | Failure = start
-    for point in walk(other, [start], 0.01, (0.0, target), Settings()):
+    for point in walk(other, [start], 0.01, other.bounds((0.0, target)), Settings()):
         if isinstance(point, Failure):
             break
         broken = broken_limit(other, point.z)

@@ -50,8 +50,6 @@ RETREAT = 0.3
 RESOLVED = 1e7
 """Largest multiplier beside which those near the unit circle are still known to five digits."""
 
-EVERYWHERE = (-np.inf, np.inf)
-
 
 @dataclass(eq=False)
 class Trace:
@@ -152,7 +150,7 @@ def _follow(
     """
     problem = trace.problem
     cap = step_beside_parent if trace.doubled else None
-    for item in walk(problem, trace.points, first, span, settings, cap):
+    for item in walk(problem, trace.points, first, problem.bounds(span), settings, cap):
         before = trace.points[-1]
         if isinstance(item, Failure):
             trace.end = failure_end(problem, before, item)
@@ -185,7 +183,7 @@ def _first_step(problem: PeriodicProblem, start: Point, settings: Settings) -> f
     outside = int(np.count_nonzero(np.abs(others) > 1))
     step = BIRTH
     for _ in range(6):
-        first = next(iter(walk(problem, [start], step, EVERYWHERE, settings)))
+        first = next(iter(walk(problem, [start], step, (), settings)))
         if not isinstance(first, Failure) and first.unstable in (outside, outside + 1):
             return step
         step /= 4

@@ -9,14 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.interpolation import POINTS, arc_between, hermite, polynomial
-from slipfold.branches.point import Point, corrected_point
+from slipfold.branches.point import Curve, Point, corrected_point
 from slipfold.branches.settings import Settings
-from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.newton import Correction, correct
 
-__all__ = ["Failure", "walk"]
+__all__ = ["Bound", "Failure", "walk"]
 
 Array = NDArray[np.float64]
+
+Bound = tuple[int, float, float]
+"""A component of the unknown, with the least and the largest value it may take."""
 
 ERROR = 3e-3
 """Distance between predicted and corrected orbit that the steps aim at, in scaled variables."""
@@ -72,26 +74,26 @@ class _Measures:
 
 
 def walk(
-    problem: PeriodicProblem,
+    curve: Curve,
     start: Sequence[Point],
     first_step: float,
-    span: tuple[float, float],
+    bounds: Sequence[Bound],
     settings: Settings,
     cap: Callable[[Point], float] | None = None,
 ) -> Iterator[Point | Failure]:
-    """Follow a branch from a point until the parameter leaves an interval.
+    """Follow a curve from a point until a parameter leaves its bounds.
 
     Parameters
     ----------
-    problem
-        The boundary-value problem.
+    curve
+        The equations.
     start
-        The first point, or the last few of a branch that is taken up again; the tangent of the
+        The first point, or the last few of a curve that is taken up again; the tangent of the
         last gives the direction.
     first_step
         First step in arclength.
-    span
-        The branch ends where the parameter leaves this interval, on either side.
+    bounds
+        The curve ends where a component of the unknown leaves its bounds.
     settings
         Steps and Newton's method.
     cap
@@ -100,39 +102,38 @@ def walk(
     Yields
     ------
     Point
-        The next point; the last one lies exactly on the end of the interval.
+        The next point; the last one lies exactly on a bound.
     Failure
         In its place, once, if there is no next point.
     """
     recent = list(start)[-POINTS:]
     step = min(first_step, settings.steps.largest)
-    bounds = sorted(value / problem.width for value in span)
     for _ in range(settings.steps.points):
         if cap is not None:
             step = min(step, cap(recent[-1]))
-        point, step = _next_point(problem, recent, step, bounds, settings)
+        point, step = _next_point(curve, recent, step, bounds, settings)
         if isinstance(point, Failure):
             yield point
             return
         yield point
-        if point.z[-1] in bounds:
+        if any(point.z[index] in (low, high) for index, low, high in bounds):
             return
         recent = [*recent, point][-POINTS:]
     yield Failure("points", f"{settings.steps.points} points were not enough; allow more points")
 
 
 def _next_point(
-    problem: PeriodicProblem,
+    curve: Curve,
     recent: list[Point],
     step: float,
-    bounds: list[float],
+    bounds: Sequence[Bound],
     settings: Settings,
 ) -> tuple[Point | Failure, float]:
     """Take one step, shortening it until it fits; return the step to try next as well."""
     smallest, largest = settings.steps.smallest, settings.steps.largest
     reason, growth = "the branch turns too sharply", 2.5
     while step >= smallest:
-        correction, point = _try(problem, recent, step, bounds, settings)
+        correction, point = _try(curve, recent, step, bounds, settings)
         if point is not None:
             measures = _measure(recent, point, correction, settings)
             if measures.fits or step <= 4 * smallest:
@@ -151,59 +152,66 @@ def _next_point(
 
 
 def _try(
-    problem: PeriodicProblem,
+    curve: Curve,
     recent: list[Point],
     step: float,
-    bounds: list[float],
+    bounds: Sequence[Bound],
     settings: Settings,
 ) -> tuple[Correction, Point | None]:
-    """Predict and correct; a prediction beyond the interval is corrected on its end."""
+    """Predict and correct; what lies beyond a bound is corrected on it."""
     last = recent[-1]
     target = last.arclength + step
     guess, row = hermite(recent, target)
-    outside = _bound_beyond(guess, bounds)
-    if outside is not None:
-        guess = hermite(recent, _arclength_at(recent, outside, target))[0]
-    else:
-        correction = _correct(problem, guess, row, settings)
-        if correction.converged:
-            outside = _bound_beyond(correction.z, bounds)
-            guess = correction.z.copy()
-    if outside is not None:
-        guess[-1] = outside
+    held = _first_bound_beyond(recent, guess, bounds, target)
+    if held is None:
+        correction = _correct(curve, guess, row, settings)
+        if not correction.converged:
+            return correction, None
+        held = _first_bound_beyond(recent, correction.z, bounds, target)
+    # In a corner of the window, holding one bound may lead beyond another.
+    for _ in bounds:
+        if held is None:
+            break
+        index, bound = held
+        guess = hermite(recent, _arclength_at(recent, index, bound, target))[0]
+        guess[index] = bound
         row = np.zeros_like(row)
-        row[-1] = np.sign(outside - last.z[-1]) or 1.0
-        correction = _correct(problem, guess, row, settings)
-    if not correction.converged:
-        return correction, None
-    if outside is not None:
-        correction.z[-1] = outside  # exactly, whatever rounding did
-    point = corrected_point(correction, target)
+        row[index] = np.sign(bound - last.z[index]) or 1.0
+        correction = _correct(curve, guess, row, settings)
+        if not correction.converged:
+            return correction, None
+        correction.z[index] = bound  # exactly, whatever rounding did
+        held = _first_bound_beyond(recent, correction.z, bounds, target)
+    point = corrected_point(curve, correction, target)
     return correction, replace(point, arclength=last.arclength + arc_between(last, point))
 
 
-def _bound_beyond(z: Array, bounds: list[float]) -> float | None:
-    """Return the end of the interval that the parameter has passed, if it has."""
-    lower, upper = bounds
-    if z[-1] < lower:
-        return lower
-    return upper if z[-1] > upper else None
-
-
-def _correct(problem: PeriodicProblem, guess: Array, row: Array, settings: Settings) -> Correction:
-    newton = settings.newton
-    return correct(
-        problem, guess, row, newton.tolerance, newton.iterations, reach=2 * REJECT * ERROR
+def _first_bound_beyond(
+    recent: list[Point], z: Array, bounds: Sequence[Bound], target: float
+) -> tuple[int, float] | None:
+    """Return the component and the bound that the curve passes first on its way to z, if any."""
+    passed = [
+        (index, low if z[index] < low else high)
+        for index, low, high in bounds
+        if not low <= z[index] <= high
+    ]
+    return min(
+        passed, key=lambda item: _arclength_at(recent, item[0], item[1], target), default=None
     )
 
 
-def _arclength_at(recent: list[Point], bound: float, beyond: float) -> float:
-    """Bisect for where the predicted parameter reaches a bound."""
+def _correct(curve: Curve, guess: Array, row: Array, settings: Settings) -> Correction:
+    newton = settings.newton
+    return correct(curve, guess, row, newton.tolerance, newton.iterations, reach=2 * REJECT * ERROR)
+
+
+def _arclength_at(recent: list[Point], index: int, bound: float, beyond: float) -> float:
+    """Bisect for where a component of the prediction reaches a bound."""
     near, far = recent[-1].arclength, beyond
-    rising = hermite(recent, far)[0][-1] > bound
+    rising = hermite(recent, far)[0][index] > bound
     for _ in range(40):
         middle = 0.5 * (near + far)
-        if (hermite(recent, middle)[0][-1] > bound) == rising:
+        if (hermite(recent, middle)[0][index] > bound) == rising:
             far = middle
         else:
             near = middle

@@ -1,26 +1,22 @@
-"""Periodic orbits in one parameter as a boundary-value problem: multiple shooting, scaled."""
+"""Periodic orbits in one parameter as a boundary-value problem."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
-from functools import cache, cached_property, reduce
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.flow import Flow, flow_of
 from slipfold.flow.flow import Constants
 from slipfold.models.model import Model
+from slipfold.orbits.linearisation import NO_CONDITIONS, Linearisation, defect_of
+from slipfold.orbits.shooting import SEGMENTS, Shooting
+from slipfold.orbits.test_functions import evaluate_tests
 
-__all__ = ["SEGMENTS", "Linearisation", "PeriodicProblem"]
+__all__ = ["PeriodicProblem"]
 
 Array = NDArray[np.float64]
 
-SEGMENTS = 8
-"""Segments an orbit is split into: one SIMD batch, and growth of 500 a period becomes 2.2 each."""
 
-
-class PeriodicProblem:
+class PeriodicProblem(Shooting):
     r"""Orbits of period k in one free parameter.
 
     An unknown ``z`` holds the scaled states at m phases and the scaled parameter,
@@ -55,20 +51,10 @@ class PeriodicProblem:
         segments: int = SEGMENTS,
         offset: float = 0.0,
     ) -> None:
-        self.model = model
+        super().__init__(model, period, segments, offset)
         self.vary = vary
-        self.period = period
         self.width = width
-        self.segments = segments
-        self.flow: Flow = flow_of(model)
         self.index = model.parameter_index(vary)
-        self.scales = model.state_scales()
-        self.size = segments * len(self.scales)
-        self._node_scales = np.tile(self.scales, segments) * np.sqrt(segments)
-        edges: Array = (np.arange(segments + 1, dtype=float) + offset) * (period / segments)
-        self._start, self._end = edges[:-1], edges[1:]
-        self._following = (np.arange(segments) + 1) % segments
-        self._ratios = self.scales[None, :] / self.scales[:, None]
 
     # -- what z means --------------------------------------------------------------------------
 
@@ -82,17 +68,7 @@ class PeriodicProblem:
         value
             Value of the parameter.
         """
-        return np.append(nodes.ravel() / self._node_scales, value / self.width)
-
-    def nodes(self, z: Array) -> Array:
-        """Return the states at the nodes, shape (m, n).
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        """
-        return (z[:-1] * self._node_scales).reshape(self.segments, -1)
+        return np.append(self.flat(nodes), value / self.width)
 
     def value(self, z: Array) -> float:
         """Return the parameter value.
@@ -138,17 +114,16 @@ class PeriodicProblem:
 
     # -- residual and derivatives --------------------------------------------------------------
 
-    def residual(self, z: Array) -> Array:
-        """Return the mismatch at the nodes in scaled states, shape (m, n).
+    def defect(self, z: Array) -> Array:
+        """Return what Newton's method brings to zero, shape (m n,).
 
         Parameters
         ----------
         z
             The unknown.
         """
-        nodes = self.nodes(z)
-        ends = self.flow.advance(nodes, self._start, self._end, self.constants(z))
-        return (ends - nodes[self._following]) / self.scales
+        residual = self.mismatch(self.nodes(z), self.constants(z))
+        return defect_of(residual, NO_CONDITIONS.values)
 
     def linearise(self, z: Array) -> Linearisation:
         """Return the mismatch and its derivatives.
@@ -158,13 +133,41 @@ class PeriodicProblem:
         z
             The unknown.
         """
-        nodes, constants = self.nodes(z), self.constants(z)
-        ends, matrices, vectors = self.flow.linearise(
-            nodes, self._start, self._end, constants, constants.rates[:, [self.index]]
-        )
-        residual = (ends - nodes[self._following]) / self.scales
-        along = vectors[:, :, 0] * (self.width / (self.scales * np.sqrt(self.segments)))
-        return Linearisation(residual, matrices * self._ratios, along)
+        residual, blocks, along = self.transitions(self.nodes(z), self.constants(z), [self.index])
+        return Linearisation(residual, blocks, along * (self.width / np.sqrt(self.segments)))
+
+    def bounds(self, span: tuple[float, float]) -> list[tuple[int, float, float]]:
+        """Return the place of the parameter in the unknown with its scaled bounds.
+
+        Parameters
+        ----------
+        span
+            Two values of the parameter, in any order.
+        """
+        return [(-1, min(span) / self.width, max(span) / self.width)]
+
+    def tests(
+        self,
+        z: Array,
+        linearisation: Linearisation,
+        multipliers: NDArray[np.complex128],
+        tangent: Array,
+    ) -> dict[str, float]:
+        """Return the functions that change sign at a bifurcation.
+
+        Parameters
+        ----------
+        z
+            An orbit.
+        linearisation
+            Its derivatives.
+        multipliers
+            Its Floquet multipliers, shape (n,).
+        tangent
+            Unit tangent of the branch.
+        """
+        tests = evaluate_tests(linearisation.monodromy, multipliers)
+        return {**tests, "LP": float(tangent[-1])}
 
     def shifted(self, z: Array, tangent: Array) -> tuple[PeriodicProblem, Array, Array]:
         """Return the same orbit with its nodes half a segment later.
@@ -200,94 +203,3 @@ class PeriodicProblem:
             other.pack(ends, self.value(z)),
             direction / np.linalg.norm(direction),
         )
-
-
-@dataclass(frozen=True, eq=False)
-class Linearisation:
-    """Mismatch of an orbit and its derivatives, in scaled variables.
-
-    Parameters
-    ----------
-    residual
-        Shape (m, n), in scaled states.
-    blocks
-        Transition matrices of the segments, shape (m, n, n).
-    along
-        Derivative of the segments' ends with respect to the scaled parameter, shape (m, n).
-    """
-
-    residual: Array
-    blocks: Array
-    along: Array
-
-    @cached_property
-    def monodromy(self) -> Array:
-        """Product of the transition matrices, shape (n, n), in scaled states."""
-        return reduce(lambda product, block: block @ product, self.blocks)
-
-    def bordered(self, row: Array) -> Bordered:
-        """Return the Jacobian with one more row.
-
-        Block pattern for three segments (A transition matrix, b along, I identity)::
-
-            [ A -I  .  b ]
-            [ .  A -I  b ]
-            [-I  .  A  b ]
-            [ --- row -- ]
-
-        Parameters
-        ----------
-        row
-            Shape (m n + 1,).
-        """
-        m, n = self.along.shape
-        matrix = np.zeros((m * n + 1, m * n + 1))
-        places = _block_places(m, n)
-        matrix.ravel()[places] = self.blocks.ravel()
-        matrix[np.arange(m * n), (np.arange(m * n) + n) % (m * n)] -= 1.0
-        matrix[:-1, -1] = self.along.ravel()
-        matrix[-1] = row
-        return Bordered(matrix)
-
-
-@cache
-def _block_places(m: int, n: int) -> NDArray[np.int64]:
-    """Flat places of the diagonal blocks in a bordered matrix."""
-    size = m * n + 1
-    inside = np.arange(n)[:, None] * size + np.arange(n)[None, :]
-    return (np.arange(m)[:, None, None] * n * (size + 1) + inside).ravel()
-
-
-@dataclass(frozen=True, eq=False)
-class Bordered:
-    """Jacobian of an orbit with one more row, square.
-
-    Parameters
-    ----------
-    matrix
-        Shape (m n + 1, m n + 1).
-    """
-
-    matrix: Array
-
-    @cached_property
-    def inverse(self) -> Array:
-        """Inverse, NaN if the matrix is singular.
-
-        It is small and serves several right-hand sides; what rounding adds Newton's method
-        removes.
-        """
-        try:
-            return np.asarray(np.linalg.inv(self.matrix), dtype=float)
-        except np.linalg.LinAlgError:
-            return np.full_like(self.matrix, np.nan)
-
-    @property
-    def sign(self) -> int:
-        """Sign of the determinant."""
-        return int(np.linalg.slogdet(self.matrix)[0])
-
-    def tangent(self) -> Array:
-        """Return the unit vector of the kernel that the last row leaves, along that row."""
-        tangent = self.inverse[:, -1]
-        return tangent / np.linalg.norm(tangent)

@@ -1,17 +1,31 @@
-"""Newton's method for a periodic orbit under one linear constraint."""
+"""Newton's method for an orbit under one linear constraint."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.orbits.boundary_value_problem import Bordered, Linearisation, PeriodicProblem
+from slipfold.orbits.linearisation import Bordered, Linearisation
 
-__all__ = ["Correction", "correct"]
+__all__ = ["Correction", "Problem", "correct"]
 
 Array = NDArray[np.float64]
+
+
+class Problem(Protocol):
+    """Equations for an unknown that begins with the scaled states of an orbit."""
+
+    segments: int
+
+    def defect(self, z: Array) -> Array:
+        """Return what is to become zero."""
+
+    def linearise(self, z: Array) -> Linearisation:
+        """Return it with its derivatives."""
+
 
 STILL = 1e-8
 """Derivatives are those of the orbit once it has moved by less than this since they were taken."""
@@ -72,7 +86,7 @@ class Correction:
 
 
 def correct(
-    problem: PeriodicProblem,
+    problem: Problem,
     guess: Array,
     row: Array,
     tolerance: float = 1e-10,
@@ -85,11 +99,11 @@ def correct(
     Parameters
     ----------
     problem
-        The boundary-value problem.
+        The equations, one less than unknowns.
     guess
-        Start, shape (m n + 1,).
+        Start, shape (m n + k,) with k free parameters.
     row
-        Normal of the hyperplane, shape (m n + 1,). The unit vector of the parameter keeps that.
+        Normal of the hyperplane, shape (m n + k,). The unit vector of a parameter keeps that.
     tolerance
         Largest mismatch of an accepted orbit, in scaled states, measured on the result itself.
     iterations
@@ -107,11 +121,12 @@ def correct(
     while taken < iterations:
         taken += 1
         linearisation = problem.linearise(z)
-        if not np.isfinite(linearisation.residual).all():
+        defect = linearisation.defect
+        if not np.isfinite(defect).all():
             failure = "the orbit met a singularity of the model"
             break
         bordered = linearisation.bordered(row)
-        step = bordered.inverse @ _right(linearisation.residual, float(row @ (guess - z)))
+        step = bordered.inverse @ np.append(-defect, row @ (guess - z))
         previous, moved = moved, float(np.linalg.norm(step))
         if not moved < max(GROWTH * previous, ROUNDING):
             failure = "Newton's method diverged"
@@ -122,7 +137,7 @@ def correct(
         z = z + step
         at_rounding = moved < ROUNDING and moved > 0.3 * previous
         if moved <= still or at_rounding:
-            mismatch = float(np.abs(problem.residual(z)).max())
+            mismatch = float(np.abs(problem.defect(z)).max()) * np.sqrt(problem.segments)
             if mismatch <= tolerance:
                 failure = ""
                 break
@@ -140,13 +155,8 @@ def correct(
     )
 
 
-def _right(residual: Array, constraint: float) -> Array:
-    """Right-hand side of the bordered system."""
-    return np.append(-residual.ravel() / np.sqrt(len(residual)), constraint)
-
-
 def _chord_steps(
-    problem: PeriodicProblem,
+    problem: Problem,
     bordered: Bordered,
     z: Array,
     constraint: float,
@@ -158,10 +168,10 @@ def _chord_steps(
     The next derivatives are then taken so near the orbit that they are the last.
     """
     for _ in range(CHORD_STEPS):
-        residual = problem.residual(z)
-        if not np.isfinite(residual).all():
+        defect = problem.defect(z)
+        if not np.isfinite(defect).all():
             break
-        step = bordered.inverse @ _right(residual, constraint)
+        step = bordered.inverse @ np.append(-defect, constraint)
         length = float(np.linalg.norm(step))
         if length > CHORD_GAIN * moved:
             break

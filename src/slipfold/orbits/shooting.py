@@ -1,0 +1,112 @@
+"""Multiple shooting: periodic orbits cut into segments that are integrated side by side."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.flow import Flow, flow_of
+from slipfold.flow.flow import Constants
+from slipfold.models.model import Model
+
+__all__ = ["SEGMENTS", "Shooting"]
+
+Array = NDArray[np.float64]
+
+SEGMENTS = 8
+"""Segments an orbit is split into: one SIMD batch, and growth of 500 a period becomes 2.2 each."""
+
+
+class Shooting:
+    r"""Orbits of period k, given by their states at m phases.
+
+    An unknown ``z`` begins with the scaled states, :math:`(x_0, ..., x_{m-1}) / (s \sqrt{m})` with
+    the model's state scales s, so that its Euclidean length does not depend on m. What follows in
+    it are the free parameters of the problem that is solved.
+
+    Parameters
+    ----------
+    model
+        The model.
+    period
+        Period in forcing periods.
+    segments
+        Number of segments m.
+    offset
+        Phase of the first node, in segments.
+    """
+
+    def __init__(self, model: Model, period: int, segments: int, offset: float = 0.0) -> None:
+        self.model = model
+        self.period = period
+        self.segments = segments
+        self.flow: Flow = flow_of(model)
+        self.scales = model.state_scales()
+        self.size = segments * len(self.scales)
+        self._node_scales = np.tile(self.scales, segments) * np.sqrt(segments)
+        edges: Array = (np.arange(segments + 1, dtype=float) + offset) * (period / segments)
+        self._start, self._end = edges[:-1], edges[1:]
+        self._following = (np.arange(segments) + 1) % segments
+        self._ratios = self.scales[None, :] / self.scales[:, None]
+
+    def flat(self, nodes: Array) -> Array:
+        """Scale states at the nodes, shape (m, n), into the first part of an unknown.
+
+        Parameters
+        ----------
+        nodes
+            States, shape (m, n).
+        """
+        return nodes.ravel() / self._node_scales
+
+    def nodes(self, z: Array) -> Array:
+        """Return the states at the nodes, shape (m, n).
+
+        Parameters
+        ----------
+        z
+            The unknown.
+        """
+        return (z[: self.size] * self._node_scales).reshape(self.segments, -1)
+
+    def mismatch(self, nodes: Array, constants: Constants) -> Array:
+        """Return by how much segments end beside the next node, in scaled states, shape (m, n).
+
+        Parameters
+        ----------
+        nodes
+            States, shape (m, n).
+        constants
+            Coefficients of the flow.
+        """
+        ends = self.flow.advance(nodes, self._start, self._end, constants)
+        return (ends - nodes[self._following]) / self.scales
+
+    def transitions(
+        self, nodes: Array, constants: Constants, indices: list[int]
+    ) -> tuple[Array, Array, Array]:
+        """Return the mismatch and the derivatives of the segments' ends, all in scaled states.
+
+        Parameters
+        ----------
+        nodes
+            States, shape (m, n).
+        constants
+            Coefficients of the flow.
+        indices
+            Places of k parameters in the model's parameter vector.
+
+        Returns
+        -------
+        mismatch : ndarray, shape (m, n)
+            By how much segments end beside the next node.
+        blocks : ndarray, shape (m, n, n)
+            Derivatives with respect to the states at their beginning.
+        along : ndarray, shape (m, n, k)
+            Derivatives with respect to the parameters.
+        """
+        ends, matrices, vectors = self.flow.linearise(
+            nodes, self._start, self._end, constants, constants.rates[:, indices]
+        )
+        mismatch = (ends - nodes[self._following]) / self.scales
+        return mismatch, matrices * self._ratios, vectors / self.scales[:, None]
