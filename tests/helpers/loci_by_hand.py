@@ -183,3 +183,113 @@ def weights(z, locus):
     """Metric of the arclength: the mean square of the states, and the plane."""
     size = split(z, locus)[0].size
     return np.concatenate([np.full(size, 4 / size), np.ones(len(z) - size)])
+
+
+def walk(z, locus, towards, steps=(0.02, 0.05), count=200, box=((0, 20), (0, 0.999)), rows=None):
+    """Points of the locus by arclength, from z in the direction where towards @ z grows."""
+    points, step, metric = [z], steps[0], weights(z, locus)
+    direction = tangent(z, locus, rows)
+    direction *= np.sign(towards @ direction)
+    fixed = np.empty((0, len(z))) if rows is None else np.atleast_2d(rows)
+    while len(points) < count:
+        row = metric * direction
+        guess = z + step * direction
+        try:
+            found = solve(guess, locus, [*fixed, row], [*(fixed @ z), row @ guess], 1e-9)
+            turned = tangent(found, locus, rows)
+            cosine = np.sum(metric * turned * direction)
+            assert abs(cosine) > 0.9, "turns too fast"
+        except (AssertionError, np.linalg.LinAlgError):
+            step /= 2
+            if step < 1e-4:
+                break
+            continue
+        z, direction = found, turned * np.sign(cosine)
+        points.append(z)
+        step = min(1.4 * step, steps[1])
+        pair = split(z, locus)[1]
+        if not all(low < value < high for value, (low, high) in zip(pair, box, strict=True)):
+            break
+    return points
+
+
+def powers(z, locus, direction, radius=0.1):
+    """Second and third derivatives of the rates along a real direction, by Cauchy's formula."""
+    u, pair, _ = split(z, locus)
+    r = radius / np.abs(direction).max()
+    values = np.array([rates(u + r * turn * direction, locus, pair) for turn in CIRCLE])
+    second, third = (np.tensordot(CIRCLE**-m, values, 1).real / len(CIRCLE) for m in (2, 3))
+    return 2 * second / r**2, 6 * third / r**3
+
+
+def doubling_coefficient(z, locus, radius=0.1):
+    """Coefficient b of the map's normal form at a PD, its eigenvector as long as the map's.
+
+    On the centre manifold the amplitude obeys a' = c a^3 per period, so that a goes to -a - c a^3.
+    """
+    matrix = critical_matrix(z, locus)
+    left, _, right = np.linalg.svd(matrix)
+    v, w = right[-1].reshape(-1, 4), left[:, -1].reshape(-1, 4)
+    v = v / np.linalg.norm(v[0])
+    w = w / np.sum(w * v)
+    second, third = powers(z, locus, v, radius)
+    u, pair, _ = split(z, locus)
+    still = linearization(jacobians(u, locus, pair), differentiation_matrix(len(u)))
+    bent = -0.5 * np.linalg.solve(still, second.ravel()).reshape(-1, 4)
+    size = np.abs(v).max() / np.abs(bent).max()
+    plus, minus = (powers(z, locus, v + s * size * bent, radius)[0] for s in (1, -1))
+    return -np.sum(w * (third / 6 + (plus - minus) / (4 * size)))
+
+
+def slope(z, locus, index=-1, over=-2):
+    """Slope of one coordinate over another along the locus."""
+    direction = tangent(z, locus)
+    return direction[index] / direction[over]
+
+
+def locate(test, z, locus, index, step=1e-3, tolerance=1e-11):
+    """Point of the locus where test(z, locus) = 0, by secants over one coordinate."""
+    row = coordinate(z, index)
+    z = solve(z, locus, row, z[index])
+    before, value = z[index] + step, test(z, locus)
+    old = test(solve(z, locus, row, before), locus)
+    for _ in range(20):
+        here = z[index]
+        there = here - value * (here - before) / (value - old)
+        before, old = here, value
+        z = solve(z, locus, row, there)
+        value = test(z, locus)
+        if abs(there - here) < tolerance or value == old:
+            return z
+    raise AssertionError("no convergence")
+
+
+def resample(u, times):
+    """Trigonometric interpolant of N values over one unit of time at other times."""
+    count = len(u)
+    waves = np.fft.fftfreq(count, 1 / count)
+    return (np.exp(2j * np.pi * np.outer(times, waves)) @ np.fft.fft(u, axis=0)).real / count
+
+
+def doubled(z, locus, count, amplitude=0.02):
+    """Orbit of twice the period near a PD, on the branch that is born there; first fixed."""
+    u, pair, _ = split(z, locus)
+    _, right = borders(z, locus)
+    v = right.reshape(-1, 4)
+    twice = resample(np.vstack([v, -v]), np.arange(count) / count)
+    twice *= amplitude / np.abs(twice).max()
+    start = join(resample(u, 2 * np.arange(count) / count % 1), pair)
+    row = join(twice, [0, 0])
+    child = locus._replace(kind="orbit", period=2 * locus.period)
+    guess = start + row
+    return solve(guess, child, [row, coordinate(guess, -2)], [row @ guess, pair[0]])
+
+
+def multipliers(z, locus):
+    """Multipliers by Hill's method, of the orbits' own period."""
+    u, pair, _ = split(z, locus)
+    values = np.linalg.eigvals(
+        linearization(jacobians(u, locus, pair), differentiation_matrix(len(u)))
+    )
+    low = np.sort_complex(values[np.abs(values.imag) < np.pi + 0.1])
+    return np.exp(low)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.detection import Found
 from slipfold.branches.event import Event
 from slipfold.branches.location import CLOSE, STILL
 from slipfold.branches.normal_form import normal_form
 from slipfold.branches.point import Point, corrected_point
+from slipfold.branches.search import Found
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.floquet import match_multipliers

@@ -13,9 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.point import Point
+from slipfold.flow.flow import Constants
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.orbits.shooting import Shooting
 
-__all__ = ["normal_form"]
+__all__ = ["StroboscopicMap", "critical_coefficient", "criticality_of", "normal_form"]
 
 Array = NDArray[np.float64]
 Vector = NDArray[np.complex128]
@@ -27,19 +29,22 @@ class StroboscopicMap:
     Parameters
     ----------
     problem
-        The boundary-value problem.
+        How the orbit is described.
     z
         The orbit.
+    constants
+        Coefficients of the flow there.
+    scales
+        Scales of the states; those of the problem if None.
     """
 
-    def __init__(self, problem: PeriodicProblem, z: Array) -> None:
+    def __init__(
+        self, problem: Shooting, z: Array, constants: Constants, scales: Array | None = None
+    ) -> None:
         self._flow = problem.flow
         self._state = problem.nodes(z)[0]
-        self._constants = problem.constants(z)
-        # The orbit's own scales: those of a branch in f are the scales where it began, and a
-        # coefficient must not depend on that.
-        own = problem.model.replace(**{problem.vary: problem.value(z)})
-        self._scales = own.state_scales()
+        self._constants = constants
+        self._scales = problem.scales if scales is None else scales
         self.rescaling = problem.scales / self._scales
         self._period = float(problem.period)
 
@@ -127,14 +132,52 @@ def normal_form(problem: PeriodicProblem, point: Point, kind: str) -> tuple[floa
     criticality : str or None
         ``"supercritical"`` or ``"subcritical"`` for PD (b > 0, b < 0) and NS (d < 0, d > 0).
     """
-    map_ = StroboscopicMap(problem, point.z)
+    # The orbit's own scales: those of a branch in f are the scales where it began, and a
+    # coefficient must not depend on that.
+    own = problem.model.replace(**{problem.vary: problem.value(point.z)}).state_scales()
+    map_ = StroboscopicMap(problem, point.z, problem.constants(point.z), own)
     matrix = map_.rescaled(point.monodromy)
     if kind == "LP":
         pull = _parameter_pull(problem, point) * map_.rescaling
         return _fold(map_, matrix, pull), None
-    coefficient = _FORMS[kind](map_, matrix)
+    coefficient = critical_coefficient(map_, matrix, kind)
+    return coefficient, criticality_of(kind, coefficient)
+
+
+def critical_coefficient(map_: StroboscopicMap, monodromy: Array, kind: str) -> float:
+    """Return the coefficient that tells soft from hard.
+
+    Parameters
+    ----------
+    map_
+        The map.
+    monodromy
+        Monodromy matrix in the map's scales, shape (n, n).
+    kind
+        ``"PD"`` or ``"NS"``.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        Where a second multiplier is critical and there is no such coefficient.
+    """
+    return _FORMS[kind](map_, monodromy)
+
+
+def criticality_of(kind: str, coefficient: float) -> str | None:
+    """Return ``"supercritical"`` or ``"subcritical"``; None where it is not defined.
+
+    Parameters
+    ----------
+    kind
+        ``"LP"``, ``"PD"`` or ``"NS"``.
+    coefficient
+        Of its normal form.
+    """
+    if kind == "LP" or not np.isfinite(coefficient):
+        return None
     soft = coefficient > 0 if kind == "PD" else coefficient < 0
-    return coefficient, "supercritical" if soft else "subcritical"
+    return "supercritical" if soft else "subcritical"
 
 
 def _parameter_pull(problem: PeriodicProblem, point: Point) -> Array:

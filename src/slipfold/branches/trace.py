@@ -16,7 +16,7 @@ from slipfold.branches.closing import (
     returns_to_start,
     step_beside_parent,
 )
-from slipfold.branches.detection import Found, find_bifurcations
+from slipfold.branches.detection import find_bifurcations
 from slipfold.branches.ending import (
     cut_at_event,
     cut_at_limit,
@@ -29,6 +29,7 @@ from slipfold.branches.event import Event
 from slipfold.branches.event_location import find_events
 from slipfold.branches.location import LostBranchError
 from slipfold.branches.point import Point
+from slipfold.branches.search import Found
 from slipfold.branches.settings import Settings
 from slipfold.branches.walk import Failure, walk
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
