@@ -12,9 +12,12 @@ from slipfold.branches.interpolation import POINTS, hermite, well_spaced
 from slipfold.branches.location import LostBranchError, orbit_at
 from slipfold.branches.point import Point, make_point
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.orbits.shooting import Shooting
 
 __all__ = [
+    "BEFORE",
     "Doubling",
+    "asymmetry",
     "close_on_parent",
     "doubled_nodes",
     "meets_its_copy",
@@ -39,7 +42,7 @@ SAME = 1e-5
 """Two orbits this close are one; steps and orbits differ by much more."""
 
 
-def meets_its_copy(before: Point, point: Point) -> bool:
+def meets_its_copy(problem: Shooting, before: Point, point: Point) -> bool:
     """Whether a branch of doubled period passed its parent and goes on as its own copy.
 
     The copy is the same orbit half a period later, so the difference between the halves of the
@@ -47,15 +50,17 @@ def meets_its_copy(before: Point, point: Point) -> bool:
 
     Parameters
     ----------
+    problem
+        The equations.
     before, point
         Neighbouring points.
     """
-    here, there = _asymmetry(before.z), _asymmetry(point.z)
+    here, there = asymmetry(problem, before.z), asymmetry(problem, point.z)
     # A step may also land beside the parent, within what Newton's method can tell apart.
     return bool(here @ there < 0 or np.linalg.norm(there) < 0.1 * BEFORE)
 
 
-def step_beside_parent(point: Point) -> float:
+def step_beside_parent(problem: Shooting, point: Point) -> float:
     """Return the longest step that cannot pass the parent by more than its distance.
 
     Near the parent the halves of the orbit differ by about 1.4 times the arclength to it. A longer
@@ -63,15 +68,26 @@ def step_beside_parent(point: Point) -> float:
 
     Parameters
     ----------
+    problem
+        The equations.
     point
-        A point of a branch of doubled period.
+        A point of a curve of doubled period.
     """
-    return max(BEFORE, 0.9 * float(np.linalg.norm(_asymmetry(point.z))))
+    return max(BEFORE, 0.9 * float(np.linalg.norm(asymmetry(problem, point.z))))
 
 
-def _asymmetry(z: Array) -> Array:
-    half = (len(z) - 1) // 2
-    return z[:half] - z[half:-1]
+def asymmetry(problem: Shooting, z: Array) -> Array:
+    """Return by how much the halves of an orbit differ, in scaled states.
+
+    Parameters
+    ----------
+    problem
+        The equations.
+    z
+        An orbit.
+    """
+    half = problem.size // 2
+    return z[:half] - z[half : problem.size]
 
 
 def close_on_parent(
@@ -106,12 +122,12 @@ def close_on_parent(
     """
     from scipy.optimize import brentq  # a fifth of a second to import, and seldom needed
 
-    direction = _asymmetry(before.z)
+    direction = asymmetry(problem, before.z)
     near = well_spaced(known, before.arclength, point.arclength, POINTS)
     place = point.arclength
-    if direction @ _asymmetry(point.z) < 0:
+    if direction @ asymmetry(problem, point.z) < 0:
         place = brentq(
-            lambda arclength: direction @ _asymmetry(hermite(near, arclength)[0]),
+            lambda arclength: direction @ asymmetry(problem, hermite(near, arclength)[0]),
             before.arclength,
             point.arclength,
             xtol=1e-6,
@@ -129,7 +145,7 @@ def close_on_parent(
         if back < length:
             last = orbit_at(problem, known, place - back)
             # Newton's method may fall onto the parent, where the halves do not differ.
-            if np.linalg.norm(_asymmetry(last.z)) > 0.3 * back:
+            if np.linalg.norm(asymmetry(problem, last.z)) > 0.3 * back:
                 return last, end
     return before, end
 
@@ -187,7 +203,7 @@ def doubled_nodes(parent: PeriodicProblem, point: Point) -> Array:
     return parent.nodes(point.z)[np.arange(0, 2 * m, 2) % m]
 
 
-def returns_to_start(problem: PeriodicProblem, points: Sequence[Point], point: Point) -> bool:
+def returns_to_start(problem: Shooting, points: Sequence[Point], point: Point) -> bool:
     """Whether the last step passed the first point of the branch again.
 
     Parameters

@@ -1,4 +1,4 @@
-"""The bifurcations of a branch: which zeros of test functions are bifurcations, and of what type."""
+"""The bifurcations of a branch: which zeros of test functions are bifurcations, and which."""
 
 from __future__ import annotations
 

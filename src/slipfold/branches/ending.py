@@ -14,8 +14,17 @@ from slipfold.branches.point import Point
 from slipfold.branches.walk import Failure
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.limits import limit_margins
+from slipfold.orbits.shooting import Shooting
 
-__all__ = ["cut_at_event", "cut_at_limit", "failure_end", "span_end", "unresolved_end"]
+__all__ = [
+    "cut_at_event",
+    "cut_at_limit",
+    "failure_end",
+    "failure_reason",
+    "span_end",
+    "unresolved_end",
+    "unresolved_reason",
+]
 
 CLOSE_TO_LIMIT = 5.0
 """A branch lost with an output within this factor of its bound ends because of that limit."""
@@ -25,16 +34,16 @@ LIMIT_CLOSE = 1e-9
 
 
 def cut_at_limit(
-    problem: PeriodicProblem, known: list[Point], before: Point, point: Point
-) -> tuple[Point, End] | None:
-    """Return where between two points the model ceases to be valid, if it does.
+    problem: Shooting, known: list[Point], before: Point, point: Point
+) -> tuple[Point, str] | None:
+    """Return where between two points the model ceases to be valid, and why, if it does.
 
     Parameters
     ----------
     problem
-        The boundary-value problem.
+        The equations.
     known
-        Points of the branch in order; grows.
+        Points of the curve in order; grows.
     before, point
         Neighbouring points.
     """
@@ -46,8 +55,7 @@ def cut_at_limit(
             return float(limit_margins(problem, item.z)[index])
 
         at = locate(problem, known, before, point, margin, LIMIT_CLOSE)
-        reason = limit.reason.format(value=margin(at) + limit.bound)
-        cuts.append((at, End("limit", reason, problem.value(at.z))))
+        cuts.append((at, limit.reason.format(value=margin(at) + limit.bound)))
     return min(cuts, key=lambda cut: cut[0].arclength, default=None)
 
 
@@ -121,19 +129,35 @@ def failure_end(problem: PeriodicProblem, last: Point, failure: Failure) -> End:
         Why there is no next one.
     """
     value = problem.value(last.z)
+    kind, reason = failure_reason(problem, last, failure)
+    return End(kind, reason, value)
+
+
+def failure_reason(problem: Shooting, last: Point, failure: Failure) -> tuple[str, str]:
+    """Return the kind and the sentence of a failure, with how far the model's limits are.
+
+    Parameters
+    ----------
+    problem
+        The equations.
+    last
+        The last point.
+    failure
+        Why there is no next one.
+    """
     if failure.kind != "failed":
-        return End(failure.kind, failure.reason, value)
+        return failure.kind, failure.reason
     margins = limit_margins(problem, last.z)
     for limit, margin in zip(problem.model.limits, margins, strict=True):
         if margin < (CLOSE_TO_LIMIT - 1) * limit.bound:
             reason = limit.reason.format(value=margin + limit.bound)
-            return End("limit", f"{reason} (no orbit was found any nearer to the limit)", value)
+            return "limit", f"{reason} (no orbit was found any nearer to the limit)"
     limits = ", ".join(
         f"{limit.output} = {margin + limit.bound:.3g} (limit {limit.bound:g})"
         for limit, margin in zip(problem.model.limits, margins, strict=True)
     )
     there = f"; there {limits}" if limits else ""
-    return End("failed", f"{failure.reason}{there}", value)
+    return "failed", f"{failure.reason}{there}"
 
 
 def unresolved_end(problem: PeriodicProblem, point: Point) -> End:
@@ -146,14 +170,20 @@ def unresolved_end(problem: PeriodicProblem, point: Point) -> End:
     point
         The orbit.
     """
-    value = problem.value(point.z)
-    largest = np.abs(point.multipliers).max()
-    return End(
-        "unresolved",
-        f"a multiplier of {largest:.1e} leaves too few "
-        "digits for the others, so bifurcations could be missed beyond; the orbit is as good as "
-        "unobservable there",
-        value,
+    return End("unresolved", unresolved_reason(point), problem.value(point.z))
+
+
+def unresolved_reason(point: Point) -> str:
+    """Return the sentence that says that an orbit is too unstable.
+
+    Parameters
+    ----------
+    point
+        The orbit.
+    """
+    return (
+        f"a multiplier of {np.abs(point.multipliers).max():.1e} leaves too few digits for the "
+        "others, so bifurcations could be missed beyond; the orbit is as good as unobservable there"
     )
 
 

@@ -9,8 +9,9 @@ from dataclasses import replace
 import numpy as np
 
 from slipfold.branches.interpolation import POINTS, arc_between, hermite, well_spaced
-from slipfold.branches.point import Curve, Point, corrected_point
+from slipfold.branches.point import Point, corrected_point
 from slipfold.orbits.newton import correct
+from slipfold.orbits.shooting import Shooting
 
 __all__ = ["LostBranchError", "insert", "locate", "orbit_at"]
 
@@ -31,7 +32,7 @@ class LostBranchError(ArithmeticError):
     """Newton's method failed between two points of a branch."""
 
 
-def orbit_at(curve: Curve, known: Sequence[Point], arclength: float) -> Point:
+def orbit_at(curve: Shooting, known: Sequence[Point], arclength: float) -> Point:
     """Return the orbit at a place between known points of a branch.
 
     Parameters
@@ -80,7 +81,7 @@ def insert(known: list[Point], point: Point) -> None:
 
 
 def locate(
-    curve: Curve,
+    curve: Shooting,
     known: list[Point],
     a: Point,
     b: Point,

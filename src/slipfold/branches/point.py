@@ -3,32 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.orbits.floquet import floquet_multipliers
-from slipfold.orbits.linearisation import Linearisation
-from slipfold.orbits.newton import Correction, Problem
+from slipfold.orbits.newton import Correction
+from slipfold.orbits.shooting import Shooting
 from slipfold.orbits.test_functions import evaluate_tests
 
-__all__ = ["Curve", "Point", "corrected_point", "make_point"]
+__all__ = ["Point", "corrected_point", "make_point"]
 
 Array = NDArray[np.float64]
-
-
-class Curve(Problem, Protocol):
-    """Equations whose solutions form a curve, with functions that change sign along it."""
-
-    def tests(
-        self,
-        z: Array,
-        linearisation: Linearisation,
-        multipliers: NDArray[np.complex128],
-        tangent: Array,
-    ) -> dict[str, float]:
-        """Return the test functions of an orbit by name."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +81,7 @@ def make_point(
     return Point(z, tangent, arclength, monodromy, multipliers, tests, 0, residual)
 
 
-def corrected_point(curve: Curve, correction: Correction, arclength: float) -> Point:
+def corrected_point(curve: Shooting, correction: Correction, arclength: float) -> Point:
     """Turn a converged correction into a point.
 
     The tangent points along the row of the correction's constraint. The bordered determinant

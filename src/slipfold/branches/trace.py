@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -150,7 +151,7 @@ def _follow(
     the last step is undone, and a shorter one to take instead is returned.
     """
     problem = trace.problem
-    cap = step_beside_parent if trace.doubled else None
+    cap = partial(step_beside_parent, problem) if trace.doubled else None
     for item in walk(problem, trace.points, first, problem.bounds(span), settings, cap):
         before = trace.points[-1]
         if isinstance(item, Failure):
@@ -200,14 +201,14 @@ def _extend(trace: Trace, point: Point, span: tuple[float, float], events: Seque
     problem, before, end = trace.problem, trace.points[-1], None
     born = trace.doubled and len(trace.points) == 1
     known = [*trace.points[-MEMORY:], point]
-    if trace.doubled and not born and meets_its_copy(before, point):
+    if trace.doubled and not born and meets_its_copy(problem, before, point):
         point, end = close_on_parent(problem, known, before, point, trace.doublings)
     elif not trace.doubled and returns_to_start(problem, trace.points, point):
         end = End("closed", "the branch closed on itself", problem.value(point.z))
     happened: list[tuple[Event, Point]] = []
     limit = cut_at_limit(problem, known, before, point)
     if limit is not None and limit[0].arclength <= point.arclength:
-        point, end = limit
+        point, end = limit[0], End("limit", limit[1], problem.value(limit[0].z))
     stop = cut_at_event(problem, known, before, point, events)
     if stop is not None:
         point, end = stop[:2]

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.interpolation import POINTS, arc_between, hermite, polynomial
-from slipfold.branches.point import Curve, Point, corrected_point
+from slipfold.branches.point import Point, corrected_point
 from slipfold.branches.settings import Settings
 from slipfold.orbits.newton import Correction, correct
+from slipfold.orbits.shooting import Shooting
 
 __all__ = ["Bound", "Failure", "walk"]
 
@@ -74,7 +75,7 @@ class _Measures:
 
 
 def walk(
-    curve: Curve,
+    curve: Shooting,
     start: Sequence[Point],
     first_step: float,
     bounds: Sequence[Bound],
@@ -123,7 +124,7 @@ def walk(
 
 
 def _next_point(
-    curve: Curve,
+    curve: Shooting,
     recent: list[Point],
     step: float,
     bounds: Sequence[Bound],
@@ -152,7 +153,7 @@ def _next_point(
 
 
 def _try(
-    curve: Curve,
+    curve: Shooting,
     recent: list[Point],
     step: float,
     bounds: Sequence[Bound],
@@ -200,7 +201,7 @@ def _first_bound_beyond(
     )
 
 
-def _correct(curve: Curve, guess: Array, row: Array, settings: Settings) -> Correction:
+def _correct(curve: Shooting, guess: Array, row: Array, settings: Settings) -> Correction:
     newton = settings.newton
     return correct(curve, guess, row, newton.tolerance, newton.iterations, reach=2 * REJECT * ERROR)
 

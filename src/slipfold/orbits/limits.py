@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.extrema import refine_minimum
+from slipfold.orbits.shooting import Shooting
 
 __all__ = ["broken_limit", "limit_margins"]
 
@@ -16,7 +16,7 @@ SAMPLES = 48
 """Samples a forcing period of the first look."""
 
 
-def limit_margins(problem: PeriodicProblem, z: Array) -> Array:
+def limit_margins(problem: Shooting, z: Array) -> Array:
     """Return by how much each watched output stays above its bound over the orbit.
 
     The first look samples the orbit. Between samples an output may be lower by what its slope
@@ -55,7 +55,7 @@ def limit_margins(problem: PeriodicProblem, z: Array) -> Array:
     return lowest - bounds
 
 
-def broken_limit(problem: PeriodicProblem, z: Array) -> str | None:
+def broken_limit(problem: Shooting, z: Array) -> str | None:
     """Return the sentence of a limit that an orbit breaks, None if it breaks none.
 
     Parameters

@@ -3,29 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.orbits.linearisation import Bordered, Linearisation
+from slipfold.orbits.shooting import Shooting
 
-__all__ = ["Correction", "Problem", "correct"]
+__all__ = ["Correction", "correct"]
 
 Array = NDArray[np.float64]
-
-
-class Problem(Protocol):
-    """Equations for an unknown that begins with the scaled states of an orbit."""
-
-    segments: int
-
-    def defect(self, z: Array) -> Array:
-        """Return what is to become zero."""
-
-    def linearise(self, z: Array) -> Linearisation:
-        """Return it with its derivatives."""
-
 
 STILL = 1e-8
 """Derivatives are those of the orbit once it has moved by less than this since they were taken."""
@@ -86,7 +73,7 @@ class Correction:
 
 
 def correct(
-    problem: Problem,
+    problem: Shooting,
     guess: Array,
     row: Array,
     tolerance: float = 1e-10,
@@ -156,7 +143,7 @@ def correct(
 
 
 def _chord_steps(
-    problem: Problem,
+    problem: Shooting,
     bordered: Bordered,
     z: Array,
     constraint: float,

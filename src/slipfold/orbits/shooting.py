@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.flow import Flow, flow_of
 from slipfold.flow.flow import Constants
 from slipfold.models.model import Model
+from slipfold.orbits.linearisation import Linearisation
 
 __all__ = ["SEGMENTS", "Shooting"]
 
@@ -17,12 +20,13 @@ SEGMENTS = 8
 """Segments an orbit is split into: one SIMD batch, and growth of 500 a period becomes 2.2 each."""
 
 
-class Shooting:
-    r"""Orbits of period k, given by their states at m phases.
+class Shooting(ABC):
+    r"""A curve of orbits of period k, given by their states at m phases.
 
-    An unknown ``z`` begins with the scaled states, :math:`(x_0, ..., x_{m-1}) / (s \sqrt{m})` with
-    the model's state scales s, so that its Euclidean length does not depend on m. What follows in
-    it are the free parameters of the problem that is solved.
+    A subclass says which equations the orbits meet and what is watched along the curve. An unknown
+    ``z`` begins with the scaled states, :math:`(x_0, ..., x_{m-1}) / (s \sqrt{m})` with the model's
+    state scales s, so that its Euclidean length does not depend on m. What follows in it are the
+    free parameters.
 
     Parameters
     ----------
@@ -48,6 +52,28 @@ class Shooting:
         self._start, self._end = edges[:-1], edges[1:]
         self._following = (np.arange(segments) + 1) % segments
         self._ratios = self.scales[None, :] / self.scales[:, None]
+
+    @abstractmethod
+    def constants(self, z: Array) -> Constants:
+        """Return the coefficients of the flow at an unknown."""
+
+    @abstractmethod
+    def defect(self, z: Array) -> Array:
+        """Return what Newton's method brings to zero, one number less than there are unknowns."""
+
+    @abstractmethod
+    def linearise(self, z: Array) -> Linearisation:
+        """Return the defect with its derivatives."""
+
+    @abstractmethod
+    def tests(
+        self,
+        z: Array,
+        linearisation: Linearisation,
+        multipliers: NDArray[np.complex128],
+        tangent: Array,
+    ) -> dict[str, float]:
+        """Return the functions that change sign at special points of the curve, by name."""
 
     def flat(self, nodes: Array) -> Array:
         """Scale states at the nodes, shape (m, n), into the first part of an unknown.

@@ -1,0 +1,147 @@
+"""All zeros of test functions between two neighbouring points of a curve, none missed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.branches.interpolation import polynomial, well_spaced
+from slipfold.branches.location import insert, locate, orbit_at
+from slipfold.branches.point import Point
+from slipfold.orbits.shooting import Shooting
+
+__all__ = ["Found", "Watch", "locate_test", "search_between"]
+
+Array = NDArray[np.float64]
+
+DEPTH = 7
+"""An interval is halved this often, to 1/128 of a step, before its account is left open."""
+
+TOUCH = 0.15
+"""A test function that falls between two points to this share of its values there is looked at."""
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """A special point that was located.
+
+    Parameters
+    ----------
+    type
+        ``"PD"``, ``"NS"``, ``"LP"`` or ``"BP"`` on a branch.
+    point
+        The orbit.
+    slope
+        Derivative of the test function along the curve.
+    """
+
+    type: str
+    point: Point
+    slope: float
+
+
+class Watch(Protocol):
+    """What is looked for along a curve."""
+
+    def located(self, known: list[Point], a: Point, b: Point) -> list[Found]:
+        """Return the special points where a test function changes sign between two points."""
+
+    def accounts_for(self, found: list[Found], a: Point, b: Point) -> bool:
+        """Whether what was found explains how two points differ."""
+
+
+def search_between(
+    curve: Shooting, watch: Watch, known: list[Point], a: Point, b: Point, depth: int = 0
+) -> list[Found]:
+    """Find the special points between two points.
+
+    A sign change brackets a zero. Two zeros between the points leave no sign change: so the test
+    functions are interpolated, and where one may come near zero the orbit there is computed and
+    both halves are searched. At the end the change in the number of unstable multipliers must be
+    accounted for by what was found, else the interval is halved as well.
+
+    Parameters
+    ----------
+    curve
+        The equations.
+    watch
+        What is looked for.
+    known
+        Points of the curve in order, with `a` and `b`; grows.
+    a, b
+        Neighbouring points.
+    depth
+        Number of halvings so far.
+
+    Returns
+    -------
+    list of Found
+        In order of arclength.
+    """
+    place = _suspicious_place(known, a, b) if depth < DEPTH else None
+    if place is None:
+        found = watch.located(known, a, b)
+        if depth >= DEPTH or watch.accounts_for(found, a, b):
+            return sorted(found, key=lambda item: item.point.arclength)
+        place = 0.5 * (a.arclength + b.arclength)
+    middle = orbit_at(curve, known, place)
+    insert(known, middle)
+    left = search_between(curve, watch, known, a, middle, depth + 1)
+    return left + search_between(curve, watch, known, middle, b, depth + 1)
+
+
+def locate_test(
+    curve: Shooting, known: list[Point], a: Point, b: Point, kind: str, test: str
+) -> Found:
+    """Locate the zero of a test function between two points.
+
+    Parameters
+    ----------
+    curve
+        The equations.
+    known
+        Points of the curve in order; grows.
+    a, b
+        Neighbouring points between which the function changes sign.
+    kind
+        What a zero is called.
+    test
+        Name of the function.
+    """
+    point = locate(curve, known, a, b, lambda item: item.tests[test])
+    nearest = min(
+        (item for item in known if item.arclength != point.arclength),
+        key=lambda item: abs(item.arclength - point.arclength),
+    )
+    # The nearest evaluations may coincide to rounding; the bracket gives the slope then.
+    gap = nearest.arclength - point.arclength
+    if abs(gap) < 1e-7:
+        slope = (b.tests[test] - a.tests[test]) / (b.arclength - a.arclength)
+    else:
+        slope = (nearest.tests[test] - point.tests[test]) / gap
+    return Found(kind, point, slope)
+
+
+def _suspicious_place(known: list[Point], a: Point, b: Point) -> float | None:
+    """Where between two points a test function may touch zero without a sign change at the ends."""
+    near = well_spaced(known, a.arclength, b.arclength, 4)
+    where = np.array([point.arclength for point in near])
+    grid = np.linspace(a.arclength, b.arclength, 18)[1:-1]
+    curves = polynomial(where, np.array([list(point.tests.values()) for point in near]), grid)
+    for values, f_a, f_b in zip(curves.T, a.tests.values(), b.tests.values(), strict=True):
+        if not np.isfinite(values).all():  # a function that is not defined everywhere
+            continue
+        inner = np.sign(f_a) * values
+        lowest = int(inner.argmin())
+        if f_a * f_b > 0:
+            if inner[lowest] < TOUCH * min(abs(f_a), abs(f_b)):
+                return float(grid[lowest])
+        else:
+            signs = np.sign(np.concatenate([[1.0], inner, [-1.0]]))
+            changes = np.flatnonzero(np.diff(signs))
+            if len(changes) > 1:
+                return float(grid[min(changes[1], len(grid) - 1)])
+    return None

@@ -1,0 +1,108 @@
+"""Points of codimension two on a locus, and its extrema."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.branches.detection import ON_CIRCLE, is_torus
+from slipfold.branches.point import Point
+from slipfold.branches.search import Found, locate_test, search_between
+from slipfold.loci.locus_problem import LocusProblem, critical_places
+
+__all__ = ["find_special_points"]
+
+STANDING = 1e-6
+"""A tangent whose components along both parameters are below this belongs to a cusp."""
+
+DOUBLE = 1e-3
+"""Distance of a second critical multiplier at R1 and R2: a double one parts as a square root."""
+
+SAME = 1e-7
+"""Arclength within which two extrema found are one cusp."""
+
+
+def find_special_points(
+    problem: LocusProblem, known: list[Point], a: Point, b: Point
+) -> list[Found]:
+    """Find what is special between two points of a locus.
+
+    Parameters
+    ----------
+    problem
+        The equations of the locus.
+    known
+        Points of the locus in order, with `a` and `b`; grows.
+    a, b
+        Neighbouring points.
+
+    Returns
+    -------
+    list of Found
+        In order of arclength: types ``CPC GPD CH R1 R2 R3 R4 LPPD LPNS PDNS NSNS`` and, for
+        extrema, ``first`` and ``second`` for the parameter that stands still.
+    """
+    return search_between(problem, _SpecialPoints(problem), known, a, b)
+
+
+class _SpecialPoints:
+    """What is looked for along a locus."""
+
+    def __init__(self, problem: LocusProblem) -> None:
+        self._problem = problem
+
+    def located(self, known: list[Point], a: Point, b: Point) -> list[Found]:
+        """Return the special points where a test function changes sign between two points."""
+        found = []
+        for test in a.tests:
+            before, after = a.tests[test], b.tests[test]
+            if np.isfinite([before, after]).all() and (before > 0) != (after > 0):
+                found.append(locate_test(self._problem, known, a, b, test, test))
+        return _with_cusps([item for item in found if self._is_genuine(item)])
+
+    def _is_genuine(self, found: Found) -> bool:
+        """Whether the multipliers are where the type says."""
+        values = found.point.multipliers
+        others = np.delete(values, critical_places(self._problem.kind, values))
+        if found.type in ("PDNS", "LPNS", "NSNS") and self._problem.kind != "NS":
+            return is_torus(others)
+        if found.type == "NSNS":
+            return is_torus(others)
+        if found.type in ("R1", "R2") and self._problem.kind != "NS":
+            return bool(np.abs(others - (1 if found.type == "R1" else -1)).min() < DOUBLE)
+        if found.type in ("LPPD", "LPNS", "PDNS"):
+            on_fold = self._problem.kind == "PD" or found.type == "LPNS"
+            return bool(np.abs(others - (1 if on_fold else -1)).min() < ON_CIRCLE)
+        return True
+
+    def accounts_for(self, found: list[Found], a: Point, b: Point) -> bool:
+        """Whether what was found explains the change in the number of unstable multipliers."""
+        change = abs(self._outside(b) - self._outside(a))
+        single = sum(item.type in _SINGLE[self._problem.kind] for item in found)
+        pairs = sum(item.type in _PAIR[self._problem.kind] for item in found)
+        return change <= single + 2 * pairs and (change - single) % 2 == 0
+
+    def _outside(self, point: Point) -> int:
+        """Number of multipliers outside the unit circle besides the critical ones."""
+        places = critical_places(self._problem.kind, point.multipliers)
+        others: NDArray[np.float64] = np.abs(np.delete(point.multipliers, places))
+        return int(np.count_nonzero(others > 1))
+
+
+_SINGLE = {"LP": ("R1", "LPPD"), "PD": ("R2", "LPPD"), "NS": ("LPNS", "PDNS")}
+_PAIR = {"LP": ("LPNS",), "PD": ("PDNS",), "NS": ("NSNS",)}
+
+
+def _with_cusps(found: list[Found]) -> list[Found]:
+    """Replace the extrema in both parameters at a cusp by one CPC."""
+    result: list[Found] = []
+    cusps: list[float] = []
+    for item in found:
+        tests, place = item.point.tests, item.point.arclength
+        moving = max(abs(tests["first"]), abs(tests["second"])) > STANDING
+        if item.type not in ("first", "second") or moving:
+            result.append(item)
+        elif not any(abs(place - other) < SAME for other in cusps):
+            cusps.append(place)
+            result.append(Found("CPC", item.point, item.slope))
+    return result

@@ -1,0 +1,228 @@
+"""A locus as data: a bifurcation followed in two parameters."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.models.model import Model
+from slipfold.orbits.periodic_orbit import PeriodicOrbit
+
+__all__ = ["CODIMENSION_TWO", "Locus", "LocusEnd", "LocusPoint"]
+
+Array = NDArray[np.float64]
+
+CODIMENSION_TWO = {
+    "CPC": "cusp of cycles",
+    "GPD": "generalised period doubling",
+    "CH": "Chenciner",
+    "R1": "1:1 resonance",
+    "R2": "1:2 resonance",
+    "R3": "1:3 resonance",
+    "R4": "1:4 resonance",
+    "LPPD": "fold-flip",
+    "LPNS": "fold and Neimark-Sacker",
+    "PDNS": "flip and Neimark-Sacker",
+    "NSNS": "double Neimark-Sacker",
+}
+"""Types of points of codimension two, with their names."""
+
+
+@dataclass(frozen=True)
+class LocusEnd:
+    """Why a locus begins or ends where it does.
+
+    Parameters
+    ----------
+    kind
+        One word for programs: ``"window"``, ``"limit"``, ``"closed"``, ``"codimension-2"``,
+        ``"failed"``, ``"unresolved"``, ``"points"``, ``"interrupted"``.
+    reason
+        A sentence that says what happened.
+    values
+        Values of the two parameters there.
+    """
+
+    kind: str
+    reason: str
+    values: tuple[float, float]
+
+    @property
+    def early(self) -> bool:
+        """Whether the locus was given up, rather than having come to an end of its own."""
+        return self.kind in ("failed", "points")
+
+
+@dataclass(frozen=True, eq=False)
+class LocusPoint:
+    """A special point of a locus; frozen.
+
+    Parameters
+    ----------
+    type
+        One of `CODIMENSION_TWO`, or ``"MIN"`` and ``"MAX"`` where the locus turns in a parameter.
+    name
+        The type in words, e.g. ``"smallest Nd"``.
+    model
+        The model with the parameter values of the point.
+    vary
+        Names of the parameters followed.
+    values
+        Their values.
+    uncertainty
+        Computed uncertainty of both: how much they move when the orbit and its derivatives are
+        integrated anew with other steps (same units).
+    period
+        Period in forcing periods.
+    nodes
+        States of the orbit, shape (m, n_states).
+    multipliers
+        Floquet multipliers, complex, shape (n_states,), largest modulus first.
+    residual
+        How far the orbit fails to close, in scaled states.
+    arclength
+        Position on the locus.
+    coefficients
+        Normal form coefficients by name, where they are defined.
+    leads_to
+        Ids of the loci that were started here.
+    """
+
+    type: str
+    name: str
+    model: Model
+    vary: tuple[str, str]
+    values: tuple[float, float]
+    uncertainty: tuple[float, float]
+    period: int
+    nodes: Array
+    multipliers: NDArray[np.complex128]
+    residual: float
+    arclength: float
+    coefficients: dict[str, float]
+    leads_to: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Lock the arrays."""
+        for values in (self.nodes, self.multipliers):
+            values.setflags(write=False)
+
+    @property
+    def state(self) -> Array:
+        """State at phase zero, shape (n_states,)."""
+        return self.nodes[0]
+
+    @cached_property
+    def orbit(self) -> PeriodicOrbit:
+        """The periodic orbit at this point."""
+        return PeriodicOrbit(self.model, self.period, self.nodes, self.multipliers, self.residual)
+
+
+@dataclass(frozen=True, eq=False)
+class Locus:
+    """Orbits at a bifurcation, followed in two parameters; frozen, one row a point.
+
+    Parameters
+    ----------
+    id
+        Number within the result, from 1.
+    type
+        ``"LP"``, ``"PD"`` or ``"NS"``.
+    period
+        Period in forcing periods.
+    parent
+        Id of the locus at whose point of codimension two it was started, or None.
+    model
+        The model; the values of `vary` are replaced by `values`.
+    vary
+        Names of the parameters.
+    values
+        Their values, shape (n_points, 2).
+    nodes
+        Orbits, shape (n_points, m, n_states).
+    multipliers
+        Floquet multipliers, complex, shape (n_points, n_states), largest modulus first.
+    coefficient
+        Coefficient of the bifurcation's normal form at each point, shape (n_points,): cubic b of
+        PD, real part d of NS; NaN for LP and where it is not defined.
+    residual
+        How far each orbit fails to close, in scaled states, shape (n_points,).
+    arclength
+        Arclength along the locus in scaled variables, shape (n_points,).
+    special
+        Points of codimension two and extrema, in the order of the locus.
+    begun, stopped
+        Why it begins and ends where it does.
+    """
+
+    id: int
+    type: str
+    period: int
+    parent: int | None
+    model: Model
+    vary: tuple[str, str]
+    values: Array
+    nodes: Array
+    multipliers: NDArray[np.complex128]
+    coefficient: Array
+    residual: Array
+    arclength: Array
+    special: tuple[LocusPoint, ...]
+    begun: LocusEnd
+    stopped: LocusEnd
+
+    def __post_init__(self) -> None:
+        """Lock the arrays."""
+        for values in (
+            self.values,
+            self.nodes,
+            self.multipliers,
+            self.coefficient,
+            self.residual,
+            self.arclength,
+        ):
+            values.setflags(write=False)
+
+    def __len__(self) -> int:
+        """Number of points."""
+        return len(self.values)
+
+    @property
+    def states(self) -> Array:
+        """States at phase zero, shape (n_points, n_states)."""
+        return self.nodes[:, 0]
+
+    @property
+    def supercritical(self) -> NDArray[np.bool_]:
+        """Whether the bifurcation is supercritical at each point, shape (n_points,)."""
+        return self.coefficient > 0 if self.type == "PD" else self.coefficient < 0
+
+    @property
+    def subcritical(self) -> NDArray[np.bool_]:
+        """Whether the bifurcation is subcritical at each point, shape (n_points,)."""
+        return self.coefficient < 0 if self.type == "PD" else self.coefficient > 0
+
+    @property
+    def closed(self) -> bool:
+        """Whether the locus closed on itself."""
+        return self.stopped.kind == "closed"
+
+    def orbit(self, index: int) -> PeriodicOrbit:
+        """Return one point as a periodic orbit.
+
+        Parameters
+        ----------
+        index
+            Row of the locus.
+        """
+        changes = dict(zip(self.vary, map(float, self.values[index]), strict=True))
+        return PeriodicOrbit(
+            self.model.replace(**changes),
+            self.period,
+            self.nodes[index],
+            self.multipliers[index],
+            float(self.residual[index]),
+        )

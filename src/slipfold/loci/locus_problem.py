@@ -1,0 +1,119 @@
+"""Loci as curves: the equations of critical orbits with the functions watched along them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.branches.normal_form import StroboscopicMap, critical_coefficient
+from slipfold.orbits.critical_problem import CriticalProblem
+from slipfold.orbits.degeneracy import critical_pair
+from slipfold.orbits.linearisation import Linearisation
+
+__all__ = ["LocusProblem", "critical_places"]
+
+Array = NDArray[np.float64]
+Multipliers = NDArray[np.complex128]
+
+NEUTRAL = 1e-8
+"""Least 1 - cos(angle)^2 at which the coefficient of a torus still has digits."""
+
+
+class LocusProblem(CriticalProblem):
+    """A locus of LP, PD or NS in two parameters: its equations and its test functions."""
+
+    def tests(
+        self, z: Array, linearisation: Linearisation, multipliers: Multipliers, tangent: Array
+    ) -> dict[str, float]:
+        r"""Return the functions that change sign at points of codimension two.
+
+        Besides those named for such points, ``first`` and ``second`` are the components of the
+        tangent along the two parameters: zero where the locus has an extremum, and both at a cusp.
+
+        ``GPD`` and ``CH`` are coefficients of normal forms, multiplied by what is zero where they
+        have poles: at other points of codimension two.
+
+        Parameters
+        ----------
+        z
+            An orbit of the locus.
+        linearisation
+            Its derivatives.
+        multipliers
+            Its Floquet multipliers, shape (n,).
+        tangent
+            Unit tangent of the locus.
+        """
+        monodromy = linearisation.monodromy
+        size = float(np.sqrt(1 + np.linalg.svdvals(monodromy) ** 2).prod())
+        tests = {"first": float(tangent[-2]), "second": float(tangent[-1])}
+        if self.kind == "NS":
+            return {**tests, **self._torus_tests(z, monodromy, multipliers, size)}
+        target = 1.0 if self.kind == "LP" else -1.0
+        others = np.delete(multipliers, critical_places(self.kind, multipliers))
+        n = len(multipliers)
+        tests["LPPD"] = _product(target + multipliers, size)
+        # The derivative of the characteristic polynomial: smooth where two multipliers meet.
+        double = sum(np.delete(target - multipliers, i).prod() for i in range(n)).real / size
+        tests["R1" if self.kind == "LP" else "R2"] = float(double)
+        pairs = _pair_product(others, size)
+        if self.kind == "LP":
+            return {**tests, "LPNS": pairs}
+        coefficient = self._coefficient(z, monodromy)
+        return {**tests, "PDNS": pairs, "GPD": coefficient * tests["LPPD"] * float(double)}
+
+    def _torus_tests(
+        self, z: Array, monodromy: Array, multipliers: Multipliers, size: float
+    ) -> dict[str, float]:
+        places = critical_places("NS", multipliers)
+        cosine = float(multipliers[places].sum().real / 2)
+        others = np.delete(multipliers, places)
+        folded = _product(1 - others, size)
+        sine2 = 1 - cosine * cosine
+        coefficient = self._coefficient(z, monodromy) if sine2 > NEUTRAL else np.nan
+        return {
+            "R1": 1 - cosine,
+            "R2": 1 + cosine,
+            "R3": cosine + 0.5,
+            "R4": cosine,
+            "LPNS": folded,
+            "PDNS": _product(1 + others, size),
+            "NSNS": _pair_product(others, size),
+            "CH": coefficient * sine2 * folded,
+        }
+
+    def _coefficient(self, z: Array, monodromy: Array) -> float:
+        map_ = StroboscopicMap(self, z, self.constants(z))
+        try:
+            return critical_coefficient(map_, monodromy, self.kind)
+        except np.linalg.LinAlgError:
+            return np.nan
+
+
+def critical_places(kind: str, multipliers: Multipliers) -> NDArray[np.int64]:
+    """Return the places of the multipliers that make an orbit critical.
+
+    Parameters
+    ----------
+    kind
+        ``"LP"``, ``"PD"`` or ``"NS"``.
+    multipliers
+        Floquet multipliers, shape (n,).
+    """
+    if kind == "NS":
+        return np.array(critical_pair(multipliers) or (), dtype=np.int64)
+    target = 1.0 if kind == "LP" else -1.0
+    return np.array([np.abs(multipliers - target).argmin()], dtype=np.int64)
+
+
+def _product(factors: Multipliers, size: float) -> float:
+    return float(factors.prod().real / size)
+
+
+def _pair_product(values: Multipliers, size: float) -> float:
+    """Product of 1 - a b over all pairs, of order one."""
+    n = len(values)
+    if n < 2:
+        return 1.0
+    first, second = np.triu_indices(n, k=1)
+    return float((1 - values[first] * values[second]).prod().real / size ** (n - 1))

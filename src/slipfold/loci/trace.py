@@ -1,0 +1,215 @@
+"""One locus in one direction, from a point of it to its end, with everything found on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.branches.closing import (
+    BEFORE,
+    asymmetry,
+    meets_its_copy,
+    returns_to_start,
+    step_beside_parent,
+)
+from slipfold.branches.ending import cut_at_limit, failure_reason, unresolved_reason
+from slipfold.branches.location import LostBranchError, orbit_at
+from slipfold.branches.point import Point
+from slipfold.branches.search import Found
+from slipfold.branches.settings import Settings
+from slipfold.branches.walk import Failure, walk
+from slipfold.loci.detection import find_special_points
+from slipfold.loci.locus import LocusEnd
+from slipfold.loci.locus_problem import LocusProblem
+
+__all__ = ["LocusTrace", "Window", "trace_locus"]
+
+Array = NDArray[np.float64]
+
+Window = tuple[tuple[float, float], tuple[float, float]]
+"""Least and largest value of each of two parameters."""
+
+FIRST = 0.01
+"""First step from a regular point."""
+
+BIRTH = 3e-3
+"""First step from a point where another locus crosses: this one is singular there."""
+
+MEMORY = 6
+"""Points behind the current one that serve interpolation."""
+
+RETREAT = 0.3
+"""Share of a step that is taken instead where the locus between its ends was not found."""
+
+RESOLVED = 1e7
+"""Largest multiplier beside which those near the unit circle are still known to five digits."""
+
+
+@dataclass(eq=False)
+class LocusTrace:
+    """A locus while it is followed.
+
+    Parameters
+    ----------
+    problem
+        Its equations.
+    points
+        Accepted points.
+    born
+        Whether the first point lies on another locus too, where this one is singular.
+    found
+        Special points, in order.
+    end
+        Why it ended; None while it goes on.
+    """
+
+    problem: LocusProblem
+    points: list[Point]
+    born: bool = False
+    found: list[Found] = field(default_factory=list)
+    end: LocusEnd | None = None
+
+
+def trace_locus(
+    problem: LocusProblem,
+    start: Point,
+    window: Window,
+    settings: Settings,
+    *,
+    born: bool = False,
+    watch: Callable[[LocusTrace], None] = lambda trace: None,
+) -> LocusTrace:
+    """Follow a locus in the direction of its tangent, to its end.
+
+    Parameters
+    ----------
+    problem
+        The equations of the locus.
+    start
+        First point.
+    window
+        The locus ends where a parameter leaves its interval.
+    settings
+        Options.
+    born
+        Whether the locus begins at a point of codimension two, on another locus.
+    watch
+        Called after every point; may raise `KeyboardInterrupt`.
+
+    Returns
+    -------
+    LocusTrace
+        With `end` set.
+    """
+    trace = LocusTrace(problem, [start], born)
+    step: float | None = BIRTH if born else FIRST
+    try:
+        while step is not None:
+            step = _follow(trace, step, window, settings, watch)
+    except KeyboardInterrupt:
+        trace.end = _end(
+            trace, "interrupted", "interrupted; what was found before is kept", trace.points[-1]
+        )
+    return trace
+
+
+def _follow(
+    trace: LocusTrace,
+    first: float,
+    window: Window,
+    settings: Settings,
+    watch: Callable[[LocusTrace], None],
+) -> float | None:
+    """Follow the locus until it ends; return None then, or a shorter step to try instead."""
+    problem = trace.problem
+    bounds = problem.bounds(window)
+    cap = partial(step_beside_parent, problem) if trace.born and problem.period % 2 == 0 else None
+    for item in walk(problem, trace.points, first, bounds, settings, cap):
+        before = trace.points[-1]
+        if isinstance(item, Failure):
+            trace.end = _end(trace, *failure_reason(problem, before, item), before)
+            return None
+        if np.abs(item.multipliers).max() > RESOLVED:
+            trace.end = _end(trace, "unresolved", unresolved_reason(item), item)
+            return None
+        try:
+            _extend(trace, item)
+        except LostBranchError as error:
+            step = RETREAT * (item.arclength - before.arclength)
+            if step < settings.steps.smallest:
+                failure = Failure("failed", str(error))
+                trace.end = _end(trace, *failure_reason(problem, before, failure), before)
+                return None
+            return step
+        watch(trace)
+        if trace.end is not None:
+            return None
+    last = trace.points[-1]
+    on = [i for i, (place, low, high) in enumerate(bounds) if last.z[place] in (low, high)]
+    name = problem.vary[on[0]]
+    value = problem.values(last.z)[on[0]]
+    trace.end = _end(trace, "window", f"left the window at {name} = {value:g}", last)
+    return None
+
+
+def _end(trace: LocusTrace, kind: str, reason: str, point: Point) -> LocusEnd:
+    first, second = trace.problem.values(point.z)
+    return LocusEnd(kind, reason, (float(first), float(second)))
+
+
+def _extend(trace: LocusTrace, point: Point) -> None:
+    """Add a point and all that lies between it and the one before."""
+    problem, before = trace.problem, trace.points[-1]
+    leaving = trace.born and len(trace.points) == 1
+    known = [*trace.points[-MEMORY:], point]
+    end: tuple[str, str] | None = None
+    if not leaving and problem.period % 2 == 0 and meets_its_copy(problem, before, point):
+        point, end = _at_parent(problem, known, before, point)
+    elif returns_to_start(problem, trace.points, point):
+        end = ("closed", "the locus closed on itself")
+    limit = cut_at_limit(problem, known, before, point)
+    if limit is not None and limit[0].arclength <= point.arclength:
+        point, end = limit[0], ("limit", limit[1])
+    known[:] = [item for item in known if item.arclength < point.arclength]
+    known.append(point)
+    found = []
+    if point is not before and not leaving:
+        found = find_special_points(problem, known, before, point)
+    resonance = _first_resonance(problem, found)
+    if resonance is not None:
+        point = resonance.point
+        found = [item for item in found if item.point.arclength <= point.arclength]
+        end = ("codimension-2", f"the locus ends at a strong resonance, {resonance.type}")
+    trace.found += found
+    if point is not before:
+        trace.points.append(point)
+    if end is not None:
+        trace.end = _end(trace, *end, point)
+
+
+def _first_resonance(problem: LocusProblem, found: list[Found]) -> Found | None:
+    """Return where a torus locus ends, the pair being real beyond, if it does."""
+    if problem.kind != "NS":
+        return None
+    return next((item for item in found if item.type in ("R1", "R2")), None)
+
+
+def _at_parent(
+    problem: LocusProblem, known: list[Point], before: Point, point: Point
+) -> tuple[Point, tuple[str, str]]:
+    """Go back to just before the orbits of a locus become those of half the period."""
+    direction = asymmetry(problem, before.z)
+    a, b = float(direction @ direction), float(direction @ asymmetry(problem, point.z))
+    share = a / (a - b) if b < a else 1.0
+    place = before.arclength + min(share, 1.0) * (point.arclength - before.arclength)
+    end = ("codimension-2", "the locus ends where its orbits become those of half the period")
+    for back in (BEFORE, 4 * BEFORE, 16 * BEFORE):
+        if back < place - before.arclength:
+            last = orbit_at(problem, known, place - back)
+            if np.linalg.norm(asymmetry(problem, last.z)) > 0.3 * back:
+                return last, end
+    return before, end

@@ -1,0 +1,199 @@
+"""Orbits at a bifurcation in two free parameters: what a locus consists of."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.flow.flow import Constants
+from slipfold.models.model import Model
+from slipfold.orbits.degeneracy import Degeneracy, degeneracy
+from slipfold.orbits.linearisation import Conditions, Linearisation, defect_of
+from slipfold.orbits.shooting import SEGMENTS, Shooting
+
+__all__ = ["CriticalProblem"]
+
+Array = NDArray[np.float64]
+
+PROBE = 1e-6
+"""Distance over which transition matrices are differenced, in scaled states: rounding and the
+neglected third derivative then both make errors near 1e-6 in the gradient, and Newton's method
+still gains six digits a step. Residuals do not depend on it."""
+
+
+class CriticalProblem(Shooting):
+    r"""Orbits of period k with a critical multiplier, in two free parameters.
+
+    An unknown ``z`` holds the scaled states at m phases and both scaled parameters,
+    :math:`p_i / w_i`. The equations are those of the orbit and one more, that its monodromy matrix
+    is at a bifurcation (see `slipfold.orbits.degeneracy`).
+
+    Parameters
+    ----------
+    model
+        The model; its values of `vary` play no part.
+    kind
+        ``"LP"``, ``"PD"`` or ``"NS"``.
+    vary
+        Names of the free parameters.
+    period
+        Period in forcing periods.
+    widths
+        Scales of the parameters, in their units.
+    segments
+        Number of segments m.
+    offset
+        Phase of the first node, in segments.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        kind: str,
+        vary: tuple[str, str],
+        period: int,
+        widths: tuple[float, float],
+        segments: int = SEGMENTS,
+        offset: float = 0.0,
+    ) -> None:
+        super().__init__(model, period, segments, offset)
+        self.kind = kind
+        self.vary = vary
+        self.widths = np.array(widths)
+        self._indices = [model.parameter_index(name) for name in vary]
+
+    # -- what z means --------------------------------------------------------------------------
+
+    def pack(self, nodes: Array, values: Array) -> Array:
+        """Scale an orbit and two parameter values into an unknown.
+
+        Parameters
+        ----------
+        nodes
+            States at the nodes, shape (m, n).
+        values
+            Values of the parameters, shape (2,).
+        """
+        return np.concatenate([self.flat(nodes), np.asarray(values) / self.widths])
+
+    def values(self, z: Array) -> Array:
+        """Return the values of the free parameters, shape (2,).
+
+        Parameters
+        ----------
+        z
+            The unknown.
+        """
+        return z[-2:] * self.widths
+
+    def vector(self, z: Array) -> Array:
+        """Return the model's parameter vector.
+
+        Parameters
+        ----------
+        z
+            The unknown.
+        """
+        vector = self.model.vector.copy()
+        vector[self._indices] = self.values(z)
+        return vector
+
+    def constants(self, z: Array) -> Constants:
+        """Return the coefficients of the flow.
+
+        Parameters
+        ----------
+        z
+            The unknown.
+        """
+        return self.flow.constants(self.vector(z))
+
+    def bounds(
+        self, window: tuple[tuple[float, float], tuple[float, float]]
+    ) -> list[tuple[int, float, float]]:
+        """Return the places of the parameters in the unknown with their scaled bounds.
+
+        Parameters
+        ----------
+        window
+            Least and largest value of each parameter.
+        """
+        return [
+            (place, low / width, high / width)
+            for place, (low, high), width in zip((-2, -1), window, self.widths, strict=True)
+        ]
+
+    # -- residual and derivatives --------------------------------------------------------------
+
+    def defect(self, z: Array) -> Array:
+        """Return what Newton's method brings to zero, shape (m n + 1,).
+
+        Parameters
+        ----------
+        z
+            The unknown.
+        """
+        residual, blocks, along = self.transitions(self.nodes(z), self.constants(z), self._indices)
+        found = self._degeneracy(Linearisation(residual, blocks, along))
+        return defect_of(residual, np.array([found.value]))
+
+    def linearise(self, z: Array) -> Linearisation:
+        """Return the mismatch and its derivatives, those of the last equation by differences.
+
+        Parameters
+        ----------
+        z
+            The unknown.
+        """
+        nodes, constants = self.nodes(z), self.constants(z)
+        residual, blocks, along = self.transitions(nodes, constants, self._indices)
+        plain = Linearisation(residual, blocks, along)
+        found = self._degeneracy(plain)
+        gradient = self._gradient(found, plain, nodes, constants)
+        conditions = Conditions(np.array([found.value]), gradient[None])
+        scaled = along * (self.widths / np.sqrt(self.segments))
+        return Linearisation(residual, blocks, scaled, conditions)
+
+    def _degeneracy(self, linearisation: Linearisation) -> Degeneracy:
+        n = len(self.scales)
+        if not np.isfinite(linearisation.blocks).all():
+            return Degeneracy(np.nan, np.full((1, n), np.nan), np.full((1, n), np.nan))
+        return degeneracy(self.kind, linearisation.monodromy)
+
+    def _gradient(
+        self, found: Degeneracy, plain: Linearisation, nodes: Array, constants: Constants
+    ) -> Array:
+        r"""Differentiate the degeneracy with respect to the unknown, shape (m n + 2,).
+
+        With :math:`M = A_{m-1} ... A_0` a term :math:`p^T dM q` is the sum over the segments of
+        :math:`p_j^T dA_j q_j`, where q is carried forward to segment j and p backward to its end.
+        A change of :math:`A_j q_j` is a second derivative of the flow with q_j as one of its
+        directions, and so the change of all first derivatives when the state moves along q_j: one
+        more linearisation of all segments at once.
+        """
+        n = len(self.scales)
+        gradient = np.zeros(self.size + 2)
+        if not np.isfinite(found.value):
+            return np.full_like(gradient, np.nan)
+        for left, right in zip(found.left, found.right, strict=True):
+            forward, backward = _carried(plain.blocks, left, right)
+            length = np.linalg.norm(forward, axis=1)[:, None]
+            moved = nodes + PROBE * self.scales * forward / length
+            _, blocks, along = self.transitions(moved, constants, self._indices)
+            bent = (blocks - plain.blocks) * (length[:, :, None] / PROBE)
+            pulled = (along - plain.along) * (length[:, :, None] / PROBE)
+            gradient[: self.size] += np.einsum("ja,jab->jb", backward, bent).reshape(-1, n).ravel()
+            gradient[self.size :] += np.einsum("ja,jak->k", backward, pulled)
+        gradient[: self.size] *= np.sqrt(self.segments)
+        gradient[self.size :] *= self.widths
+        return gradient
+
+
+def _carried(blocks: Array, left: Array, right: Array) -> tuple[Array, Array]:
+    """Carry one vector forward to the beginning of each segment, one backward to each end."""
+    forward, backward = [right], [left]
+    for block in blocks[:-1]:
+        forward.append(block @ forward[-1])
+    for block in blocks[:0:-1]:
+        backward.append(backward[-1] @ block)
+    return np.array(forward), np.array(backward[::-1])

@@ -1,0 +1,102 @@
+"""How far a monodromy matrix is from a bifurcation, and how that changes with the matrix."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.orbits.floquet import floquet_multipliers
+
+__all__ = ["Degeneracy", "critical_pair", "degeneracy"]
+
+Array = NDArray[np.float64]
+
+APART = 0.5
+"""Two real multipliers further apart than this are not a pair that was complex a step before."""
+
+
+@dataclass(frozen=True, eq=False)
+class Degeneracy:
+    r"""A number that is zero at a bifurcation, with its derivative.
+
+    Parameters
+    ----------
+    value
+        Smooth function g of the matrix.
+    left, right
+        Vectors with :math:`dg = \sum_i p_i^T \, dM \, q_i`, each of shape (r, n).
+    """
+
+    value: float
+    left: Array
+    right: Array
+
+
+def degeneracy(kind: str, monodromy: Array) -> Degeneracy:
+    r"""Measure how far a matrix is from having a critical multiplier.
+
+    LP and PD: the smallest singular value of :math:`M \mp I`, with the sign of the determinant,
+    which makes it smooth. It is the number g of the bordered system
+
+    .. math:: \begin{pmatrix} M \mp I & p \\ q^T & 0 \end{pmatrix}
+              \begin{pmatrix} v \\ -g \end{pmatrix} = \begin{pmatrix} 0 \\ 1 \end{pmatrix}
+
+    with the best borders there are, the singular vectors p and q (Kuznetsov, Elements of Applied
+    Bifurcation Theory, section 10.3: minimally augmented systems). NS: the product of the critical
+    pair less one, from the matrix restricted to the plane of the pair, so that it stays smooth
+    where the pair meets on the real axis (R1, R2).
+
+    Parameters
+    ----------
+    kind
+        ``"LP"``, ``"PD"`` or ``"NS"``.
+    monodromy
+        Monodromy matrix in scaled states, shape (n, n).
+    """
+    if kind == "NS":
+        return _pair_degeneracy(monodromy)
+    shift = -1.0 if kind == "LP" else 1.0
+    matrix = monodromy + shift * np.eye(len(monodromy))
+    left, values, right = np.linalg.svd(matrix)
+    sign = np.linalg.slogdet(matrix)[0] or 1.0
+    return Degeneracy(float(sign * values[-1]), sign * left[:, -1:].T, right[-1:])
+
+
+def critical_pair(multipliers: NDArray[np.complex128]) -> tuple[int, int] | None:
+    """Return the places of the two multipliers whose product is nearest to one.
+
+    Complex pairs count, and real ones that lie together as two that just met do.
+
+    Parameters
+    ----------
+    multipliers
+        Floquet multipliers, shape (n,).
+    """
+    first, second = np.triu_indices(len(multipliers), k=1)
+    a, b = multipliers[first], multipliers[second]
+    real = (a.imag == 0) & (b.imag == 0)
+    possible = np.where(real, np.abs(a - b) < APART, a == b.conj())
+    if not possible.any():
+        return None
+    distance = np.where(possible, np.abs(1 - a * b), np.inf)
+    nearest = int(distance.argmin())
+    return int(first[nearest]), int(second[nearest])
+
+
+def _pair_degeneracy(monodromy: Array) -> Degeneracy:
+    n = len(monodromy)
+    multipliers = floquet_multipliers(monodromy)
+    pair = critical_pair(multipliers)
+    if pair is None:
+        return Degeneracy(np.nan, np.full((2, n), np.nan), np.full((2, n), np.nan))
+    total = (multipliers[pair[0]] + multipliers[pair[1]]).real
+    product = (multipliers[pair[0]] * multipliers[pair[1]]).real
+    # The quadratic polynomial of the pair is singular on its plane, also where the two coincide.
+    polynomial = monodromy @ monodromy - total * monodromy + product * np.eye(n)
+    u, _, v = np.linalg.svd(polynomial)
+    left, right = u[:, -2:].T, v[-2:]
+    gram = np.linalg.inv(left @ right.T)
+    restricted = gram @ left @ monodromy @ right.T
+    return Degeneracy(product - 1.0, product * np.linalg.inv(restricted) @ gram @ left, right)
