@@ -1,0 +1,110 @@
+"""Regions of a plane between loci, as data: which stable responses exist in each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Region", "RegionCheck", "RegionMap"]
+
+
+@dataclass(frozen=True)
+class RegionCheck:
+    """A simulation at one place of a region, held against its label.
+
+    Parameters
+    ----------
+    values
+        Values of the two parameters.
+    start
+        ``"rest"``, or the period of the stable orbit whose neighbourhood it started in.
+    settled
+        Period in forcing periods of what the motion settled to; 0 if it did not become periodic,
+        or left the model's limits.
+    agrees
+        Whether that fits the label.
+    note
+        A sentence that says what happened.
+    """
+
+    values: tuple[float, float]
+    start: str
+    settled: int
+    agrees: bool
+    note: str
+
+
+@dataclass(frozen=True)
+class Region:
+    """A connected part of the plane in which the same stable responses exist.
+
+    Parameters
+    ----------
+    id
+        Number within the map, from 1.
+    stable
+        Periods of the stable responses, e.g. ``(1, 2)``; empty if there are none of period 1 or 2.
+    share
+        Its share of the window's area.
+    place
+        Values of the two parameters well inside it.
+    consistent
+        Whether all responses computed across the region agree on its label.
+    checks
+        Simulations.
+    """
+
+    id: int
+    stable: tuple[int, ...]
+    share: float
+    place: tuple[float, float]
+    consistent: bool = True
+    checks: tuple[RegionCheck, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """Which stable responses exist, in words."""
+        if not self.stable:
+            return "none"
+        periods = " and ".join(str(period) for period in self.stable)
+        return f"period {periods}" if len(self.stable) == 1 else f"periods {periods}"
+
+
+@dataclass(frozen=True, eq=False)
+class RegionMap:
+    """The regions of a window; frozen.
+
+    Parameters
+    ----------
+    first, second
+        Values of the two parameters at the centres of the cells, shape (n1,) and (n2,).
+    labels
+        Number of the region each cell belongs to, 0 where no label is known, shape (n2, n1).
+    regions
+        The regions, in the order of their numbers.
+    """
+
+    first: NDArray[np.float64]
+    second: NDArray[np.float64]
+    labels: NDArray[np.int64]
+    regions: tuple[Region, ...]
+
+    def __post_init__(self) -> None:
+        """Lock the arrays."""
+        for values in (self.first, self.second, self.labels):
+            values.setflags(write=False)
+
+    def at(self, first: float, second: float) -> Region | None:
+        """Return the region that a place lies in, None where no label is known.
+
+        Parameters
+        ----------
+        first, second
+            Values of the two parameters.
+        """
+        column = int(np.abs(self.first - first).argmin())
+        row = int(np.abs(self.second - second).argmin())
+        number = int(self.labels[row, column])
+        return self.regions[number - 1] if number else None
