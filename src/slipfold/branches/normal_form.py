@@ -46,7 +46,8 @@ class StroboscopicMap:
         self._constants = constants
         self._scales = problem.scales if scales is None else scales
         self.rescaling = problem.scales / self._scales
-        self._period = float(problem.period)
+        self._start = problem.phase
+        self._end = problem.phase + problem.period
 
     def rescaled(self, monodromy: Array) -> Array:
         """Return a monodromy matrix in the map's scales.
@@ -72,7 +73,7 @@ class StroboscopicMap:
             The forms.
         """
         jets = self._flow.jet(
-            self._state, 0.0, self._period, self._constants, directions * self._scales
+            self._state, self._start, self._end, self._constants, directions * self._scales
         )
         return jets[:, 1] / self._scales, jets[:, 2] / self._scales
 

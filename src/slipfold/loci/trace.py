@@ -25,13 +25,11 @@ from slipfold.branches.walk import Failure, walk
 from slipfold.loci.detection import find_special_points
 from slipfold.loci.locus import LocusEnd
 from slipfold.loci.locus_problem import LocusProblem
+from slipfold.loci.window import Window
 
-__all__ = ["LocusTrace", "Window", "trace_locus"]
+__all__ = ["LocusTrace", "trace_locus"]
 
 Array = NDArray[np.float64]
-
-Window = tuple[tuple[float, float], tuple[float, float]]
-"""Least and largest value of each of two parameters."""
 
 FIRST = 0.01
 """First step from a regular point."""

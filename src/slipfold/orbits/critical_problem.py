@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Self
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,10 +17,10 @@ __all__ = ["CriticalProblem"]
 
 Array = NDArray[np.float64]
 
-PROBE = 1e-6
-"""Distance over which transition matrices are differenced, in scaled states: rounding and the
-neglected third derivative then both make errors near 1e-6 in the gradient, and Newton's method
-still gains six digits a step. Residuals do not depend on it."""
+PROBE = 1e-4
+"""Distance over which transition matrices are differenced, to either side, in scaled states. The
+neglected third derivative and rounding then both make errors of 1e-9 or so in the gradient: Newton's
+method does not notice, and where the tangent turns is known to about as much."""
 
 
 class CriticalProblem(Shooting):
@@ -44,6 +46,8 @@ class CriticalProblem(Shooting):
         Number of segments m.
     offset
         Phase of the first node, in segments.
+    probe
+        Distance over which transition matrices are differenced, in scaled states.
     """
 
     def __init__(
@@ -55,8 +59,10 @@ class CriticalProblem(Shooting):
         widths: tuple[float, float],
         segments: int = SEGMENTS,
         offset: float = 0.0,
+        probe: float = PROBE,
     ) -> None:
         super().__init__(model, period, segments, offset)
+        self._probe = probe
         self.kind = kind
         self.vary = vary
         self.widths = np.array(widths)
@@ -154,6 +160,39 @@ class CriticalProblem(Shooting):
         scaled = along * (self.widths / np.sqrt(self.segments))
         return Linearisation(residual, blocks, scaled, conditions)
 
+    def shifted(self, z: Array, tangent: Array) -> tuple[Self, Array, Array]:
+        """Return the same orbit with its nodes half a segment later, and differences twice as wide.
+
+        The steps of the integrator then fall elsewhere, so that what differs is the error.
+
+        Parameters
+        ----------
+        z
+            The unknown.
+        tangent
+            Tangent of the locus at `z`.
+
+        Returns
+        -------
+        problem : CriticalProblem
+            The shifted problem.
+        z, tangent : ndarray
+            In the shifted problem.
+        """
+        first, second = self.widths
+        other = type(self)(
+            self.model, self.kind, self.vary, self.period, (float(first), float(second)),
+            self.segments, offset=0.5, probe=2 * self._probe,
+        )  # fmt: skip
+        constants = self.constants(z)
+        ends, matrices, vectors = self.flow.linearise(
+            self.nodes(z), self._start, other._start, constants, constants.rates[:, self._indices]
+        )
+        moved = np.einsum("jab,jb->ja", matrices, self.nodes(tangent))
+        moved += vectors @ (tangent[-2:] * self.widths)
+        direction = np.concatenate([self.flat(moved), tangent[-2:]])
+        return other, other.pack(ends, self.values(z)), direction / np.linalg.norm(direction)
+
     def _degeneracy(self, linearisation: Linearisation) -> Degeneracy:
         n = len(self.scales)
         if not np.isfinite(linearisation.blocks).all():
@@ -168,8 +207,8 @@ class CriticalProblem(Shooting):
         With :math:`M = A_{m-1} ... A_0` a term :math:`p^T dM q` is the sum over the segments of
         :math:`p_j^T dA_j q_j`, where q is carried forward to segment j and p backward to its end.
         A change of :math:`A_j q_j` is a second derivative of the flow with q_j as one of its
-        directions, and so the change of all first derivatives when the state moves along q_j: one
-        more linearisation of all segments at once.
+        directions, and so the change of all first derivatives when the state moves along q_j: two
+        more linearisations of all segments at once.
         """
         n = len(self.scales)
         gradient = np.zeros(self.size + 2)
@@ -178,10 +217,11 @@ class CriticalProblem(Shooting):
         for left, right in zip(found.left, found.right, strict=True):
             forward, backward = _carried(plain.blocks, left, right)
             length = np.linalg.norm(forward, axis=1)[:, None]
-            moved = nodes + PROBE * self.scales * forward / length
-            _, blocks, along = self.transitions(moved, constants, self._indices)
-            bent = (blocks - plain.blocks) * (length[:, :, None] / PROBE)
-            pulled = (along - plain.along) * (length[:, :, None] / PROBE)
+            shift = self._probe * self.scales * forward / length
+            _, *ahead = self.transitions(nodes + shift, constants, self._indices)
+            _, *behind = self.transitions(nodes - shift, constants, self._indices)
+            slopes = length[:, :, None] / (2 * self._probe)
+            bent, pulled = ((up - down) * slopes for up, down in zip(ahead, behind, strict=True))
             gradient[: self.size] += np.einsum("ja,jab->jb", backward, bent).reshape(-1, n).ravel()
             gradient[self.size :] += np.einsum("ja,jak->k", backward, pulled)
         gradient[: self.size] *= np.sqrt(self.segments)

@@ -53,6 +53,11 @@ class Shooting(ABC):
         self._following = (np.arange(segments) + 1) % segments
         self._ratios = self.scales[None, :] / self.scales[:, None]
 
+    @property
+    def phase(self) -> float:
+        """Phase of the first node."""
+        return float(self._start[0])
+
     @abstractmethod
     def constants(self, z: Array) -> Constants:
         """Return the coefficients of the flow at an unknown."""

@@ -1,0 +1,119 @@
+"""From what was located on a locus to what is reported."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.branches.location import STILL
+from slipfold.branches.normal_form import StroboscopicMap, critical_coefficient
+from slipfold.branches.point import Point, corrected_point
+from slipfold.branches.search import Found
+from slipfold.loci.locus import CODIMENSION_TWO, LocusPoint
+from slipfold.loci.locus_problem import LocusProblem
+from slipfold.loci.normal_forms import codimension_two_coefficients
+from slipfold.orbits.newton import correct
+
+__all__ = ["coefficient_at", "describe_point"]
+
+Array = NDArray[np.float64]
+
+
+def coefficient_at(problem: LocusProblem, point: Point) -> float:
+    """Return the coefficient of the bifurcation's normal form, NaN where it is not defined.
+
+    Parameters
+    ----------
+    problem
+        Equations of the locus.
+    point
+        A point of it.
+    """
+    if problem.kind == "LP":
+        return np.nan
+    map_, monodromy = own_map(problem, point)
+    try:
+        return critical_coefficient(map_, monodromy, problem.kind)
+    except (np.linalg.LinAlgError, ValueError):  # no complex pair left at a strong resonance
+        return np.nan
+
+
+def own_map(problem: LocusProblem, point: Point) -> tuple[StroboscopicMap, Array]:
+    """Return the stroboscopic map and its matrix in the scales of the orbit's own model.
+
+    Parameters
+    ----------
+    problem
+        Equations of the locus.
+    point
+        A point of it.
+    """
+    values = dict(zip(problem.vary, map(float, problem.values(point.z)), strict=True))
+    scales = problem.model.replace(**values).state_scales()
+    map_ = StroboscopicMap(problem, point.z, problem.constants(point.z), scales)
+    return map_, map_.rescaled(point.monodromy)
+
+
+def describe_point(problem: LocusProblem, found: Found) -> LocusPoint:
+    """Return a located point with its coefficients and its uncertainty.
+
+    Parameters
+    ----------
+    problem
+        Equations of the locus.
+    found
+        What was located.
+    """
+    point = found.point
+    first, second = map(float, problem.values(point.z))
+    values = (first, second)
+    kind, name = _named(problem, found)
+    return LocusPoint(
+        type=kind,
+        name=name,
+        model=problem.model.replace(**dict(zip(problem.vary, values, strict=True))),
+        vary=problem.vary,
+        values=values,
+        uncertainty=_uncertainty(problem, found),
+        period=problem.period,
+        nodes=problem.nodes(point.z),
+        multipliers=point.multipliers,
+        residual=point.residual,
+        arclength=point.arclength,
+        coefficients=_coefficients(problem, point, kind),
+    )
+
+
+def _named(problem: LocusProblem, found: Found) -> tuple[str, str]:
+    if found.type in CODIMENSION_TWO:
+        return found.type, CODIMENSION_TWO[found.type]
+    name = problem.vary[0 if found.type == "first" else 1]
+    # The test function is the rate of the parameter along the locus: where it rises through zero
+    # the parameter is smallest.
+    return ("MIN", f"smallest {name}") if found.slope > 0 else ("MAX", f"largest {name}")
+
+
+def _coefficients(problem: LocusProblem, point: Point, kind: str) -> dict[str, float]:
+    if kind in CODIMENSION_TWO:
+        return codimension_two_coefficients(*own_map(problem, point), kind, problem.kind)
+    value = coefficient_at(problem, point)
+    name = {"PD": "b", "NS": "d"}.get(problem.kind)
+    return {name: value} if name is not None and np.isfinite(value) else {}
+
+
+def _uncertainty(problem: LocusProblem, found: Found) -> tuple[float, float]:
+    """How far the point moves when orbit and derivatives are integrated anew with other steps."""
+    point = found.point
+    other, guess, row = problem.shifted(point.z, point.tangent)
+    correction = correct(other, guess, row, still=STILL)
+    if not correction.converged:
+        return np.inf, np.inf
+    again = corrected_point(other, correction, point.arclength)
+    tests = ("first", "second") if found.type == "CPC" else (found.type,)
+    change = max(
+        abs(again.tests[test] - point.tests[test]) + abs(point.tests[test]) for test in tests
+    )
+    along = change / max(abs(found.slope), 1e-300) * np.abs(point.tangent[-2:])
+    moved = (np.abs(again.z[-2:] - point.z[-2:]) + along) * problem.widths
+    first, second = moved + np.spacing(np.abs(problem.values(point.z)))
+    return float(first), float(second)

@@ -1,0 +1,288 @@
+"""Loci from special points of branches, and from the points of codimension two on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.branches.point import Point
+from slipfold.branches.settings import Settings
+from slipfold.branches.special_point import SpecialPoint
+from slipfold.errors import InputError
+from slipfold.loci.describe import coefficient_at, describe_point
+from slipfold.loci.known_loci import begins_or_ends_at, lies_on
+from slipfold.loci.locus import Locus, LocusEnd, LocusPoint
+from slipfold.loci.locus_problem import LocusProblem
+from slipfold.loci.progress import LocusObserver, LocusProgress
+from slipfold.loci.start import Start, regular_start, starts_at
+from slipfold.loci.trace import LocusTrace, trace_locus
+from slipfold.loci.window import Window, check_window
+from slipfold.models.model import Model
+
+__all__ = ["LOCUS_TYPES", "follow_loci"]
+
+LOCUS_TYPES = ("LP", "PD", "NS")
+"""Types of bifurcation that have a locus in two parameters."""
+
+
+def follow_loci(
+    points: Sequence[SpecialPoint],
+    vary: tuple[str, str],
+    window: Window,
+    *,
+    settings: Settings | None = None,
+    observer: LocusObserver | None = None,
+    switch: bool = True,
+) -> tuple[Locus, ...]:
+    """Follow the loci of special points in two parameters, each locus once.
+
+    Parameters
+    ----------
+    points
+        Special points of branches of one model, of type LP, PD or NS.
+    vary
+        Names of the two parameters.
+    window
+        Least and largest value of each.
+    settings
+        Options of continuation.
+    observer
+        Called after every point; may raise `KeyboardInterrupt` to stop with what is done.
+    switch
+        Whether loci that begin or pass at points of codimension two are followed as well.
+
+    Returns
+    -------
+    tuple of Locus
+        In the order in which they were followed.
+
+    Raises
+    ------
+    InputError
+        If a parameter or the window cannot be used, or a point has no locus in this plane.
+    """
+    if not points:
+        return ()
+    base = points[0].model
+    window = check_window(base, vary, window)
+    settings = settings or Settings()
+    for point in points:
+        _check_point(point, base, vary, window)
+    work = _Work(base, vary, window, settings, observer, switch)
+    for point in points:
+        problem = work.problem(point.type, point.period)
+        values = [point.model.values[name] for name in vary]
+        z = problem.pack(_nodes(problem, point), np.array(values))
+        start = regular_start(problem, z, settings)
+        if work.known_family(start) is None:
+            work.follow([start, start.reversed()], None)
+        if work.interrupted:
+            break
+    return work.loci()
+
+
+def _check_point(point: SpecialPoint, base: Model, vary: tuple[str, str], window: Window) -> None:
+    if point.type not in LOCUS_TYPES:
+        raise InputError(
+            f"a special point of type {point.type} has no locus in {vary[0]} and {vary[1]}; give "
+            f"one of type {', '.join(LOCUS_TYPES)}"
+        )
+    if type(point.model) is not type(base):
+        raise InputError("the special points belong to different models; follow them one by one")
+    for name, value in point.model.values.items():
+        if name not in vary and value != base.values[name]:
+            raise InputError(
+                f"the special points differ in {name}: {base.values[name]:g} and {value:g}; "
+                f"vary {name} or follow them one by one"
+            )
+    for name, (low, high) in zip(vary, window, strict=True):
+        value = point.model.values[name]
+        if not low <= value <= high:
+            raise InputError(
+                f"the special point at {name} = {value:.6g} is outside the window from {low:g} to "
+                f"{high:g}; give a window that holds it"
+            )
+
+
+def _nodes(problem: LocusProblem, point: SpecialPoint) -> NDArray[np.float64]:
+    if len(point.nodes) == problem.segments:
+        return point.nodes
+    raise InputError(
+        f"the special point is given at {len(point.nodes)} phases, not {problem.segments}; "
+        "compute it anew"
+    )
+
+
+@dataclass(eq=False)
+class _Family:
+    """A locus: what was traced in one direction, or in both."""
+
+    kind: str
+    period: int
+    traces: list[LocusTrace]
+    parent: int | None
+
+    def is_like(self, problem: LocusProblem) -> bool:
+        """Whether a locus is of the same type and period."""
+        return (self.kind, self.period) == (problem.kind, problem.period)
+
+
+@dataclass(eq=False)
+class _Work:
+    """Loci followed so far, and what follows from them."""
+
+    base: Model
+    vary: tuple[str, str]
+    window: Window
+    settings: Settings
+    observer: LocusObserver | None
+    switch: bool
+    families: list[_Family] = field(default_factory=list)
+    links: dict[tuple[int, int, int], list[int]] = field(default_factory=dict)
+    interrupted: bool = False
+
+    def problem(self, kind: str, period: int) -> LocusProblem:
+        """Equations of a type of locus; all share one model, so that unknowns compare."""
+        (a, b), (c, d) = self.window
+        return LocusProblem(self.base, kind, self.vary, period, (b - a, d - c))
+
+    def known_family(self, start: Start) -> int | None:
+        """Return the number of the locus that passes a place, if it was followed already."""
+        meets = begins_or_ends_at if start.born else lies_on
+        for number, family in enumerate(self.families):
+            same = family.is_like(start.problem)
+            if same and any(meets(t.problem, t.points, start.point.z) for t in family.traces):
+                return number
+        return None
+
+    def follow(self, starts: list[Start], parent: int | None) -> None:
+        """Follow a locus to both ends, then those that start on it."""
+        traces: list[LocusTrace] = []
+        problem = starts[0].problem
+        family = _Family(problem.kind, problem.period, traces, parent)
+        self.families.append(family)
+        for start in starts:
+            trace = trace_locus(
+                start.problem,
+                start.point,
+                self.window,
+                self.settings,
+                born=start.born,
+                watch=self._tell,
+            )
+            traces.append(trace)
+            assert trace.end is not None
+            if trace.end.kind == "interrupted":
+                self.interrupted = True
+                return
+            if trace.end.kind == "closed":
+                break
+        if self.switch:
+            self._switch(family)
+
+    def _switch(self, family: _Family) -> None:
+        number = self.families.index(family)
+        for side, trace in enumerate(family.traces):
+            for place, found in enumerate(trace.found):
+                links = self.links.setdefault((number, side, place), [])
+                for group in _grouped(starts_at(trace.problem, found, self.settings)):
+                    if self.interrupted:
+                        return
+                    known = self.known_family(group[0])
+                    links.append(len(self.families) if known is None else known)
+                    if known is None:
+                        self.follow(group, number)
+
+    def _tell(self, trace: LocusTrace) -> None:
+        if self.observer is None:
+            return
+        problem, names = trace.problem, "".join(f", {found.type}" for found in trace.found)
+        first, second = map(float, problem.values(trace.points[-1].z))
+        points = len(trace.points)
+        text = f"{problem.kind} of period {problem.period}, {points} points{names}"
+        done = len(self.families) - 1
+        self.observer(LocusProgress("loci", done, None, (first, second), text))
+
+    def loci(self) -> tuple[Locus, ...]:
+        """Return everything as data."""
+        result = []
+        for number, family in enumerate(self.families):
+            leads = {
+                key[1:]: tuple(child + 1 for child in dict.fromkeys(children))
+                for key, children in self.links.items()
+                if key[0] == number
+            }
+            result.append(_as_locus(family, number + 1, leads))
+        return tuple(result)
+
+
+def _grouped(starts: Iterator[Start]) -> Iterator[list[Start]]:
+    """Put both directions of one locus together."""
+    group: list[Start] = []
+    for start in starts:
+        if group and (start.problem is not group[0].problem):
+            yield group
+            group = []
+        group.append(start)
+    if group:
+        yield group
+
+
+def _as_locus(family: _Family, number: int, leads: dict[tuple[int, int], tuple[int, ...]]) -> Locus:
+    """Join both directions: the second one backwards, then the first."""
+    forward = family.traces[0]
+    problem = forward.problem
+    points, found = list(forward.points), _described(forward, 0, leads, 1.0)
+    assert forward.end is not None
+    begun, stopped = _born_end(forward), forward.end
+    if len(family.traces) > 1:
+        backward = family.traces[1]
+        assert backward.end is not None
+        points = [_mirrored(point) for point in backward.points[:0:-1]] + points
+        found = _described(backward, 1, leads, -1.0)[::-1] + found
+        begun = backward.end
+    arclength = np.array([point.arclength for point in points])
+    offset = arclength[0]
+    return Locus(
+        id=number,
+        type=problem.kind,
+        period=problem.period,
+        parent=None if family.parent is None else family.parent + 1,
+        model=problem.model,
+        vary=problem.vary,
+        values=np.array([problem.values(point.z) for point in points]),
+        nodes=np.array([problem.nodes(point.z) for point in points]),
+        multipliers=np.array([point.multipliers for point in points]),
+        coefficient=np.array([coefficient_at(problem, point) for point in points]),
+        residual=np.array([point.residual for point in points]),
+        arclength=arclength - offset,
+        special=tuple(replace(item, arclength=item.arclength - offset) for item in found),
+        begun=begun,
+        stopped=stopped,
+    )
+
+
+def _born_end(trace: LocusTrace) -> LocusEnd:
+    first, second = map(float, trace.problem.values(trace.points[0].z))
+    assert trace.end is not None
+    if trace.end.kind == "closed":
+        return trace.end
+    return LocusEnd("codimension-2", "born at a point of codimension two", (first, second))
+
+
+def _mirrored(point: Point) -> Point:
+    return replace(point, arclength=-point.arclength, tangent=-point.tangent)
+
+
+def _described(
+    trace: LocusTrace, side: int, leads: dict[tuple[int, int], tuple[int, ...]], sign: float
+) -> list[LocusPoint]:
+    result = []
+    for place, found in enumerate(trace.found):
+        described = describe_point(trace.problem, found)
+        started = leads.get((side, place), ())
+        result.append(replace(described, arclength=sign * described.arclength, leads_to=started))
+    return result

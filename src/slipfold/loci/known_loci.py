@@ -1,0 +1,102 @@
+"""Whether an orbit lies on a locus that has been followed already."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.branches.closing import asymmetry
+from slipfold.branches.interpolation import hermite
+from slipfold.branches.point import Point
+from slipfold.loci.locus_problem import LocusProblem
+from slipfold.orbits.newton import correct
+
+__all__ = ["begins_or_ends_at", "lies_on"]
+
+Array = NDArray[np.float64]
+
+CLOSE = 0.02
+"""Distance from the interpolated locus within which the locus itself is looked at."""
+
+SAME = 1e-5
+"""Two critical orbits this close are one: both are known to 1e-10, two loci differ by more."""
+
+SAMPLES = 16
+"""Places between neighbouring points that are looked at first."""
+
+
+def lies_on(problem: LocusProblem, points: Sequence[Point], z: Array) -> bool:
+    """Whether an orbit is one of a locus, or a later phase of one.
+
+    Parameters
+    ----------
+    problem
+        Equations of the locus.
+    points
+        Points of the locus, in order.
+    z
+        An orbit at a bifurcation of the same type and period, in the same scaled variables.
+    """
+    return any(_meets(problem, points, copy) for copy in _copies(problem, z))
+
+
+def begins_or_ends_at(problem: LocusProblem, points: Sequence[Point], z: Array) -> bool:
+    """Whether a locus of doubled orbits begins or ends where these have no amplitude.
+
+    It ends a short step before, by about as much as the halves of its last orbit differ.
+
+    Parameters
+    ----------
+    problem
+        Equations of the locus.
+    points
+        Points of the locus, in order.
+    z
+        An orbit passed twice, in the same scaled variables.
+    """
+    for point in (points[0], points[-1]):
+        gap = float(np.linalg.norm(point.z - z))
+        if gap < SAME + 2 * float(np.linalg.norm(asymmetry(problem, point.z))) < CLOSE:
+            return True
+    return False
+
+
+def _copies(problem: LocusProblem, z: Array) -> Iterator[Array]:
+    """The same orbit begun in each forcing period, as far as its nodes allow."""
+    nodes = z[: problem.size].reshape(problem.segments, -1)
+    each, rest = divmod(problem.segments, problem.period)
+    for turn in range(problem.period if rest == 0 else 1):
+        moved = np.roll(nodes, -turn * each, axis=0).ravel()
+        yield np.concatenate([moved, z[problem.size :]])
+
+
+def _meets(problem: LocusProblem, points: Sequence[Point], z: Array) -> bool:
+    where = np.array([point.z for point in points])
+    ends = np.linalg.norm(where - z, axis=1)
+    if ends.min() < SAME:
+        return True
+    lengths = np.linalg.norm(np.diff(where, axis=0), axis=1)
+    # Between two points the locus stays within a length of them.
+    near = np.flatnonzero(np.minimum(ends[:-1], ends[1:]) < lengths + CLOSE).tolist()
+    return any(_meets_between(problem, points[i], points[i + 1], z) for i in near)
+
+
+def _meets_between(problem: LocusProblem, a: Point, b: Point, z: Array) -> bool:
+    grid = np.linspace(a.arclength, b.arclength, SAMPLES + 1)
+    distances = [float(np.linalg.norm(hermite([a, b], s)[0] - z)) for s in grid]
+    spacing = float(grid[1] - grid[0])
+    nearest = int(np.argmin(distances))
+    if distances[nearest] > spacing + CLOSE:
+        return False
+    place = float(grid[nearest])
+    for _ in range(4):  # to where z lies abeam
+        guess, row = hermite([a, b], place)
+        place = float(np.clip(place + row @ (z - guess), a.arclength, b.arclength))
+    guess, row = hermite([a, b], place)
+    correction = correct(problem, guess, row, reach=2 * CLOSE)
+    if not correction.converged:
+        return False
+    gap = z - correction.z
+    return bool(np.linalg.norm(gap - (gap @ row) * row) < SAME + (gap @ row) ** 2)

@@ -1,0 +1,187 @@
+"""First points of loci: from special points of branches and of other loci."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.branches.closing import asymmetry
+from slipfold.branches.point import Point, corrected_point
+from slipfold.branches.search import Found
+from slipfold.branches.settings import Settings
+from slipfold.branches.walk import Failure, walk
+from slipfold.errors import InputError
+from slipfold.loci.locus_problem import LocusProblem
+from slipfold.loci.trace import BIRTH
+from slipfold.orbits.newton import correct
+
+__all__ = ["Start", "regular_start", "starts_at"]
+
+Array = NDArray[np.float64]
+
+SINGULAR = 1e-9
+"""Smallest singular value, over the largest, of a Jacobian that defines a curve."""
+
+NEAR = 1e-3
+"""A special point may be moved by this, in scaled variables, before it is another one."""
+
+CROSSING = {
+    "LPPD": ("LP", "PD"),
+    "LPNS": ("LP", "NS"),
+    "PDNS": ("PD", "NS"),
+    "R1": ("LP", "NS"),
+    "R2": ("PD", "NS"),
+}
+"""Types of the loci that pass through a point of codimension two, or end there."""
+
+
+class Start:
+    """Where a locus is to be followed from.
+
+    Parameters
+    ----------
+    problem
+        Its equations.
+    point
+        The first point.
+    born
+        Whether the locus is singular there, because another one passes.
+    """
+
+    def __init__(self, problem: LocusProblem, point: Point, born: bool = False) -> None:
+        self.problem = problem
+        self.point = point
+        self.born = born
+
+    def reversed(self) -> Start:
+        """Return the same place with the opposite direction."""
+        tests = {**self.point.tests}
+        for name in ("first", "second"):
+            tests[name] = -tests[name]
+        point = replace(self.point, tangent=-self.point.tangent, tests=tests)
+        return Start(self.problem, point, self.born)
+
+
+def regular_start(problem: LocusProblem, z: Array, settings: Settings) -> Start:
+    """Return a point of a locus with its direction.
+
+    Parameters
+    ----------
+    problem
+        The equations.
+    z
+        An orbit at the bifurcation.
+    settings
+        Options.
+
+    Raises
+    ------
+    InputError
+        If no locus passes there.
+    """
+    bordered = problem.linearise(z).bordered(np.zeros(len(z)))
+    if not np.isfinite(bordered.matrix).all():
+        raise _no_locus(problem, z, "its orbit cannot be integrated")
+    _, values, right = np.linalg.svd(bordered.matrix[:-1])
+    if values[-1] < SINGULAR * values[0]:
+        raise _no_locus(problem, z, "neither of them moves it")
+    newton = settings.newton
+    correction = correct(problem, z, right[-1], newton.tolerance, newton.iterations)
+    if not correction.converged or correction.distance > NEAR:
+        reason = correction.failure or "Newton's method leads to another orbit"
+        raise _no_locus(problem, z, reason)
+    return Start(problem, corrected_point(problem, correction, 0.0))
+
+
+def _no_locus(problem: LocusProblem, z: Array, reason: str) -> InputError:
+    first, second = problem.vary
+    a, b = problem.values(z)
+    return InputError(
+        f"the {problem.kind} at {first} = {a:.6g}, {second} = {b:.6g} has no locus in {first} and "
+        f"{second}: {reason}; choose other parameters or another special point"
+    )
+
+
+def starts_at(problem: LocusProblem, found: Found, settings: Settings) -> Iterator[Start]:
+    """Return the loci that begin or pass at a point of codimension two, but its own.
+
+    At GPD the folds of the doubled orbits are born; through LPPD, LPNS, PDNS, R1 and R2 pass loci
+    of two types, that of tori ending at the resonances; at R2 a locus of tori of the doubled orbits
+    may be born as well.
+
+    Parameters
+    ----------
+    problem
+        Equations of the locus that the point was found on.
+    found
+        The point.
+    settings
+        Options.
+    """
+    z, kind = found.point.z, problem.kind
+    if found.type == "GPD":
+        yield from _doubled(problem, found.point, "LP", settings)
+    for other in CROSSING.get(found.type, ()):
+        if other == kind:
+            continue
+        crossing = _sibling(problem, other, problem.period)
+        try:
+            start = regular_start(crossing, z, settings)
+        except InputError:
+            continue
+        if found.type in ("R1", "R2") and other == "NS":
+            yield from _complex_side(start, settings)
+        else:
+            yield from (start, start.reversed())
+    if found.type == "R2" and kind == "PD":
+        yield from _doubled(problem, found.point, "NS", settings)
+
+
+def _sibling(problem: LocusProblem, kind: str, period: int) -> LocusProblem:
+    first, second = problem.widths
+    widths = (float(first), float(second))
+    return LocusProblem(problem.model, kind, problem.vary, period, widths, problem.segments)
+
+
+def _complex_side(start: Start, settings: Settings) -> Iterator[Start]:
+    """Return the direction in which a pair that meets on the real axis is complex."""
+    for side in (start, start.reversed()):
+        first = next(iter(walk(side.problem, [side.point], BIRTH, (), settings)))
+        if not isinstance(first, Failure) and first.tests["R1"] > 0 < first.tests["R2"]:
+            yield side
+
+
+def _doubled(problem: LocusProblem, point: Point, kind: str, settings: Settings) -> Iterator[Start]:
+    """Return a locus of orbits of twice the period that is born where these have no amplitude.
+
+    Its tangent is the critical direction, which changes sign from one period to the next, and the
+    parameters do not change to first order.
+    """
+    m = problem.segments
+    blocks = problem.linearise(point.z).blocks
+    values, vectors = np.linalg.eig(point.monodromy)
+    direction = vectors[:, np.argmin(np.abs(values + 1))].real
+    along = [direction]
+    for block in blocks[:-1]:
+        along.append(block @ along[-1])
+    child = _sibling(problem, kind, 2 * problem.period)
+    # A segment of the child is two of the parent.
+    every_second = np.arange(0, 2 * m, 2) % m
+    sign = np.where(np.arange(0, 2 * m, 2) < m, 1.0, -1.0)
+    tangent = np.concatenate([(np.array(along)[every_second] * sign[:, None]).ravel(), [0.0, 0.0]])
+    tangent *= np.sign(direction[np.abs(direction).argmax()]) / np.linalg.norm(tangent)
+    nodes = problem.nodes(point.z)[every_second]
+    z = child.pack(nodes, problem.values(point.z))
+    linearisation = child.linearise(z)
+    multipliers = np.sort_complex(point.multipliers**2)[::-1]
+    multipliers = multipliers[np.argsort(-np.abs(multipliers), kind="stable")]
+    tests = child.tests(z, linearisation, multipliers, tangent)
+    start = Point(z, tangent, 0.0, linearisation.monodromy, multipliers, tests, 0, point.residual)
+    first = next(iter(walk(child, [start], BIRTH, (), settings)))
+    if isinstance(first, Failure) or np.linalg.norm(asymmetry(child, first.z)) < 0.5 * BIRTH:
+        return
+    if kind == "LP" or first.tests["R1"] > 0 < first.tests["R2"]:
+        yield Start(child, start, born=True)

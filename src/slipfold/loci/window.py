@@ -1,0 +1,56 @@
+"""A window in a plane of two parameters."""
+
+from __future__ import annotations
+
+from slipfold.errors import InputError
+from slipfold.models.model import Model
+
+__all__ = ["Window", "check_window"]
+
+Window = tuple[tuple[float, float], tuple[float, float]]
+"""Least and largest value of each of two parameters."""
+
+
+def check_window(model: Model, vary: tuple[str, str], window: Window) -> Window:
+    """Return a window with its ends in order, or raise if it cannot be used.
+
+    Parameters
+    ----------
+    model
+        Knows the bounds of the parameters.
+    vary
+        Names of two parameters.
+    window
+        Two values of each.
+
+    Raises
+    ------
+    InputError
+        If the parameters are the same or unknown, or a value is outside its parameter's bounds.
+
+    Examples
+    --------
+    >>> from slipfold.models import SlidingOscillator
+    >>> check_window(SlidingOscillator(), ("f", "Nd"), ((13, 12), (0, 0.9)))
+    ((12.0, 13.0), (0.0, 0.9))
+    """
+    try:
+        (first, second), ((a, b), (c, d)) = vary, window
+    except (TypeError, ValueError):
+        raise InputError(
+            f"a plane takes two parameters with two values each, not {vary!r} and {window!r}; "
+            'give e.g. vary=("f", "Nd"), window=((11.5, 13.5), (0, 0.98))'
+        ) from None
+    parameters = [model.parameter(name) for name in (first, second)]
+    if first == second:
+        raise InputError(f"{first} is given for both parameters; give two different ones")
+    spans = []
+    for parameter, ends in zip(parameters, ((a, b), (c, d)), strict=True):
+        low, high = sorted(parameter.check(value) for value in ends)
+        if low == high:
+            raise InputError(
+                f"the window of {parameter.name} from {low:g} to {high:g} is empty; give two "
+                "different values"
+            )
+        spans.append((low, high))
+    return spans[0], spans[1]
