@@ -206,6 +206,55 @@ class Flow:
             derivatives[some] = result[:, n:].reshape(-1, n, n + k)
         return ends, derivatives[:, :, :n], derivatives[:, :, n:]
 
+    def curve(
+        self,
+        states: Array,
+        start: Array,
+        end: Array,
+        constants: Constants,
+        directions: Array,
+        vectors: Array,
+    ) -> tuple[Array, Array]:
+        """Return second derivatives of the flow with a given vector as one of their directions.
+
+        Parameters
+        ----------
+        states
+            Shape (m, n).
+        start, end
+            Phases, shape (m,).
+        constants
+            Coefficients.
+        directions
+            Changes of the coefficients, shape (n_c, k) or (m, n_c, k).
+        vectors
+            One direction of the start state for each trajectory, shape (m, n).
+
+        Returns
+        -------
+        matrices : ndarray, shape (m, n, n)
+            ``D^2 phi [v, .]``, along the start state.
+        pulls : ndarray, shape (m, n, k)
+            The same along the directions of the coefficients.
+        """
+        n, k = self.dimension, directions.shape[-1]
+        result = np.empty((len(states), n, n + k))
+        count = constants.values.shape[-1]
+        code = self._code.curved(k)
+        for some in _chunks(len(states)):
+            values = _lanes(constants.values, some)
+            batch = self._prepare(code, states[some], start[some], values)
+            for i in range(k):
+                first = (1 + i) * count
+                batch.pars[first : first + count] = _lanes(directions[..., i], some)
+            batch.state[n : 2 * n] = _pad(vectors[some]).T
+            batch.state[2 * n :] = 0.0
+            batch.state[2 * n : 2 * n + n * (n + k)] = _identity(n, k)
+            batch.propagate_until(_pad(end[some]), max_steps=MAX_STEPS)
+            finished = _finished(batch, batch.state, some.stop - some.start)
+            result[some] = finished[:, 2 * n + n * (n + k) :].reshape(-1, n, n + k)
+        return result[:, :, :n], result[:, :, n:]
+
     def jet(
         self, state: Array, start: float, end: float, constants: Constants, directions: Array
     ) -> Array:

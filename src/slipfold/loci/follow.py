@@ -36,6 +36,7 @@ def follow_loci(
     settings: Settings | None = None,
     observer: LocusObserver | None = None,
     switch: bool = True,
+    types: Sequence[str] = LOCUS_TYPES,
 ) -> tuple[Locus, ...]:
     """Follow the loci of special points in two parameters, each locus once.
 
@@ -53,6 +54,8 @@ def follow_loci(
         Called after every point; may raise `KeyboardInterrupt` to stop with what is done.
     switch
         Whether loci that begin or pass at points of codimension two are followed as well.
+    types
+        Types of the loci that may be started there.
 
     Returns
     -------
@@ -71,7 +74,7 @@ def follow_loci(
     settings = settings or Settings()
     for point in points:
         _check_point(point, base, vary, window)
-    work = _Work(base, vary, window, settings, observer, switch)
+    work = _Work(base, vary, window, settings, observer, types if switch else ())
     for point in points:
         problem = work.problem(point.type, point.period)
         values = [point.model.values[name] for name in vary]
@@ -139,7 +142,7 @@ class _Work:
     window: Window
     settings: Settings
     observer: LocusObserver | None
-    switch: bool
+    types: Sequence[str]
     families: list[_Family] = field(default_factory=list)
     links: dict[tuple[int, int, int], list[int]] = field(default_factory=dict)
     interrupted: bool = False
@@ -180,8 +183,7 @@ class _Work:
                 return
             if trace.end.kind == "closed":
                 break
-        if self.switch:
-            self._switch(family)
+        self._switch(family)
 
     def _switch(self, family: _Family) -> None:
         number = self.families.index(family)
@@ -191,6 +193,8 @@ class _Work:
                 for group in _grouped(starts_at(trace.problem, found, self.settings)):
                     if self.interrupted:
                         return
+                    if group[0].problem.kind not in self.types:
+                        continue
                     known = self.known_family(group[0])
                     links.append(len(self.families) if known is None else known)
                     if known is None:

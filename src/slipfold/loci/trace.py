@@ -43,6 +43,9 @@ MEMORY = 6
 RETREAT = 0.3
 """Share of a step that is taken instead where the locus between its ends was not found."""
 
+EDGE = 1e-9
+"""Distance from the window's edge, in its own width, that counts as none."""
+
 RESOLVED = 1e7
 """Largest multiplier beside which those near the unit circle are still known to five digits."""
 
@@ -105,6 +108,10 @@ def trace_locus(
     """
     trace = LocusTrace(problem, [start], born)
     step: float | None = BIRTH if born else FIRST
+    leaves = _bound_left(problem, start, window)
+    if leaves is not None:
+        trace.end = _window_end(trace, leaves)
+        return trace
     try:
         while step is not None:
             step = _follow(trace, step, window, settings, watch)
@@ -147,11 +154,26 @@ def _follow(
         if trace.end is not None:
             return None
     last = trace.points[-1]
+    bounds = problem.bounds(window)
     on = [i for i, (place, low, high) in enumerate(bounds) if last.z[place] in (low, high)]
-    name = problem.vary[on[0]]
-    value = problem.values(last.z)[on[0]]
-    trace.end = _end(trace, "window", f"left the window at {name} = {value:g}", last)
+    trace.end = _window_end(trace, on[0])
     return None
+
+
+def _bound_left(problem: LocusProblem, start: Point, window: Window) -> int | None:
+    """Return the parameter in which a locus that starts on the edge leaves the window at once."""
+    for i, (place, low, high) in enumerate(problem.bounds(window)):
+        slope = start.tangent[place]
+        gap = high - start.z[place] if slope > 0 else start.z[place] - low
+        if gap < EDGE and abs(slope) > EDGE:
+            return i
+    return None
+
+
+def _window_end(trace: LocusTrace, index: int) -> LocusEnd:
+    problem, last = trace.problem, trace.points[-1]
+    name, value = problem.vary[index], problem.values(last.z)[index]
+    return _end(trace, "window", f"left the window at {name} = {value:g}", last)
 
 
 def _end(trace: LocusTrace, kind: str, reason: str, point: Point) -> LocusEnd:

@@ -17,11 +17,6 @@ __all__ = ["CriticalProblem"]
 
 Array = NDArray[np.float64]
 
-PROBE = 1e-4
-"""Distance over which transition matrices are differenced, to either side, in scaled states. The
-neglected third derivative and rounding then both make errors of 1e-9 or so in the gradient: Newton's
-method does not notice, and where the tangent turns is known to about as much."""
-
 
 class CriticalProblem(Shooting):
     r"""Orbits of period k with a critical multiplier, in two free parameters.
@@ -46,8 +41,6 @@ class CriticalProblem(Shooting):
         Number of segments m.
     offset
         Phase of the first node, in segments.
-    probe
-        Distance over which transition matrices are differenced, in scaled states.
     """
 
     def __init__(
@@ -59,10 +52,8 @@ class CriticalProblem(Shooting):
         widths: tuple[float, float],
         segments: int = SEGMENTS,
         offset: float = 0.0,
-        probe: float = PROBE,
     ) -> None:
         super().__init__(model, period, segments, offset)
-        self._probe = probe
         self.kind = kind
         self.vary = vary
         self.widths = np.array(widths)
@@ -144,7 +135,7 @@ class CriticalProblem(Shooting):
         return defect_of(residual, np.array([found.value]))
 
     def linearise(self, z: Array) -> Linearisation:
-        """Return the mismatch and its derivatives, those of the last equation by differences.
+        """Return the mismatch and its derivatives.
 
         Parameters
         ----------
@@ -161,9 +152,9 @@ class CriticalProblem(Shooting):
         return Linearisation(residual, blocks, scaled, conditions)
 
     def shifted(self, z: Array, tangent: Array) -> tuple[Self, Array, Array]:
-        """Return the same orbit with its nodes half a segment later, and differences twice as wide.
+        """Return the same orbit with its nodes half a segment later.
 
-        The steps of the integrator then fall elsewhere, so that what differs is the error.
+        The steps of the integrator then fall elsewhere, so that what differs is its error.
 
         Parameters
         ----------
@@ -182,7 +173,7 @@ class CriticalProblem(Shooting):
         first, second = self.widths
         other = type(self)(
             self.model, self.kind, self.vary, self.period, (float(first), float(second)),
-            self.segments, offset=0.5, probe=2 * self._probe,
+            self.segments, offset=0.5,
         )  # fmt: skip
         constants = self.constants(z)
         ends, matrices, vectors = self.flow.linearise(
@@ -205,10 +196,8 @@ class CriticalProblem(Shooting):
         r"""Differentiate the degeneracy with respect to the unknown, shape (m n + 2,).
 
         With :math:`M = A_{m-1} ... A_0` a term :math:`p^T dM q` is the sum over the segments of
-        :math:`p_j^T dA_j q_j`, where q is carried forward to segment j and p backward to its end.
-        A change of :math:`A_j q_j` is a second derivative of the flow with q_j as one of its
-        directions, and so the change of all first derivatives when the state moves along q_j: two
-        more linearisations of all segments at once.
+        :math:`p_j^T dA_j q_j`, where q is carried forward to segment j and p backward to its end,
+        and a change of :math:`A_j q_j` is a second derivative of the flow along q_j.
         """
         n = len(self.scales)
         gradient = np.zeros(self.size + 2)
@@ -216,12 +205,7 @@ class CriticalProblem(Shooting):
             return np.full_like(gradient, np.nan)
         for left, right in zip(found.left, found.right, strict=True):
             forward, backward = _carried(plain.blocks, left, right)
-            length = np.linalg.norm(forward, axis=1)[:, None]
-            shift = self._probe * self.scales * forward / length
-            _, *ahead = self.transitions(nodes + shift, constants, self._indices)
-            _, *behind = self.transitions(nodes - shift, constants, self._indices)
-            slopes = length[:, :, None] / (2 * self._probe)
-            bent, pulled = ((up - down) * slopes for up, down in zip(ahead, behind, strict=True))
+            bent, pulled = self.curvatures(nodes, constants, self._indices, forward)
             gradient[: self.size] += np.einsum("ja,jab->jb", backward, bent).reshape(-1, n).ravel()
             gradient[self.size :] += np.einsum("ja,jak->k", backward, pulled)
         gradient[: self.size] *= np.sqrt(self.segments)

@@ -26,7 +26,7 @@ class Degeneracy:
     value
         Smooth function g of the matrix.
     left, right
-        Vectors with :math:`dg = \sum_i p_i^T \, dM \, q_i`, each of shape (r, n).
+        Vectors with :math:`dg = \sum_i p_i^T \, dM \, q_i` where g is zero, each of shape (r, n).
     """
 
     value: float
@@ -46,7 +46,7 @@ def degeneracy(kind: str, monodromy: Array) -> Degeneracy:
     with the best borders there are, the singular vectors p and q (Kuznetsov, Elements of Applied
     Bifurcation Theory, section 10.3: minimally augmented systems). NS: the product of the critical
     pair less one, from the matrix restricted to the plane of the pair, so that it stays smooth
-    where the pair meets on the real axis (R1, R2).
+    where the pair meets on the real axis (R1, R2). Both are divided by the size of the matrix.
 
     Parameters
     ----------
@@ -55,13 +55,10 @@ def degeneracy(kind: str, monodromy: Array) -> Degeneracy:
     monodromy
         Monodromy matrix in scaled states, shape (n, n).
     """
-    if kind == "NS":
-        return _pair_degeneracy(monodromy)
-    shift = -1.0 if kind == "LP" else 1.0
-    matrix = monodromy + shift * np.eye(len(monodromy))
-    left, values, right = np.linalg.svd(matrix)
-    sign = np.linalg.slogdet(matrix)[0] or 1.0
-    return Degeneracy(float(sign * values[-1]), sign * left[:, -1:].T, right[-1:])
+    found = _pair_degeneracy(monodromy) if kind == "NS" else _real_degeneracy(kind, monodromy)
+    # The matrix is known to a share of its largest entry, and so is the number.
+    size = float(np.sqrt(1 + np.linalg.norm(monodromy, 2) ** 2))
+    return Degeneracy(found.value / size, found.left / size, found.right)
 
 
 def critical_pair(multipliers: NDArray[np.complex128]) -> tuple[int, int] | None:
@@ -83,6 +80,14 @@ def critical_pair(multipliers: NDArray[np.complex128]) -> tuple[int, int] | None
     distance = np.where(possible, np.abs(1 - a * b), np.inf)
     nearest = int(distance.argmin())
     return int(first[nearest]), int(second[nearest])
+
+
+def _real_degeneracy(kind: str, monodromy: Array) -> Degeneracy:
+    shift = -1.0 if kind == "LP" else 1.0
+    matrix = monodromy + shift * np.eye(len(monodromy))
+    left, values, right = np.linalg.svd(matrix)
+    sign = np.linalg.slogdet(matrix)[0] or 1.0
+    return Degeneracy(float(sign * values[-1]), sign * left[:, -1:].T, right[-1:])
 
 
 def _pair_degeneracy(monodromy: Array) -> Degeneracy:

@@ -141,3 +141,36 @@ class Shooting(ABC):
         )
         mismatch = (ends - nodes[self._following]) / self.scales
         return mismatch, matrices * self._ratios, vectors / self.scales[:, None]
+
+    def curvatures(
+        self, nodes: Array, constants: Constants, indices: list[int], vectors: Array
+    ) -> tuple[Array, Array]:
+        """Return the derivatives of ``blocks @ vectors``, all in scaled states.
+
+        Parameters
+        ----------
+        nodes
+            States, shape (m, n).
+        constants
+            Coefficients of the flow.
+        indices
+            Places of k parameters in the model's parameter vector.
+        vectors
+            Scaled perturbations of the states at the nodes, shape (m, n).
+
+        Returns
+        -------
+        bent : ndarray, shape (m, n, n)
+            With respect to the states at the beginning of each segment.
+        pulled : ndarray, shape (m, n, k)
+            With respect to the parameters.
+        """
+        matrices, pulls = self.flow.curve(
+            nodes,
+            self._start,
+            self._end,
+            constants,
+            constants.rates[:, indices],
+            vectors * self.scales,
+        )
+        return matrices * self._ratios, pulls / self.scales[:, None]

@@ -1,0 +1,145 @@
+"""All bifurcations of a model in a window of a plane, and the regions between them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from slipfold.branches.settings import Settings
+from slipfold.errors import InputError
+from slipfold.loci.fan import follow_fan, largest_period
+from slipfold.loci.follow import LOCUS_TYPES, follow_loci
+from slipfold.loci.locus import Locus
+from slipfold.loci.progress import LocusObserver
+from slipfold.loci.region_map import RegionMap
+from slipfold.loci.regions import map_regions
+from slipfold.loci.window import Window, check_window
+from slipfold.models.model import Model
+
+__all__ = ["BifurcationSet", "find_bifurcation_set"]
+
+LINES = (9, 7)
+"""Responses across the window in either direction from which loci are started."""
+
+REGION_LINES = (25, 9)
+"""The same where regions are wanted: boundaries set by limits are known on these lines alone."""
+
+PERIODS = (1, 2)
+
+
+@dataclass(frozen=True, eq=False)
+class BifurcationSet:
+    """Loci and regions of a window; frozen.
+
+    Parameters
+    ----------
+    loci
+        The loci.
+    regions
+        The regions, None if they were not asked for or the computation was interrupted.
+    interrupted
+        Whether the computation was interrupted.
+    """
+
+    loci: tuple[Locus, ...]
+    regions: RegionMap | None
+    interrupted: bool
+
+
+def find_bifurcation_set(
+    model: Model,
+    plane: tuple[str, str],
+    window: Window,
+    *,
+    types: Sequence[str] = LOCUS_TYPES,
+    periods: Sequence[int] = PERIODS,
+    regions: bool = True,
+    settings: Settings | None = None,
+    observer: LocusObserver | None = None,
+) -> BifurcationSet:
+    """Find the loci of all bifurcations in a window, and which stable responses exist where.
+
+    Responses are followed across the window in both directions; from each of their special points
+    its locus is, unless it is known; from points of codimension two those that start there.
+
+    Parameters
+    ----------
+    model
+        The model; its values of both parameters play no part.
+    plane
+        Names of two parameters.
+    window
+        Least and largest value of each.
+    types
+        Types of bifurcation wanted: ``"LP"``, ``"PD"``, ``"NS"``.
+    periods
+        Periods of the orbits wanted, of 1 and 2 forcing periods.
+    regions
+        Whether to label the regions between the loci; they need all types and periods.
+    settings
+        Options of continuation.
+    observer
+        Called after every point; may raise `KeyboardInterrupt` to stop with what is done.
+
+    Raises
+    ------
+    InputError
+        If the input cannot be used, or no response exists anywhere in the window.
+    """
+    window = check_window(model, plane, window)
+    types, periods = _checked(types, periods)
+    whole = set(types) == set(LOCUS_TYPES) and periods == PERIODS
+    if regions and not whole:
+        raise InputError(
+            "regions need the loci of all types (LP, PD, NS) and both periods (1, 2); ask for all "
+            "of them or for no regions"
+        )
+    settings = largest_period(settings or Settings(), periods)
+    counts = REGION_LINES if regions else LINES
+    lines = follow_fan(model, plane, window, counts, settings, observer)
+    if not any(line.branches for line in lines):
+        raise InputError(
+            f"no response exists on any of {len(lines)} lines across the window: {lines[0].failure}"
+        )
+    if any(line.interrupted for line in lines):
+        return BifurcationSet((), None, True)
+    points = [
+        point
+        for line in lines
+        for branch in line.branches
+        for point in branch.special
+        if point.type in types and point.period in periods and _inside(point.model, plane, window)
+    ]
+    loci = follow_loci(points, plane, window, settings=settings, observer=observer, types=types)
+    interrupted = any(locus.stopped.kind == "interrupted" for locus in loci)
+    found = None
+    if regions and not interrupted:
+        try:
+            found = map_regions(model, plane, window, loci, lines, settings, observer)
+        except KeyboardInterrupt:
+            interrupted = True
+    return BifurcationSet(loci, found, interrupted)
+
+
+def _inside(model: Model, plane: tuple[str, str], window: Window) -> bool:
+    return all(
+        low <= model.values[name] <= high for name, (low, high) in zip(plane, window, strict=True)
+    )
+
+
+def _checked(
+    types: Sequence[str], periods: Sequence[int]
+) -> tuple[tuple[str, ...], tuple[int, ...]]:
+    for kind in types:
+        if kind not in LOCUS_TYPES:
+            raise InputError(f"there are no loci of type {kind!r}; give {', '.join(LOCUS_TYPES)}")
+    for period in periods:
+        if period not in PERIODS:
+            raise InputError(
+                f"period = {period!r} is neither 1 nor 2; loci of longer periods start from their "
+                "special points, see slipfold.locus"
+            )
+    if not types or not periods:
+        raise InputError("no type or no period of loci is given; give e.g. PD and 1")
+    kept = tuple(kind for kind in LOCUS_TYPES if kind in types)
+    return kept, tuple(period for period in PERIODS if period in periods)

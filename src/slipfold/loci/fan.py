@@ -1,0 +1,159 @@
+"""A fan of responses across a window of a plane: where loci are looked for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from slipfold.branches.branch import Branch
+from slipfold.branches.progress import Observer, Progress
+from slipfold.branches.response import trace_response
+from slipfold.branches.settings import Settings
+from slipfold.errors import InputError
+from slipfold.loci.progress import LocusObserver, LocusProgress
+from slipfold.loci.window import Window
+from slipfold.models.model import Model
+
+__all__ = ["FanLine", "follow_fan", "follow_line"]
+
+
+@dataclass(frozen=True, eq=False)
+class FanLine:
+    """A response across the window, in one parameter at a value of the other.
+
+    Parameters
+    ----------
+    vary
+        Name of the parameter followed.
+    fixed
+        Name of the other.
+    value
+        Its value.
+    branches
+        The response; empty if there is none.
+    failure
+        Why there is none.
+    """
+
+    vary: str
+    fixed: str
+    value: float
+    branches: tuple[Branch, ...]
+    failure: str = ""
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether the response was interrupted."""
+        return any(branch.stopped.kind == "interrupted" for branch in self.branches)
+
+
+def follow_fan(
+    model: Model,
+    plane: tuple[str, str],
+    window: Window,
+    counts: tuple[int, int],
+    settings: Settings,
+    observer: LocusObserver | None = None,
+) -> list[FanLine]:
+    """Follow responses across a window, first in the second parameter, then in the first.
+
+    Parameters
+    ----------
+    model
+        The model; its values of both parameters play no part.
+    plane
+        Names of two parameters.
+    window
+        Least and largest value of each.
+    counts
+        Number of lines in either direction.
+    settings
+        Options of continuation.
+    observer
+        Called after every point; may raise `KeyboardInterrupt`.
+
+    Returns
+    -------
+    list of FanLine
+        Stops after a line that was interrupted.
+    """
+    lines: list[FanLine] = []
+    for count, vary, fixed, across, along in (
+        (counts[0], plane[1], plane[0], window[0], window[1]),
+        (counts[1], plane[0], plane[1], window[1], window[0]),
+    ):
+        # Lines at the edges of the window meet what only touches it.
+        for value in np.linspace(*across, count) if count > 1 else [sum(across) / 2]:
+
+            def tell(
+                progress: Progress, value: float = float(value), swapped: bool = vary == plane[0]
+            ) -> None:
+                if observer is not None:
+                    at = (progress.parameter, value) if swapped else (value, progress.parameter)
+                    text = f"period {progress.period}, {progress.points} points"
+                    observer(LocusProgress("responses", len(lines), sum(counts), at, text))
+
+            lines.append(follow_line(model, vary, along, fixed, float(value), settings, tell))
+            if lines[-1].interrupted:
+                return lines
+    return lines
+
+
+def follow_line(
+    model: Model,
+    vary: str,
+    span: tuple[float, float],
+    fixed: str,
+    value: float,
+    settings: Settings,
+    tell: Observer | None = None,
+) -> FanLine:
+    """Follow one response; what keeps it from existing is data, not an error.
+
+    It begins at the quiet state where the parameter switches the forcing off, so that branches
+    born below the window are known inside it.
+
+    Parameters
+    ----------
+    model
+        The model.
+    vary
+        Parameter to follow.
+    span
+        Its least and largest value.
+    fixed
+        The other parameter.
+    value
+        Its value.
+    settings
+        Options.
+    tell
+        Called after every point.
+    """
+    low, high = span
+    if model.quiet == vary:
+        low = min(0.0, low)
+    failure = ""
+    for first, last in ((low, high), (high, low)):
+        try:
+            at = model.replace(**{fixed: value, vary: first})
+            branches = trace_response(at, vary, (first, last), settings=settings, observer=tell)
+        except InputError as error:
+            failure = failure or str(error)
+        else:
+            return FanLine(vary, fixed, value, branches)
+    return FanLine(vary, fixed, value, (), failure)
+
+
+def largest_period(settings: Settings, periods: tuple[int, ...]) -> Settings:
+    """Return the options with branches followed as far as these periods.
+
+    Parameters
+    ----------
+    settings
+        Options.
+    periods
+        Periods in forcing periods.
+    """
+    return replace(settings, largest_period=max(periods))

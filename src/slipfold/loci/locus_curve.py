@@ -1,0 +1,64 @@
+"""A locus as a smooth line in its plane, between the few points it was followed at."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.loci.locus import Locus
+
+__all__ = ["LocusCurve", "locus_curve"]
+
+Array = NDArray[np.float64]
+
+PIECES = 12
+"""Straight pieces between neighbouring points."""
+
+
+@dataclass(frozen=True, eq=False)
+class LocusCurve:
+    """Values of both parameters as smooth functions of the arclength.
+
+    Parameters
+    ----------
+    knots
+        Arclength of the points of the locus, shape (n,).
+    values
+        Callable on arclengths of shape (k,), gives shape (k, 2).
+    """
+
+    knots: Array
+    values: Callable[[Array], Array]
+
+    def between(self, index: int) -> Array:
+        """Return the line from one point of the locus to the next, shape (k, 2).
+
+        Parameters
+        ----------
+        index
+            Row of the first point.
+        """
+        s = np.linspace(self.knots[index], self.knots[index + 1], PIECES + 1)
+        return np.asarray(self.values(s))
+
+
+def locus_curve(locus: Locus) -> LocusCurve:
+    """Interpolate a locus.
+
+    In the arclength of all unknowns the parameters are smooth even at a cusp of the locus.
+
+    Parameters
+    ----------
+    locus
+        The locus.
+    """
+    from scipy.interpolate import CubicSpline, interp1d
+
+    if len(locus) < 3:
+        values = interp1d(locus.arclength, locus.values, axis=0)
+    else:
+        values = CubicSpline(locus.arclength, locus.values)
+    return LocusCurve(locus.arclength, values)
