@@ -18,11 +18,8 @@ from slipfold.models.model import Model
 
 __all__ = ["BifurcationSet", "find_bifurcation_set"]
 
-LINES = (9, 7)
+LINES = (13, 7)
 """Responses across the window in either direction from which loci are started."""
-
-REGION_LINES = (25, 9)
-"""The same where regions are wanted: boundaries set by limits are known on these lines alone."""
 
 PERIODS = (1, 2)
 
@@ -95,8 +92,7 @@ def find_bifurcation_set(
             "of them or for no regions"
         )
     settings = largest_period(settings or Settings(), periods)
-    counts = REGION_LINES if regions else LINES
-    lines = follow_fan(model, plane, window, counts, settings, observer)
+    lines = follow_fan(model, plane, window, LINES, settings, observer)
     if not any(line.branches for line in lines):
         raise InputError(
             f"no response exists on any of {len(lines)} lines across the window: {lines[0].failure}"

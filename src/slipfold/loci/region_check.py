@@ -7,17 +7,14 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.branch import Branch
 from slipfold.branches.settings import Settings
+from slipfold.errors import InputError
 from slipfold.flow.simulate import simulate
 from slipfold.loci.fan import follow_line
 from slipfold.loci.region_map import Region, RegionCheck
-from slipfold.loci.stable_spans import stable_spans
+from slipfold.loci.stable_spans import orbit_on, stable_spans
 from slipfold.loci.window import Window
 from slipfold.models.model import Model
-from slipfold.orbits.boundary_value_problem import PeriodicProblem
-from slipfold.orbits.find import hold_parameter
-from slipfold.orbits.newton import correct
 
 __all__ = ["check_region"]
 
@@ -52,7 +49,10 @@ def check_region(
     settings
         Options of continuation.
     """
-    at = model.replace(**dict(zip(plane, region.place, strict=True)))
+    try:
+        at = model.replace(**dict(zip(plane, region.place, strict=True)))
+    except InputError as error:  # the window holds places where there is no model
+        return (RegionCheck(region.place, "rest", 0, not region.stable, str(error)),)
     checks = [_from_rest(at, region)]
     starts = dict(_stable_states(at, plane, window, region, settings))
     for period in region.stable:
@@ -89,17 +89,6 @@ def _stable_states(
         for branch in line.branches:
             for span in stable_spans(branch):
                 if span.low < value < span.high:
-                    state = _orbit_at(branch, span.rows, value)
-                    if state is not None:
-                        yield branch.period, state
-
-
-def _orbit_at(branch: Branch, rows: tuple[int, int], value: float) -> Array | None:
-    """State at phase zero of the orbit at a value of the parameter, on a stretch of a branch."""
-    stretch = np.arange(*rows)
-    nearest = stretch[np.abs(branch.parameter[stretch] - value).argmin()]
-    width = abs(branch.parameter[-1] - branch.parameter[0]) or 1.0
-    problem = PeriodicProblem(branch.model, branch.vary, branch.period, float(width))
-    guess = problem.pack(branch.nodes[nearest], value)
-    correction = correct(problem, guess, hold_parameter(problem.size), iterations=15)
-    return problem.nodes(correction.z)[0] if correction.converged else None
+                    nodes = orbit_on(branch, span, value)
+                    if nodes is not None:
+                        yield branch.period, nodes[0]

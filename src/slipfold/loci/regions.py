@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +16,10 @@ from slipfold.loci.locus import Locus
 from slipfold.loci.locus_curve import locus_curve
 from slipfold.loci.locus_problem import critical_places
 from slipfold.loci.progress import LocusObserver, LocusProgress
+from slipfold.loci.raster import CELLS, Raster
 from slipfold.loci.region_check import check_region
 from slipfold.loci.region_map import Region, RegionMap
-from slipfold.loci.stable_spans import stable_spans
+from slipfold.loci.region_votes import Vote, agree, collect_votes
 from slipfold.loci.window import Window
 from slipfold.models.model import Model
 
@@ -26,9 +28,6 @@ __all__ = ["map_regions"]
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Labels = NDArray[np.int64]
-
-CELLS = 480
-"""Cells of the raster in either direction: half a line's width in a figure."""
 
 SMALLEST = 2e-4
 """Share of the window below which a piece is not a region of its own but belongs to what lies
@@ -43,34 +42,6 @@ CLEAR = 2.5
 LIMIT_JUMP = 0.25
 """Ends at a limit on neighbouring lines are joined if they differ by less than this share of the
 window."""
-
-
-@dataclass(frozen=True)
-class _Raster:
-    """Cells of a window."""
-
-    window: Window
-
-    def columns(self, values: Array, axis: int) -> NDArray[np.int64]:
-        """Return the cells that values of a parameter lie in."""
-        low, high = self.window[axis]
-        cells = ((np.asarray(values) - low) / (high - low) * CELLS).astype(int)
-        return np.clip(cells, 0, CELLS - 1)
-
-    def centres(self, axis: int) -> Array:
-        """Return the values of a parameter at the centres of the cells."""
-        low, high = self.window[axis]
-        return np.linspace(low, high, 2 * CELLS + 1)[1::2]
-
-    def draw(self, mask: Mask, values: Array) -> None:
-        """Mark the cells that a polyline passes."""
-        for a, b in pairwise(values):
-            length = [
-                abs(b[i] - a[i]) / (high - low) * CELLS for i, (low, high) in enumerate(self.window)
-            ]
-            count = int(2 * max(length)) + 2
-            between = a + np.linspace(0, 1, count)[:, None] * (b - a)
-            mask[self.columns(between[:, 1], 1), self.columns(between[:, 0], 0)] = True
 
 
 def map_regions(
@@ -107,7 +78,7 @@ def map_regions(
     """
     from scipy import ndimage  # a tenth of a second to import
 
-    raster = _Raster(window)
+    raster = Raster(window)
     boundary = np.zeros((CELLS, CELLS), dtype=bool)
     for values in _boundaries(loci, lines, plane, window):
         raster.draw(boundary, values)
@@ -115,8 +86,8 @@ def map_regions(
     pieces = _without_slivers(pieces, boundary)
     distance: Array = ndimage.distance_transform_edt(np.pad(pieces > 0, 1))[1:-1, 1:-1]
     clear = ndimage.distance_transform_edt(~boundary) > CLEAR
-    votes = _votes(pieces, clear, raster, plane, lines)
-    regions, labels = _labelled(pieces, votes, distance, raster)
+    votes = list(collect_votes(pieces, clear, raster, plane, lines))
+    regions, labels = _labelled(model, plane, pieces, votes, distance, raster)
     nearest = ndimage.distance_transform_edt(
         labels == 0, return_distances=False, return_indices=True
     )
@@ -164,24 +135,40 @@ def _limit_lines(
         along = [line for line in lines if line.fixed == plane[axis]]
         low, high = window[1 - axis]
         for a, b in pairwise(along):
-            for period, name, value in _limit_ends(a):
+            for end in _limit_ends(a):
                 others = [
                     other
-                    for other_period, other_name, other in _limit_ends(b)
-                    if (other_period, other_name) == (period, name)
-                    and abs(other - value) < LIMIT_JUMP * (high - low)
+                    for other in _limit_ends(b)
+                    if (other.period, other.reason) == (end.period, end.reason)
+                    and (other.stable or end.stable)
+                    and abs(other.value - end.value) < LIMIT_JUMP * (high - low)
                 ]
                 if others:
-                    other = min(others, key=lambda item: abs(item - value))
-                    ends = np.array([[a.value, value], [b.value, other]])
+                    other = min(others, key=lambda item: abs(item.value - end.value))
+                    ends = np.array([[a.value, end.value], [b.value, other.value]])
                     yield ends if axis == 0 else ends[:, ::-1]
 
 
-def _limit_ends(line: FanLine) -> Iterator[tuple[int, str, float]]:
-    for branch in line.branches:
-        for span in stable_spans(branch):
-            if span.limit is not None:
-                yield branch.period, span.limit_name, span.limit
+class _LimitEnd(NamedTuple):
+    """Where a branch ends at a limit of the model."""
+
+    period: int
+    reason: str
+    value: float
+    stable: bool
+
+
+def _limit_ends(line: FanLine) -> list[_LimitEnd]:
+    return [
+        _LimitEnd(
+            branch.period,
+            branch.stopped.reason.split(":")[0],
+            branch.stopped.value,
+            bool(branch.stable[-1]),
+        )
+        for branch in line.branches
+        if branch.stopped.kind == "limit" and len(branch)
+    ]
 
 
 def _without_slivers(pieces: Labels, boundary: Mask) -> Labels:
@@ -195,53 +182,28 @@ def _without_slivers(pieces: Labels, boundary: Mask) -> Labels:
 # -- labels ----------------------------------------------------------------------------------------
 
 
-def _votes(
-    pieces: Labels,
-    clear: Mask,
-    raster: _Raster,
-    plane: tuple[str, str],
-    lines: Sequence[FanLine],
-) -> dict[int, list[tuple[int, ...]]]:
-    """What every response says of the pieces it crosses, one entry a cell."""
-    votes: dict[int, list[tuple[int, ...]]] = {}
-    for line in lines:
-        if not line.branches:
-            continue
-        axis = plane.index(line.fixed)
-        cell = int(raster.columns(np.array([line.value]), axis)[0])
-        crossed = pieces[:, cell] if axis == 0 else pieces[cell]
-        sure = clear[:, cell] if axis == 0 else clear[cell]
-        values = raster.centres(1 - axis)
-        stable = [
-            (branch.period, span) for branch in line.branches for span in stable_spans(branch)
-        ]
-        for index in np.flatnonzero(sure & (crossed > 0)):
-            periods = {period for period, span in stable if span.low <= values[index] <= span.high}
-            votes.setdefault(int(crossed[index]), []).append(tuple(sorted(periods)))
-    return votes
-
-
 def _labelled(
+    model: Model,
+    plane: tuple[str, str],
     pieces: Labels,
-    votes: dict[int, list[tuple[int, ...]]],
+    votes: Sequence[Vote],
     distance: Array,
-    raster: _Raster,
+    raster: Raster,
 ) -> tuple[list[Region], Labels]:
     """Number the pieces that a response crosses, the largest first."""
     sizes = np.bincount(pieces.ravel(), minlength=2)
-    order = sorted((piece for piece in votes), key=lambda piece: -sizes[piece])
+    crossed = sorted({vote.piece for vote in votes}, key=lambda piece: -sizes[piece])
     labels = np.zeros_like(pieces)
     regions = []
     total = sizes[1:].sum()
-    for number, piece in enumerate(order, 1):
+    for number, piece in enumerate(crossed, 1):
         labels[pieces == piece] = number
-        said = votes[piece]
+        said = [vote for vote in votes if vote.piece == piece]
         # A stable orbit cannot vanish inside a region: one response that has it is enough.
-        periods = tuple(sorted({period for vote in said for period in vote}))
+        periods = tuple(sorted({period for vote in said for period in vote.nodes}))
         inside = np.where(pieces == piece, distance, 0)
         row, column = np.unravel_index(int(inside.argmax()), inside.shape)
         place = (float(raster.centres(0)[column]), float(raster.centres(1)[row]))
-        regions.append(
-            Region(number, periods, float(sizes[piece] / total), place, len(set(said)) == 1)
-        )
+        share = float(sizes[piece] / total)
+        regions.append(Region(number, periods, share, place, agree(model, plane, raster, said)))
     return regions, labels

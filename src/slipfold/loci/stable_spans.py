@@ -6,11 +6,15 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import BIFURCATIONS
+from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.orbits.find import hold_parameter
+from slipfold.orbits.newton import correct
 
-__all__ = ["StableSpan", "stable_spans"]
+__all__ = ["StableSpan", "orbit_on", "stable_spans"]
 
 
 @dataclass(frozen=True)
@@ -23,17 +27,11 @@ class StableSpan:
         Least and largest value of the parameter.
     rows
         First row of the branch on the stretch, and the one after the last.
-    limit
-        Value at which the stretch meets a limit of the model, None if it does not.
-    limit_name
-        Name of that limit's output; empty if there is none.
     """
 
     low: float
     high: float
     rows: tuple[int, int]
-    limit: float | None = None
-    limit_name: str = ""
 
 
 def stable_spans(branch: Branch) -> list[StableSpan]:
@@ -50,7 +48,7 @@ def stable_spans(branch: Branch) -> list[StableSpan]:
     ends = [(float(branch.arclength[i]), float(branch.parameter[i])) for i in (0, -1)]
     breaks = [ends[0], *marks, ends[1]]
     spans = []
-    for place, ((s_a, p_a), (s_b, p_b)) in enumerate(pairwise(breaks)):
+    for (s_a, p_a), (s_b, p_b) in pairwise(breaks):
         first, last = np.searchsorted(branch.arclength, [s_a, s_b])
         rows = np.arange(first, min(last + 1, len(branch)))
         inside = rows[(branch.arclength[rows] > s_a) & (branch.arclength[rows] < s_b)]
@@ -58,14 +56,38 @@ def stable_spans(branch: Branch) -> list[StableSpan]:
         deciding = inside if len(inside) else rows
         if not len(deciding) or not branch.stable[deciding[len(deciding) // 2]]:
             continue
-        at_end = place == len(breaks) - 2 and branch.stopped.kind == "limit"
-        spans.append(
-            StableSpan(
-                min(p_a, p_b),
-                max(p_a, p_b),
-                (int(rows[0]), int(rows[-1]) + 1),
-                p_b if at_end else None,
-                branch.stopped.reason.split(":")[0].split("(")[0] if at_end else "",
-            )
-        )
+        spans.append(StableSpan(min(p_a, p_b), max(p_a, p_b), (int(rows[0]), int(rows[-1]) + 1)))
     return spans
+
+
+def orbit_on(branch: Branch, span: StableSpan, value: float) -> NDArray[np.float64] | None:
+    """Return the orbit at a value of the parameter, None if Newton's method does not find it.
+
+    Parameters
+    ----------
+    branch
+        A branch.
+    span
+        A stretch of it.
+    value
+        The value, inside the stretch.
+
+    Returns
+    -------
+    ndarray, shape (m, n_states)
+        States at the nodes.
+    """
+    rows = np.arange(*span.rows)
+    order = rows[np.argsort(np.abs(branch.parameter[rows] - value), kind="stable")]
+    width = float(np.ptp(branch.parameter)) or 1.0
+    problem = PeriodicProblem(
+        branch.model, branch.vary, branch.period, width, branch.nodes.shape[1]
+    )
+    for row in order[:2]:
+        guess = problem.pack(branch.nodes[row], value)
+        correction = correct(problem, guess, hold_parameter(problem.size), iterations=15)
+        if correction.converged and correction.linearisation is not None:
+            multipliers = np.linalg.eigvals(correction.linearisation.monodromy)
+            if np.abs(multipliers).max() < 1:
+                return problem.nodes(correction.z)
+    return None

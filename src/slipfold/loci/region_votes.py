@@ -1,0 +1,166 @@
+"""What responses that cross a region say of the stable orbits in it, and whether they agree."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.errors import InputError
+from slipfold.loci.fan import FanLine
+from slipfold.loci.raster import Raster
+from slipfold.loci.stable_spans import orbit_on, stable_spans
+from slipfold.models.model import Model
+from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.orbits.find import hold_parameter
+from slipfold.orbits.limits import broken_limit
+from slipfold.orbits.newton import correct
+
+__all__ = ["Vote", "agree", "collect_votes"]
+
+Array = NDArray[np.float64]
+
+STEPS = 8
+"""Steps in which an orbit is carried from one place to another, and halvings of a step."""
+
+SEEDS = 3
+"""Orbits tried, the nearest first, where one is to be carried to a place."""
+
+REACH = 0.5
+"""An orbit this far from the one before, in scaled states, may be another."""
+
+
+@dataclass(frozen=True, eq=False)
+class Vote:
+    """One response crossing one piece of the plane.
+
+    Parameters
+    ----------
+    piece
+        Number of the piece.
+    place
+        Values of the two parameters in the middle of the crossing.
+    nodes
+        Stable orbits at the place by their period, each of shape (m, n_states).
+    """
+
+    piece: int
+    place: tuple[float, float]
+    nodes: dict[int, Array]
+
+
+def collect_votes(
+    pieces: NDArray[np.int64],
+    clear: NDArray[np.bool_],
+    raster: Raster,
+    plane: tuple[str, str],
+    lines: Sequence[FanLine],
+) -> Iterator[Vote]:
+    """Ask every response what it says of the pieces it crosses.
+
+    Parameters
+    ----------
+    pieces
+        Number of the piece each cell belongs to, 0 for none.
+    clear
+        Which cells are far enough from a boundary.
+    raster
+        The cells.
+    plane
+        Names of the parameters.
+    lines
+        The responses.
+    """
+    for line in lines:
+        if not line.branches:
+            continue
+        axis = plane.index(line.fixed)
+        cell = int(raster.columns(np.array([line.value]), axis)[0])
+        crossed = pieces[:, cell] if axis == 0 else pieces[cell]
+        sure = clear[:, cell] if axis == 0 else clear[cell]
+        values = raster.centres(1 - axis)
+        for run in _runs(np.where(sure, crossed, 0)):
+            value = float(values[run[len(run) // 2]])
+            place = (line.value, value) if axis == 0 else (value, line.value)
+            yield Vote(int(crossed[run[0]]), place, _stable_orbits(line, value))
+
+
+def _runs(numbers: NDArray[np.int64]) -> Iterator[NDArray[np.int64]]:
+    """Places of each uninterrupted sequence of one number other than 0."""
+    edges = np.flatnonzero(np.diff(numbers)) + 1
+    for run in np.split(np.arange(len(numbers)), edges):
+        if numbers[run[0]]:
+            yield run
+
+
+def _stable_orbits(line: FanLine, value: float) -> dict[int, Array]:
+    found = {}
+    for branch in line.branches:
+        for span in stable_spans(branch):
+            if span.low <= value <= span.high and branch.period not in found:
+                nodes = orbit_on(branch, span, value)
+                if nodes is not None:
+                    found[branch.period] = nodes
+    return found
+
+
+def agree(model: Model, plane: tuple[str, str], raster: Raster, votes: Sequence[Vote]) -> bool:
+    """Whether responses across one piece agree.
+
+    A response does not reach every orbit there is. One that lacks what another has does not
+    contradict it if the orbit can be carried to its place, and is stable all the way.
+
+    Parameters
+    ----------
+    model
+        The model.
+    plane
+        Names of the parameters.
+    raster
+        The cells.
+    votes
+        What the responses say.
+    """
+    periods = {period for vote in votes for period in vote.nodes}
+    size = np.array([high - low for low, high in raster.window])
+    for period in periods:
+        having = [vote for vote in votes if period in vote.nodes]
+        for vote in votes:
+            if period in vote.nodes:
+                continue
+            near = sorted(having, key=lambda item: _distance(item, vote, size))
+            if not any(_carries(model, plane, seed, vote, period) for seed in near[:SEEDS]):
+                return False
+    return True
+
+
+def _distance(a: Vote, b: Vote, size: Array) -> float:
+    return float(np.linalg.norm((np.array(a.place) - b.place) / size))
+
+
+def _carries(model: Model, plane: tuple[str, str], seed: Vote, target: Vote, period: int) -> bool:
+    """Whether a stable orbit stays one on the straight way to another place."""
+    start, end = np.array(seed.place), np.array(target.place)
+    nodes, share, step = seed.nodes[period], 0.0, 1.0 / STEPS
+    while share < 1:
+        trial = min(share + step, 1.0)
+        at = start + trial * (end - start)
+        try:
+            there = model.replace(**dict(zip(plane, map(float, at), strict=True)))
+        except InputError:  # on the way lies no model
+            return False
+        problem = PeriodicProblem(there, plane[0], period, 1.0, len(nodes))
+        guess = problem.pack(nodes, problem.value_of(there))
+        correction = correct(problem, guess, hold_parameter(problem.size), reach=REACH)
+        if correction.converged and correction.linearisation is not None:
+            multipliers = np.linalg.eigvals(correction.linearisation.monodromy)
+            if np.abs(multipliers).max() > 1 or broken_limit(problem, correction.z) is not None:
+                return False
+            nodes, share = problem.nodes(correction.z), trial
+        else:
+            step /= 2
+            if step < 2.0**-STEPS:
+                return False
+    return True
