@@ -154,7 +154,7 @@ class _Work:
 
     def known_family(self, start: Start) -> int | None:
         """Return the number of the locus that passes a place, if it was followed already."""
-        meets = begins_or_ends_at if start.born else lies_on
+        meets = begins_or_ends_at if start.doubled else lies_on
         for number, family in enumerate(self.families):
             same = family.is_like(start.problem)
             if same and any(meets(t.problem, t.points, start.point.z) for t in family.traces):

@@ -135,40 +135,46 @@ def _limit_lines(
         along = [line for line in lines if line.fixed == plane[axis]]
         low, high = window[1 - axis]
         for a, b in pairwise(along):
-            for end in _limit_ends(a):
-                others = [
-                    other
-                    for other in _limit_ends(b)
-                    if (other.period, other.reason) == (end.period, end.reason)
-                    and (other.stable or end.stable)
-                    and abs(other.value - end.value) < LIMIT_JUMP * (high - low)
-                ]
-                if others:
-                    other = min(others, key=lambda item: abs(item.value - end.value))
-                    ends = np.array([[a.value, end.value], [b.value, other.value]])
-                    yield ends if axis == 0 else ends[:, ::-1]
+            for one, other in _joined(_ends(a), _ends(b), LIMIT_JUMP * (high - low)):
+                ends = np.array([[a.value, one], [b.value, other]])
+                yield ends if axis == 0 else ends[:, ::-1]
 
 
-class _LimitEnd(NamedTuple):
-    """Where a branch ends at a limit of the model."""
+class _End(NamedTuple):
+    """Where a branch ends at a limit of the model, or at the edge of the window."""
 
     period: int
     reason: str
     value: float
     stable: bool
 
+    def continues(self, other: _End) -> bool:
+        """Whether a limit goes from one end to the other, next to a stable response."""
+        same = self.reason == other.reason or "" in (self.reason, other.reason)
+        beside = (self.reason and self.stable) or (other.reason and other.stable)
+        return self.period == other.period and same and bool(beside)
 
-def _limit_ends(line: FanLine) -> list[_LimitEnd]:
+
+def _ends(line: FanLine) -> list[_End]:
     return [
-        _LimitEnd(
+        _End(
             branch.period,
-            branch.stopped.reason.split(":")[0],
+            branch.stopped.reason.split(":")[0] if branch.stopped.kind == "limit" else "",
             branch.stopped.value,
             bool(branch.stable[-1]),
         )
         for branch in line.branches
-        if branch.stopped.kind == "limit" and len(branch)
+        if branch.stopped.kind in ("limit", "span") and len(branch)
     ]
+
+
+def _joined(left: list[_End], right: list[_End], reach: float) -> Iterator[tuple[float, float]]:
+    """Pair every end on one line with the nearest that continues it on the next."""
+    for end in left:
+        others = [item.value for item in right if end.continues(item)]
+        nearest = min(others, key=lambda value: abs(value - end.value), default=np.inf)
+        if abs(nearest - end.value) < reach:
+            yield end.value, nearest
 
 
 def _without_slivers(pieces: Labels, boundary: Mask) -> Labels:

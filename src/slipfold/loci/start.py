@@ -48,13 +48,18 @@ class Start:
     point
         The first point.
     born
-        Whether the locus is singular there, because another one passes.
+        Whether the locus begins there, at a point of codimension two.
+    doubled
+        Whether its orbits are there those of half the period, passed twice.
     """
 
-    def __init__(self, problem: LocusProblem, point: Point, born: bool = False) -> None:
+    def __init__(
+        self, problem: LocusProblem, point: Point, born: bool = False, doubled: bool = False
+    ) -> None:
         self.problem = problem
         self.point = point
         self.born = born
+        self.doubled = doubled
 
     def reversed(self) -> Start:
         """Return the same place with the opposite direction."""
@@ -62,7 +67,7 @@ class Start:
         for name in ("first", "second"):
             tests[name] = -tests[name]
         point = replace(self.point, tangent=-self.point.tangent, tests=tests)
-        return Start(self.problem, point, self.born)
+        return Start(self.problem, point, self.born, self.doubled)
 
 
 def regular_start(problem: LocusProblem, z: Array, settings: Settings) -> Start:
@@ -151,7 +156,7 @@ def _complex_side(start: Start, settings: Settings) -> Iterator[Start]:
     for side in (start, start.reversed()):
         first = next(iter(walk(side.problem, [side.point], BIRTH, (), settings)))
         if not isinstance(first, Failure) and first.tests["R1"] > 0 < first.tests["R2"]:
-            yield side
+            yield Start(side.problem, side.point, born=True)
 
 
 def _doubled(problem: LocusProblem, point: Point, kind: str, settings: Settings) -> Iterator[Start]:
@@ -184,4 +189,4 @@ def _doubled(problem: LocusProblem, point: Point, kind: str, settings: Settings)
     if isinstance(first, Failure) or np.linalg.norm(asymmetry(child, first.z)) < 0.5 * BIRTH:
         return
     if kind == "LP" or first.tests["R1"] > 0 < first.tests["R2"]:
-        yield Start(child, start, born=True)
+        yield Start(child, start, born=True, doubled=True)

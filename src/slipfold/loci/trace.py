@@ -61,7 +61,7 @@ class LocusTrace:
     points
         Accepted points.
     born
-        Whether the first point lies on another locus too, where this one is singular.
+        Whether the first point is one of codimension two, which is not to be found again.
     found
         Special points, in order.
     end
@@ -132,7 +132,7 @@ def _follow(
     """Follow the locus until it ends; return None then, or a shorter step to try instead."""
     problem = trace.problem
     bounds = problem.bounds(window)
-    cap = partial(step_beside_parent, problem) if trace.born and problem.period % 2 == 0 else None
+    cap = partial(step_beside_parent, problem) if problem.period % 2 == 0 else None
     for item in walk(problem, trace.points, first, bounds, settings, cap):
         before = trace.points[-1]
         if isinstance(item, Failure):
