@@ -54,7 +54,13 @@ from typing import Any
 import oscillator
 import record
 
-NAMES = {"PERIOD_DOUBLING": "PD", "TORUS": "NS", "FOLD": "LP", "BRANCH_POINT": "BP"}
+NAMES = {
+    "PERIOD_DOUBLING": "PD",
+    "TORUS": "NS",
+    "FOLD": "LP",
+    "BRANCH_POINT": "BP",
+    "RESONANCE_1_2": "R2",
+}
 
 ENDS = {"period1": 0.375, "period2": 0.98}
 
@@ -118,25 +124,44 @@ def engine() -> ModuleType:
     return module
 
 
-def branch(auto: ModuleType, task: str, steps: dict[str, float], parent: Any = None) -> Any:
-    """Build and run one branch with bifpy, keeping its executable and input files."""
-    settings = {
-        **UNKNOWNS,
-        **EFFORT,
-        "ips": auto.IPS_PERIODIC_ORBIT,
-        "rl1": 1.1 * ENDS[task],
-        **steps,
-    }
-    common: dict[str, Any] = {
-        "icu": [1, auto.PERIOD_INDEX],
-        "uzstop": {1: ENDS[task]},
-        "keep_output": True,
-        "transpile": True,
-        "jac": auto.AUTO_JACOBIAN,
-    }
+def build(
+    auto: ModuleType,
+    model: tuple[Callable[..., Any], Callable[..., Any]],
+    settings: dict[str, Any],
+    parent: Any = None,
+    isw: int = 1,
+    **limits: Any,
+) -> Any:
+    """Build and run one branch with bifpy, keeping its executable and input files.
+
+    `model` is the equations and the start. From `parent`, a point of another branch, `isw` says how
+    to go on.
+    """
+    rates, starts = model
+    settings = {**UNKNOWNS, **EFFORT, "ips": auto.IPS_PERIODIC_ORBIT, **settings}
+    limits |= {"keep_output": True, "transpile": True, "jac": auto.AUTO_JACOBIAN}
     if parent is None:
-        return auto.run(equations, start, settings, **common)
-    return auto.restart(equations, settings, parent, isw=-1, stpnt=start, **common)
+        return auto.run(rates, starts, settings, **limits)
+    return auto.restart(rates, settings, parent, isw=isw, stpnt=starts, **limits)
+
+
+def branch(auto: ModuleType, task: str, steps: dict[str, float], parent: Any = None) -> Any:
+    """Build and run one branch of the force response."""
+    return build(
+        auto,
+        (equations, start),
+        {"rl1": 1.1 * ENDS[task], **steps},
+        parent,
+        isw=-1,
+        icu=[1, auto.PERIOD_INDEX],
+        uzstop={1: ENDS[task]},
+    )
+
+
+def doubling(result: Any) -> Any:
+    """The first period doubling of a branch, None if AUTO reported none."""
+    points = [point for part in result.branches for point in part.points]
+    return next((p for p in points if p.point_type.name == "PERIOD_DOUBLING"), None)
 
 
 def specials(result: Any) -> list[tuple[str, float]]:
@@ -176,15 +201,14 @@ def main() -> None:
     auto = engine()
     preset = PRESETS[options.settings]
     first, first_built = timed(lambda: branch(auto, "period1", preset["period1"]))
-    points = [point for part in first.branches for point in part.points]
-    doubling = next((p for p in points if p.point_type.name == "PERIOD_DOUBLING"), None)
-    if doubling is None:
+    parent = doubling(first)
+    if parent is None:
         shutil.rmtree(first.output_directory)
         record.leave(
             record.FAILED,
             "AUTO-07p found no period doubling, so there is no period-2 branch to follow.",
         )
-    second, second_built = timed(lambda: branch(auto, "period2", preset["period2"], doubling))
+    second, second_built = timed(lambda: branch(auto, "period2", preset["period2"], parent))
     results = {"period1": first, "period2": second}
     times = {
         task: [rerun(Path(result.output_directory)) for _ in range(options.repeat)]

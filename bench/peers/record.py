@@ -17,7 +17,8 @@ class Record:
 
     ``seconds`` is the wall time of each repeat of each task, without ``build_seconds``, what is
     done once (tracing, compiling, loading). ``solver_seconds`` is the peer's own clock, where it
-    has one.
+    has one. A locus is its points (f in Hz, Nd in N) in order of f; ``landed`` are those of its
+    points on which accuracy is compared.
     """
 
     peer: str
@@ -30,12 +31,15 @@ class Record:
     points: dict[str, int] = field(default_factory=dict)
     reached: dict[str, float] = field(default_factory=dict)
     final_state: dict[str, list[float]] = field(default_factory=dict)
+    seconds_per_point: dict[str, float] = field(default_factory=dict)
+    locus: list[tuple[float, float]] = field(default_factory=list)
+    landed: list[tuple[float, float]] = field(default_factory=list)
 
     def print(self) -> None:
         """Write the record to standard output, fields without content left out."""
         print(
             json.dumps(
-                {key: value for key, value in asdict(self).items() if value not in (None, {})}
+                {key: value for key, value in asdict(self).items() if value not in (None, {}, [])}
             )
         )
 

@@ -1,22 +1,32 @@
-"""Loci of LP, PD and NS in two parameters by Fourier collocation, by hand.
+"""Loci of LP, PD and NS in two parameters by Fourier collocation, by hand; makes loci.json.
 
 States at N equidistant instants of the period k/f, N odd, are scaled: displacements over L, rates
 over 2 pi f L. An orbit satisfies R(u) = T rhs(u) - D u = 0. A multiplier exp(i theta) is a null
 vector of the linearization T J - D - i theta; for -1, D is that of antiperiodic functions and all
 is real. The locus adds g = 0 of [[H, b], [c*, 0]] (v, g) = (0, 1) to R = 0. The unknowns are
-z = (u, two parameters, for NS theta), and rows fix coordinates. Nothing of the package is used.
+z = (u, two parameters, for NS theta), and rows fix coordinates. The folds of period 1, where the
+spring nearly collapses, are found by multiple shooting. Nothing of the package is used.
 """
 
+import json
+from contextlib import suppress
+from itertools import pairwise
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from scipy.integrate import solve_ivp
+from scipy.optimize import root_scalar
 
 from helpers.fourier_collocation import differentiation_matrix
 from helpers.sliding_by_hand import BASE, rhs
 
+FILE = Path(__file__).parents[1] / "reference" / "loci.json"
+
 TINY = 1e-30
 NUDGE = 1e-5
 CIRCLE = np.exp(2j * np.pi * np.arange(32) / 32)
+SEGMENTS = 8
 
 
 class Locus(NamedTuple):
@@ -55,12 +65,6 @@ def jacobians(u, locus, pair):
     """Derivatives of the rates at each instant, shape (N, 4, 4), by complex steps."""
     columns = [rates(u + 1j * TINY * unit, locus, pair).imag / TINY for unit in np.eye(4)]
     return np.stack(columns, axis=2)
-
-
-def along_parameters(u, locus, pair):
-    """Derivatives of the rates with respect to the two parameters, shape (4 N, 2)."""
-    steps = 1j * TINY * np.eye(2)
-    return np.transpose([rates(u, locus, pair + s).imag.ravel() / TINY for s in steps])
 
 
 def split(z, locus):
@@ -137,7 +141,9 @@ def equations(z, locus, edge):
     residual = (rates(u, locus, pair) - derivative @ u).ravel()
     matrix = np.zeros((len(residual), len(z)))
     matrix[:, : u.size] = linearization(jacobians(u, locus, pair), derivative)
-    matrix[:, u.size : u.size + 2] = along_parameters(u, locus, pair)
+    steps = 1j * TINY * np.eye(2)
+    along = [rates(u, locus, pair + step).imag.ravel() / TINY for step in steps]
+    matrix[:, u.size : u.size + 2] = np.transpose(along)
     if locus.kind == "orbit":
         return residual, matrix
     v, w, g = null_vectors(z, locus, edge)
@@ -214,31 +220,57 @@ def walk(z, locus, towards, steps=(0.02, 0.05), count=200, box=((0, 20), (0, 0.9
 
 
 def powers(z, locus, direction, radius=0.1):
-    """Second and third derivatives of the rates along a real direction, by Cauchy's formula."""
+    """B(v, v) and C(v, v, v) of the rates at each instant, v complex, by Cauchy's formula."""
     u, pair, _ = split(z, locus)
     r = radius / np.abs(direction).max()
     values = np.array([rates(u + r * turn * direction, locus, pair) for turn in CIRCLE])
-    second, third = (np.tensordot(CIRCLE**-m, values, 1).real / len(CIRCLE) for m in (2, 3))
+    second, third = (np.tensordot(CIRCLE**-m, values, 1) / len(CIRCLE) for m in (2, 3))
     return 2 * second / r**2, 6 * third / r**3
 
 
-def doubling_coefficient(z, locus, radius=0.1):
-    """Coefficient b of the map's normal form at a PD, its eigenvector as long as the map's.
+def bilinear(z, locus, first, second):
+    """B(u, v) by polarization, the vectors made equally long."""
+    size = np.abs(first).max() / np.abs(second).max()
+    plus, minus = (powers(z, locus, first + s * size * second)[0] for s in (1, -1))
+    return (plus - minus) / (4 * size)
+
+
+def critical_vectors(z, locus):
+    """Null vectors v, w; v has unit length at phase zero, as the map's, and w* v = 1."""
+    left, _, right = np.linalg.svd(critical_matrix(z, locus))
+    v, w = right[-1].conj().reshape(-1, 4), left[:, -1].reshape(-1, 4)
+    v = v / np.linalg.norm(v[0])
+    return v, w / np.vdot(v, w)
+
+
+def response_to(z, locus, forces, theta=0.0):
+    """Bounded solution h of (T J - D - i theta) h + forces = 0."""
+    u, pair, _ = split(z, locus)
+    matrix = linearization(jacobians(u, locus, pair), differentiation_matrix(len(u)), theta)
+    return -np.linalg.solve(matrix, forces.ravel()).reshape(-1, 4)
+
+
+def doubling_coefficient(z, locus):
+    """Coefficient b of the map's normal form at a PD.
 
     On the centre manifold the amplitude obeys a' = c a^3 per period, so that a goes to -a - c a^3.
     """
-    matrix = critical_matrix(z, locus)
-    left, _, right = np.linalg.svd(matrix)
-    v, w = right[-1].reshape(-1, 4), left[:, -1].reshape(-1, 4)
-    v = v / np.linalg.norm(v[0])
-    w = w / np.sum(w * v)
-    second, third = powers(z, locus, v, radius)
-    u, pair, _ = split(z, locus)
-    still = linearization(jacobians(u, locus, pair), differentiation_matrix(len(u)))
-    bent = -0.5 * np.linalg.solve(still, second.ravel()).reshape(-1, 4)
-    size = np.abs(v).max() / np.abs(bent).max()
-    plus, minus = (powers(z, locus, v + s * size * bent, radius)[0] for s in (1, -1))
-    return -np.sum(w * (third / 6 + (plus - minus) / (4 * size)))
+    v, w = critical_vectors(z, locus)
+    second, third = powers(z, locus, v)
+    bent = response_to(z, locus, second.real / 2)
+    return -np.sum(w * (third / 6 + bilinear(z, locus, v, bent)).real)
+
+
+def torus_coefficient(z, locus):
+    """First Lyapunov coefficient of the map at an NS: growth of the amplitude a by l a^3."""
+    v, w = critical_vectors(z, locus)
+    still = response_to(z, locus, bilinear(z, locus, v, v.conj()))
+    turning = response_to(z, locus, powers(z, locus, v)[0], 2 * z[-1])
+    turns = np.array([1, 1j, -1, -1j])
+    thirds = np.array([powers(z, locus, v + turn * v.conj())[1] for turn in turns])
+    cubic = np.tensordot(1 / turns, thirds, 1) / 12
+    bent = 2 * bilinear(z, locus, v, still) + bilinear(z, locus, v.conj(), turning)
+    return 0.5 * np.real(np.vdot(w, cubic + bent))
 
 
 def slope(z, locus, index=-1, over=-2):
@@ -247,21 +279,16 @@ def slope(z, locus, index=-1, over=-2):
     return direction[index] / direction[over]
 
 
-def locate(test, z, locus, index, step=1e-3, tolerance=1e-11):
+def locate(test, z, locus, index):
     """Point of the locus where test(z, locus) = 0, by secants over one coordinate."""
-    row = coordinate(z, index)
-    z = solve(z, locus, row, z[index])
-    before, value = z[index] + step, test(z, locus)
-    old = test(solve(z, locus, row, before), locus)
-    for _ in range(20):
-        here = z[index]
-        there = here - value * (here - before) / (value - old)
-        before, old = here, value
-        z = solve(z, locus, row, there)
-        value = test(z, locus)
-        if abs(there - here) < tolerance or value == old:
-            return z
-    raise AssertionError("no convergence")
+    held, row = [z], coordinate(z, index)
+
+    def value(target):
+        held[0] = solve(held[0], locus, row, target)
+        return test(held[0], locus)
+
+    value(root_scalar(value, x0=z[index], x1=z[index] + 1e-3, xtol=1e-11).root)
+    return held[0]
 
 
 def resample(u, times):
@@ -285,11 +312,236 @@ def doubled(z, locus, count, amplitude=0.02):
     return solve(guess, child, [row, coordinate(guess, -2)], [row @ guess, pair[0]])
 
 
-def multipliers(z, locus):
-    """Multipliers by Hill's method, of the orbits' own period."""
-    u, pair, _ = split(z, locus)
-    values = np.linalg.eigvals(
-        linearization(jacobians(u, locus, pair), differentiation_matrix(len(u)))
-    )
-    low = np.sort_complex(values[np.abs(values.imag) < np.pi + 0.1])
-    return np.exp(low)
+def carried(state, f, Nd, start, end):
+    """Image of a scaled state between two phases and its derivative, Nd last, by SciPy."""
+    p = {**BASE, "f": f, "Nd": Nd + 1j * TINY * np.eye(5)[4]}
+    scales = np.array([1, 1, 2 * np.pi * f, 2 * np.pi * f])[:, None]
+    states = state[:, None] + 1j * TINY * np.eye(4, 5)
+
+    def motion(phase, flat):
+        return (rhs(phase / f, flat.reshape(4, 5) * scales, p) / scales / f).ravel()
+
+    keys = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-15}
+    final = solve_ivp(motion, (start, end), states.ravel(), **keys).y[:, -1].reshape(4, 5)
+    return final[:, 0].real, final.imag / TINY
+
+
+def shot(z, f):
+    """Gaps between the segments of an orbit of period 1 and their derivative; z ends with Nd."""
+    states = z[:-1].reshape(SEGMENTS, 4)
+    gaps, matrix = np.zeros_like(states), np.zeros((SEGMENTS, 4, len(z)))
+    for i in range(SEGMENTS):
+        after = (i + 1) % SEGMENTS
+        image, change = carried(states[i], f, z[-1], i / SEGMENTS, (i + 1) / SEGMENTS)
+        gaps[i] = image - states[after]
+        matrix[i, :, 4 * i : 4 * i + 4] += change[:, :4]
+        matrix[i, :, 4 * after : 4 * after + 4] -= np.eye(4)
+        matrix[i, :, -1] = change[:, 4]
+    return gaps.ravel(), matrix.reshape(-1, len(z))
+
+
+def shooting_fold(z, f):
+    """Fold in Nd: where the tangent has no part along Nd, by secants over the arclength."""
+    held, row = [z], np.linalg.svd(shot(z, f)[1])[2][-1]
+
+    def value(position):
+        z = held[0]
+        for _ in range(12):
+            gaps, matrix = shot(z, f)
+            square = np.vstack([matrix, row])
+            step = np.linalg.solve(square, np.append(gaps, row @ z - position))
+            z = z - step
+            if np.abs(step).max() < 1e-9:
+                held[0] = z
+                return np.linalg.solve(square, np.append(0 * gaps, 1.0))[-1]
+        raise AssertionError("no convergence")
+
+    start = row @ z
+    value(root_scalar(value, x0=start, x1=start + 1e-4, xtol=1e-11).root)
+    return held[0]
+
+
+def entries(points, locus):
+    """Points as they are written: the plane, the angle of an NS, the state at phase zero."""
+    listed = []
+    for z in points:
+        u, pair, theta = split(z, locus)
+        point = dict(zip(locus.plane, map(float, pair), strict=True))
+        if locus.kind == "NS":
+            point["theta"] = float(theta)
+        rate = 2 * np.pi * locus.parameters(pair)["f"]
+        listed.append(point | {"state": (u[0] * [1, 1, rate, rate]).tolist()})
+    return listed
+
+
+def at(points, locus, index, *values):
+    """Points of the locus where a coordinate has one of the values, from those of a walk."""
+    found = []
+    for value in values:
+        gaps = [(z, z[index] - value) for z in points]
+        near = [z for (z, a), (_, b) in pairwise(gaps) if a * b < 0 or a == 0]
+        found += [solve(z, locus, coordinate(z, index), value) for z in near]
+    return found
+
+
+def zeros(test, points, locus, index):
+    """Points where a test changes its sign along a walk."""
+    values = [(z, test(z, locus)) for z in points]
+    found = [z for (z, a), (_, b) in pairwise(values) if a * b < 0]
+    return [locate(test, z, locus, index) for z in found]
+
+
+def extremes(points, locus, index):
+    """Points where a coordinate is extreme, found over the state that changes most."""
+    found = []
+    for before, z, after in zip(points, points[1:], points[2:], strict=False):
+        if (z[index] - before[index]) * (after[index] - z[index]) < 0:
+            over = int(np.argmax(np.abs(tangent(z, locus)[: split(z, locus)[0].size])))
+            found.append(locate(lambda z, s, over=over: slope(z, s, index, over), z, locus, over))
+    return found
+
+
+def both_ways(z, locus, index, **keys):
+    """Walk in both directions of a coordinate, as one list."""
+    there, back = (walk(z, locus, s * coordinate(z, index), **keys) for s in (-1, 1))
+    return there[::-1] + back[1:]
+
+
+def moved(z, old, new, value):
+    """The same point in another plane, its first parameter there given."""
+    z, index = z.copy(), -3 if old.kind == "NS" else -2
+    z[index] = value
+    return solve(z, new, coordinate(z, index), value)
+
+
+def from_rest(f, count, rest=(0.117402977126, 0.061106649797, 0, 0)):
+    """Orbits of period 1 from Nd = 0 on."""
+    locus = Locus("orbit", 1)
+    z = join(np.tile(rest, (count, 1)), [f, 0.0])
+    z = solve(z, locus, [coordinate(z, -2), coordinate(z, -1)], [f, 0.0])
+    return walk(z, locus, coordinate(z, -1), rows=coordinate(z, -2), count=60)
+
+
+def pd_period_1():
+    """PD of period 1 in (f, Nd), as a walk."""
+    locus = Locus("PD", 1)
+    z = min(from_rest(12.5, 61), key=lambda z: abs(z[-1] - 0.04))
+    return both_ways(solve(z, locus, coordinate(z, -2), 12.5), locus, -2)
+
+
+def pd_points(walked):
+    """Chosen points of PD with criticality, and the least Nd."""
+    locus = Locus("PD", 1)
+    values = 11.8, 12.1, 12.35, 12.4, 12.45, 12.5, 12.55, 12.7, 13.0, 13.3, 14.0, 14.3
+    points = at(walked, locus, -2, *values)
+    listed = entries(points, locus)
+    for item, z in zip(listed, points, strict=True):
+        super_ = doubling_coefficient(z, locus) > 0
+        item["criticality"] = "supercritical" if super_ else "subcritical"
+    return {"points": listed, "least_Nd": entries(extremes(walked, locus, -1), locus)}
+
+
+def gpd(walked):
+    """GPD in (f, Nd) and in planes through f = 12.4 and 12.5."""
+    locus = Locus("PD", 1)
+    found = zeros(doubling_coefficient, walked, locus, -2)
+    listed = [{"plane": ["f", "Nd"], "points": entries(found, locus)}]
+    cases = ("Vd", 12.5, (0.1, 3)), ("Vd", 12.4, (0.1, 3)), ("alpha", 12.5, (0, np.pi))
+    for name, f, span in cases:
+        plane = Locus("PD", 1, (name, "Nd"), (("f", f),))
+        z = moved(at(walked, locus, -2, f)[0], locus, plane, BASE[name])
+        points = both_ways(z, plane, -2, box=(span, (0, 0.999)))
+        found = entries(zeros(doubling_coefficient, points, plane, -2), plane)
+        listed.append({"plane": [name, "Nd"], "f": f, "searched": [*span], "points": found})
+    return listed
+
+
+def scaling(walked):
+    """PD at f = 12.5 with mu Ns = 0.3 N in two ways."""
+    listed, locus = [], Locus("PD", 1)
+    for name, value in (("mu", 0.3), ("Ns", 0.6)):
+        plane = locus._replace(plane=(name, "Nd"), values=(("f", 12.5),))
+        z = moved(at(walked, locus, -2, 12.5)[0], locus, plane, value)
+        listed += entries([z], plane)
+    return listed
+
+
+def lp_period_2(walked):
+    """LP of period 2 in (f, Nd), and the cusp."""
+    locus, parent = Locus("LP", 2), Locus("PD", 1)
+    z = doubled(at(walked, parent, -2, 12.3)[0], parent, 101)
+    keys = {"rows": coordinate(z, -2), "count": 40, "steps": (0.01, 0.04)}
+    orbits = walk(z, locus._replace(kind="orbit"), -coordinate(z, -1), **keys)
+    z = solve(min(orbits, key=lambda z: z[-1]), locus, coordinate(z, -2), 12.3)
+    folds = both_ways(z, locus, -2, steps=(0.01, 0.05), count=80)
+    folds = folds[: 1 + max(range(len(folds)), key=lambda i: folds[i][-2])]
+    points = at(folds, locus, -2, 11.0, 11.8, 12.1, 12.2, 12.3, 12.4, 12.43)
+    points += at(folds, locus, -1, 0.5)
+    cusps = extremes(folds, locus, -2)
+    tops = [z for z in extremes(folds, locus, -1) if abs(z[-1] - cusps[0][-1]) > 1e-6]
+    found = {"points": points, "CPC": cusps, "greatest_Nd": tops}
+    return {key: entries(item, locus) for key, item in found.items()}
+
+
+def ns_period_2(walked):
+    """NS of period 2 in (f, Nd) and, at f = 12.5, in (Vd, Nd)."""
+    locus, parent = Locus("NS", 2), Locus("PD", 1)
+    z = doubled(at(walked, parent, -2, 12.5)[0], parent, 81)
+    orbits = walk(z, locus._replace(kind="orbit"), coordinate(z, -1), rows=coordinate(z, -2))
+    z = join(min(orbits, key=lambda z: abs(z[-1] - 0.165)), [0.7])
+    start = solve(z, locus, coordinate(z, -3), 12.5)
+    points = both_ways(start, locus, -3, steps=(0.01, 0.05))
+    plane = Locus("NS", 2, ("Vd", "Nd"), (("f", 12.5),))
+    speeds = both_ways(moved(start, locus, plane, 0.6), plane, -3, box=((0, 1.2), (0, 0.999)))
+    values = 12.4975, 12.5, 12.51, 12.54, 12.55, 12.6, 13.0, 13.28
+    result = {}
+    for name, where, walked_, chosen in (
+        ("f_Nd", locus, points, values),
+        ("Vd_Nd_at_f_12.5", plane, speeds, (0.6, 0.7, 0.8, 1.0)),
+    ):
+        found = {
+            "points": at(walked_, where, -3, *chosen),
+            f"extreme_{where.plane[0]}": extremes(walked_, where, -3),
+            "extreme_Nd": extremes(walked_, where, -2),
+            "extreme_theta": extremes(walked_, where, -1),
+            "R4": at(walked_, where, -1, np.pi / 2),
+            "CH": zeros(torus_coefficient, walked_, where, -1),
+        }
+        result[name] = {key: entries(item, where) for key, item in found.items()}
+    return result
+
+
+def lp_period_1():
+    """LP of period 1 next to the collapse of the spring."""
+    listed = []
+    for f, count in ((12.1, 81), (12.2, 81), (12.3, 81), (12.35, 121), (12.38, 121)):
+        orbits = from_rest(f, count)
+        last = max(range(len(orbits)), key=lambda i: orbits[i][-1])
+        for z in orbits[last : last - 3 : -1]:
+            states = resample(z[:-2].reshape(-1, 4), np.arange(SEGMENTS) / SEGMENTS)
+            with suppress(AssertionError):
+                z = shooting_fold(np.append(states, z[-1]), f)
+                state = (z[:4] * [1, 1, 2 * np.pi * f, 2 * np.pi * f]).tolist()
+                listed.append({"f": f, "Nd": float(z[-1]), "state": state})
+                break
+    return listed
+
+
+def main():
+    """Recompute tests/reference/loci.json, item by item."""
+    data = json.loads(FILE.read_text())
+    walked = pd_period_1()
+    for name, item in (
+        ("PD_period_1", lambda: pd_points(walked)),
+        ("GPD", lambda: gpd(walked)),
+        ("LP_period_2", lambda: lp_period_2(walked)),
+        ("NS_period_2", lambda: ns_period_2(walked)),
+        ("LP_period_1", lp_period_1),
+        ("PD_scaling", lambda: scaling(walked)),
+    ):
+        data[name] = item()
+        FILE.write_text(json.dumps(data, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -8,6 +8,7 @@ Kuznetsov and Meijer, SIAM J. Sci. Comput. 26 (2005) 1932-1954, with the map's d
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,7 @@ from slipfold.orbits.shooting import Shooting
 __all__ = ["StroboscopicMap", "critical_coefficient", "criticality_of", "normal_form"]
 
 Array = NDArray[np.float64]
-Vector = NDArray[np.complex128]
+Vector = NDArray[Any]
 
 
 class StroboscopicMap:

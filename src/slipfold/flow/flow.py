@@ -380,7 +380,8 @@ class Flow:
     def _evaluate(self, function: Any, states: Array, phases: Array, c: Constants) -> Array:
         one = c.values.ndim == 1
         values = np.repeat(c.values[:, None], len(states), axis=1) if one else c.values.T
-        return function(np.concatenate([states.T, phases[None], values])).T
+        arguments = np.ascontiguousarray(np.concatenate([states.T, phases[None], values]))
+        return function(arguments).T
 
     def _prepare(self, batch: Any, states: Array, start: Array, values: Array) -> Any:
         batch.set_time(_pad(start))

@@ -95,7 +95,7 @@ def _named(problem: LocusProblem, found: Found) -> tuple[str, str]:
 
 def _coefficients(problem: LocusProblem, point: Point, kind: str) -> dict[str, float]:
     if kind in CODIMENSION_TWO:
-        return codimension_two_coefficients(*own_map(problem, point), kind, problem.kind)
+        return codimension_two_coefficients(*own_map(problem, point), kind)
     value = coefficient_at(problem, point)
     name = {"PD": "b", "NS": "d"}.get(problem.kind)
     return {name: value} if name is not None and np.isfinite(value) else {}

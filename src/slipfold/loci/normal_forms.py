@@ -1,6 +1,14 @@
-"""Normal form coefficients at points of codimension two."""
+"""Normal form coefficients at points of codimension two.
+
+Formulas of Kuznetsov and Meijer, SIAM J. Sci. Comput. 26 (2005) 1932-1954, and Kuznetsov, Elements
+of Applied Bifurcation Theory, 3rd edition, chapter 9, with the derivatives ``B(u, v)`` and
+``C(u, v, w)`` of the stroboscopic map in scaled states. Eigenvectors have unit length.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,9 +18,194 @@ from slipfold.branches.normal_form import StroboscopicMap
 __all__ = ["codimension_two_coefficients"]
 
 Array = NDArray[np.float64]
+Vector = NDArray[Any]
 
 
 def codimension_two_coefficients(
-    map_: StroboscopicMap, monodromy: Array, kind: str, locus: str
+    map_: StroboscopicMap, monodromy: Array, kind: str
 ) -> dict[str, float]:
-    return {}
+    r"""Return the coefficients that decide what happens near a point of codimension two.
+
+    Parameters
+    ----------
+    map_
+        The stroboscopic map.
+    monodromy
+        Its matrix, in the map's scales, shape (n, n).
+    kind
+        Type of the point.
+
+    Returns
+    -------
+    dict
+        CPC: cubic ``c``. R1: ``a`` and ``b`` of the Bogdanov-Takens form. R2: cubic ``c`` and
+        ``d``. R3: quadratic ``b`` (modulus) and ``c``, the real part of the cubic one over the
+        multiplier. R4: ``a`` and ``b``, real and imaginary part of :math:`A = -i c / |d|`. LPPD:
+        quadratic ``a``, ``b``, ``e``. LPNS: ``a``, ``b`` and the real ``e``. Empty for the others,
+        whose coefficients are of fifth order or for two pairs at once.
+    """
+    form = _FORMS.get(kind)
+    return {} if form is None else form(map_, monodromy)
+
+
+# -- one critical multiplier -----------------------------------------------------------------------
+
+
+def _cusp(map_: StroboscopicMap, matrix: Array) -> dict[str, float]:
+    q, p = _eigenvectors(matrix, 1.0)
+    second, third = map_.powers(q.real[None])
+    # The quadratic part has no component along q here; the border keeps it so.
+    bent = _bordered_solve(np.eye(len(q)) - matrix, p, q, second[0])
+    (mixed,) = map_.second([(q, bent)])
+    return {"c": float((p.conj() @ (third[0] + 3 * mixed)).real / 6)}
+
+
+# -- a double multiplier ---------------------------------------------------------------------------
+
+
+def _first_resonance(map_: StroboscopicMap, matrix: Array) -> dict[str, float]:
+    q0, q1, p0, p1 = _chain(matrix, 1.0)
+    b00, b01 = map_.second([(q0, q0), (q0, q1)])
+    return {"a": float((p0 @ b00).real / 2), "b": float((p0 @ b01 + p1 @ b00).real)}
+
+
+def _second_resonance(map_: StroboscopicMap, matrix: Array) -> dict[str, float]:
+    q0, q1, p0, p1 = _chain(matrix, -1.0)
+    still = np.eye(len(q0)) - matrix
+    b00, b01 = map_.second([(q0, q0), (q0, q1)])
+    h20 = np.linalg.solve(still, b00)
+    h11 = np.linalg.solve(still, b01 + h20)
+    with_h20, with_h11, other_h20 = map_.second([(q0, h20), (q0, h11), (q1, h20)])
+    c000 = _third(map_, q0, q0, q0) + 3 * with_h20
+    c001 = _third(map_, q0, q0, q1) + 2 * with_h11 + other_h20
+    return {"c": float((p0 @ c000).real / 6), "d": float((p0 @ c001 + p1 @ c000).real / 2)}
+
+
+# -- a pair ----------------------------------------------------------------------------------------
+
+
+def _third_resonance(map_: StroboscopicMap, matrix: Array) -> dict[str, float]:
+    value = np.exp(2j * np.pi / 3)
+    q, p = _eigenvectors(matrix, value)
+    qq, q_q, bar = map_.second([(q, q), (q, q.conj()), (q.conj(), q.conj())])
+    quadratic = np.vdot(p, bar) / 2
+    h11 = np.linalg.solve(np.eye(len(q)) - matrix, q_q)
+    h20 = _bordered_solve(
+        value**2 * np.eye(len(q)) - matrix, p.conj(), q.conj(), qq - 2 * quadratic.conj() * q.conj()
+    )
+    cubic = _pair_cubic(map_, q, p, h11, h20)
+    return {"b": float(abs(quadratic)), "c": float((cubic / value).real)}
+
+
+def _fourth_resonance(map_: StroboscopicMap, matrix: Array) -> dict[str, float]:
+    q, p = _eigenvectors(matrix, 1j)
+    qq, q_q = map_.second([(q, q), (q, q.conj())])
+    h11 = np.linalg.solve(np.eye(len(q)) - matrix, q_q)
+    h20 = np.linalg.solve(-np.eye(len(q)) - matrix, qq)
+    cubic = _pair_cubic(map_, q, p, h11, h20)
+    (with_h02,) = map_.second([(q.conj(), h20.conj())])
+    bar = _third(map_, q.conj(), q.conj(), q.conj()) + 3 * with_h02
+    ratio = -1j * cubic / abs(np.vdot(p, bar) / 6)
+    return {"a": float(ratio.real), "b": float(ratio.imag)}
+
+
+def _pair_cubic(map_: StroboscopicMap, q: Vector, p: Vector, h11: Vector, h20: Vector) -> complex:
+    with_h11, with_h20 = map_.second([(q, h11), (q.conj(), h20)])
+    inner = _third(map_, q, q, q.conj()) + 2 * with_h11 + with_h20
+    return complex(np.vdot(p, inner) / 2)
+
+
+# -- two different multipliers ---------------------------------------------------------------------
+
+
+def _fold_flip(map_: StroboscopicMap, matrix: Array) -> dict[str, float]:
+    (q1, p1), (q2, p2) = _eigenvectors(matrix, 1.0), _eigenvectors(matrix, -1.0)
+    b11, b22, b12 = map_.second([(q1, q1), (q2, q2), (q1, q2)])
+    return {
+        "a": float(np.vdot(p1, b11).real / 2),
+        "b": float(np.vdot(p1, b22).real / 2),
+        "e": float(np.vdot(p2, b12).real),
+    }
+
+
+def _fold_torus(map_: StroboscopicMap, matrix: Array) -> dict[str, float]:
+    values = np.linalg.eigvals(matrix)
+    upper = values[values.imag > 0]
+    value = upper[np.abs(np.abs(upper) - 1).argmin()]
+    (q0, p0), (q1, p1) = _eigenvectors(matrix, 1.0), _eigenvectors(matrix, complex(value))
+    b00, b11, b01 = map_.second([(q0, q0), (q1, q1.conj()), (q0, q1)])
+    return {
+        "a": float(np.vdot(p0, b00).real / 2),
+        "b": float(np.vdot(p0, b11).real),
+        "e": float((np.vdot(p1, b01) / value).real),
+    }
+
+
+_FORMS: dict[str, Callable[[StroboscopicMap, Array], dict[str, float]]] = {
+    "CPC": _cusp,
+    "R1": _first_resonance,
+    "R2": _second_resonance,
+    "R3": _third_resonance,
+    "R4": _fourth_resonance,
+    "LPPD": _fold_flip,
+    "LPNS": _fold_torus,
+}
+
+
+# -- linear algebra --------------------------------------------------------------------------------
+
+
+def _eigenvectors(matrix: Array, value: complex) -> tuple[Vector, Vector]:
+    """Right vector of unit length and left one with <p, q> = 1, of the nearest eigenvalue."""
+    values, vectors = np.linalg.eig(matrix)
+    nearest = int(np.abs(values - value).argmin())
+    q = vectors[:, nearest].astype(complex)
+    q = q * np.exp(-0.5j * np.angle(np.sum(q * q)))
+    others, left = np.linalg.eig(matrix.T)
+    p = left[:, np.abs(others - values[nearest]).argmin()].astype(complex).conj()
+    return q, p / np.vdot(q, p)
+
+
+def _chain(matrix: Array, value: float) -> tuple[Vector, Vector, Vector, Vector]:
+    """Eigenvectors and generalised ones of a double eigenvalue with one eigenvector.
+
+    ``A q0 = v q0, A q1 = v q1 + q0`` and the same for the transpose with p0 and p1;
+    ``<p0, q1> = <p1, q0> = 1`` and ``<p0, q0> = <p1, q1> = 0``.
+    """
+    shifted = matrix - value * np.eye(len(matrix))
+    left, _, right = np.linalg.svd(shifted)
+    q0, p0 = right[-1], left[:, -1]
+    q1 = _bordered_solve(shifted, p0, q0, q0).real
+    p1 = _bordered_solve(shifted.T, q0, p0, p0).real
+    scale = float(p0 @ q1)
+    p0, p1 = p0 / scale, p1 / scale
+    p1 = p1 - (p1 @ q1) * p0
+    return q0.astype(complex), q1.astype(complex), p0.astype(complex), p1.astype(complex)
+
+
+def _bordered_solve(singular: Array, left: Vector, right: Vector, side: Vector) -> Vector:
+    """Solve a singular system for the solution that has no component along the null vector."""
+    n = len(side)
+    matrix = np.zeros((n + 1, n + 1), dtype=complex)
+    matrix[:n, :n] = singular
+    matrix[:n, n] = right if np.iscomplexobj(left) else left
+    matrix[n, :n] = left.conj() if np.iscomplexobj(left) else right
+    return np.linalg.solve(matrix, np.append(side, 0.0))[:n].astype(complex)
+
+
+def _third(map_: StroboscopicMap, u: Vector, v: Vector, w: Vector) -> Vector:
+    """Return C(u, v, w) for complex vectors, by polarisation of the cubic form."""
+    result = np.zeros(len(u), dtype=complex)
+    parts = [
+        (factor_u * factor_v * factor_w, a, b, c)
+        for factor_u, a in ((1, u.real), (1j, u.imag))
+        for factor_v, b in ((1, v.real), (1j, v.imag))
+        for factor_w, c in ((1, w.real), (1j, w.imag))
+        if a.any() and b.any() and c.any()
+    ]
+    sums = [a + s * b + t * c for _, a, b, c in parts for s in (1, -1) for t in (1, -1)]
+    cubes = map_.powers(np.array(sums))[1]
+    for i, (factor, *_) in enumerate(parts):
+        plus_plus, plus_minus, minus_plus, minus_minus = cubes[4 * i : 4 * i + 4]
+        result += factor / 24 * (plus_plus - plus_minus - minus_plus + minus_minus)
+    return result

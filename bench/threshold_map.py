@@ -1,0 +1,88 @@
+"""Ten thousand thresholds on a grid of speed and direction, and how far they can be trusted.
+
+    OMP_NUM_THREADS=1 python bench/threshold_map.py --size 100
+
+For every plate speed from 0.3 to 1.2 m/s and direction from 20 to 80 degrees: the amplitude Nd of
+the normal force at which the response of period 1 loses its stability by period doubling, f = 12.5
+Hz. ``cold_seconds`` is the first map of this process, loading or compiling flows included;
+``seconds`` are those of further maps. Points picked at random are compared with the response of
+each alone, and the time that takes is given as well.
+"""
+
+import argparse
+import json
+import os
+import time
+
+import numpy as np
+
+import machine
+from slipfold.branches import Settings, trace_response
+from slipfold.thresholds.threshold_map import ThresholdMap, find_threshold_map
+from slipfold.models import SlidingOscillator
+from slipfold.version import package_version
+
+SPAN = (0.0, 0.98)
+MODEL = SlidingOscillator(f=12.5)
+ALONE = Settings(largest_period=1)
+
+
+def compute(size: int) -> tuple[ThresholdMap, float, float]:
+    """The map, its wall time and its processor time in seconds."""
+    over = {
+        "Vd": np.linspace(0.3, 1.2, size),
+        "alpha": np.radians(np.linspace(20, 80, size)),
+    }
+    begun, used = time.perf_counter(), time.process_time()
+    found = find_threshold_map(MODEL, "Nd", over=over, span=SPAN)
+    return found, time.perf_counter() - begun, time.process_time() - used
+
+
+def compare(found: ThresholdMap, count: int) -> tuple[float, float]:
+    """Largest distance from responses followed one by one, and seconds that each of them takes."""
+    chosen = np.random.default_rng(0).integers(found.values.shape, size=(count, 2))
+    begun, distances = time.perf_counter(), []
+    for i, j in chosen:
+        model = found.model_at(int(i), int(j))
+        (branch,) = trace_response(model, "Nd", SPAN, settings=ALONE)
+        doublings = [point.value for point in branch.special if point.type == "PD"]
+        expected = doublings[0] if doublings else np.nan
+        distances.append(abs(found.values[i, j] - expected))
+    return float(np.max(distances)), (time.perf_counter() - begun) / count
+
+
+def main() -> None:
+    """Compute, compare, print the record."""
+    parser = argparse.ArgumentParser(description="a map of thresholds of the sliding oscillator")
+    parser.add_argument("--size", type=int, default=100, help="points along each axis")
+    parser.add_argument("--repeat", type=int, default=3, help="timed repeats (default 3)")
+    parser.add_argument("--sample", type=int, default=20, help="points compared (default 20)")
+    options = parser.parse_args()
+    found, cold, cold_used = compute(options.size)
+    runs = [compute(options.size)[1:] for _ in range(options.repeat)]
+    difference, each = compare(found, options.sample)
+    points = found.values.size
+    record = {
+        "version": package_version(),
+        "machine": machine.description(),
+        "points": points,
+        "thresholds": int(np.isfinite(found.values).sum()),
+        "failures": found.failures,
+        "followed": int(found.followed.sum()),
+        "threads": os.environ.get("OMP_NUM_THREADS", "as many as there are cores"),
+        "cold_seconds": cold,
+        "cold_processor_seconds": cold_used,
+        "seconds": [wall for wall, _ in runs],
+        "processor_seconds": [used for _, used in runs],
+        "cold_ms_per_threshold": 1e3 * cold / points,
+        "ms_per_threshold": 1e3 * float(np.median([wall for wall, _ in runs])) / points,
+        "largest_residual": float(np.nanmax(found.residuals)),
+        "sample": options.sample,
+        "largest_difference": difference,
+        "response_ms_each": 1e3 * each,
+    }
+    print(json.dumps(record))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""Maps of thresholds over a grid of two parameters, in SIMD batches."""

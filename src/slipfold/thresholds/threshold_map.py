@@ -1,0 +1,298 @@
+"""Thresholds of stability over a grid of two parameters."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from slipfold.errors import InputError
+from slipfold.models.model import Model
+from slipfold.thresholds.threshold_search import INTERRUPTED, ThresholdSearch
+
+__all__ = ["MapObserver", "MapProgress", "ThresholdMap", "find_threshold_map"]
+
+Array = NDArray[np.float64]
+
+TYPES = ("PD",)
+
+
+@dataclass(frozen=True)
+class MapProgress:
+    """State of a map that is being computed.
+
+    Parameters
+    ----------
+    done, total
+        Points of the grid that are settled, and all of them.
+    failures
+        Points settled so far that have no threshold.
+    """
+
+    done: int
+    total: int
+    failures: int
+
+
+MapObserver = Callable[[MapProgress], None]
+"""Called after every line of the grid; may raise `KeyboardInterrupt` to stop with what is done."""
+
+
+@dataclass(frozen=True, eq=False)
+class ThresholdMap:
+    """Where the response of period 1 first loses its stability, over two parameters; frozen.
+
+    Every array has the grid's two axes first. Where there is no threshold, `kinds` and `reasons`
+    say why, and the numbers are NaN.
+
+    Parameters
+    ----------
+    model
+        The model; its values of `threshold` and of the grid's parameters play no part.
+    threshold
+        Name of the parameter that is raised until stability is lost.
+    type
+        ``"PD"``: the bifurcation by which it is lost.
+    over
+        Values of the grid's two parameters by name, shapes (n1,) and (n2,).
+    span
+        First and last value of the threshold.
+    values
+        Thresholds, shape (n1, n2), in the unit of the parameter.
+    states
+        States of the orbits there at phase zero, shape (n1, n2, n_states).
+    multipliers
+        Their Floquet multipliers, complex, shape (n1, n2, n_states), largest modulus first.
+    residuals
+        How far each orbit fails to close, in scaled states, shape (n1, n2).
+    kinds
+        Why there is no threshold, in a few words, shape (n1, n2); empty where there is one.
+    reasons
+        The same as sentences.
+    followed
+        Whether the whole response was followed at this point, shape (n1, n2). Elsewhere the
+        threshold was computed from a guess between neighbours, and the response below it checked
+        at four places.
+    """
+
+    model: Model
+    threshold: str
+    type: str
+    over: Mapping[str, Array]
+    span: tuple[float, float]
+    values: Array
+    states: Array
+    multipliers: NDArray[np.complex128]
+    residuals: Array
+    kinds: NDArray[np.str_]
+    reasons: NDArray[np.object_]
+    followed: NDArray[np.bool_]
+
+    def __post_init__(self) -> None:
+        """Lock the arrays."""
+        for values in (self.values, self.states, self.residuals, *self.over.values()):
+            values.setflags(write=False)
+        for others in (self.multipliers, self.kinds, self.reasons, self.followed):
+            others.setflags(write=False)
+
+    @property
+    def axes(self) -> tuple[str, str]:
+        """Names of the grid's two parameters."""
+        first, second = self.over
+        return first, second
+
+    @property
+    def failures(self) -> dict[str, int]:
+        """How many points have no threshold, by the reason in a few words, most frequent first."""
+        counts = Counter(kind for kind in self.kinds.ravel().tolist() if kind)
+        return dict(counts.most_common())
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether the computation was interrupted, so that points were not reached."""
+        return INTERRUPTED in self.failures
+
+    def model_at(self, first: int, second: int) -> Model:
+        """Return the model of one point of the grid, at its threshold if it has one.
+
+        Parameters
+        ----------
+        first, second
+            Indices along the two axes.
+
+        Raises
+        ------
+        InputError
+            If the parameters of this point contradict each other.
+        """
+        places = {
+            name: float(values[index])
+            for (name, values), index in zip(self.over.items(), (first, second), strict=True)
+        }
+        value = float(self.values[first, second])
+        return self.model.replace(
+            **places, **{self.threshold: self.span[0] if np.isnan(value) else value}
+        )
+
+    def __repr__(self) -> str:
+        """One line: what was sought over what, and what was found."""
+        first, second = self.axes
+        size = f"{self.values.shape[0]} x {self.values.shape[1]}"
+        found = int(np.isfinite(self.values).sum())
+        missing = "".join(f", {count} {kind}" for kind, count in self.failures.items())
+        return (
+            f"<ThresholdMap of {self.model.name}: {self.type} in {self.threshold} over {first} and "
+            f"{second}, {size} points, {found} thresholds{missing}>"
+        )
+
+
+def find_threshold_map(
+    model: Model,
+    threshold: str,
+    type: str = "PD",
+    *,
+    over: Mapping[str, ArrayLike],
+    span: tuple[float, float],
+    observer: MapObserver | None = None,
+) -> ThresholdMap:
+    """Find where the response of period 1 first loses its stability, over a grid of parameters.
+
+    The responses of a few points are followed from the first value of the span. Between them the
+    threshold, the orbit there and the stable response on the way are guessed by interpolation and
+    corrected, eight points at a time; a point is accepted if the orbits on the way are stable, keep
+    the limits of the model and lie near their guess. Where that cannot be shown, the response of
+    the point itself is followed.
+
+    Parameters
+    ----------
+    model
+        The model.
+    threshold
+        Name of the parameter that is raised until stability is lost, e.g. ``"Nd"``.
+    type
+        Bifurcation by which it is lost: ``"PD"``.
+    over
+        Values of two other parameters by name, each of shape (n,), distinct.
+    span
+        First and last value of the threshold; may descend.
+    observer
+        Called after every line of the grid. If it raises `KeyboardInterrupt`, or the user does, the
+        points not reached say so.
+
+    Returns
+    -------
+    ThresholdMap
+        Thresholds, and why some points have none.
+
+    Raises
+    ------
+    InputError
+        For an unknown parameter, a value outside its bounds, an empty span or grid, or
+        another type.
+
+    Examples
+    --------
+    >>> from slipfold.models import SlidingOscillator
+    >>> speeds, angles = [0.5, 0.6, 0.7], [1.0, 1.1]
+    >>> over = {"Vd": speeds, "alpha": angles}
+    >>> found = find_threshold_map(SlidingOscillator(), "Nd", over=over, span=(0, 0.9))
+    >>> found.values.shape, found.failures
+    ((3, 2), {})
+    """
+    axes, places = _checked_grid(model, threshold, over)
+    first, last = _checked_span(model, threshold, span)
+    if type not in TYPES:
+        raise InputError(
+            f"type = {type!r} cannot be mapped; give 'PD', or follow the bifurcation as a locus"
+        )
+    orders = [np.argsort(values) for values in places]
+    ordered = (places[0][orders[0]], places[1][orders[1]])
+
+    def report(search: ThresholdSearch) -> None:
+        if observer is not None:
+            waiting = int(np.count_nonzero(search.kinds == INTERRUPTED))
+            found = int(np.count_nonzero(search.kinds == ""))
+            total = search.kinds.size
+            observer(MapProgress(total - waiting, total, total - waiting - found))
+
+    search = ThresholdSearch(model, threshold, axes, ordered, (first, last), report)
+    search.run()
+    # As they were given: the search wants increasing values.
+    given = np.ix_(*(np.argsort(order) for order in orders))
+    return ThresholdMap(
+        model,
+        threshold,
+        type,
+        MappingProxyType(dict(zip(axes, places, strict=True))),
+        (first, last),
+        search.values[given],
+        search.states[given],
+        search.multipliers[given],
+        search.residuals[given],
+        search.kinds[given].astype(str),
+        search.reasons[given],
+        search.followed[given],
+    )
+
+
+def _checked_grid(
+    model: Model, threshold: str, over: Mapping[str, ArrayLike]
+) -> tuple[tuple[str, str], tuple[Array, Array]]:
+    model.parameter(threshold)
+    if len(over) != 2:
+        raise InputError(
+            f"over = {dict(over)!r} does not name two parameters; give their values by name, e.g. "
+            f"{{'{model.parameters[0].name}': [...], '{model.parameters[1].name}': [...]}}"
+        )
+    first, second = over
+    if threshold in over:
+        raise InputError(
+            f"{threshold} is the threshold that is sought, so it cannot span the grid as well; "
+            "give another parameter in over"
+        )
+    return (first, second), (
+        _checked_values(model, first, over[first]),
+        _checked_values(model, second, over[second]),
+    )
+
+
+def _checked_values(model: Model, name: str, values: ArrayLike) -> Array:
+    parameter = model.parameter(name)
+    try:
+        checked = np.array(values, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(
+            f"the values of {name} are not all numbers ({values!r}); give a list of numbers"
+        ) from None
+    if checked.ndim != 1 or not checked.size:
+        raise InputError(
+            f"the values of {name} have the shape {checked.shape}; give a list of one or more"
+        )
+    for value in checked:
+        parameter.check(value)
+    ordered = np.sort(checked)
+    repeated = ordered[1:][np.diff(ordered) == 0]
+    if len(repeated):
+        raise InputError(f"{name} = {repeated[0]:g} occurs twice in over; give each value once")
+    return checked
+
+
+def _checked_span(model: Model, name: str, span: tuple[float, float]) -> tuple[float, float]:
+    parameter = model.parameter(name)
+    try:
+        first, last = (parameter.check(float(value)) for value in span)
+    except InputError:
+        raise
+    except (TypeError, ValueError):
+        raise InputError(
+            f"span = {span!r} is not a pair of numbers; give the first and the last value of {name}"
+        ) from None
+    if first == last:
+        raise InputError(
+            f"the span of {name} from {first:g} to {last:g} is empty; give two different values"
+        )
+    return first, last

@@ -1,0 +1,351 @@
+"""Maps of thresholds: every point agrees with its own response, every failure has a name."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from helpers.textbook_models import Duffing, Mathieu, Torus
+from slipfold.branches import Settings, trace_response
+from slipfold.errors import InputError
+from slipfold.flow import flow_of
+from slipfold.thresholds.batched_limits import keep_limits
+from slipfold.thresholds.grid_lines import refinements, seed_lines, stencils
+from slipfold.thresholds.stable_segment import SHARES, find_doubts, shortened
+from slipfold.thresholds.threshold_map import find_threshold_map
+from slipfold.models import SlidingOscillator
+from slipfold.results.threshold_map import threshold_map
+
+ALONE = Settings(largest_period=1)
+
+SPEEDS = np.linspace(0.4, 1.0, 13)
+ANGLES = np.radians(np.linspace(30, 75, 10))
+
+PUBLISHED = [
+    (0.4, 60, 0.0573062376),
+    (0.6, 60, 0.043578911491),
+    (1.0, 60, 0.0342977605),
+    (0.6, 30, 0.0986440104),
+    (0.6, 75, 0.0293620845),
+]
+
+
+def sliding_map(speeds, angles, span=(0, 0.9), **values):
+    over = {"Vd": speeds, "alpha": angles}
+    return find_threshold_map(SlidingOscillator(**values), "Nd", over=over, span=span)
+
+
+@pytest.fixture(scope="module")
+def base():
+    return sliding_map(SPEEDS, ANGLES)
+
+
+def first_of(model, vary, span):
+    """First bifurcation of the response and why the branch stopped, by following it."""
+    branch = trace_response(model, vary, span, settings=ALONE)[0]
+    return (branch.special[0] if branch.special else None), branch
+
+
+# -- right values ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("speed", "angle", "expected"), PUBLISHED)
+def test_known_thresholds(base, speed, angle, expected):
+    i = np.abs(SPEEDS - speed).argmin()
+    j = np.abs(ANGLES - math.radians(angle)).argmin()
+    assert base.values[i, j] == pytest.approx(expected, abs=1e-10)
+
+
+def test_agrees_with_responses_of_single_points(base):
+    alone = np.argwhere(~base.followed)
+    for i, j in np.random.default_rng(5).permutation(alone)[:12]:
+        point, _ = first_of(base.model_at(i, j), "Nd", (0, 0.9))
+        assert point.type == "PD"
+        assert base.values[i, j] == pytest.approx(point.value, abs=1e-10)
+        assert base.states[i, j] == pytest.approx(point.state, abs=1e-7)
+        assert np.abs(base.multipliers[i, j] - point.multipliers).max() < 1e-6
+
+
+def test_every_threshold_is_proved(base):
+    assert base.failures == {}
+    assert base.followed.sum() == 36  # the seeds: no other point needed its whole response
+    assert base.residuals.max() < 1e-10
+    critical = np.abs(base.multipliers + 1).argmin(axis=2)[..., None]
+    assert np.abs(np.take_along_axis(base.multipliers, critical, 2) + 1).max() < 1e-7
+    others = np.abs(base.multipliers)
+    np.put_along_axis(others, critical, 0, 2)
+    assert others.max() < 1
+
+
+def test_directions_mirrored_in_the_vertical_are_equal():
+    angles = np.radians([60, 67, 74, 80, 85, 90, 95, 100, 106, 113, 120])
+    found = sliding_map([0.5, 0.6, 0.8], angles)
+    assert found.failures == {}
+    assert found.values == pytest.approx(found.values[:, ::-1], abs=1e-11)
+    assert not found.followed[1, 5]  # there x = 0 is invariant, and PD leaves it
+    point, _ = first_of(SlidingOscillator(Vd=0.6, alpha=math.pi / 2), "Nd", (0, 0.9))
+    assert found.values[1, 5] == pytest.approx(point.value, abs=1e-11)
+    assert np.abs(found.states[:, 5, [0, 2]]).max() < 1e-9
+
+
+def test_values_may_come_in_any_order_and_axes_may_swap(base):
+    rows, columns = np.random.default_rng(2).permutation(13), np.arange(10)[::-1]
+    over = {"alpha": ANGLES[columns], "Vd": SPEEDS[rows]}
+    found = find_threshold_map(SlidingOscillator(), "Nd", over=over, span=(0, 0.9))
+    expected = base.values[np.ix_(rows, columns)]
+    assert np.abs(found.values.T - expected).max() < 1e-11
+    assert found.model_at(3, 5).Vd == SPEEDS[rows[5]]
+
+
+def test_a_mathieu_equation_loses_stability_where_its_own_multiplier_says():
+    over = {"w": np.linspace(1.8, 2.2, 9), "z": np.linspace(0.005, 0.05, 8)}
+    found = find_threshold_map(Mathieu(), "h", over=over, span=(0, 1))
+    assert found.failures == {}
+    for i, j in [(1, 1), (3, 6), (4, 2), (7, 3)]:
+        w, z, h = over["w"][i], over["z"][j], found.values[i, j]
+        assert np.abs(hill_multipliers(w, z, h) + 1).min() < 1e-8
+        assert np.abs(hill_multipliers(w, z, 0.99 * h)).max() < 1
+
+
+def hill_multipliers(w, z, h):
+    """Multipliers of x'' + 2 z x' + (1 + h cos(w t)) x = 0, integrated by SciPy."""
+    columns = [
+        solve_ivp(
+            lambda t, x: [x[1], -2 * z * x[1] - (1 + h * math.cos(w * t)) * x[0]],
+            (0, 2 * math.pi / w),
+            start,
+            "DOP853",
+            rtol=1e-12,
+            atol=1e-13,
+        ).y[:, -1]
+        for start in np.eye(2)
+    ]
+    return np.linalg.eigvals(np.array(columns).T)
+
+
+def test_spans_may_descend():
+    over = {"f": [12.45, 12.5, 12.55], "alpha": np.radians([60, 65, 70])}
+    found = find_threshold_map(SlidingOscillator(Nd=0.04), "Vd", over=over, span=(0.3, 1.2))
+    point, _ = first_of(SlidingOscillator(Nd=0.04, f=12.5), "Vd", (0.3, 1.2))
+    assert found.values[1, 0] == pytest.approx(point.value, abs=1e-10)
+    down = find_threshold_map(SlidingOscillator(Nd=0.04), "Vd", over=over, span=(1.2, 0.3))
+    assert down.failures.get("unstable at the start of the span", 0) > 0
+    assert found.failures != down.failures
+
+
+# -- failures have names -----------------------------------------------------------------------
+
+
+def test_thresholds_beyond_the_span_are_named():
+    speeds, angles = np.linspace(0.3, 1.2, 11), np.radians(np.linspace(20, 80, 11))
+    whole = sliding_map(speeds, angles)
+    part = sliding_map(speeds, angles, span=(0, 0.08))
+    beyond = whole.values > 0.08
+    assert 20 < beyond.sum() < 101
+    assert part.failures == {"no PD in the span": beyond.sum()}
+    assert np.array_equal(np.isnan(part.values), beyond)
+    assert part.values[~beyond] == pytest.approx(whole.values[~beyond], abs=1e-11)
+    assert part.followed.sum() < 60  # the edge is not walked along point by point
+    (reason,) = set(part.reasons[beyond])
+    assert "stable up to the end of the span, Nd = 0.08" in reason
+
+
+def test_limits_of_the_model_are_named():
+    over = {"f": [8.8, 9.0], "Vd": [0.9, 1.0, 1.1]}
+    found = find_threshold_map(SlidingOscillator(), "Nd", over=over, span=(0, 1.5))
+    assert found.failures == {"limit: lost contact": 6}
+    assert "lost contact" in found.reasons[0, 0]
+    assert "Nd = 1;" in found.reasons[0, 0] or "Nd = 0.99" in found.reasons[0, 0]
+
+
+def test_other_bifurcations_are_named():
+    over = {"w": [1.3, 1.35], "d": [0.05, 0.06]}
+    found = find_threshold_map(Duffing(), "a", over=over, span=(0, 2))
+    assert found.failures == {"LP comes first": 4}
+    point, _ = first_of(Duffing(w=1.35, d=0.06), "a", (0, 2))
+    assert f"a = {point.value:.9g}" in found.reasons[1, 1]
+    over = {"v": [1.0, 1.1], "n": [1.0]}
+    found = find_threshold_map(Torus(), "m", over=over, span=(-0.5, 0.5))
+    assert found.failures == {"NS comes first": 2}
+
+
+def test_an_unstable_start_is_named():
+    found = find_threshold_map(
+        Torus(), "v", over={"m": [-0.1, 0.1], "n": [1.0, 2.0]}, span=(0.8, 1.2)
+    )
+    assert found.kinds[1].tolist() == ["unstable at the start of the span"] * 2
+    assert found.kinds[0].tolist() == ["no PD in the span"] * 2
+
+
+def test_contradictory_parameters_are_named():
+    over = {"Ns": [0.01, 0.9, 1.0], "Vd": [0.6]}
+    found = find_threshold_map(SlidingOscillator(), "Nd", over=over, span=(0.02, 0.5))
+    assert found.kinds[:, 0].tolist() == ["contradictory parameters", "", ""]
+    assert "not below Ns = 0.01" in found.reasons[0, 0]
+    with pytest.raises(InputError, match="not below Ns"):
+        found.model_at(0, 0)
+
+
+def test_an_interrupted_map_says_what_is_missing():
+    seen = []
+
+    def watch(progress):
+        seen.append(progress)
+        if len(seen) == 40:
+            raise KeyboardInterrupt
+
+    over = {"Vd": SPEEDS, "alpha": ANGLES}
+    found = find_threshold_map(SlidingOscillator(), "Nd", over=over, span=(0, 0.9), observer=watch)
+    done = [progress.done for progress in seen]
+    assert done == sorted(done)
+    assert found.interrupted
+    assert found.failures == {"interrupted": 130 - seen[-1].done}
+    assert np.isfinite(found.values).sum() == seen[-1].done > 36
+    assert repr(found).endswith(f"{seen[-1].done} thresholds, {130 - seen[-1].done} interrupted>")
+
+
+# -- bad input ---------------------------------------------------------------------------------
+
+GOOD = {"Vd": [0.5, 0.6], "alpha": [1.0, 1.1]}
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"threshold": "nd"}, "did you mean Nd"),
+        ({"over": {"Vd": [0.5], "alfa": [1.0]}}, "did you mean alpha"),
+        ({"over": {"Vd": [0.5], "Nd": [0.1]}}, "Nd is the threshold that is sought"),
+        ({"over": {"Vd": [0.5]}}, "does not name two parameters"),
+        ({"over": {**GOOD, "f": [12.0]}}, "does not name two parameters"),
+        ({"over": {"Vd": [0.5, -1.0], "alpha": [1.0]}}, "Vd = -1 is outside its bounds"),
+        ({"over": {"Vd": [0.5, math.nan], "alpha": [1.0]}}, "not a finite number"),
+        ({"over": {"Vd": [[0.5, 0.6]], "alpha": [1.0]}}, r"have the shape \(1, 2\)"),
+        ({"over": {"Vd": 0.5, "alpha": [1.0]}}, r"have the shape \(\)"),
+        ({"over": {"Vd": [], "alpha": [1.0]}}, r"have the shape \(0,\)"),
+        ({"over": {"Vd": ["fast"], "alpha": [1.0]}}, "not all numbers"),
+        ({"over": {"Vd": [0.5, 0.6, 0.5], "alpha": [1.0]}}, "Vd = 0.5 occurs twice"),
+        ({"span": (0.3, 0.3)}, "is empty; give two different values"),
+        ({"span": (-0.1, 0.3)}, "Nd = -0.1 is outside its bounds"),
+        ({"span": 0.3}, "is not a pair of numbers"),
+        ({"span": (0, 1, 2)}, "is not a pair of numbers"),
+        ({"type": "NS"}, "type = 'NS' cannot be mapped; give 'PD'"),
+    ],
+)
+def test_bad_input_is_refused_in_a_sentence(changes, message):
+    given = {"threshold": "Nd", "type": "PD", "over": GOOD, "span": (0, 0.9), **changes}
+    with pytest.raises(InputError, match=message):
+        find_threshold_map(SlidingOscillator(), **given)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"over": [0.5, 0.6]}, "does not give values by name"),
+        ({"over": {"Vd": ["5mm"], "alpha": [1.0]}}, "Vd = '5mm' has the unit 'mm'"),
+        ({"span": ("0", "90deg")}, "Nd = '90deg' has the unit 'deg'"),
+        ({"Vd": 0.7}, "Vd is varied, so it cannot be set to 0.7"),
+        ({"Nd": 0.7}, "Nd is varied"),
+        ({"model": "sliding"}, "is not a model"),
+    ],
+)
+def test_bad_input_of_the_labelled_map_is_refused(changes, message):
+    given = {"threshold": "Nd", "over": GOOD, "span": (0, 0.9), **changes}
+    with pytest.raises(InputError, match=message):
+        threshold_map(given.pop("model", SlidingOscillator()), **given)
+
+
+# -- the labelled map --------------------------------------------------------------------------
+
+
+def test_labelled_map(tmp_path, base):
+    over = {"Vd": ["0.4m/s", 0.6, "100cm/s"], "alpha": ["60deg"]}
+    found = threshold_map(SlidingOscillator(), "Nd", over=over, span=("0", "50mN"), f="12.5Hz")
+    assert found.failures == {"no PD in the span": 1}
+    data = found.to_xarray()
+    assert data["Nd"].dims == ("Vd", "alpha")
+    assert data["Nd"].attrs["units"] == "N"
+    assert data["Vd"].attrs == {"long_name": "speed of the plate", "units": "m/s"}
+    assert float(data["Nd"].sel(Vd=0.6)[0]) == pytest.approx(0.043578911491, abs=1e-11)
+    assert data["states"].dims == ("Vd", "alpha", "state")
+    assert data["multipliers_real"].shape == (3, 1, 4)
+    assert data["kind"].values[:, 0].tolist() == ["no PD in the span", "", ""]
+    for name, item in data.variables.items():
+        assert item.attrs.get("long_name"), name
+    found.save(tmp_path / "map.nc")
+    import xarray
+
+    with xarray.open_dataset(tmp_path / "map.nc", engine="h5netcdf") as again:
+        assert np.array_equal(again["Nd"], found.values, equal_nan=True)
+        assert again.attrs["schema"] == "slipfold.threshold_map/1"
+
+
+def test_a_map_is_immutable(base):
+    with pytest.raises(AttributeError):
+        base.span = (0, 1)
+    for item in (base.values, base.states, base.multipliers, base.kinds, base.over["Vd"]):
+        with pytest.raises(ValueError, match="read-only"):
+            item[0] = 0
+    assert repr(base) == (
+        "<ThresholdMap of sliding: PD in Nd over Vd and alpha, 13 x 10 points, 130 thresholds>"
+    )
+
+
+# -- its parts ---------------------------------------------------------------------------------
+
+
+def stable_pair(count, modulus=0.5):
+    return np.full((1, count, 2), modulus) * np.exp([1j, -1j])
+
+
+def test_a_dip_between_two_orbits_is_doubted():
+    moved = np.zeros((1, len(SHARES)))
+    calm = stable_pair(len(SHARES))
+    assert find_doubts(calm, moved, doubling=False)[0] == ""
+    real = np.array([0.1, 0.1, -0.99, 0.1, 0.1])
+    dipping = np.stack([real, np.full(5, 0.2)], axis=1)[None].astype(complex)
+    assert "dips" in find_doubts(dipping, moved, doubling=False)[0]
+    outside = calm.copy()
+    outside[0, 1] = 1.01 * np.exp([1j, -1j])
+    assert "outside" in find_doubts(outside, moved, doubling=False)[0]
+    moved[0, 2] = np.inf
+    assert "not found" in find_doubts(calm, moved, doubling=False)[0]
+
+
+def test_shortened_paths_follow_the_same_curve():
+    shares = np.array(SHARES)[:, None]
+    path = np.hstack([shares**3, 1 - shares**4])[None]
+    half = 0.5 * shares
+    assert shortened(path, np.array([0.5]))[0] == pytest.approx(np.hstack([half**3, 1 - half**4]))
+
+
+@pytest.mark.parametrize("counts", [(1, 1), (1, 9), (2, 7), (6, 6), (23, 40), (100, 100)])
+def test_every_line_is_filled_once(counts):
+    filled = np.zeros(counts, dtype=int)
+    filled[np.ix_(*(seed_lines(count) for count in counts))] += 1
+    for axis, known, new, others in refinements(counts):
+        assert not set(known) & set(new)
+        filled[np.ix_(new, others) if axis == 0 else np.ix_(others, new)] += 1
+    assert (filled == 1).all()
+
+
+def test_guesses_are_exact_for_polynomials():
+    places = np.cumsum(np.linspace(0.1, 0.4, 12))
+    known = np.array([0, 2, 4, 6, 8, 11])
+    for stencil in stencils(places, known, 5):
+        power = len(stencil.lines) - 1
+        guess = stencil.weights @ places[stencil.lines] ** power
+        assert guess == pytest.approx(places[5] ** power)
+
+
+def test_limits_are_those_of_single_orbits():
+    model = SlidingOscillator(f=12.5)
+    branch = trace_response(model, "Nd", (0, 0.98), settings=ALONE)[0]
+    assert branch.stopped.kind == "limit"
+    parameters = np.tile(model.vector, (len(branch), 1))
+    parameters[:, model.parameter_index("Nd")] = branch.parameter
+    kept = keep_limits(flow_of(model), model, branch.states, parameters)
+    assert kept[:-1].all()
+    parameters[:, model.parameter_index("Ns")] = 0.5 * branch.parameter + 1e-3
+    lifted = branch.parameter > parameters[:, model.parameter_index("Ns")]
+    assert not keep_limits(flow_of(model), model, branch.states, parameters)[lifted].any()
