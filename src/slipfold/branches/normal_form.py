@@ -2,7 +2,7 @@
 
 Formulas of Kuznetsov, Elements of Applied Bifurcation Theory, 3rd edition, section 5.4.2, and
 Kuznetsov and Meijer, SIAM J. Sci. Comput. 26 (2005) 1932-1954, with the map's derivatives
-``B(u, v)`` and ``C(u, v, w)`` from Taylor jets of the flow along directions.
+``B(u, v)`` and ``C(u, v, w)`` of the flow, exact.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from slipfold.branches.point import Point
 from slipfold.flow.flow import Constants
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.orbits.linearisation import Linearisation
 from slipfold.orbits.shooting import Shooting
 
 __all__ = ["StroboscopicMap", "critical_coefficient", "criticality_of", "normal_form"]
@@ -23,9 +24,20 @@ __all__ = ["StroboscopicMap", "critical_coefficient", "criticality_of", "normal_
 Array = NDArray[np.float64]
 Vector = NDArray[Any]
 
+SPANNED = 1e-7
+"""Share of a direction outside the span of others below which it is a combination of them."""
+
 
 class StroboscopicMap:
-    """Derivatives of the map over one period of an orbit, in scaled states.
+    r"""Second and third derivatives of the map over one period of an orbit, in scaled states.
+
+    They are put together from those of the segments, integrated side by side: with
+    :math:`b_j = B_j(v, v)` and :math:`c_j = C_j(v, v, v)` of the map up to the end of segment j,
+
+    .. math:: b_j = D^2\phi_j[v_j, v_j] + A_j b_{j-1}, \quad
+              c_j = D^3\phi_j[v_j, v_j, v_j] + 3 D^2\phi_j[v_j, b_{j-1}] + A_j c_{j-1}
+
+    where v_j is v carried to segment j.
 
     Parameters
     ----------
@@ -35,20 +47,28 @@ class StroboscopicMap:
         The orbit.
     constants
         Coefficients of the flow there.
+    linearisation
+        Its derivatives, in the problem's scaled states.
     scales
-        Scales of the states; those of the problem if None.
+        Scales of the states that directions and results are in; those of the problem if None.
     """
 
     def __init__(
-        self, problem: Shooting, z: Array, constants: Constants, scales: Array | None = None
+        self,
+        problem: Shooting,
+        z: Array,
+        constants: Constants,
+        linearisation: Linearisation,
+        scales: Array | None = None,
     ) -> None:
-        self._flow = problem.flow
-        self._state = problem.nodes(z)[0]
+        self._problem = problem
+        self._nodes = problem.nodes(z)
         self._constants = constants
-        self._scales = problem.scales if scales is None else scales
-        self.rescaling = problem.scales / self._scales
-        self._start = problem.phase
-        self._end = problem.phase + problem.period
+        self._blocks = linearisation.blocks
+        self.rescaling = problem.scales / (problem.scales if scales is None else scales)
+        known, bent = linearisation.conditions.carried, linearisation.conditions.bent
+        self._carried = np.empty((0, *self._nodes.shape)) if known is None else known
+        self._bent = np.empty((0, *self._blocks.shape)) if bent is None else bent
 
     def rescaled(self, monodromy: Array) -> Array:
         """Return a monodromy matrix in the map's scales.
@@ -66,50 +86,70 @@ class StroboscopicMap:
         Parameters
         ----------
         directions
-            Shape (m, n).
+            Shape (r, n).
 
         Returns
         -------
-        second, third : ndarray, shape (m, n)
+        second, third : ndarray, shape (r, n)
             The forms.
         """
-        jets = self._flow.jet(
-            self._state, self._start, self._end, self._constants, directions * self._scales
-        )
-        return jets[:, 1] / self._scales, jets[:, 2] / self._scales
+        along = directions / self.rescaling
+        forward, bent = self._curvatures(along)
+        cubes = self._problem.cubes(self._nodes, self._constants, forward)
+        second, third = np.zeros_like(along), np.zeros_like(along)
+        for j, block in enumerate(self._blocks):
+            mixed = np.einsum("rab,rb->ra", bent[:, j], second)
+            third = cubes[:, j] + 3 * mixed + third @ block.T
+            second = np.einsum("rab,rb->ra", bent[:, j], forward[:, j]) + second @ block.T
+        return second * self.rescaling, third * self.rescaling
 
     def second(self, pairs: list[tuple[Vector, Vector]]) -> list[Vector]:
-        """Return B(u, v) for complex vectors, by polarisation.
+        """Return B(u, v) for complex vectors.
 
         Parameters
         ----------
         pairs
             Vectors of shape (n,).
         """
-        parts = [
-            (place, factor, left, right)
-            for place, (u, v) in enumerate(pairs)
-            for factor, left, right in (
-                (1, u.real, v.real),
-                (-1, u.imag, v.imag),
-                (1j, u.real, v.imag),
-                (1j, u.imag, v.real),
-            )
-            if left.any() and right.any()
-        ]
-        result = [np.zeros(len(self._scales), dtype=complex) for _ in pairs]
-        if not parts:  # a symmetric orbit has no quadratic terms
-            return result
-        sizes = [(np.linalg.norm(left), np.linalg.norm(right)) for _, _, left, right in parts]
-        sums = [
-            left / a + sign * right / b
-            for (_, _, left, right), (a, b) in zip(parts, sizes, strict=True)
-            for sign in (1, -1)
-        ]
-        squares = self.powers(np.array(sums))[0]
-        for i, ((place, factor, _, _), (a, b)) in enumerate(zip(parts, sizes, strict=True)):
-            result[place] += factor * a * b / 4 * (squares[2 * i] - squares[2 * i + 1])
-        return result
+        return [self._bilinear(u.real, v) + 1j * self._bilinear(u.imag, v) for u, v in pairs]
+
+    def _bilinear(self, u: Array, v: Vector) -> Vector:
+        """B(u, v) for a real u."""
+        if not u.any():
+            return np.zeros(len(v), dtype=complex)
+        bent = self._curvatures((u / self.rescaling)[None])[1][0]
+        carried, result = v / self.rescaling, np.zeros(len(v), dtype=complex)
+        for block, matrix in zip(self._blocks, bent, strict=True):
+            result = matrix @ carried + block @ result
+            carried = block @ carried
+        return result * self.rescaling
+
+    def _curvatures(self, along: Array) -> tuple[Array, Array]:
+        """Directions carried along the orbit, (r, m, n), and D^2 phi_j along each, (r, m, n, n).
+
+        Both are linear in the direction: no more than n of them are ever integrated.
+        """
+        for direction in along:
+            known = self._carried[:, 0].T
+            share = np.linalg.lstsq(known, direction, rcond=None)[0]
+            rest = direction - known @ share
+            if np.linalg.norm(rest) > SPANNED * np.linalg.norm(direction):
+                self._integrate(rest / np.linalg.norm(rest))
+        shares = np.linalg.lstsq(self._carried[:, 0].T, along.T, rcond=None)[0].T
+        return (
+            np.einsum("rk,kmn->rmn", shares, self._carried),
+            np.einsum("rk,kmab->rmab", shares, self._bent),
+        )
+
+    def _integrate(self, direction: Array) -> None:
+        """Add a direction to those along which second derivatives are known."""
+        forward = [direction]
+        for block in self._blocks[:-1]:
+            forward.append(block @ forward[-1])
+        carried = np.array(forward)[None]
+        bent, _ = self._problem.curvatures(self._nodes, self._constants, [0], carried)
+        self._carried = np.concatenate([self._carried, carried])
+        self._bent = np.concatenate([self._bent, bent])
 
 
 def normal_form(problem: PeriodicProblem, point: Point, kind: str) -> tuple[float, str | None]:
@@ -137,10 +177,12 @@ def normal_form(problem: PeriodicProblem, point: Point, kind: str) -> tuple[floa
     # The orbit's own scales: those of a branch in f are the scales where it began, and a
     # coefficient must not depend on that.
     own = problem.model.replace(**{problem.vary: problem.value(point.z)}).state_scales()
-    map_ = StroboscopicMap(problem, point.z, problem.constants(point.z), own)
+    linearisation = problem.linearise(point.z)
+    constants = problem.constants(point.z)
+    map_ = StroboscopicMap(problem, point.z, constants, linearisation, own)
     matrix = map_.rescaled(point.monodromy)
     if kind == "LP":
-        pull = _parameter_pull(problem, point) * map_.rescaling
+        pull = _parameter_pull(linearisation) * map_.rescaling
         return _fold(map_, matrix, pull), None
     coefficient = critical_coefficient(map_, matrix, kind)
     return coefficient, criticality_of(kind, coefficient)
@@ -182,9 +224,8 @@ def criticality_of(kind: str, coefficient: float) -> str | None:
     return "supercritical" if soft else "subcritical"
 
 
-def _parameter_pull(problem: PeriodicProblem, point: Point) -> Array:
+def _parameter_pull(linearisation: Linearisation) -> Array:
     """Derivative of the map with respect to the parameter, in the problem's scaled states."""
-    linearisation = problem.linearise(point.z)
     pull = np.zeros(linearisation.along.shape[1])
     for block, along in zip(linearisation.blocks, linearisation.along[:, :, 0], strict=True):
         pull = block @ pull + along

@@ -33,6 +33,9 @@ points rests on it."""
 POWER = 0.22
 """The prediction's error grows with the step to the power of 1/0.22 or so."""
 
+GUESSES = 12
+"""Bisections for where a prediction reaches a bound: it is corrected anyway."""
+
 REJECT = 4.0
 """A step whose measures exceed their aims by this factor is taken again, shorter."""
 
@@ -210,7 +213,7 @@ def _arclength_at(recent: list[Point], index: int, bound: float, beyond: float) 
     """Bisect for where a component of the prediction reaches a bound."""
     near, far = recent[-1].arclength, beyond
     rising = hermite(recent, far)[0][index] > bound
-    for _ in range(40):
+    for _ in range(GUESSES):
         middle = 0.5 * (near + far)
         if (hermite(recent, middle)[0][index] > bound) == rising:
             far = middle

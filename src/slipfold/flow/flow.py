@@ -256,41 +256,45 @@ class Flow:
         return result[:, :, :n], result[:, :, n:]
 
     def jet(
-        self, state: Array, start: float, end: float, constants: Constants, directions: Array
+        self,
+        states: Array,
+        start: Array | float,
+        end: Array | float,
+        constants: Constants,
+        directions: Array,
     ) -> Array:
-        """Differentiate the flow three times along directions of the start state.
+        """Differentiate the flow three times along a direction of the start state.
 
         Parameters
         ----------
-        state
-            Start, shape (n,).
+        states
+            Starts, shape (m, n), or (n,) for one that all share.
         start, end
-            Phases.
+            Phases, shape (m,) or one for all.
         constants
-            Coefficients.
+            Coefficients, the same for all.
         directions
-            Shape (m, n).
+            One for each trajectory, shape (m, n).
 
         Returns
         -------
         ndarray, shape (m, 3, n)
             ``D^k phi(state) [v, ..., v]`` for k = 1, 2, 3 and each direction v.
         """
-        n = self.dimension
-        result = np.empty((len(directions), JET_ORDER, n))
-        for some in _chunks(len(directions)):
-            along = directions[some]
-            count = len(along)
-            values = np.concatenate([constants.values, np.zeros(n + 1)])
-            batch = self._prepare(
-                self._code.jet, np.tile(state, (count, 1)), np.full(count, start), values[:, None]
-            )
-            first = len(constants.values)
-            batch.pars[first : first + n] = _pad(along).T
+        n, total = self.dimension, len(directions)
+        result = np.empty((total, JET_ORDER, n))
+        starts = np.broadcast_to(states, directions.shape)
+        first, last = np.broadcast_to(start, total), np.broadcast_to(end, total)
+        count = len(constants.values)
+        values = np.concatenate([constants.values, np.zeros(n + 1)])[:, None]
+        for some in _chunks(total):
+            batch = self._prepare(self._code.jet, starts[some], first[some], values)
+            batch.pars[count : count + n] = _pad(directions[some]).T
             batch.state[n:] = 0.0
-            batch.propagate_until(np.full(LANES, end), max_steps=MAX_STEPS)
-            result[some] = _finished(batch, batch.state[n:], count).reshape(count, JET_ORDER, n)
-            result[some, 0] += along  # the jet is that of phi(x + s v) - s v
+            batch.propagate_until(_pad(last[some]), max_steps=MAX_STEPS)
+            finished = _finished(batch, batch.state[n:], some.stop - some.start)
+            result[some] = finished.reshape(-1, JET_ORDER, n)
+            result[some, 0] += directions[some]  # the jet is that of phi(x + s v) - s v
         return result
 
     def rates(self, states: Array, phases: Array, constants: Constants) -> Array:

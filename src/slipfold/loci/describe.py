@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.location import STILL
-from slipfold.branches.normal_form import StroboscopicMap, critical_coefficient
+from slipfold.branches.normal_form import StroboscopicMap
 from slipfold.branches.point import Point, corrected_point
 from slipfold.branches.search import Found
 from slipfold.loci.locus import CODIMENSION_TWO, LocusPoint
-from slipfold.loci.locus_problem import LocusProblem
+from slipfold.loci.locus_problem import LocusProblem, critical_places
 from slipfold.loci.normal_forms import codimension_two_coefficients
 from slipfold.orbits.newton import correct
 
@@ -29,13 +29,20 @@ def coefficient_at(problem: LocusProblem, point: Point) -> float:
     point
         A point of it.
     """
-    if problem.kind == "LP":
+    raw = problem.coefficient(point.tests)
+    if not np.isfinite(raw):
         return np.nan
-    map_, monodromy = own_map(problem, point)
-    try:
-        return critical_coefficient(map_, monodromy, problem.kind)
-    except (np.linalg.LinAlgError, ValueError):  # no complex pair left at a strong resonance
-        return np.nan
+    # It goes with the inverse square of the critical vector's length, in the orbit's own scales.
+    places = critical_places(problem.kind, point.multipliers)
+    values, vectors = np.linalg.eig(point.monodromy)
+    vector = vectors[:, np.abs(values - point.multipliers[places[0]]).argmin()]
+    length = np.linalg.norm(vector * problem.scales / _own_scales(problem, point))
+    return float(raw / length**2)
+
+
+def _own_scales(problem: LocusProblem, point: Point) -> Array:
+    values = dict(zip(problem.vary, map(float, problem.values(point.z)), strict=True))
+    return problem.model.replace(**values).state_scales()
 
 
 def own_map(problem: LocusProblem, point: Point) -> tuple[StroboscopicMap, Array]:
@@ -48,9 +55,13 @@ def own_map(problem: LocusProblem, point: Point) -> tuple[StroboscopicMap, Array
     point
         A point of it.
     """
-    values = dict(zip(problem.vary, map(float, problem.values(point.z)), strict=True))
-    scales = problem.model.replace(**values).state_scales()
-    map_ = StroboscopicMap(problem, point.z, problem.constants(point.z), scales)
+    map_ = StroboscopicMap(
+        problem,
+        point.z,
+        problem.constants(point.z),
+        problem.linearise(point.z),
+        _own_scales(problem, point),
+    )
     return map_, map_.rescaled(point.monodromy)
 
 

@@ -48,7 +48,7 @@ class LocusProblem(CriticalProblem):
         size = float(np.sqrt(1 + np.linalg.svdvals(monodromy) ** 2).prod())
         tests = {"first": float(tangent[-2]), "second": float(tangent[-1])}
         if self.kind == "NS":
-            return {**tests, **self._torus_tests(z, monodromy, multipliers, size)}
+            return {**tests, **self._torus_tests(z, linearisation, multipliers, size)}
         target = 1.0 if self.kind == "LP" else -1.0
         others = np.delete(multipliers, critical_places(self.kind, multipliers))
         n = len(multipliers)
@@ -59,18 +59,18 @@ class LocusProblem(CriticalProblem):
         pairs = _pair_product(others, size)
         if self.kind == "LP":
             return {**tests, "LPNS": pairs}
-        coefficient = self._coefficient(z, monodromy)
+        coefficient = self._coefficient(z, linearisation)
         return {**tests, "PDNS": pairs, "GPD": coefficient * tests["LPPD"] * float(double)}
 
     def _torus_tests(
-        self, z: Array, monodromy: Array, multipliers: Multipliers, size: float
+        self, z: Array, linearisation: Linearisation, multipliers: Multipliers, size: float
     ) -> dict[str, float]:
         places = critical_places("NS", multipliers)
         cosine = float(multipliers[places].sum().real / 2)
         others = np.delete(multipliers, places)
         folded = _product(1 - others, size)
         sine2 = 1 - cosine * cosine
-        coefficient = self._coefficient(z, monodromy) if sine2 > NEUTRAL else np.nan
+        coefficient = self._coefficient(z, linearisation) if sine2 > NEUTRAL else np.nan
         return {
             "R1": 1 - cosine,
             "R2": 1 + cosine,
@@ -82,10 +82,32 @@ class LocusProblem(CriticalProblem):
             "CH": coefficient * sine2 * folded,
         }
 
-    def _coefficient(self, z: Array, monodromy: Array) -> float:
-        map_ = StroboscopicMap(self, z, self.constants(z))
+    def coefficient(self, tests: dict[str, float]) -> float:
+        """Return the normal form coefficient that a point's test functions were made of.
+
+        Parameters
+        ----------
+        tests
+            Of a point of this locus.
+
+        Returns
+        -------
+        float
+            b of PD, d of NS, for a critical vector of unit length in this problem's scaled states;
+            NaN where it is not defined.
+        """
+        if self.kind == "LP":
+            return np.nan
+        if self.kind == "PD":
+            poles = tests["LPPD"] * tests["R2"]
+            return tests["GPD"] / poles if poles else np.nan
+        poles = tests["R1"] * tests["R2"] * tests["LPNS"]
+        return tests["CH"] / poles if poles else np.nan
+
+    def _coefficient(self, z: Array, linearisation: Linearisation) -> float:
+        map_ = StroboscopicMap(self, z, self.constants(z), linearisation)
         try:
-            return critical_coefficient(map_, monodromy, self.kind)
+            return critical_coefficient(map_, linearisation.monodromy, self.kind)
         except np.linalg.LinAlgError:
             return np.nan
 

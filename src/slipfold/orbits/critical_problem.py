@@ -146,8 +146,7 @@ class CriticalProblem(Shooting):
         residual, blocks, along = self.transitions(nodes, constants, self._indices)
         plain = Linearisation(residual, blocks, along)
         found = self._degeneracy(plain)
-        gradient = self._gradient(found, plain, nodes, constants)
-        conditions = Conditions(np.array([found.value]), gradient[None])
+        conditions = self._condition(found, plain, nodes, constants)
         scaled = along * (self.widths / np.sqrt(self.segments))
         return Linearisation(residual, blocks, scaled, conditions)
 
@@ -190,34 +189,32 @@ class CriticalProblem(Shooting):
             return Degeneracy(np.nan, np.full((1, n), np.nan), np.full((1, n), np.nan))
         return degeneracy(self.kind, linearisation.monodromy)
 
-    def _gradient(
+    def _condition(
         self, found: Degeneracy, plain: Linearisation, nodes: Array, constants: Constants
-    ) -> Array:
-        r"""Differentiate the degeneracy with respect to the unknown, shape (m n + 2,).
+    ) -> Conditions:
+        r"""Differentiate the degeneracy with respect to the unknown.
 
         With :math:`M = A_{m-1} ... A_0` a term :math:`p^T dM q` is the sum over the segments of
         :math:`p_j^T dA_j q_j`, where q is carried forward to segment j and p backward to its end,
         and a change of :math:`A_j q_j` is a second derivative of the flow along q_j.
         """
-        n = len(self.scales)
         gradient = np.zeros(self.size + 2)
         if not np.isfinite(found.value):
-            return np.full_like(gradient, np.nan)
-        for left, right in zip(found.left, found.right, strict=True):
-            forward, backward = _carried(plain.blocks, left, right)
-            bent, pulled = self.curvatures(nodes, constants, self._indices, forward)
-            gradient[: self.size] += np.einsum("ja,jab->jb", backward, bent).reshape(-1, n).ravel()
-            gradient[self.size :] += np.einsum("ja,jak->k", backward, pulled)
+            return Conditions(np.array([found.value]), np.full_like(gradient, np.nan)[None])
+        forward, backward = _carried(plain.blocks, found.left, found.right)
+        bent, pulled = self.curvatures(nodes, constants, self._indices, forward)
+        gradient[: self.size] = np.einsum("rja,rjab->jb", backward, bent).ravel()
+        gradient[self.size :] = np.einsum("rja,rjak->k", backward, pulled)
         gradient[: self.size] *= np.sqrt(self.segments)
         gradient[self.size :] *= self.widths
-        return gradient
+        return Conditions(np.array([found.value]), gradient[None], forward, bent)
 
 
 def _carried(blocks: Array, left: Array, right: Array) -> tuple[Array, Array]:
-    """Carry one vector forward to the beginning of each segment, one backward to each end."""
+    """Carry r vectors forward to the start of each segment, r backward to each end: (r, m, n)."""
     forward, backward = [right], [left]
     for block in blocks[:-1]:
-        forward.append(block @ forward[-1])
+        forward.append(forward[-1] @ block.T)
     for block in blocks[:0:-1]:
         backward.append(backward[-1] @ block)
-    return np.array(forward), np.array(backward[::-1])
+    return np.stack(forward, axis=1), np.stack(backward[::-1], axis=1)

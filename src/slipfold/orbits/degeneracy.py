@@ -57,7 +57,7 @@ def degeneracy(kind: str, monodromy: Array) -> Degeneracy:
     """
     found = _pair_degeneracy(monodromy) if kind == "NS" else _real_degeneracy(kind, monodromy)
     # The matrix is known to a share of its largest entry, and so is the number.
-    size = float(np.sqrt(1 + np.linalg.norm(monodromy, 2) ** 2))
+    size = float(np.sqrt(1 + np.linalg.norm(monodromy) ** 2))
     return Degeneracy(found.value / size, found.left / size, found.right)
 
 

@@ -23,10 +23,16 @@ class Conditions:
         How far each is from being met, shape (d,).
     gradients
         Their derivatives with respect to the unknown, shape (d, m n + k).
+    carried
+        Perturbations along which second derivatives of the segments are known, shape (r, m, n).
+    bent
+        Those second derivatives, ``D^2 phi_j [v_j, .]``, shape (r, m, n, n).
     """
 
     values: Array = field(default_factory=lambda: np.empty(0))
     gradients: Array | None = None
+    carried: Array | None = None
+    bent: Array | None = None
 
 
 NO_CONDITIONS = Conditions()

@@ -156,21 +156,50 @@ class Shooting(ABC):
         indices
             Places of k parameters in the model's parameter vector.
         vectors
-            Scaled perturbations of the states at the nodes, shape (m, n).
+            Scaled perturbations of the states at the nodes, shape (r, m, n): r at each node.
 
         Returns
         -------
-        bent : ndarray, shape (m, n, n)
+        bent : ndarray, shape (r, m, n, n)
             With respect to the states at the beginning of each segment.
-        pulled : ndarray, shape (m, n, k)
+        pulled : ndarray, shape (r, m, n, k)
             With respect to the parameters.
         """
+        r, m, n = vectors.shape
         matrices, pulls = self.flow.curve(
-            nodes,
-            self._start,
-            self._end,
+            np.tile(nodes, (r, 1)),
+            np.tile(self._start, r),
+            np.tile(self._end, r),
             constants,
             constants.rates[:, indices],
-            vectors * self.scales,
+            (vectors * self.scales).reshape(-1, n),
         )
-        return matrices * self._ratios, pulls / self.scales[:, None]
+        bent = (matrices * self._ratios).reshape(r, m, n, n)
+        return bent, (pulls / self.scales[:, None]).reshape(r, m, n, -1)
+
+    def cubes(self, nodes: Array, constants: Constants, vectors: Array) -> Array:
+        """Return the third derivatives of the segments' ends along vectors, in scaled states.
+
+        Parameters
+        ----------
+        nodes
+            States, shape (m, n).
+        constants
+            Coefficients of the flow.
+        vectors
+            Scaled perturbations of the states at the nodes, shape (r, m, n).
+
+        Returns
+        -------
+        ndarray, shape (r, m, n)
+            ``D^3 phi [v, v, v]``.
+        """
+        r, m, n = vectors.shape
+        jets = self.flow.jet(
+            np.tile(nodes, (r, 1)),
+            np.tile(self._start, r),
+            np.tile(self._end, r),
+            constants,
+            (vectors * self.scales).reshape(-1, n),
+        )
+        return (jets[:, 2] / self.scales).reshape(r, m, n)
