@@ -12,6 +12,7 @@ from slipfold.branches.search import Found
 from slipfold.loci.locus import CODIMENSION_TWO, LocusPoint
 from slipfold.loci.locus_problem import LocusProblem, critical_places
 from slipfold.loci.normal_forms import codimension_two_coefficients
+from slipfold.loci.quintic import quintic_coefficient
 from slipfold.orbits.newton import correct
 
 __all__ = ["coefficient_at", "describe_point"]
@@ -105,6 +106,9 @@ def _named(problem: LocusProblem, found: Found) -> tuple[str, str]:
 
 
 def _coefficients(problem: LocusProblem, point: Point, kind: str) -> dict[str, float]:
+    if kind == "GPD":
+        quintic = quintic_coefficient(problem, point, _own_scales(problem, point))
+        return {} if quintic is None else {"e": quintic}
     if kind in CODIMENSION_TWO:
         return codimension_two_coefficients(*own_map(problem, point), kind)
     value = coefficient_at(problem, point)
