@@ -19,6 +19,13 @@ from slipfold.branches import Settings as Settings
 from slipfold.branches import SpecialPoint as SpecialPoint
 from slipfold.branches import Steps as Steps
 from slipfold.errors import InputError as InputError
+from slipfold.loci.locus import Locus as Locus
+from slipfold.loci.locus import LocusEnd as LocusEnd
+from slipfold.loci.locus import LocusPoint as LocusPoint
+from slipfold.loci.progress import LocusProgress as LocusProgress
+from slipfold.loci.region_map import Region as Region
+from slipfold.loci.region_map import RegionCheck as RegionCheck
+from slipfold.loci.region_map import RegionMap as RegionMap
 from slipfold.models import Limit as Limit
 from slipfold.models import Model as Model
 from slipfold.models import Output as Output
@@ -30,8 +37,11 @@ from slipfold.orbits import Extrema as Extrema
 from slipfold.orbits import PeriodicOrbit as PeriodicOrbit
 from slipfold.orbits import periodic_orbit as periodic_orbit
 from slipfold.results import Diagram as Diagram
+from slipfold.results import LocusDiagram as LocusDiagram
 from slipfold.results import Simulation as Simulation
+from slipfold.results import bifurcation_set as bifurcation_set
 from slipfold.results import load as load
+from slipfold.results import locus as locus
 from slipfold.results import response as response
 from slipfold.results import simulate as simulate
 
@@ -43,12 +53,20 @@ __all__ = [
     "Extrema",
     "InputError",
     "Limit",
+    "Locus",
+    "LocusDiagram",
+    "LocusEnd",
+    "LocusPoint",
+    "LocusProgress",
     "Model",
     "Newton",
     "Output",
     "Parameter",
     "PeriodicOrbit",
     "Progress",
+    "Region",
+    "RegionCheck",
+    "RegionMap",
     "Settings",
     "Simulation",
     "SlidingOscillator",
@@ -56,9 +74,11 @@ __all__ = [
     "Spectrum",
     "State",
     "Steps",
+    "bifurcation_set",
     "built_in_models",
     "find_spectrum",
     "load",
+    "locus",
     "periodic_orbit",
     "response",
     "simulate",

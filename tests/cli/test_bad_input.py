@@ -7,8 +7,10 @@ import pytest
 
 from helpers.command_line import run
 from helpers.diagrams import made_diagram
+from helpers.locus_diagrams import made_locus_diagram
 
 RESPONSE = ["response", "sliding", "--vary", "Nd=0:0.1"]
+LOCUS = ["locus", "sliding", "--vary", "f=12.4:12.6", "--vary", "Nd=0:0.1"]
 
 
 def assert_refused(result, *words):
@@ -76,6 +78,50 @@ CASES = {
     "simulate tolerance": (["simulate", "sliding", "--tolerance", "-1"], "tolerance"),
     "models unknown": (["models", "duffin"], "no model 'duffin'"),
     "paper processes": (["paper", "--out", "/dev/null/x", "--processes", "0"], "--processes 0"),
+    "locus in one parameter": (["locus", "sliding", "--vary", "f=12:13"], "--vary is given once"),
+    "locus in three": ([*LOCUS, "--vary", "mu=0:1"], "--vary is given 3 times", "two parameters"),
+    "locus in no parameter": (["locus", "sliding"], "--vary", "slipfold locus --help"),
+    "locus in the same parameter twice": (
+        ["locus", "sliding", "--vary", "f=12:13", "--vary", "f=11:12"],
+        "f is given for both", "two different ones",
+    ),
+    "locus in an unknown parameter": (
+        ["locus", "sliding", "--vary", "f=12:13", "--vary", "ND=0:1"], "'ND'", "Nd?",
+    ),
+    "locus, set and varied": ([*LOCUS, "--set", "f=12"], "f is varied", "leave out --set f=12"),
+    "locus, second set and varied": ([*LOCUS, "--set", "Nd=0"], "leave out --set Nd=0"),
+    "locus outside the bounds": (
+        ["locus", "sliding", "--vary", "f=12:13", "--vary", "mu=-1:1"], "mu = -1", "must be >= 0",
+    ),
+    "locus outside the model": (
+        ["locus", "sliding", "--vary", "f=12:13", "--vary", "Nd=0:1.5"], "give Nd < Ns",
+    ),
+    "locus in an empty window": (
+        ["locus", "sliding", "--vary", "f=12:12", "--vary", "Nd=0:0.1"],
+        "window of f from 12 to 12 is empty", "two different values",
+    ),
+    "locus in half a window": (
+        ["locus", "sliding", "--vary", "f=12", "--vary", "Nd=0:0.1"], "NAME=FIRST:LAST",
+    ),
+    "locus with a wrong unit": (
+        ["locus", "sliding", "--vary", "f=12:13N", "--vary", "Nd=0:0.1"], "'N'", "Hz",
+    ),
+    "locus with NaN": (
+        ["locus", "sliding", "--vary", "f=12:13", "--vary", "Nd=0:nan"], "Nd = nan",
+    ),
+    "locus of an unknown type": ([*LOCUS, "--type", "HB"], "type 'HB'", "LP, PD, NS"),
+    "locus of period 3": ([*LOCUS, "--period", "3"], "period = 3", "1 nor 2"),
+    "locus of no period": ([*LOCUS, "--period", "none"], "--period none is not a whole number"),
+    "regions of one type": ([*LOCUS, "--type", "PD", "--regions"], "all types", "LP, PD, NS"),
+    "locus with a step of zero": ([*LOCUS, "--max-step", "0"], "largest step = 0"),
+    "locus with no points": ([*LOCUS, "--max-points", "0"], "--max-points 0"),
+    "locus of an unknown model": (
+        ["locus", "slidng", "--vary", "f=12:13", "--vary", "Nd=0:1"], "no model 'slidng'",
+    ),
+    "locus where nothing moves periodically": (
+        ["locus", "sliding", "--vary", "f=12:13", "--vary", "Nd=0.5:0.9", "--set", "Vd=1e-6"],
+        "no response exists",
+    ),
     "case file missing": (["response", "no.toml", "--vary", "Nd=0:1"], "no.toml cannot be read"),
 }  # fmt: skip
 
@@ -106,16 +152,17 @@ def test_start_where_there_is_no_orbit(tmp_path):
 
 
 @pytest.mark.parametrize("option", ["--out", "--json", "--csv"])
-def test_places_are_checked_before_computing(option, tmp_path, monkeypatch):
-    module = importlib.import_module("slipfold.results.response")
-    monkeypatch.setattr(module, "response", None)  # is not reached
+@pytest.mark.parametrize(("command", "name"), [(RESPONSE, "response"), (LOCUS, "bifurcation_set")])
+def test_places_are_checked_before_computing(command, name, option, tmp_path, monkeypatch):
+    module = importlib.import_module(f"slipfold.results.{name}")
+    monkeypatch.setattr(module, name, None)  # is not reached
     (tmp_path / "file").write_bytes(b"")
     for place, words in {
         tmp_path: "is a folder",
         tmp_path / "none" / "x.nc": "does not exist",
         tmp_path / "file" / "x.nc": "does not exist",
     }.items():
-        assert_refused(run(*RESPONSE, option, str(place)), words)
+        assert_refused(run(*command, option, str(place)), words)
     assert os.listdir(tmp_path) == ["file"]
 
 
@@ -180,8 +227,21 @@ def test_plot_of_what_there_is_not(tmp_path):
         ("--output", "speed"): "no output 'speed'",
         ("--measure", "mean"): "mean",
         ("--kind", "phase"): "is for simulations",
+        ("--measure", "max", "--kind", "phase"): "--kind phase is for simulations",
         ("--out", str(tmp_path / "x.gif")): "give .png, .pdf or .svg",
         ("--out", str(tmp_path / "none" / "x.png")): "does not exist",
     }.items():
         assert_refused(run("plot", str(path), *arguments), word)
+    assert os.listdir(tmp_path) == ["x.nc"]
+
+
+def test_plot_options_of_another_kind_of_result(tmp_path):
+    path = tmp_path / "x.nc"
+    made_locus_diagram().save(path)
+    for option, value, words in (
+        ("--output", "y", "--output y is for responses and simulations"),
+        ("--measure", "max", "--measure max is for responses, but"),
+        ("--kind", "phase", "x.nc is a bifurcation set; leave it out"),
+    ):
+        assert_refused(run("plot", str(path), option, value), words)
     assert os.listdir(tmp_path) == ["x.nc"]

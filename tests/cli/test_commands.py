@@ -8,16 +8,21 @@ import pytest
 
 from helpers.command_line import run
 from helpers.diagrams import made_diagram, response_branch
+from helpers.locus_diagrams import doubling_locus, made_locus_diagram
 from slipfold.branches.branch import End
+from slipfold.cli.progress import locus_text
+from slipfold.loci.locus import LocusEnd
+from slipfold.loci.progress import LocusProgress
 from slipfold.results import load
 
+LOCUS = ["locus", "sliding", "--vary", "f=12.4:12.5", "--vary", "Nd=0:60mN"]
 SMALL = ["response", "sliding", "--vary", "Nd=0:0.05"]
 
 
-def replace_result(monkeypatch, diagram):
+def replace_result(monkeypatch, diagram, name="response"):
     """Let the command hand over this diagram instead of computing one."""
-    module = importlib.import_module("slipfold.results.response")
-    monkeypatch.setattr(module, "response", lambda *_, **__: diagram)
+    module = importlib.import_module(f"slipfold.results.{name}")
+    monkeypatch.setattr(module, name, lambda *_, **__: diagram)
 
 
 # -- response ----------------------------------------------------------------------------------
@@ -138,6 +143,108 @@ def test_interruption_outside_the_computation(monkeypatch):
     assert result.stderr == "slipfold: interrupted; nothing was written\n"
 
 
+# -- locus -------------------------------------------------------------------------------------
+
+
+def test_locus_as_json_on_standard_output_and_nothing_else():
+    result = run(*LOCUS, "--type", "pd", "--period", "1", "--json", "-")
+    assert result.exit_code == 0
+    assert result.stderr == ""
+    record = json.loads(result.stdout)
+    assert record["schema"] == "slipfold.locus/1"
+    assert record["plane"] == ["f", "Nd"]
+    assert record["window"] == [[12.4, 12.5], [0, 0.06]]
+    assert record["regions"] is None
+    (locus,) = record["loci"]
+    assert (locus["type"], locus["period"]) == ("PD", 1)
+    assert {point["type"] for point in locus["special"]} == {"GPD", "MIN"}
+    # shared/reference/sliding.json, force response at 12.5 Hz.
+    ends = dict(end["values"] for end in (locus["begun"], locus["stopped"]))
+    assert ends[12.5] == pytest.approx(0.043578911491, rel=1e-8)
+
+
+def test_all_files_of_one_locus_agree(tmp_path):
+    paths = {name: tmp_path / f"x.{name}" for name in ("nc", "json", "csv")}
+    result = run(
+        *(*LOCUS, "--type", "PD", "--period", "1", "--set", "mu=0.49", "--max-step", "0.2"),
+        *("--out", str(paths["nc"]), "--json", str(paths["json"]), "--csv", str(paths["csv"])),
+    )
+    assert result.exit_code == 0
+    diagram = load(paths["nc"])
+    assert diagram.model.mu == 0.49
+    assert diagram.settings.steps.largest == 0.2
+    assert json.loads(paths["json"].read_text()) == diagram.to_json()
+    rows = list(csv.DictReader(paths["csv"].read_text().splitlines()))
+    assert len(rows) == sum(len(locus) + len(locus.special) for locus in diagram.loci)
+    assert result.stdout == diagram.summary() + "\n"
+
+
+def test_types_and_periods_reach_the_computation(monkeypatch):
+    asked = {}
+    module = importlib.import_module("slipfold.results.bifurcation_set")
+    monkeypatch.setattr(
+        module, "bifurcation_set", lambda *_, **given: asked.update(given) or made_locus_diagram()
+    )
+    assert run(*LOCUS).exit_code == 0
+    assert (asked["types"], asked["periods"], asked["regions"]) == (
+        ["LP", "PD", "NS"],
+        [1, 2],
+        False,
+    )
+    assert run(*LOCUS, "--type", "NS", "--type", "LP", "--period", "2").exit_code == 0
+    assert (asked["types"], asked["periods"]) == (["NS", "LP"], [2])
+    assert run(*LOCUS, "--regions").exit_code == 0
+    assert asked["regions"] is True
+
+
+@pytest.mark.parametrize("which", ["begun", "stopped"])
+def test_failure_of_a_locus_is_status_3_after_the_results_are_written(which, tmp_path, monkeypatch):
+    lost = LocusEnd("failed", "the locus was lost near f = 12; try a smaller largest step", (12, 1))
+    diagram = made_locus_diagram(loci=(doubling_locus(**{which: lost}),))
+    replace_result(monkeypatch, diagram, "bifurcation_set")
+    path = tmp_path / "x.nc"
+    result = run(*LOCUS, "--out", str(path), "--json", "-")
+    assert result.exit_code == 3
+    assert result.stderr == f"slipfold: locus 1 stopped early: {lost.reason}\n"
+    assert json.loads(result.stdout)["loci"][0][which]["kind"] == "failed"
+    assert load(path).failed
+
+
+@pytest.mark.parametrize(
+    ("loci", "counted"), [((), "0 points on 0 loci"), ((doubling_locus(),), "3 points on 1 locus")]
+)
+def test_interruption_of_loci_is_status_130(loci, counted, tmp_path, monkeypatch):
+    diagram = made_locus_diagram(loci=loci, interrupted=True)
+    replace_result(monkeypatch, diagram, "bifurcation_set")
+    path = tmp_path / "x.nc"
+    result = run(*LOCUS, "--out", str(path))
+    assert result.exit_code == 130
+    assert result.stderr == (
+        f"slipfold: interrupted after {counted}; what was finished is in {path}\n"
+    )
+    assert load(path).interrupted
+
+
+def test_progress_of_loci_in_words():
+    words = locus_text(("f", "mu"), ("Hz", ""))
+    progress = LocusProgress("loci", 2, None, (12.5, 0.25), "PD of period 1, 12 points, GPD")
+    assert words(progress) == (
+        "loci: 2 done  f = 12.5 Hz, mu = 0.25  PD of period 1, 12 points, GPD"
+    )
+    assert words(LocusProgress("responses", 3, 16, (12, 0), "")).startswith(
+        "responses: 3 of 16 done  f = 12 Hz, mu = 0"
+    )
+
+
+def test_plot_of_a_bifurcation_set(tmp_path):
+    path = tmp_path / "x.nc"
+    assert run(*LOCUS, "--type", "PD", "--period", "1", "--out", str(path)).exit_code == 0
+    result = run("plot", str(path))
+    assert result.exit_code == 0
+    assert result.stdout == ""
+    assert (tmp_path / "x.png").read_bytes().startswith(b"\x89PNG")
+
+
 # -- the other commands ------------------------------------------------------------------------
 
 
@@ -214,6 +321,8 @@ def test_plot_of_a_simulation_goes_beside_it_by_default(kind, tmp_path):
 
 # -- the whole ---------------------------------------------------------------------------------
 
+COMMANDS = ("response", "locus", "simulate", "paper", "models", "plot")
+
 
 def test_version():
     result = run("--version")
@@ -225,11 +334,11 @@ def test_version():
 def test_help(arguments):
     result = run(*arguments)
     assert result.exit_code == 0
-    for command in ("response", "simulate", "paper", "models", "plot"):
+    for command in COMMANDS:
         assert command in result.stdout
 
 
-@pytest.mark.parametrize("command", ["response", "simulate", "paper", "models", "plot"])
+@pytest.mark.parametrize("command", COMMANDS)
 def test_help_of_each_command(command):
     result = run(command, "--help")
     assert result.exit_code == 0

@@ -82,6 +82,38 @@ def test_interrupt_keeps_what_is_finished(tmp_path):
     assert os.listdir(tmp_path) == ["x.nc"]
 
 
+LOCUS = ["locus", "sliding", "--vary", "f=11.5:13.5", "--vary", "Nd=0:0.98"]
+
+
+def test_progress_of_loci_on_a_terminal():
+    window = ["--vary", "f=12.4:12.5", "--vary", "Nd=0:0.06"]
+    terminal = Terminal("locus", "sliding", *window, "--type", "PD", "--period", "1", "--json", "-")
+    status, output = terminal.finish()
+    assert status == 0
+    assert json.loads(output)["loci"][0]["type"] == "PD"
+    assert "responses: " in terminal.text
+    assert "loci: 0 done" in terminal.text
+    assert "PD of period 1" in terminal.text
+
+
+@pytest.mark.parametrize("stage", ["responses: ", "loci: "])
+def test_interrupt_keeps_the_loci_that_there_are(stage, tmp_path):
+    path = tmp_path / "x.nc"
+    terminal = Terminal(*LOCUS, "--max-step", "0.05", "--out", str(path), "--json", "-")
+    terminal.read_until(stage)
+    terminal.process.send_signal(signal.SIGINT)
+    status, output = terminal.finish()
+    assert status == 130
+    assert "slipfold: interrupted after " in terminal.text
+    assert f"what was finished is in {path}" in " ".join(terminal.text.split())
+    assert "Traceback" not in terminal.text
+    diagram = load(path)
+    assert diagram.interrupted
+    assert diagram.to_json() == json.loads(output)
+    assert bool(diagram.loci) == (stage == "loci: ")
+    assert os.listdir(tmp_path) == ["x.nc"]
+
+
 def test_interrupt_is_heeded_where_the_shell_ignores_it(tmp_path):
     # As in a script that starts the program in the background.
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -126,9 +158,16 @@ def test_reader_that_goes_away():
     assert (run.returncode, run.stderr) == (0, b"")
 
 
-def test_a_response_starts_without_heavy_modules():
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["response", "sliding", "--vary", "Nd=0:0.01", "--json", "-"],
+        ["locus", "sliding", "--vary", "f=12:12.1", "--vary", "Nd=0:0.01", "--json", "-"],
+    ],
+)
+def test_a_command_starts_without_heavy_modules(arguments):
     program = (
-        "import sys; sys.argv[1:] = ['response', 'sliding', '--vary', 'Nd=0:0.01', '--json', '-']\n"
+        f"import sys; sys.argv[1:] = {arguments!r}\n"
         "from slipfold.cli import main\n"
         "try: main()\n"
         "except SystemExit: pass\n"

@@ -45,11 +45,7 @@ class Locus(NamedTuple):
 def antiperiodic_matrix(count):
     """Derivative of the interpolant that changes sign after one unit of time."""
     j = np.arange(count)
-    gap = j[:, None] - j[None, :]
-    with np.errstate(divide="ignore"):
-        matrix = np.pi * (-1.0) ** gap / np.tan(np.pi * gap / count)
-    matrix[j, j] = 0.0
-    return matrix
+    return differentiation_matrix(count) * np.cos(np.pi * (j[:, None] - j[None, :]) / count)
 
 
 def rates(u, locus, pair):
@@ -78,22 +74,22 @@ def join(u, pair, *theta):
     return np.concatenate([np.ravel(u), pair, theta])
 
 
-def linearization(jacobian, derivative, theta=0.0):
+def linearization(z, locus, derivative, theta=0.0):
     """Matrix T J - D - i theta, shape (4 N, 4 N), real without theta."""
-    count = len(jacobian)
-    matrix = np.zeros((count, 4, count, 4), dtype=complex if theta else float)
-    j = np.arange(count)
-    matrix[j, :, j, :] = jacobian - (1j * theta if theta else 0.0) * np.eye(4)
+    u, pair, _ = split(z, locus)
+    j = np.arange(len(u))
+    matrix = np.zeros((len(u), 4, len(u), 4), dtype=complex if theta else float)
+    matrix[j, :, j, :] = jacobians(u, locus, pair) - (1j * theta if theta else 0.0) * np.eye(4)
     for component in range(4):
         matrix[:, component, :, component] -= derivative
-    return matrix.reshape(4 * count, 4 * count)
+    return matrix.reshape(u.size, u.size)
 
 
 def critical_matrix(z, locus):
     """Matrix that is singular on the locus."""
-    u, pair, theta = split(z, locus)
+    u, _, theta = split(z, locus)
     make = antiperiodic_matrix if locus.kind == "PD" else differentiation_matrix
-    return linearization(jacobians(u, locus, pair), make(len(u)), theta)
+    return linearization(z, locus, make(len(u)), theta)
 
 
 def borders(z, locus):
@@ -114,7 +110,7 @@ def null_vectors(z, locus, edge):
     return right[:-1], left[:-1], right[-1]
 
 
-def test_gradient(z, locus, v, w):
+def gradient(z, locus, v, w):
     """Derivative of g = -w* H' v by central differences of Jacobians; complex for NS."""
     u, pair, _ = split(z, locus)
     v, w = v.reshape(-1, 4), w.conj().reshape(-1, 4)
@@ -126,10 +122,11 @@ def test_gradient(z, locus, v, w):
         return np.einsum("ti,tij->tj", w, (ahead - behind) / (2 * step))
 
     states = bent(v.real) + (1j * bent(v.imag) if np.iscomplexobj(v) else 0.0)
-    along = []
-    for step in NUDGE * np.eye(2):
-        change = jacobians(u, locus, pair + step) - jacobians(u, locus, pair - step)
-        along.append(np.einsum("ti,tij,tj", w, change, v) / (2 * NUDGE))
+    along = [
+        jacobians(u, locus, pair + step) - jacobians(u, locus, pair - step)
+        for step in NUDGE * np.eye(2)
+    ]
+    along = np.einsum("ti,stij,tj->s", w, along, v) / (2 * NUDGE)
     angle = [-1j * np.sum(w * v)] if locus.kind == "NS" else []
     return -join(states, along, *angle)
 
@@ -140,14 +137,14 @@ def equations(z, locus, edge):
     derivative = differentiation_matrix(len(u))
     residual = (rates(u, locus, pair) - derivative @ u).ravel()
     matrix = np.zeros((len(residual), len(z)))
-    matrix[:, : u.size] = linearization(jacobians(u, locus, pair), derivative)
+    matrix[:, : u.size] = linearization(z, locus, derivative)
     steps = 1j * TINY * np.eye(2)
     along = [rates(u, locus, pair + step).imag.ravel() / TINY for step in steps]
     matrix[:, u.size : u.size + 2] = np.transpose(along)
     if locus.kind == "orbit":
         return residual, matrix
     v, w, g = null_vectors(z, locus, edge)
-    row = test_gradient(z, locus, v, w)
+    row = gradient(z, locus, v, w)
     parts = (np.real, np.imag) if locus.kind == "NS" else (np.real,)
     residual = np.append(residual, [part(g) for part in parts])
     return residual, np.vstack([matrix, *(part(row) for part in parts)])
@@ -213,8 +210,8 @@ def walk(z, locus, towards, steps=(0.02, 0.05), count=200, box=((0, 20), (0, 0.9
         z, direction = found, turned * np.sign(cosine)
         points.append(z)
         step = min(1.4 * step, steps[1])
-        pair = split(z, locus)[1]
-        if not all(low < value < high for value, (low, high) in zip(pair, box, strict=True)):
+        limits = zip(split(z, locus)[1], box, strict=True)
+        if not all(low < value < high for value, (low, high) in limits):
             break
     return points
 
@@ -237,16 +234,14 @@ def bilinear(z, locus, first, second):
 
 def critical_vectors(z, locus):
     """Null vectors v, w; v has unit length at phase zero, as the map's, and w* v = 1."""
-    left, _, right = np.linalg.svd(critical_matrix(z, locus))
-    v, w = right[-1].conj().reshape(-1, 4), left[:, -1].reshape(-1, 4)
+    w, v = (vector.reshape(-1, 4) for vector in borders(z, locus))
     v = v / np.linalg.norm(v[0])
     return v, w / np.vdot(v, w)
 
 
 def response_to(z, locus, forces, theta=0.0):
     """Bounded solution h of (T J - D - i theta) h + forces = 0."""
-    u, pair, _ = split(z, locus)
-    matrix = linearization(jacobians(u, locus, pair), differentiation_matrix(len(u)), theta)
+    matrix = linearization(z, locus, differentiation_matrix(len(forces)), theta)
     return -np.linalg.solve(matrix, forces.ravel()).reshape(-1, 4)
 
 
@@ -301,8 +296,7 @@ def resample(u, times):
 def doubled(z, locus, count, amplitude=0.02):
     """Orbit of twice the period near a PD, on the branch that is born there; first fixed."""
     u, pair, _ = split(z, locus)
-    _, right = borders(z, locus)
-    v = right.reshape(-1, 4)
+    v, _ = critical_vectors(z, locus)
     twice = resample(np.vstack([v, -v]), np.arange(count) / count)
     twice *= amplitude / np.abs(twice).max()
     start = join(resample(u, 2 * np.arange(count) / count % 1), pair)
@@ -312,32 +306,26 @@ def doubled(z, locus, count, amplitude=0.02):
     return solve(guess, child, [row, coordinate(guess, -2)], [row @ guess, pair[0]])
 
 
-def carried(state, f, Nd, start, end):
-    """Image of a scaled state between two phases and its derivative, Nd last, by SciPy."""
-    p = {**BASE, "f": f, "Nd": Nd + 1j * TINY * np.eye(5)[4]}
+def shot(z, f):
+    """Gaps between the segments of an orbit of period 1 and their derivative; z ends with Nd."""
+    p = {**BASE, "f": f, "Nd": z[-1] + 1j * TINY * np.eye(5)[4]}
     scales = np.array([1, 1, 2 * np.pi * f, 2 * np.pi * f])[:, None]
-    states = state[:, None] + 1j * TINY * np.eye(4, 5)
 
     def motion(phase, flat):
         return (rhs(phase / f, flat.reshape(4, 5) * scales, p) / scales / f).ravel()
 
-    keys = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-15}
-    final = solve_ivp(motion, (start, end), states.ravel(), **keys).y[:, -1].reshape(4, 5)
-    return final[:, 0].real, final.imag / TINY
-
-
-def shot(z, f):
-    """Gaps between the segments of an orbit of period 1 and their derivative; z ends with Nd."""
     states = z[:-1].reshape(SEGMENTS, 4)
-    gaps, matrix = np.zeros_like(states), np.zeros((SEGMENTS, 4, len(z)))
-    for i in range(SEGMENTS):
-        after = (i + 1) % SEGMENTS
-        image, change = carried(states[i], f, z[-1], i / SEGMENTS, (i + 1) / SEGMENTS)
-        gaps[i] = image - states[after]
-        matrix[i, :, 4 * i : 4 * i + 4] += change[:, :4]
-        matrix[i, :, 4 * after : 4 * after + 4] -= np.eye(4)
-        matrix[i, :, -1] = change[:, 4]
-    return gaps.ravel(), matrix.reshape(-1, len(z))
+    gaps = -np.roll(states, -1, axis=0)
+    matrix = np.hstack([-np.eye(4 * SEGMENTS, k=4), np.zeros((4 * SEGMENTS, 1))])
+    matrix[-4:, :4] = -np.eye(4)
+    for i, state in enumerate(states):
+        span = i / SEGMENTS, (i + 1) / SEGMENTS
+        start = (state[:, None] + 1j * TINY * np.eye(4, 5)).ravel()
+        found = solve_ivp(motion, span, start, method="DOP853", rtol=1e-13, atol=1e-15)
+        final = found.y[:, -1].reshape(4, 5)
+        gaps[i] += final[:, 0].real
+        matrix[4 * i : 4 * i + 4, [*range(4 * i, 4 * i + 4), -1]] += final.imag / TINY
+    return gaps.ravel(), matrix
 
 
 def shooting_fold(z, f):
@@ -418,27 +406,25 @@ def from_rest(f, count, rest=(0.117402977126, 0.061106649797, 0, 0)):
     """Orbits of period 1 from Nd = 0 on."""
     locus = Locus("orbit", 1)
     z = join(np.tile(rest, (count, 1)), [f, 0.0])
-    z = solve(z, locus, [coordinate(z, -2), coordinate(z, -1)], [f, 0.0])
     return walk(z, locus, coordinate(z, -1), rows=coordinate(z, -2), count=60)
 
 
 def pd_period_1():
-    """PD of period 1 in (f, Nd), as a walk."""
+    """PD of period 1: the walk; points with b, the least Nd, and mu Ns = 0.3 N in two ways."""
     locus = Locus("PD", 1)
     z = min(from_rest(12.5, 61), key=lambda z: abs(z[-1] - 0.04))
-    return both_ways(solve(z, locus, coordinate(z, -2), 12.5), locus, -2)
-
-
-def pd_points(walked):
-    """Chosen points of PD with criticality, and the least Nd."""
-    locus = Locus("PD", 1)
+    start = solve(z, locus, coordinate(z, -2), 12.5)
+    walked = both_ways(start, locus, -2)
     values = 11.8, 12.1, 12.35, 12.4, 12.45, 12.5, 12.55, 12.7, 13.0, 13.3, 14.0, 14.3
     points = at(walked, locus, -2, *values)
-    listed = entries(points, locus)
-    for item, z in zip(listed, points, strict=True):
-        super_ = doubling_coefficient(z, locus) > 0
-        item["criticality"] = "supercritical" if super_ else "subcritical"
-    return {"points": listed, "least_Nd": entries(extremes(walked, locus, -1), locus)}
+    pairs = zip(entries(points, locus), points, strict=True)
+    listed = [item | {"b": float(doubling_coefficient(z, locus))} for item, z in pairs]
+    scaled = []
+    for name, value in (("mu", 0.3), ("Ns", 0.6)):
+        plane = locus._replace(plane=(name, "Nd"), values=(("f", 12.5),))
+        scaled += entries([moved(start, locus, plane, value)], plane)
+    least = entries(extremes(walked, locus, -1), locus)
+    return walked, {"points": listed, "least_Nd": least, "scaling_at_f_12.5": scaled}
 
 
 def gpd(walked):
@@ -456,16 +442,6 @@ def gpd(walked):
     return listed
 
 
-def scaling(walked):
-    """PD at f = 12.5 with mu Ns = 0.3 N in two ways."""
-    listed, locus = [], Locus("PD", 1)
-    for name, value in (("mu", 0.3), ("Ns", 0.6)):
-        plane = locus._replace(plane=(name, "Nd"), values=(("f", 12.5),))
-        z = moved(at(walked, locus, -2, 12.5)[0], locus, plane, value)
-        listed += entries([z], plane)
-    return listed
-
-
 def lp_period_2(walked):
     """LP of period 2 in (f, Nd), and the cusp."""
     locus, parent = Locus("LP", 2), Locus("PD", 1)
@@ -478,9 +454,7 @@ def lp_period_2(walked):
     points = at(folds, locus, -2, 11.0, 11.8, 12.1, 12.2, 12.3, 12.4, 12.43)
     points += at(folds, locus, -1, 0.5)
     cusps = extremes(folds, locus, -2)
-    tops = [z for z in extremes(folds, locus, -1) if abs(z[-1] - cusps[0][-1]) > 1e-6]
-    found = {"points": points, "CPC": cusps, "greatest_Nd": tops}
-    return {key: entries(item, locus) for key, item in found.items()}
+    return {"points": entries(points, locus), "CPC": entries(cusps, locus)}
 
 
 def ns_period_2(walked):
@@ -528,19 +502,14 @@ def lp_period_1():
 
 
 def main():
-    """Recompute tests/reference/loci.json, item by item."""
+    """Recompute tests/reference/loci.json; what it says about itself stays."""
     data = json.loads(FILE.read_text())
-    walked = pd_period_1()
-    for name, item in (
-        ("PD_period_1", lambda: pd_points(walked)),
-        ("GPD", lambda: gpd(walked)),
-        ("LP_period_2", lambda: lp_period_2(walked)),
-        ("NS_period_2", lambda: ns_period_2(walked)),
-        ("LP_period_1", lp_period_1),
-        ("PD_scaling", lambda: scaling(walked)),
-    ):
-        data[name] = item()
-        FILE.write_text(json.dumps(data, indent=1) + "\n")
+    walked, data["PD_period_1"] = pd_period_1()
+    data["GPD"] = gpd(walked)
+    data["LP_period_2"] = lp_period_2(walked)
+    data["NS_period_2"] = ns_period_2(walked)
+    data["LP_period_1"] = lp_period_1()
+    FILE.write_text(json.dumps(data, indent=1) + "\n")
 
 
 if __name__ == "__main__":

@@ -26,6 +26,7 @@ from slipfold.orbits.extrema import Extrema
 from slipfold.results import load, simulate
 from slipfold.results.diagram_reader import read_diagram
 from slipfold.results.diagram_table import diagram_table
+from slipfold.results.saved_table import open_table
 
 OUTPUTS = ("x", "y", "vx", "vy", *(item.name for item in MODEL.outputs()))
 
@@ -239,7 +240,7 @@ def test_missing_column(name):
     variables = dict(table.variables)
     del variables[name]
     with pytest.raises(LookupError):
-        read_diagram(type(table)(variables, (), table.attributes))
+        read_diagram(open_table(type(table)(variables, (), table.attributes)))
 
 
 @pytest.mark.parametrize("text", ["", "{}", "[]", '{"model": "sliding"}', "no JSON"])

@@ -1,4 +1,4 @@
-"""The command line: ``slipfold response``, ``simulate``, ``paper``, ``models`` and ``plot``."""
+"""The command line: ``slipfold response``, ``locus``, ``simulate``, ``paper`` and more."""
 
 from __future__ import annotations
 

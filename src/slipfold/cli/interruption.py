@@ -1,4 +1,4 @@
-"""Ctrl-C while a response is being followed: stop at the next point and keep what there is."""
+"""Ctrl-C while branches or loci are being followed: stop at the next point, keep what there is."""
 
 from __future__ import annotations
 

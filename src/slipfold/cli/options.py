@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-__all__ = ["Json", "ModelName", "Out", "Sets"]
+__all__ = ["Csv", "Json", "MaxPoints", "MaxStep", "ModelName", "Out", "Sets", "Tolerance"]
 
 ModelName = Annotated[
     str,
@@ -37,4 +37,22 @@ Json = Annotated[
 Out = Annotated[
     str | None,
     typer.Option("--out", metavar="FILE.nc", help="Write everything as netCDF."),
+]
+
+Csv = Annotated[
+    str | None,
+    typer.Option("--csv", metavar="FILE", help="Write all points as comma-separated values."),
+]
+
+MaxStep = Annotated[
+    str | None,
+    typer.Option(metavar="S", help="Largest step from point to point, in scaled arclength."),
+]
+
+Tolerance = Annotated[
+    str | None, typer.Option(metavar="R", help="Largest residual of an orbit, in scaled states.")
+]
+
+MaxPoints = Annotated[
+    str | None, typer.Option(metavar="N", help="Points after which a branch or locus stops.")
 ]

@@ -6,21 +6,15 @@ import json
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from slipfold.cli.status import note, say
 from slipfold.errors import InputError
 
+if TYPE_CHECKING:
+    from slipfold.results.result import Result
+
 __all__ = ["Outputs", "hand_over_json"]
-
-
-class _Result(Protocol):
-    def summary(self) -> str: ...
-
-    def to_json(self) -> dict[str, Any]: ...
-
-    def save(self, path: str | Path) -> None: ...
 
 
 @dataclass(frozen=True)
@@ -40,6 +34,14 @@ class Outputs:
     json: str | None = None
     out: str | None = None
     csv: str | None = None
+
+    @property
+    def kept(self) -> str:
+        """Where to find what an interrupted computation had finished."""
+        files = [path for path in (self.out, self.csv, self.json) if path not in (None, "-")]
+        if not files:
+            return "what was finished is printed; --out FILE.nc would keep it"
+        return f"what was finished is in {' and '.join(map(str, files))}"
 
     def check(self) -> None:
         """Make sure before computing that all files can be written.
@@ -62,13 +64,13 @@ class Outputs:
                 raise InputError(f"{path} is given for two outputs; give each a file of its own")
             seen.add(real)
 
-    def write(self, result: _Result) -> None:
+    def write(self, result: Result) -> None:
         """Write the files; print the summary, or the JSON if that is asked for.
 
         Parameters
         ----------
         result
-            A diagram or a simulation.
+            The result.
 
         Raises
         ------
@@ -77,7 +79,7 @@ class Outputs:
         """
         writers: list[tuple[str | None, Callable[[str], None]]] = [
             (self.out, result.save),
-            (self.csv, getattr(result, "to_csv", _no_table)),
+            (self.csv, result.to_csv),
             (self.json, lambda path: hand_over_json(result.to_json(), path)),
         ]
         failures = []
@@ -117,7 +119,3 @@ def hand_over_json(record: dict[str, Any], path: str) -> None:
         say(text)
     else:
         write_file(path, text.encode() + b"\n")
-
-
-def _no_table(path: str) -> None:
-    raise InputError(f"{path} cannot be written: there is no table of this; use --out FILE.nc")

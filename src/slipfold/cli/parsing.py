@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from slipfold.errors import InputError
@@ -13,7 +13,15 @@ if TYPE_CHECKING:
     from slipfold.branches.event import Event
     from slipfold.models.model import Model
 
-__all__ = ["parse_assignments", "parse_event", "parse_number", "parse_span", "parse_whole"]
+__all__ = [
+    "parse_assignments",
+    "parse_event",
+    "parse_number",
+    "parse_span",
+    "parse_whole",
+    "parse_window",
+    "refuse_varied",
+]
 
 _EVENT = re.compile(r"\s*(?:(\w+)\s*\(\s*(\w+)\s*\)|(\w+))\s*=(.*)", re.DOTALL)
 
@@ -131,18 +139,78 @@ def parse_span(texts: Sequence[str], model: Model) -> tuple[str, tuple[float, fl
     >>> parse_span(["f=11:14Hz"], SlidingOscillator())
     ('f', (11.0, 14.0))
     """
-    from slipfold.models.quantity import parse_quantity
-
     if len(texts) != 1:
         raise InputError(
             f"--vary is given {len(texts)} times, but a response is followed in one parameter; "
             "give it once"
         )
-    name, _, values = (part.strip() for part in texts[0].partition("="))
+    return _parse_interval(texts[0], model)
+
+
+def parse_window(
+    texts: Sequence[str], model: Model
+) -> tuple[tuple[str, str], tuple[tuple[float, float], tuple[float, float]]]:
+    """Read ``NAME=FIRST:LAST`` twice, for two parameters.
+
+    Parameters
+    ----------
+    texts
+        What was given, one item a use of ``--vary``.
+    model
+        Knows the units of the parameters.
+
+    Raises
+    ------
+    InputError
+        If there are not two, or one cannot be read.
+
+    Examples
+    --------
+    >>> from slipfold.models import SlidingOscillator
+    >>> parse_window(["f=11:14Hz", "Nd=0:0.5"], SlidingOscillator())
+    (('f', 'Nd'), ((11.0, 14.0), (0.0, 0.5)))
+    """
+    if len(texts) != 2:
+        times = "once" if len(texts) == 1 else f"{len(texts)} times"
+        raise InputError(
+            f"--vary is given {times}, but a locus is followed in two parameters; give it twice, "
+            "e.g. --vary f=11.5:13.5 --vary Nd=0:0.98"
+        )
+    (first, one), (second, other) = (_parse_interval(text, model) for text in texts)
+    return (first, second), (one, other)
+
+
+def refuse_varied(given: Mapping[str, str], varied: Sequence[str]) -> None:
+    """Raise if a parameter is set although it is varied.
+
+    Parameters
+    ----------
+    given
+        Values that were set, by name.
+    varied
+        Names of the parameters that are varied.
+
+    Raises
+    ------
+    InputError
+        For the first parameter that is both.
+    """
+    for name in varied:
+        if name in given:
+            raise InputError(
+                f"{name} is varied, so it cannot be set to {given[name]} as well; "
+                f"leave out --set {name}={given[name]}"
+            )
+
+
+def _parse_interval(text: str, model: Model) -> tuple[str, tuple[float, float]]:
+    from slipfold.models.quantity import parse_quantity
+
+    name, _, values = (part.strip() for part in text.partition("="))
     first, colon, last = (part.strip() for part in values.partition(":"))
     if not (name and first and colon and last) or ":" in last:
         raise InputError(
-            f"--vary {texts[0]!r} is not of the form NAME=FIRST:LAST; write e.g. --vary Nd=0:0.98"
+            f"--vary {text!r} is not of the form NAME=FIRST:LAST; write e.g. --vary Nd=0:0.98"
         )
     unit = model.parameter(name).unit
     suffix = _NUMBER.match(last)

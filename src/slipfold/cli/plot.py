@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -19,8 +20,18 @@ MEASURES = ("max", "min", "peak_to_peak", "modulus")
 
 KINDS = ("timeseries", "spectrum", "phase")
 
+OPTIONS: dict[str, tuple[str, tuple[str, ...]]] = {
+    "Diagram": ("response", ("output", "measure")),
+    "Simulation": ("simulation", ("output", "kind")),
+    "LocusDiagram": ("bifurcation set", ()),
+}
+"""What each kind of result is called, and the options that go with it."""
+
 Result = Annotated[str, typer.Argument(metavar="RESULT.nc", help="A file written by --out.")]
-Output = Annotated[str, typer.Option(metavar="NAME", help="State or output to draw.")]
+Output = Annotated[
+    str | None,
+    typer.Option(metavar="NAME", help="Of a response or simulation: what to draw, x by default."),
+]
 Measure = Annotated[
     str | None,
     typer.Option(metavar="|".join(MEASURES), help="Of a response: what to show of each orbit."),
@@ -38,13 +49,12 @@ Out = Annotated[
 
 def plot(
     result: Result,
-    output: Output = "x",
+    output: Output = None,
     measure: Measure = None,
     kind: Kind = None,
     out: Out = None,
 ) -> None:
     """Draw a saved result."""
-    from slipfold.results.diagram import Diagram
     from slipfold.results.load import load
     from slipfold.results.writing import check_writable, write_file
 
@@ -54,22 +64,27 @@ def plot(
         raise InputError(f"{path} has no ending of a figure; give .png, .pdf or .svg")
     check_writable(path)
     found = load(result)
-    is_diagram = isinstance(found, Diagram)
-    if is_diagram and kind is not None:
-        raise InputError(
-            f"--kind {kind} is for simulations, but {result} is a response; use --measure"
-        )
-    if not is_diagram and measure is not None:
-        raise InputError(
-            f"--measure {measure} is for responses, but {result} is a simulation; use --kind"
-        )
-    options = {"measure": measure} if is_diagram else {"kind": kind}
+    options = {"output": output, "measure": measure, "kind": kind}
     given = {name: value for name, value in options.items() if value is not None}
-    write_file(path, _draw(found, output, form, given))
+    _check_options(given, type(found).__name__, result)
+    write_file(path, _draw(found, form, given))
     note(f"wrote {path}")
 
 
-def _draw(found: Any, output: str, form: str, options: dict[str, str]) -> bytes:
+def _check_options(given: Mapping[str, str], kind: str, path: str) -> None:
+    """Refuse what goes with another kind of result."""
+    name, known = OPTIONS[kind]
+    instead = f"use --{' or --'.join(known)}" if known else "leave it out"
+    for option, value in given.items():
+        if option not in known:
+            meant = [f"{other}s" for other, options in OPTIONS.values() if option in options]
+            raise InputError(
+                f"--{option} {value} is for {' and '.join(meant)}, but {path} is a {name}; "
+                f"{instead}"
+            )
+
+
+def _draw(found: Any, form: str, options: Mapping[str, str]) -> bytes:
     # A figure of its own needs no window, whatever the environment says.
     from matplotlib.figure import Figure
 
@@ -77,7 +92,7 @@ def _draw(found: Any, output: str, form: str, options: dict[str, str]) -> bytes:
 
     with figure_style():
         figure = Figure(figsize=(2 * COLUMN, 1.25 * COLUMN), layout="constrained")
-        found.plot(output, ax=figure.add_subplot(), **options)
+        found.plot(ax=figure.add_subplot(), **options)
         content = io.BytesIO()
         figure.savefig(content, format=form)
     return content.getvalue()

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from slipfold.branches.progress import Progress
+    from slipfold.loci.progress import LocusProgress
     from slipfold.paper.reproduce import PaperProgress
 
-__all__ = ["live_line", "paper_text", "response_text"]
+__all__ = ["live_line", "locus_text", "paper_text", "response_text"]
 
 
 @contextmanager
@@ -55,6 +56,28 @@ def response_text(vary: str, unit: str = "") -> Callable[[Progress], str]:
         value = f"{vary} = {progress.parameter:.6g} {unit}".rstrip()
         line = f"branch {progress.branch} (period {progress.period})  "
         return f"{line}{sum(points.values())} points  {value}  found: {found or 'nothing yet'}"
+
+    return text
+
+
+def locus_text(vary: tuple[str, str], units: tuple[str, str]) -> Callable[[LocusProgress], str]:
+    """Return what puts the state of a computation of loci into words.
+
+    Parameters
+    ----------
+    vary
+        Names of the two parameters.
+    units
+        Their units.
+    """
+
+    def text(progress: LocusProgress) -> str:
+        total = "" if progress.total is None else f" of {progress.total}"
+        place = ", ".join(
+            f"{name} = {value:.6g} {unit}".rstrip()
+            for name, value, unit in zip(vary, progress.values, units, strict=True)
+        )
+        return f"{progress.stage}: {progress.done}{total} done  {place}  {progress.text}"
 
     return text
 

@@ -2,28 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from slipfold.cli.interruption import deferred_interrupts
-from slipfold.cli.options import Json, ModelName, Out, Sets
+from slipfold.cli.options import Csv, Json, MaxPoints, MaxStep, ModelName, Out, Sets, Tolerance
 from slipfold.cli.outputs import Outputs
 from slipfold.cli.parsing import (
     parse_assignments,
     parse_event,
-    parse_number,
     parse_span,
-    parse_whole,
+    refuse_varied,
 )
 from slipfold.cli.progress import live_line, response_text
+from slipfold.cli.settings import parse_settings
 from slipfold.cli.status import DONE, FAILED, INTERRUPTED, note
-from slipfold.errors import InputError
 
 if TYPE_CHECKING:
     from slipfold.branches.progress import Progress
-    from slipfold.branches.settings import Settings
     from slipfold.results.diagram import Diagram
 
 __all__ = ["response"]
@@ -34,10 +31,6 @@ Vary = Annotated[
         metavar="NAME=FIRST:LAST",
         help="Parameter to follow and its first and last value, e.g. Nd=0:0.98 or f=14:11Hz.",
     ),
-]
-Csv = Annotated[
-    str | None,
-    typer.Option("--csv", metavar="FILE", help="Write all points as comma-separated values."),
 ]
 Events = Annotated[
     list[str] | None,
@@ -51,16 +44,6 @@ Events = Annotated[
 Stops = Annotated[
     list[str] | None,
     typer.Option("--stop-at", metavar="EVENT", help="As --event, and end the branch there."),
-]
-MaxStep = Annotated[
-    str | None,
-    typer.Option(metavar="S", help="Largest step along the branch, in scaled arclength."),
-]
-Tolerance = Annotated[
-    str | None, typer.Option(metavar="R", help="Largest residual of an orbit, in scaled states.")
-]
-MaxPoints = Annotated[
-    str | None, typer.Option(metavar="N", help="Points after which a branch stops.")
 ]
 LargestPeriod = Annotated[
     str | None,
@@ -95,14 +78,10 @@ def response(
     given = parse_assignments(set_)
     chosen = find_model(model, given)
     name, span = parse_span(vary, chosen)
-    if name in given:
-        raise InputError(
-            f"{name} is varied, so it cannot be set to {given[name]} as well; "
-            f"leave out --set {name}={given[name]}"
-        )
+    refuse_varied(given, (name,))
     events = [parse_event(text, chosen, name) for text in event or ()]
     events += [parse_event(text, chosen, name, stop=True) for text in stop_at or ()]
-    settings = _settings(max_step, tolerance, max_points, largest_period)
+    settings = parse_settings(max_step, tolerance, max_points, largest_period)
     words = response_text(name, chosen.parameter(name).unit)
     with deferred_interrupts() as check:
         with live_line() as show:
@@ -118,36 +97,11 @@ def response(
     return _conclude(diagram, outputs)
 
 
-def _settings(
-    max_step: str | None,
-    tolerance: str | None,
-    max_points: str | None,
-    largest_period: str | None,
-) -> Settings:
-    from slipfold.branches.settings import Newton, Settings, Steps
-
-    newton, steps, settings = Newton(), Steps(), Settings()
-    if tolerance is not None:
-        newton = replace(newton, tolerance=parse_number(tolerance, "--tolerance"))
-    if max_step is not None:
-        steps = replace(steps, largest=parse_number(max_step, "--max-step"))
-    if max_points is not None:
-        steps = replace(steps, points=parse_whole(max_points, "--max-points"))
-    if largest_period is not None:
-        whole = parse_whole(largest_period, "--largest-period")
-        settings = replace(settings, largest_period=whole)
-    return replace(settings, newton=newton, steps=steps)
-
-
 def _conclude(diagram: Diagram, outputs: Outputs) -> int:
-    files = [path for path in (outputs.out, outputs.csv, outputs.json) if path not in (None, "-")]
-    kept = "what was finished is printed; --out FILE.nc would keep it"
-    if files:
-        kept = f"what was finished is in {' and '.join(map(str, files))}"
     if diagram.interrupted:
         number = len(diagram.branches)
         points = sum(len(branch) for branch in diagram.branches)
-        note(f"interrupted on branch {number} after {points} points in all; {kept}")
+        note(f"interrupted on branch {number} after {points} points in all; {outputs.kept}")
         return INTERRUPTED
     for branch in diagram.branches:
         if branch.stopped.early:

@@ -12,7 +12,7 @@ __all__ = ["BAD_INPUT", "DONE", "FAILED", "INTERRUPTED", "note", "say"]
 DONE = 0
 BAD_INPUT = 2
 FAILED = 3
-"""A branch or a motion stopped early because it could not be followed; results are written."""
+"""A branch, locus or motion stopped early, as it could not be followed; results are written."""
 
 INTERRUPTED = 130
 

@@ -107,7 +107,7 @@ def find_bifurcation_set(
         if point.type in types and point.period in periods and _inside(point.model, plane, window)
     ]
     loci = follow_loci(points, plane, window, settings=settings, observer=observer, types=types)
-    interrupted = any(locus.stopped.kind == "interrupted" for locus in loci)
+    interrupted = any(locus.interrupted for locus in loci)
     found = None
     if regions and not interrupted:
         try:

@@ -241,7 +241,7 @@ def _as_locus(family: _Family, number: int, leads: dict[tuple[int, int], tuple[i
     problem = forward.problem
     points, found = list(forward.points), _described(forward, 0, leads, 1.0)
     assert forward.end is not None
-    begun, stopped = _born_end(forward), forward.end
+    begun, stopped = _first_end(forward), forward.end
     if len(family.traces) > 1:
         backward = family.traces[1]
         assert backward.end is not None
@@ -269,11 +269,12 @@ def _as_locus(family: _Family, number: int, leads: dict[tuple[int, int], tuple[i
     )
 
 
-def _born_end(trace: LocusTrace) -> LocusEnd:
-    first, second = map(float, trace.problem.values(trace.points[0].z))
+def _first_end(trace: LocusTrace) -> LocusEnd:
+    """Say why a locus that was followed in one direction only begins where it does."""
     assert trace.end is not None
-    if trace.end.kind == "closed":
+    if trace.end.kind in ("closed", "interrupted"):
         return trace.end
+    first, second = map(float, trace.problem.values(trace.points[0].z))
     return LocusEnd("codimension-2", "born at a point of codimension two", (first, second))
 
 

@@ -206,6 +206,11 @@ class Locus:
         return self.coefficient < 0 if self.type == "PD" else self.coefficient > 0
 
     @property
+    def interrupted(self) -> bool:
+        """Whether the computation was interrupted on this locus."""
+        return "interrupted" in (self.begun.kind, self.stopped.kind)
+
+    @property
     def closed(self) -> bool:
         """Whether the locus closed on itself."""
         return self.stopped.kind == "closed"

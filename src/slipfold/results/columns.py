@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,17 +10,20 @@ from numpy.typing import NDArray
 
 from slipfold.models.model import Model
 from slipfold.models.output import Output
-from slipfold.models.parameter import State
+from slipfold.models.parameter import Parameter, State
 from slipfold.results.labelled_table import Variable
 
 __all__ = [
     "Columns",
     "integers",
     "joined",
+    "named_parameter",
     "padded",
+    "padded_integers",
     "quantity_labels",
     "reals",
     "stacked",
+    "state_labels",
     "texts",
 ]
 
@@ -92,6 +95,29 @@ def quantity_labels(model: Model) -> dict[str, Variable]:
         columns.add(f"{dimension}_long_name", meanings, f"meaning of the {dimension}")
         labels |= columns.variables
     return labels
+
+
+def state_labels(model: Model) -> dict[str, Variable]:
+    """Return the coordinates that name the states alone.
+
+    Parameters
+    ----------
+    model
+        The model.
+    """
+    labels = quantity_labels(model)
+    return {name: item for name, item in labels.items() if item.dimensions == ("state",)}
+
+
+def named_parameter(parameter: Parameter) -> str:
+    """Return what the values of a parameter are.
+
+    Parameters
+    ----------
+    parameter
+        The parameter.
+    """
+    return f"{parameter.name}: {parameter.doc}" if parameter.doc else parameter.name
 
 
 def texts(items: Iterable[str]) -> NDArray[np.str_]:
@@ -176,3 +202,23 @@ def padded(parts: Iterable[NDArray[np.float64]], shape: tuple[int, int]) -> NDAr
         for part in parts
     ]
     return joined(filled, shape)
+
+
+def padded_integers(rows: Iterable[Sequence[int]]) -> NDArray[np.int64]:
+    """Return rows of whole numbers from 1, filled up with zeros, shape (n_rows, longest).
+
+    Parameters
+    ----------
+    rows
+        The rows, of any lengths.
+
+    Examples
+    --------
+    >>> padded_integers([(1, 2), (), (2,)]).tolist()
+    [[1, 2], [0, 0], [2, 0]]
+    """
+    known = list(rows)
+    filled = np.zeros((len(known), max(map(len, known), default=0)), np.int64)
+    for index, row in enumerate(known):
+        filled[index, : len(row)] = row
+    return filled

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from slipfold.branches.branch import Branch
@@ -12,11 +11,12 @@ from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.models.model import Model
 from slipfold.results.provenance import Provenance
+from slipfold.results.result import Result
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    import xarray
+    from slipfold.results.labelled_table import LabelledTable
 
 __all__ = ["Diagram", "Labelled"]
 
@@ -29,7 +29,7 @@ class Labelled(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Diagram:
+class Diagram(Result):
     """The periodic responses of a model over one parameter; frozen.
 
     Made by `slipfold.response` and `slipfold.load`.
@@ -50,6 +50,12 @@ class Diagram:
         Values asked to be located.
     provenance
         Versions and time.
+
+    Notes
+    -----
+    In the dataset of `to_xarray`, along ``point``: the points of all branches, one after the other;
+    ``branch_of_point`` says whose. Along ``special``: the special points. In the spreadsheet of
+    `to_csv`, one row a point, special points among them in their order.
 
     Examples
     --------
@@ -102,57 +108,6 @@ class Diagram:
 
         return summary_text(self, outputs)
 
-    def to_xarray(self) -> xarray.Dataset:
-        """Return all numbers as one labelled dataset.
-
-        Returns
-        -------
-        xarray.Dataset
-            Along ``point``: the points of all branches, one after the other; ``branch_of_point``
-            says whose. Along ``special``: the special points. Complex numbers are two variables,
-            ``..._real`` and ``..._imag``; units and meanings are in the attributes, as is the
-            full input.
-        """
-        from slipfold.results.diagram_table import diagram_table
-
-        return diagram_table(self).to_xarray()
-
-    def save(self, path: str | Path) -> None:
-        """Write everything to a netCDF-4 file; `slipfold.load` reads it back.
-
-        Parameters
-        ----------
-        path
-            The file, by custom ``....nc``. It is written whole or not at all.
-
-        Raises
-        ------
-        InputError
-            If the file cannot be written.
-        """
-        from slipfold.results.diagram_table import diagram_table
-        from slipfold.results.writing import write_file
-
-        write_file(path, diagram_table(self).to_netcdf())
-
-    def to_csv(self, path: str | Path) -> None:
-        """Write a spreadsheet: one row a point, special points among them in their order.
-
-        Parameters
-        ----------
-        path
-            The file. It is written whole or not at all.
-
-        Raises
-        ------
-        InputError
-            If the file cannot be written.
-        """
-        from slipfold.results.spreadsheet import diagram_csv
-        from slipfold.results.writing import write_file
-
-        write_file(path, diagram_csv(self).encode())
-
     def to_json(self) -> dict[str, Any]:
         """Return special points and ends as plain data for `json`, schema slipfold.response/1.
 
@@ -187,6 +142,16 @@ class Diagram:
         from importlib import import_module
 
         return import_module("slipfold.plots.response").draw_response(self, output, **options)
+
+    def _table(self) -> LabelledTable:
+        from slipfold.results.diagram_table import diagram_table
+
+        return diagram_table(self)
+
+    def _csv(self) -> str:
+        from slipfold.results.spreadsheet import diagram_csv
+
+        return diagram_csv(self)
 
     def __repr__(self) -> str:
         """One line: what was followed, how far, and what was found."""

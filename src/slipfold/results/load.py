@@ -8,23 +8,29 @@ from typing import TYPE_CHECKING
 
 from slipfold.errors import InputError
 from slipfold.results.diagram_reader import read_diagram
-from slipfold.results.labelled_table import LabelledTable, read_netcdf
+from slipfold.results.labelled_table import read_netcdf
+from slipfold.results.locus_reader import read_locus_diagram
+from slipfold.results.saved_table import SavedTable, open_table
 from slipfold.results.simulation_reader import read_simulation
 
 if TYPE_CHECKING:
     from slipfold.models.model import Model
     from slipfold.results.diagram import Diagram
+    from slipfold.results.locus_diagram import LocusDiagram
     from slipfold.results.simulation import Simulation
 
 __all__ = ["load"]
 
-_READERS: dict[str, Callable[[LabelledTable, type[Model] | None], Diagram | Simulation]] = {
+_READERS: dict[str, Callable[[SavedTable], Diagram | Simulation | LocusDiagram]] = {
     "slipfold.response/1": read_diagram,
     "slipfold.simulation/1": read_simulation,
+    "slipfold.locus/1": read_locus_diagram,
 }
 
 
-def load(path: str | Path, *, kind: type[Model] | None = None) -> Diagram | Simulation:
+def load(
+    path: str | Path, *, kind: type[Model] | None = None
+) -> Diagram | Simulation | LocusDiagram:
     """Read a result that was saved.
 
     Parameters
@@ -36,7 +42,7 @@ def load(path: str | Path, *, kind: type[Model] | None = None) -> Diagram | Simu
 
     Returns
     -------
-    Diagram or Simulation
+    Diagram, Simulation or LocusDiagram
         What was saved, number for number.
 
     Raises
@@ -48,7 +54,7 @@ def load(path: str | Path, *, kind: type[Model] | None = None) -> Diagram | Simu
     schema = str(table.attributes.get("schema", ""))
     if schema in _READERS:
         try:
-            return _READERS[schema](table, kind)
+            return _READERS[schema](open_table(table, kind))
         except InputError as error:
             raise InputError(f"{path}: {error}") from error
         # The numbers are those of the schema, or somebody changed the file.

@@ -11,9 +11,10 @@ from slipfold.branches.special_point import SpecialPoint
 from slipfold.results.diagram_table import SCHEMA
 
 if TYPE_CHECKING:
+    from slipfold.models.model import Model
     from slipfold.results.diagram import Diagram
 
-__all__ = ["diagram_record", "number", "numbers"]
+__all__ = ["diagram_record", "number", "numbers", "pairs", "record_head"]
 
 
 def diagram_record(diagram: Diagram) -> dict[str, Any]:
@@ -25,12 +26,24 @@ def diagram_record(diagram: Diagram) -> dict[str, Any]:
         The diagram.
     """
     return {
-        "schema": SCHEMA,
-        "model": diagram.model.name,
-        "parameters": {name: number(value) for name, value in diagram.model.values.items()},
+        **record_head(SCHEMA, diagram.model),
         "vary": diagram.vary,
         "branches": [_branch_record(branch) for branch in diagram.branches],
     }
+
+
+def record_head(schema: str, model: Model) -> dict[str, Any]:
+    """Return what every record begins with: its form and the model.
+
+    Parameters
+    ----------
+    schema
+        Name and version of the form.
+    model
+        The model.
+    """
+    parameters = {name: number(value) for name, value in model.values.items()}
+    return {"schema": schema, "model": model.name, "parameters": parameters}
 
 
 def number(value: float | None) -> float | None:
@@ -60,6 +73,17 @@ def numbers(values: Iterable[float]) -> list[float | None]:
     return [number(value) for value in values]
 
 
+def pairs(values: Iterable[complex]) -> list[list[float | None]]:
+    """Return complex numbers as pairs that JSON can hold.
+
+    Parameters
+    ----------
+    values
+        The numbers.
+    """
+    return [numbers((value.real, value.imag)) for value in values]
+
+
 def _branch_record(branch: Branch) -> dict[str, Any]:
     return {
         "id": branch.id,
@@ -84,7 +108,7 @@ def _point_record(point: SpecialPoint) -> dict[str, Any]:
         "value": number(point.value),
         "uncertainty": number(point.uncertainty),
         "state": numbers(point.state),
-        "multipliers": [numbers((value.real, value.imag)) for value in point.multipliers],
+        "multipliers": pairs(point.multipliers),
         "multiplier_uncertainty": numbers(point.multiplier_uncertainty),
         "criticality": point.criticality,
         "coefficient": number(point.coefficient),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -13,18 +12,19 @@ from slipfold.flow.simulate import simulate as integrate
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.model import Model
 from slipfold.results.provenance import Provenance, provenance
+from slipfold.results.result import Result
 
 if TYPE_CHECKING:
-    import xarray
     from numpy.typing import ArrayLike
 
     from slipfold.attractors.spectrum import Spectrum
+    from slipfold.results.labelled_table import LabelledTable
 
 __all__ = ["Simulation", "simulate"]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Simulation(Trajectory):
+class Simulation(Trajectory, Result):
     """A motion over many forcing periods, with its input; frozen.
 
     Made by `slipfold.simulate` and `slipfold.load`.
@@ -46,6 +46,12 @@ class Simulation(Trajectory):
         Distance from a periodic response at which the motion counts as settled, in scaled states.
     provenance
         Versions and time.
+
+    Notes
+    -----
+    In the dataset of `to_xarray`, along ``strobe``: ``time`` in seconds and ``states``; the outcome
+    is in the attributes. In the spreadsheet of `to_csv`, time and states once every forcing period,
+    at phase zero.
 
     Examples
     --------
@@ -90,55 +96,6 @@ class Simulation(Trajectory):
 
         return simulation_record(self)
 
-    def to_xarray(self) -> xarray.Dataset:
-        """Return the strobe states as a labelled dataset.
-
-        Returns
-        -------
-        xarray.Dataset
-            Along ``strobe``: ``time`` in seconds and ``states``. The full input and the outcome are
-            in the attributes.
-        """
-        from slipfold.results.simulation_table import simulation_table
-
-        return simulation_table(self).to_xarray()
-
-    def save(self, path: str | Path) -> None:
-        """Write everything to a netCDF-4 file; `slipfold.load` reads it back.
-
-        Parameters
-        ----------
-        path
-            The file, by custom ``....nc``. It is written whole or not at all.
-
-        Raises
-        ------
-        InputError
-            If the file cannot be written.
-        """
-        from slipfold.results.simulation_table import simulation_table
-        from slipfold.results.writing import write_file
-
-        write_file(path, simulation_table(self).to_netcdf())
-
-    def to_csv(self, path: str | Path) -> None:
-        """Write a spreadsheet: time and states once every forcing period, at phase zero.
-
-        Parameters
-        ----------
-        path
-            The file. It is written whole or not at all.
-
-        Raises
-        ------
-        InputError
-            If the file cannot be written.
-        """
-        from slipfold.results.spreadsheet import simulation_csv
-        from slipfold.results.writing import write_file
-
-        write_file(path, simulation_csv(self).encode())
-
     def plot(self, output: str = "x", kind: str = "timeseries", **options: Any) -> Any:
         """Draw the motion.
 
@@ -168,6 +125,16 @@ class Simulation(Trajectory):
 
         draw = getattr(import_module(f"slipfold.plots.{kind}"), f"draw_{kind}")
         return draw(self.spectrum() if kind == "spectrum" else self, output, **options)
+
+    def _table(self) -> LabelledTable:
+        from slipfold.results.simulation_table import simulation_table
+
+        return simulation_table(self)
+
+    def _csv(self) -> str:
+        from slipfold.results.spreadsheet import simulation_csv
+
+        return simulation_csv(self)
 
     def _repr_html_(self) -> str:
         from html import escape

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slipfold.results.record import number, numbers
+from slipfold.results.record import number, numbers, record_head
 from slipfold.results.simulation_table import SCHEMA
 
 if TYPE_CHECKING:
@@ -30,9 +30,7 @@ def simulation_record(motion: Simulation) -> dict[str, Any]:
     settlement, stopped = motion.settlement, motion.stopped
     spectrum = _response_spectrum(motion)
     return {
-        "schema": SCHEMA,
-        "model": motion.model.name,
-        "parameters": {name: number(value) for name, value in motion.model.values.items()},
+        **record_head(SCHEMA, motion.model),
         "periods": motion.periods,
         "initial_state": numbers(motion.strobe[0]),
         "state": numbers(motion.strobe[-1]),

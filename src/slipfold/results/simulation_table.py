@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slipfold.results.columns import Columns, quantity_labels
-from slipfold.results.diagram_table import provenance_attributes
+from slipfold.results.attributes import result_attributes
+from slipfold.results.columns import Columns, state_labels
 from slipfold.results.labelled_table import LabelledTable
 
 if TYPE_CHECKING:
@@ -33,31 +33,22 @@ def simulation_table(motion: Simulation) -> LabelledTable:
     LabelledTable
         What `Simulation.to_xarray` describes.
     """
-    labels = {
-        name: item
-        for name, item in quantity_labels(motion.model).items()
-        if item.dimensions == ("state",)
-    }
+    labels = state_labels(motion.model)
     columns = Columns("strobe")
     columns.add("strobe", np.arange(len(motion.strobe)), "forcing periods since the start", "")
     columns.add("time", motion.time, "time since the start", "s")
     columns.add("states", motion.strobe, "state at phase zero", None, "state")
+    title = f"simulation of {motion.model.name}"
     attributes = {
-        "schema": SCHEMA,
-        "title": f"simulation of {motion.model.name}",
-        "model": motion.model.name,
-        "input": json.dumps(_input(motion)),
         "settlement": json.dumps(asdict(motion.settlement)),
         "stopped": json.dumps(None if motion.stopped is None else asdict(motion.stopped)),
-        **provenance_attributes(motion.provenance),
+        **result_attributes(SCHEMA, title, motion.model, _input(motion), motion.provenance),
     }
     return LabelledTable(labels | columns.variables, (*labels, "strobe", "time"), attributes)
 
 
 def _input(motion: Simulation) -> dict[str, Any]:
     return {
-        "model": motion.model.name,
-        "parameters": dict(motion.model.values),
         "periods": motion.asked,
         "state": motion.strobe[0].tolist(),
         "tolerance": motion.tolerance,

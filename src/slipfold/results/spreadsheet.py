@@ -1,20 +1,25 @@
-"""Results as comma-separated values: points of branches, stroboscopic states of motions."""
+"""Results as comma-separated values: points of branches and loci, strobe states of motions."""
 
 from __future__ import annotations
 
 import csv
 import io
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from slipfold.branches.branch import Branch
+from slipfold.loci.locus import Locus
+from slipfold.results.criticality import criticalities, point_criticality
 
 if TYPE_CHECKING:
+    from slipfold.models.model import Model
     from slipfold.results.diagram import Diagram
+    from slipfold.results.locus_diagram import LocusDiagram
     from slipfold.results.simulation import Simulation
 
-__all__ = ["diagram_csv", "simulation_csv"]
+__all__ = ["diagram_csv", "locus_csv", "simulation_csv"]
 
 
 def diagram_csv(diagram: Diagram) -> str:
@@ -31,12 +36,29 @@ def diagram_csv(diagram: Diagram) -> str:
         A line of column names with units, then one line a point. Numbers are exact: read back,
         they are the same. ``type`` is empty but for special points.
     """
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(_heads(diagram))
-    for branch in diagram.branches:
-        writer.writerows(_rows(branch))
-    return text.getvalue()
+    return _written(_heads(diagram), (row for item in diagram.branches for row in _rows(item)))
+
+
+def locus_csv(diagram: LocusDiagram) -> str:
+    """Return all points and special points of all loci, in the order of the locus.
+
+    Parameters
+    ----------
+    diagram
+        The diagram.
+
+    Returns
+    -------
+    str
+        A line of column names with units, then one line a point. Numbers are exact. ``special`` and
+        ``coefficients`` are empty but for special points, ``coefficient`` where it is not defined.
+    """
+    model = diagram.model
+    heads = ["locus", "type", "period", "special", "criticality"]
+    heads += [_named(model.parameter(name)) for name in diagram.vary]
+    heads += [_named(item) for item in model.states] + _multiplier_heads(model)
+    heads += ["coefficient", "coefficients", "residual", "arclength"]
+    return _written(heads, (row for item in diagram.loci for row in _locus_rows(item)))
 
 
 def simulation_csv(simulation: Simulation) -> str:
@@ -52,11 +74,16 @@ def simulation_csv(simulation: Simulation) -> str:
     str
         A line of column names with units, then the lines. Numbers are exact.
     """
+    heads = ["time (s)", *(_named(item) for item in simulation.model.states)]
+    times, states = simulation.time.tolist(), simulation.strobe.tolist()
+    return _written(heads, ([time, *state] for time, state in zip(times, states, strict=True)))
+
+
+def _written(heads: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["time (s)", *(_named(item) for item in simulation.model.states)])
-    for time, state in zip(simulation.time, simulation.strobe, strict=True):
-        writer.writerow([repr(float(time)), *(repr(float(value)) for value in state)])
+    writer.writerow(heads)
+    writer.writerows(rows)
     return text.getvalue()
 
 
@@ -70,9 +97,12 @@ def _heads(diagram: Diagram) -> list[str]:
     heads = ["branch", "period", "type", "criticality", _named(model.parameter(diagram.vary))]
     heads += [_named(item) for item in model.states]
     heads += [f"max {name}" for name in outputs] + [f"min {name}" for name in outputs]
-    for index in range(1, len(model.states) + 1):
-        heads += [f"multiplier {index} real", f"multiplier {index} imaginary"]
-    return [*heads, "unstable multipliers", "residual", "arclength"]
+    return [*heads, *_multiplier_heads(model), "unstable multipliers", "residual", "arclength"]
+
+
+def _multiplier_heads(model: Model) -> list[str]:
+    numbers = range(1, len(model.states) + 1)
+    return [f"multiplier {number} {part}" for number in numbers for part in ("real", "imaginary")]
 
 
 def _rows(branch: Branch) -> list[list[Any]]:
@@ -96,6 +126,10 @@ def _rows(branch: Branch) -> list[list[Any]]:
             point.arclength,
         )  # fmt: skip
         keyed.append((point.arclength, row))
+    return _in_order(keyed)
+
+
+def _in_order(keyed: list[tuple[float, list[Any]]]) -> list[list[Any]]:
     return [row for _, row in sorted(keyed, key=lambda item: item[0])]
 
 
@@ -103,7 +137,28 @@ def _row(
     branch: Branch, kind: str, criticality: str, value: float, state: Any, maximum: Any,
     minimum: Any, multipliers: Any, residual: float, arclength: float,
 ) -> list[Any]:  # fmt: skip
-    parts = np.column_stack([multipliers.real, multipliers.imag]).ravel()
     row = [branch.id, branch.period, kind, criticality, value, *state.tolist()]
-    row += [*maximum.tolist(), *minimum.tolist(), *parts.tolist()]
+    row += [*maximum.tolist(), *minimum.tolist(), *_parts(multipliers)]
     return [*row, int((np.abs(multipliers) > 1).sum()), residual, arclength]
+
+
+def _parts(values: Any) -> list[float]:
+    """Real and imaginary parts in turn."""
+    return list(np.column_stack([values.real, values.imag]).ravel().tolist())
+
+
+def _locus_rows(locus: Locus) -> list[list[Any]]:
+    begin = [locus.id, locus.type, locus.period]
+    keyed = []
+    for i, word in enumerate(criticalities(locus)):
+        coefficient, place = float(locus.coefficient[i]), float(locus.arclength[i])
+        row = [*begin, "", word or "", *locus.values[i].tolist(), *locus.states[i].tolist()]
+        row += [*_parts(locus.multipliers[i]), "" if np.isnan(coefficient) else coefficient]
+        keyed.append((place, [*row, "", float(locus.residual[i]), place]))
+    for point in locus.special:
+        named = "; ".join(f"{name} = {value!r}" for name, value in point.coefficients.items())
+        word = point_criticality(locus, point) or ""
+        row = [*begin, point.type, word, *point.values, *point.state.tolist()]
+        row += [*_parts(point.multipliers), "", named, point.residual, point.arclength]
+        keyed.append((point.arclength, row))
+    return _in_order(keyed)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -14,6 +13,7 @@ from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
 from slipfold.errors import InputError
 from slipfold.models.suggestion import suggest
 from slipfold.orbits.extrema import Extrema
+from slipfold.results.printed_table import PrintedTable, html_list, with_unit, without_defaults
 
 if TYPE_CHECKING:
     from slipfold.results.diagram import Diagram
@@ -111,8 +111,7 @@ def _special_row(branch: Branch, point: SpecialPoint) -> Row:
     )
 
 
-def _cells(diagram: Diagram, outputs: Sequence[str] | None) -> tuple[list[str], list[list[str]]]:
-    """Return the heads of the columns and the lines, as text."""
+def _cells(diagram: Diagram, outputs: Sequence[str] | None) -> PrintedTable:
     known = [state.name for state in diagram.model.states]
     names = known[:SHOWN] if outputs is None else list(outputs)
     known += [output.name for output in diagram.model.outputs()]
@@ -129,19 +128,14 @@ def _cells(diagram: Diagram, outputs: Sequence[str] | None) -> tuple[list[str], 
             low, high = row.extrema.of(name)
             line += [f"{high[0]:.6g}", f"{low[0]:.6g}"]
         lines.append([*line, row.stable, row.note])
-    return [*heads, "stable", ""], lines
+    return PrintedTable([*heads, "stable", ""], lines, words=("TY", "stable", ""))
 
 
 def _title(diagram: Diagram) -> str:
-    set_values = ", ".join(
-        f"{item.name} = {diagram.model.values[item.name]:.6g} {item.unit}".rstrip()
-        for item in diagram.model.parameters
-        if item.name != diagram.vary and diagram.model.values[item.name] != item.default
-    )
     first, last = diagram.span
-    title = f"{diagram.model.name}: {diagram.vary} from {first:g} to {last:g}"
     unit = diagram.model.parameter(diagram.vary).unit
-    return f"{title} {unit}".rstrip() + (f"; {set_values}" if set_values else "")
+    span = with_unit(f"{diagram.vary} from {first:g} to {last:g}", unit)
+    return f"{diagram.model.name}: {span}{without_defaults(diagram.model, [diagram.vary])}"
 
 
 def _endings(diagram: Diagram) -> list[str]:
@@ -149,7 +143,7 @@ def _endings(diagram: Diagram) -> list[str]:
     sentences = []
     for branch in diagram.branches:
         size = f"period {branch.period}, {len(branch)} points"
-        value = f"{diagram.vary} = {branch.stopped.value:.8g} {unit}".rstrip()
+        value = with_unit(f"{diagram.vary} = {branch.stopped.value:.8g}", unit)
         if branch.begun.kind == "span" and branch.begun.value != diagram.span[0]:
             sentences.append(f"Branch {branch.id}: {branch.begun.reason}")
         sentences.append(f"Branch {branch.id} ({size}) stopped at {value}: {branch.stopped.reason}")
@@ -171,17 +165,9 @@ def summary_text(diagram: Diagram, outputs: Sequence[str] | None = None) -> str:
     InputError
         For an unknown output.
     """
-    heads, lines = _cells(diagram, outputs)
-    widths = [max(len(cell) for cell in column) for column in zip(heads, *lines, strict=True)]
-    table = [
-        "  ".join(
-            # Words to the left, numbers to the right.
-            cell.ljust(width) if head in ("TY", "stable", "") else cell.rjust(width)
-            for head, cell, width in zip(heads, line, widths, strict=True)
-        ).rstrip()
-        for line in [heads, *lines]
-    ]
-    return "\n".join([_title(diagram), "", *table, "", *_endings(diagram)])
+    return "\n".join(
+        [_title(diagram), "", *_cells(diagram, outputs).text(), "", *_endings(diagram)]
+    )
 
 
 def summary_html(diagram: Diagram) -> str:
@@ -192,15 +178,4 @@ def summary_html(diagram: Diagram) -> str:
     diagram
         The diagram.
     """
-    heads, lines = _cells(diagram, None)
-
-    def line(cells: Sequence[str], tag: str) -> str:
-        inside = "".join(f"<{tag}>{html.escape(cell)}</{tag}>" for cell in cells)
-        return f"<tr>{inside}</tr>"
-
-    body = "".join(line(cells, "td") for cells in lines)
-    endings = "".join(f"<li>{html.escape(text)}</li>" for text in _endings(diagram))
-    return (
-        f"<table><caption>{html.escape(_title(diagram))}</caption>"
-        f"<thead>{line(heads, 'th')}</thead><tbody>{body}</tbody></table><ul>{endings}</ul>"
-    )
+    return _cells(diagram, None).html(_title(diagram)) + html_list(_endings(diagram))

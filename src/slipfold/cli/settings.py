@@ -1,0 +1,51 @@
+"""What stands behind the options of continuation."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from slipfold.cli.parsing import parse_number, parse_whole
+
+if TYPE_CHECKING:
+    from slipfold.branches.settings import Settings
+
+__all__ = ["parse_settings"]
+
+
+def parse_settings(
+    max_step: str | None = None,
+    tolerance: str | None = None,
+    max_points: str | None = None,
+    largest_period: str | None = None,
+) -> Settings:
+    """Read the options of continuation.
+
+    Parameters
+    ----------
+    max_step, tolerance, max_points, largest_period
+        What was given; None for the default.
+
+    Raises
+    ------
+    InputError
+        If one is not a number, or cannot be used.
+
+    Examples
+    --------
+    >>> parse_settings(max_step="0.2").steps.largest
+    0.2
+    """
+    from slipfold.branches.settings import Newton, Settings, Steps
+
+    newton, steps, settings = Newton(), Steps(), Settings()
+    if tolerance is not None:
+        newton = replace(newton, tolerance=parse_number(tolerance, "--tolerance"))
+    if max_step is not None:
+        steps = replace(steps, largest=parse_number(max_step, "--max-step"))
+    if max_points is not None:
+        steps = replace(steps, points=parse_whole(max_points, "--max-points"))
+    if largest_period is not None:
+        whole = parse_whole(largest_period, "--largest-period")
+        settings = replace(settings, largest_period=whole)
+    return replace(settings, newton=newton, steps=steps)

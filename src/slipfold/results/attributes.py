@@ -1,0 +1,46 @@
+"""The attributes of a saved result: what it is, the full input, and where it comes from."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from slipfold.models.model import Model
+    from slipfold.results.provenance import Provenance
+
+__all__ = ["result_attributes"]
+
+
+def result_attributes(
+    schema: str, title: str, model: Model, given: Mapping[str, Any], origin: Provenance
+) -> dict[str, Any]:
+    """Return the attributes that all saved results have.
+
+    Parameters
+    ----------
+    schema
+        Name and version of the form.
+    title
+        What it is, in words.
+    model
+        The model.
+    given
+        Input besides the model, as plain data for JSON.
+    origin
+        Where the result comes from.
+    """
+    parameters = dict(model.values)
+    return {
+        "schema": schema,
+        "title": title,
+        "model": model.name,
+        "input": json.dumps({"model": model.name, "parameters": parameters, **given}),
+        "slipfold_version": origin.slipfold,
+        "heyoka_version": origin.heyoka,
+        "numpy_version": origin.numpy,
+        "python_version": origin.python,
+        "computed": origin.computed,
+        "seconds": origin.seconds,
+    }

@@ -1,0 +1,113 @@
+"""All bifurcations of a model in a window of two parameters, in one call."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from time import perf_counter
+
+from slipfold.branches.settings import Settings
+from slipfold.errors import InputError
+from slipfold.loci.bifurcation_set import find_bifurcation_set
+from slipfold.loci.progress import LocusObserver
+from slipfold.models.model import Model
+from slipfold.results.locus_diagram import LocusDiagram
+from slipfold.results.plane import GivenWindow, corner_model, parse_plane
+from slipfold.results.provenance import provenance
+
+__all__ = ["bifurcation_set"]
+
+
+def bifurcation_set(
+    model: Model,
+    plane: tuple[str, str],
+    window: GivenWindow,
+    *,
+    types: str | Sequence[str] = ("LP", "PD", "NS"),
+    periods: int | Sequence[int] = (1, 2),
+    regions: bool = True,
+    settings: Settings | None = None,
+    observer: LocusObserver | None = None,
+    **parameters: float | str,
+) -> LocusDiagram:
+    """Find all bifurcations of the responses of period 1 and 2 in a window of two parameters.
+
+    Responses are followed across the window, and from their special points the loci; between the
+    loci lie regions, in each of which the same stable responses exist.
+
+    Parameters
+    ----------
+    model
+        The model, e.g. ``SlidingOscillator()``.
+    plane
+        Names of the two parameters.
+    window
+        Two values of each: a pair of pairs in the order of `plane`, or pairs by name; numbers in
+        SI units, or text with a unit such as ``"20deg"``.
+    types
+        Types of bifurcation to follow: of ``"LP"``, ``"PD"``, ``"NS"``.
+    periods
+        Periods of the orbits whose bifurcations are followed: 1, 2 or both, in forcing periods.
+    regions
+        Whether to find the regions, which takes all types and both periods, and to check them by
+        simulations.
+    settings
+        Options of continuation; the defaults of `slipfold.Settings` if None.
+    observer
+        Called as the computation goes on, with a `slipfold.LocusProgress`. If it raises
+        `KeyboardInterrupt`, what is finished is returned.
+    **parameters
+        Parameters of the model to change first: numbers in SI units, or text with a unit.
+
+    Returns
+    -------
+    LocusDiagram
+        The loci with their special points, and the regions if they were asked for.
+
+    Raises
+    ------
+    InputError
+        For an unknown parameter, type or period, the same parameter twice, a wrong unit, a value
+        outside its bounds, or an empty window.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> window = {"f": (12.4, 12.6), "Nd": (0, "60mN")}
+    >>> found = sf.bifurcation_set(
+    ...     sf.SlidingOscillator(), ("f", "Nd"), window, types=["PD"], periods=[1], regions=False
+    ... )
+    >>> [(locus.type, locus.period) for locus in found.loci]
+    [('PD', 1)]
+    """
+    if not isinstance(model, Model):
+        raise InputError(f"model = {model!r} is not a model; give e.g. SlidingOscillator()")
+    names, spans = parse_plane(model, plane, window)
+    for name in names:
+        if name in parameters:
+            raise InputError(
+                f"{name} is varied, so it cannot be set to {parameters[name]} as well; "
+                "give it once, in the window"
+            )
+    base = corner_model(model, names, spans, parameters)
+    chosen = Settings() if settings is None else settings
+    started = perf_counter()
+    found = find_bifurcation_set(
+        base,
+        names,
+        spans,
+        types=(types,) if isinstance(types, str) else types,
+        periods=(periods,) if isinstance(periods, int) else periods,
+        regions=regions,
+        settings=chosen,
+        observer=observer,
+    )
+    return LocusDiagram(
+        base,
+        names,
+        spans,
+        found.loci,
+        found.regions,
+        chosen,
+        provenance(perf_counter() - started),
+        interrupted=found.interrupted,
+    )

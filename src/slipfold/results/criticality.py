@@ -1,0 +1,50 @@
+"""Criticality along a locus in words."""
+
+from __future__ import annotations
+
+from slipfold.loci.locus import CODIMENSION_TWO, Locus, LocusPoint
+
+__all__ = ["criticalities", "point_criticality"]
+
+COEFFICIENT = {"PD": "b", "NS": "d"}
+"""Name of the coefficient whose sign is the criticality, by type of locus."""
+
+
+def criticalities(locus: Locus) -> list[str | None]:
+    """Return whether the bifurcation is super- or subcritical at each point of a locus.
+
+    Parameters
+    ----------
+    locus
+        The locus.
+
+    Returns
+    -------
+    list of str or None
+        ``"supercritical"``, ``"subcritical"``, or None where that has no meaning or is not known:
+        folds, and points where the normal form degenerates.
+    """
+    return [_word(locus.type, float(value)) for value in locus.coefficient]
+
+
+def point_criticality(locus: Locus, point: LocusPoint) -> str | None:
+    """Return whether the bifurcation is super- or subcritical at an extremum of a locus.
+
+    Parameters
+    ----------
+    locus
+        The locus.
+    point
+        A special point of it. At points of codimension two the word has no meaning.
+    """
+    name = COEFFICIENT.get(locus.type, "")
+    if point.type in CODIMENSION_TWO or name not in point.coefficients:
+        return None
+    return _word(locus.type, point.coefficients[name])
+
+
+def _word(kind: str, coefficient: float) -> str | None:
+    # The cubic coefficient of PD is positive where the doubled orbits are stable, the real part of
+    # that of NS is negative where the torus is.
+    sign = {"PD": 1.0, "NS": -1.0}.get(kind, 0.0) * coefficient
+    return "supercritical" if sign > 0 else "subcritical" if sign < 0 else None

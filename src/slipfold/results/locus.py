@@ -1,0 +1,107 @@
+"""Bifurcations followed in two parameters, from special points of branches, in one call."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from time import perf_counter
+from typing import Any
+
+from slipfold.branches.settings import Settings
+from slipfold.branches.special_point import SpecialPoint
+from slipfold.errors import InputError
+from slipfold.loci.follow import follow_loci
+from slipfold.loci.progress import LocusObserver
+from slipfold.results.diagram import Labelled
+from slipfold.results.locus_diagram import LocusDiagram
+from slipfold.results.plane import GivenWindow, corner_model, parse_plane
+from slipfold.results.provenance import provenance
+
+__all__ = ["Given", "locus"]
+
+Given = SpecialPoint | Labelled
+"""A special point, alone or with its branch."""
+
+
+def locus(
+    special_point: Given | Sequence[Given],
+    vary: tuple[str, str],
+    window: GivenWindow,
+    *,
+    settings: Settings | None = None,
+    observer: LocusObserver | None = None,
+    switch: bool = True,
+) -> LocusDiagram:
+    """Follow the locus of a bifurcation in two parameters, and the loci that start on it.
+
+    Parameters
+    ----------
+    special_point
+        A special point of a branch, of type LP, PD or NS, or several of one model; an item of
+        `Diagram.special` will do, and so will all of them.
+    vary
+        Names of the two parameters; that of the branch need not be among them.
+    window
+        Two values of each: a pair of pairs in the order of `vary`, or pairs by name; numbers in SI
+        units, or text with a unit such as ``"20deg"``.
+    settings
+        Options of continuation; the defaults of `slipfold.Settings` if None.
+    observer
+        Called after every point with a `slipfold.LocusProgress`. If it raises
+        `KeyboardInterrupt`, what is finished is returned.
+    switch
+        Whether loci that start at points of codimension two are followed as well.
+
+    Returns
+    -------
+    LocusDiagram
+        Loci with their special points. One that stops early says why in its `begun` or `stopped`.
+
+    Raises
+    ------
+    InputError
+        For a point that has no locus in this plane or is outside the window, an unknown parameter,
+        the same one twice, a wrong unit, a value outside its bounds, or an empty window.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> diagram = sf.response(sf.SlidingOscillator(), vary="Nd", span=(0, 0.05), f=12.5)
+    >>> window = {"f": (12.4, 12.6), "Nd": (0, "100mN")}
+    >>> doubling, = sf.locus(diagram.special[0], ("f", "Nd"), window, switch=False).loci
+    >>> doubling.type, doubling.period, doubling.stopped.kind
+    ('PD', 1, 'window')
+    """
+    points = _points(special_point)
+    model = points[0].model
+    plane, spans = parse_plane(model, vary, window)
+    base = corner_model(model, plane, spans)
+    chosen = Settings() if settings is None else settings
+    started = perf_counter()
+    loci = follow_loci(points, plane, spans, settings=chosen, observer=observer, switch=switch)
+    return LocusDiagram(
+        base,
+        plane,
+        spans,
+        loci,
+        None,
+        chosen,
+        provenance(perf_counter() - started),
+        interrupted=any(locus.interrupted for locus in loci),
+    )
+
+
+def _points(given: Given | Sequence[Given]) -> list[SpecialPoint]:
+    items: list[Any] = [given] if isinstance(given, SpecialPoint | Labelled) else _listed(given)
+    points = [item.point if isinstance(item, Labelled) else item for item in items]
+    for point in points:
+        if not isinstance(point, SpecialPoint):
+            raise InputError(
+                f"{point!r} is not a special point of a branch; give e.g. diagram.special[0]"
+            )
+    if not points:
+        raise InputError("no special point is given; give at least one, e.g. diagram.special[0]")
+    return points
+
+
+def _listed(given: Any) -> list[Any]:
+    return list(given) if isinstance(given, Sequence) else [given]

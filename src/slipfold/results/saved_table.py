@@ -1,0 +1,170 @@
+"""A saved result on its way back: its arrays, with the model and the input behind them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.branches.settings import Newton, Settings, Steps
+from slipfold.models.model import Model
+from slipfold.models.registry import model_named
+from slipfold.results.labelled_table import LabelledTable
+from slipfold.results.provenance import Provenance
+
+__all__ = ["Rows", "SavedTable", "open_table"]
+
+
+class Rows(dict[int, NDArray[np.int64]]):
+    """Row numbers by their owner; an owner without rows has none."""
+
+    def __missing__(self, key: int) -> NDArray[np.int64]:
+        return np.empty(0, np.int64)
+
+
+@dataclass(frozen=True, eq=False)
+class SavedTable:
+    """What was read from a file, before it is made into a result.
+
+    Parameters
+    ----------
+    table
+        The arrays.
+    given
+        The input of the computation.
+    model
+        The model of the computation.
+    """
+
+    table: LabelledTable
+    given: Mapping[str, Any]
+    model: Model
+
+    @cached_property
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """The arrays by name."""
+        return {name: item.values for name, item in self.table.variables.items()}
+
+    @property
+    def attributes(self) -> Mapping[str, Any]:
+        """Attributes of the file."""
+        return self.table.attributes
+
+    @property
+    def provenance(self) -> Provenance:
+        """Where the result comes from."""
+        return Provenance(
+            slipfold=str(self.attributes["slipfold_version"]),
+            heyoka=str(self.attributes["heyoka_version"]),
+            numpy=str(self.attributes["numpy_version"]),
+            python=str(self.attributes["python_version"]),
+            computed=str(self.attributes["computed"]),
+            seconds=float(self.attributes["seconds"]),
+        )
+
+    @property
+    def settings(self) -> Settings:
+        """Options of continuation."""
+        rest = dict(self.given["settings"])
+        newton, steps = Newton(**rest.pop("newton")), Steps(**rest.pop("steps"))
+        return Settings(newton=newton, steps=steps, **rest)
+
+    def rows(self, dimension: str, owner: str) -> Rows:
+        """Return which rows along a dimension belong to what.
+
+        Parameters
+        ----------
+        dimension
+            Name of the dimension.
+        owner
+            Name of the column that holds the number of the owner of each row.
+
+        Raises
+        ------
+        LookupError, ValueError
+            If there is no such column, or another one is of another length.
+        """
+        owners = self.columns[owner]
+        for name, item in self.table.variables.items():
+            if item.dimensions[0] == dimension and len(item.values) != len(owners):
+                raise ValueError(f"{name} has {len(item.values)} rows, not {len(owners)}")
+        return Rows({int(key): np.flatnonzero(owners == key) for key in np.unique(owners)})
+
+    def complex(self, name: str, rows: Any) -> NDArray[np.complex128]:
+        """Return rows of a column of complex numbers.
+
+        Parameters
+        ----------
+        name
+            Name of the column without the endings of its two parts.
+        rows
+            Number of a row, or an array of them.
+        """
+        real, imag = self.columns[f"{name}_real"][rows], self.columns[f"{name}_imag"][rows]
+        values = np.empty(real.shape, complex)
+        values.real, values.imag = real, imag  # exact, also where a part is not finite
+        return values
+
+    def pair(self, name: str, row: int) -> tuple[float, float]:
+        """Return two numbers, e.g. values of two parameters.
+
+        Parameters
+        ----------
+        name
+            Name of a column of shape (n_rows, 2).
+        row
+            Number of the row.
+
+        Raises
+        ------
+        LookupError, ValueError
+            If there are none, or not two.
+        """
+        first, second = self.columns[name][row].tolist()
+        return first, second
+
+    def integers(self, name: str, row: int) -> tuple[int, ...]:
+        """Return the whole numbers of a row, without the zeros that fill it up.
+
+        Parameters
+        ----------
+        name
+            Name of a column that `padded_integers` made.
+        row
+            Number of the row.
+
+        Raises
+        ------
+        LookupError
+            If there is none.
+        """
+        return tuple(int(value) for value in self.columns[name][row] if value)
+
+
+def open_table(table: LabelledTable, kind: type[Model] | None = None) -> SavedTable:
+    """Find out what a table was computed with.
+
+    Parameters
+    ----------
+    table
+        The arrays.
+    kind
+        The class of the model, if it is not a built-in one.
+
+    Raises
+    ------
+    InputError
+        If the model is unknown or a parameter does not fit it.
+    LookupError, TypeError, ValueError
+        If something is missing or does not fit.
+    """
+    given = json.loads(table.attributes["input"])
+    parameters = given["parameters"]
+    if kind is not None:
+        return SavedTable(table, given, kind(**parameters))
+    return SavedTable(table, given, model_named(str(given["model"]), **parameters))

@@ -1,0 +1,342 @@
+"""Bifurcation sets, and special points of responses held against them.
+
+What a response finds in one parameter and what a locus says in two meet on a line of the plane.
+Between its points a locus is interpolated by a spline here, not by what the package uses.
+"""
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from slipfold.branches import Settings, Steps, trace_response
+from slipfold.branches.describe import describe_bifurcation
+from slipfold.branches.point import corrected_point
+from slipfold.branches.trace import trace_branch
+from slipfold.errors import InputError
+from slipfold.loci.bifurcation_set import find_bifurcation_set
+from slipfold.loci.follow import follow_loci
+from slipfold.loci.locus_problem import LocusProblem
+from slipfold.models import SlidingOscillator
+from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.orbits.find import hold_parameter
+from slipfold.orbits.newton import correct
+
+PLANES = {
+    ("f", "Nd"): ((11.5, 13.5), (0.0, 0.98)),
+    ("Vd", "Nd"): ((0.3, 1.2), (0.0, 0.98)),
+    ("alpha", "Nd"): ((0.0, np.pi), (0.0, 0.98)),
+    ("mu", "Nd"): ((0.1, 0.9), (0.0, 0.98)),
+    ("Ns", "Nd"): ((0.5, 2.0), (0.0, 0.49)),
+}
+"""Windows of the checks; all values besides are those of the base case."""
+
+TYPES = ("LP", "PD", "NS")
+SAMPLES = 24
+SAME_VALUE = 1e-8
+SAME_ORBIT = 1e-5
+NEAR = 0.1
+PASSES = 1e-3
+"""Distance from a branch, in scaled states, below which the branch passes an orbit."""
+
+
+@lru_cache(maxsize=16)
+def whole_set(plane, regions=False):
+    """Everything in the window of a plane."""
+    return find_bifurcation_set(SlidingOscillator(), plane, PLANES[plane], regions=regions)
+
+
+@lru_cache(maxsize=128)
+def response(vary, span, values, largest_period=2, largest=0.5):
+    """Special points and branches of one response; immutable, so that tests share them."""
+    settings = Settings(steps=Steps(largest=largest), largest_period=largest_period)
+    return trace_response(SlidingOscillator(**dict(values)), vary, span, settings=settings)
+
+
+def bifurcations(branches, *kinds):
+    """Special points of the types that have a locus, or of some of them."""
+    return [p for b in branches for p in b.special if p.type in (kinds or TYPES)]
+
+
+def locus_of(point, plane, window, **keys):
+    """The locus of a special point alone."""
+    (found,) = follow_loci([point], plane, window, switch=False, **keys)
+    return found
+
+
+class Curve:
+    """A locus between its points."""
+
+    def __init__(self, locus, widths=None):
+        size = np.ptp(locus.values, axis=0) if widths is None else widths
+        self.locus = locus
+        segments = locus.nodes.shape[1]
+        self.problem = LocusProblem(
+            locus.model, locus.type, locus.vary, locus.period, tuple(map(float, size)), segments
+        )
+        z = np.array(
+            [
+                self.problem.pack(nodes, values)
+                for nodes, values in zip(locus.nodes, locus.values, strict=True)
+            ]
+        )
+        self.spline = CubicSpline(locus.arclength, z)
+
+    def at(self, axis, value):
+        """Points of the locus on the line where one parameter has a value: values and nodes."""
+        s = self.locus.arclength
+        grid = np.unique(np.concatenate([np.linspace(a, b, SAMPLES) for a, b in pairwise(s)]))
+        scaled = value / self.problem.widths[axis]
+        gaps = self.spline(grid)[:, axis - 2] - scaled
+        row = np.zeros(self.spline(0.0).shape)
+        row[axis - 2] = 1.0
+        for i in np.flatnonzero((gaps[:-1] > 0) != (gaps[1:] > 0)):
+            share = gaps[i] / (gaps[i] - gaps[i + 1])
+            guess = self.spline(grid[i] + share * (grid[i + 1] - grid[i]))
+            guess[axis - 2] = scaled
+            found = correct(self.problem, guess, row, iterations=20)
+            assert found.converged, f"{self.locus.type} at {self.locus.vary[axis]} = {value}"
+            yield self.problem.values(found.z), self.problem.nodes(found.z)
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """Where a locus crosses a line of the plane."""
+
+    locus: object
+    values: np.ndarray
+    nodes: np.ndarray
+
+    @property
+    def orbit(self):
+        return Orbit(self.locus.period, self.nodes)
+
+    @property
+    def name(self):
+        a, b = self.values
+        return f"{self.locus.type} of period {self.locus.period} at {a:.9f}, {b:.9f}"
+
+
+def crossings(loci, axis, value):
+    """All crossings of loci with the line where one parameter has a value."""
+    return [
+        Crossing(locus, *found)
+        for locus in loci
+        if len(locus) > 1
+        for found in Curve(locus).at(axis, value)
+    ]
+
+
+def same_orbit(nodes, others, scales, period):
+    """Distance of two orbits in scaled states, whatever phase they begin in."""
+    m = len(nodes)
+    return min(
+        np.abs((np.roll(nodes, -turn * m // period, axis=0) - others) / scales).max()
+        for turn in range(period)
+    )
+
+
+def matches(point, crossing, plane):
+    """Whether a special point is what a locus has on its line."""
+    locus = crossing.locus
+    if (point.type, point.period) != (locus.type, locus.period):
+        return False
+    values = np.array([point.model.values[name] for name in plane])
+    if np.abs(values - crossing.values).max() > SAME_VALUE:
+        return False
+    scales = point.model.state_scales()
+    return same_orbit(point.nodes, crossing.nodes, scales, point.period) < SAME_ORBIT
+
+
+def _branch_curve(branch):
+    """A branch between its points, as unknowns of a boundary-value problem."""
+    width = float(np.ptp(branch.parameter)) or 1.0
+    segments = branch.nodes.shape[1]
+    problem = PeriodicProblem(branch.model, branch.vary, branch.period, width, segments)
+    pairs = zip(branch.nodes, branch.parameter, strict=True)
+    z = np.array([problem.pack(*pair) for pair in pairs])
+    return problem, CubicSpline(branch.arclength, z)
+
+
+def passes(branch, orbit, value):
+    """Whether a branch passes an orbit.
+
+    The orbit of the branch is looked for in the hyperplane through the other, abeam of it.
+    """
+    if branch.period != orbit.period or len(branch) < 2:
+        return False
+    problem, spline = _branch_curve(branch)
+    s = branch.arclength
+    grid = np.unique(np.concatenate([np.linspace(a, b, SAMPLES) for a, b in pairwise(s)]))
+    places = spline(grid)
+    for turn in range(branch.period):
+        rolled = np.roll(orbit.nodes, -turn * problem.segments // branch.period, axis=0)
+        target = problem.pack(rolled, value)
+        distance = np.linalg.norm(places - target, axis=1)
+        falls, rises = distance[1:] <= distance[:-1], distance[:-1] <= distance[1:]
+        nearest = np.flatnonzero(np.r_[True, falls] & np.r_[rises, True] & (distance < NEAR))
+        for i in nearest:
+            row = spline(grid[i], 1)
+            row /= np.linalg.norm(row)
+            guess = places[i] + row * (row @ (target - places[i]))
+            found = correct(problem, guess, row, reach=2 * NEAR)
+            if found.converged and np.linalg.norm(found.z - target) < PASSES:
+                return True
+    return False
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Orbits connected with one that a response across the line has; what `passes` asks for."""
+
+    model: object
+    vary: str
+    period: int
+    parameter: np.ndarray
+    nodes: np.ndarray
+    arclength: np.ndarray
+    special: tuple
+
+    def __len__(self):
+        return len(self.parameter)
+
+
+def orbits_at(branch, value):
+    """Nodes of all orbits of a branch at a value of its parameter."""
+    problem, spline = _branch_curve(branch)
+    gaps = branch.parameter - value
+    for i in np.flatnonzero((gaps[:-1] > 0) != (gaps[1:] > 0)):
+        a, b = branch.arclength[i : i + 2]
+        guess = spline(a + gaps[i] / (gaps[i] - gaps[i + 1]) * (b - a))
+        guess[-1] = value / problem.width
+        found = correct(problem, guess, hold_parameter(problem.size), iterations=20)
+        if found.converged:
+            yield problem.nodes(found.z)
+
+
+def piece_through(model, vary, span, period, nodes):
+    """Follow one orbit in both directions of a parameter, as far as it goes."""
+    low, high = span
+    problem = PeriodicProblem(model, vary, period, high - low, len(nodes))
+    z = problem.pack(nodes, model.values[vary])
+    both = []
+    for sign in (1, -1):
+        row = sign * hold_parameter(problem.size)
+        start = corrected_point(problem, correct(problem, z, row), 0.0)
+        # The first short step of what may close on its parent is not searched.
+        settings = Settings(largest_period=2)
+        both.append(trace_branch(problem, start, span, settings, doubled=period % 2 == 0))
+    ahead, behind = both
+    points = [replace(item, arclength=-item.arclength) for item in behind.points[:0:-1]]
+    points += ahead.points
+    return Piece(
+        model, vary, period,
+        np.array([problem.value(item.z) for item in points]),
+        np.array([problem.nodes(item.z) for item in points]),
+        np.array([item.arclength for item in points]),
+        tuple(describe_bifurcation(problem, item) for item in ahead.found + behind.found),
+    )  # fmt: skip
+
+
+def pieces_of_line(plane, axis, place, branches):
+    """Follow along a line what its response does not reach but a response across it does.
+
+    Parameters
+    ----------
+    axis
+        Which parameter of the plane is fixed on the line.
+    place
+        Where the line is crossed.
+    branches
+        The response along the line.
+    """
+    fixed, vary = plane[axis], plane[1 - axis]
+    here = {name: float(value) for name, value in zip(plane, place, strict=True)}
+    window = PLANES[plane]
+    pieces = []
+    for branch in response(fixed, window[axis], ((vary, here[vary]),)):
+        for nodes in orbits_at(branch, here[fixed]):
+            orbit = Orbit(branch.period, nodes)
+            known = [*branches, *pieces]
+            if any(passes(other, orbit, here[vary]) for other in known):
+                continue
+            model = SlidingOscillator(**here)
+            pieces.append(piece_through(model, vary, window[1 - axis], branch.period, nodes))
+    return pieces
+
+
+class Orbit(NamedTuple):
+    """An orbit by its period and its nodes."""
+
+    period: int
+    nodes: np.ndarray
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A line's special points held against the crossings of loci with it.
+
+    Parameters
+    ----------
+    points
+        Number of special points.
+    off
+        Special points that are on no locus.
+    missing
+        Crossings whose orbit was passed without being found.
+    excused
+        Crossings whose orbit is connected with none that was followed.
+    """
+
+    vary: str
+    value: float
+    points: int
+    off: tuple
+    missing: tuple
+    excused: tuple
+
+
+def compare(plane, loci, axis, value, branches):
+    """Hold a response against the loci on its line.
+
+    Parameters
+    ----------
+    axis
+        Which parameter of the plane is fixed; the response is in the other.
+    """
+    window = PLANES[plane]
+    vary, (low, high) = plane[1 - axis], window[1 - axis]
+    points = [p for p in bifurcations(branches) if p.period <= 2 and low <= p.value <= high]
+    here = crossings(loci, axis, value)
+    off = [p for p in points if not any(matches(p, c, plane) for c in here)]
+    unmet = [c for c in here if not any(matches(p, c, plane) for p in points)]
+    # A response consists of the orbits connected with its first one. What it does not pass, it
+    # cannot find.
+    missing, excused = [], []
+    for crossing in unmet:
+        at = float(crossing.values[1 - axis])
+        passed = any(passes(branch, crossing.orbit, at) for branch in branches)
+        (missing if passed else excused).append(crossing.name)
+    described = tuple(
+        f"{p.type} of period {p.period} at {vary} = {p.value:.9f}, {plane[axis]} = {value:.9f}"
+        for p in off
+    )
+    return Comparison(vary, value, len(points), described, tuple(missing), tuple(excused))
+
+
+def compared_at(plane, loci, axis, place):
+    """Compare on the line through a place; None if there is no response.
+
+    Besides the response itself, what a response across the line meets at the place is followed.
+    """
+    fixed, vary = plane[axis], plane[1 - axis]
+    value = float(place[axis])
+    try:
+        branches = response(vary, PLANES[plane][1 - axis], ((fixed, value),))
+    except InputError:
+        return None
+    pieces = pieces_of_line(plane, axis, place, branches) if vary != "Nd" else []
+    return compare(plane, loci, axis, value, [*branches, *pieces])

@@ -1,0 +1,187 @@
+"""Loci and bifurcation sets computed: from a special point or a window to a loaded result."""
+
+import numpy as np
+import pytest
+
+from helpers.locus_diagrams import assert_same
+from slipfold.branches.event import Event
+from slipfold.branches.settings import Settings, Steps
+from slipfold.errors import InputError
+from slipfold.models import SlidingOscillator
+from slipfold.results import bifurcation_set, load, locus, response
+
+PLANE = ("f", "Nd")
+WINDOW = ((12.3, 12.6), (0.0, 0.1))
+
+
+@pytest.fixture(scope="module")
+def diagram():
+    return response(SlidingOscillator(), "Nd", (0, 0.05), f=12.5, events=[Event("x", 0.121)])
+
+
+@pytest.fixture(scope="module")
+def doubling(diagram):
+    return next(item for item in diagram.special if item.point.type == "PD")
+
+
+@pytest.fixture(scope="module")
+def found(doubling):
+    return locus(doubling.point, PLANE, WINDOW)
+
+
+def test_locus_from_a_special_point(found, doubling):
+    first = found.loci[0]
+    assert (first.type, first.period, first.parent) == ("PD", 1, None)
+    assert found.vary == PLANE
+    assert found.window == WINDOW
+    assert found.model == SlidingOscillator(f=12.3, Nd=0)
+    assert found.settings == Settings()
+    assert found.regions is None
+    assert not found.interrupted
+    assert not found.failed
+    gap = np.abs(first.values - [12.5, doubling.point.value]).sum(axis=1).min()
+    assert gap < 1e-9
+    assert {point.type for _, point in found.special} >= {"GPD", "MIN"}
+
+
+def test_round_trip(found, tmp_path):
+    found.save(tmp_path / "x.nc")
+    copy = load(tmp_path / "x.nc")
+    assert_same(found, copy)
+    np.testing.assert_array_equal(copy.loci[0].orbit(1).nodes, found.loci[0].orbit(1).nodes)
+    assert copy.loci[0].orbit(1).model == found.loci[0].orbit(1).model
+    assert copy.special[0].point.orbit.model == found.special[0].point.orbit.model
+
+
+def test_an_item_of_a_diagram_will_do(doubling, found):
+    again = locus(doubling, PLANE, {"Nd": (0, "100mN"), "f": ("12.6Hz", 12.3)})
+    for one, other in zip(found.loci, again.loci, strict=True):
+        assert_same(one, other)
+    alone = locus([doubling, doubling.point], PLANE, WINDOW, switch=False)
+    assert [item.id for item in alone.loci] == [1]
+
+
+def test_settings_reach_the_computation(doubling):
+    settings = Settings(steps=Steps(points=3))
+    diagram = locus(doubling, PLANE, WINDOW, settings=settings)
+    assert diagram.settings == settings
+    assert diagram.failed
+
+
+@pytest.mark.parametrize("side", [0, 1])
+def test_interrupted_by_the_observer_in_either_direction(doubling, side):
+    seen = []
+
+    def observer(progress):
+        turned = len(seen) > 0 and progress.text.startswith("PD of period 1, 2 points")
+        seen.append(progress)
+        if side == 0 or turned:
+            raise KeyboardInterrupt
+
+    diagram = locus(doubling, PLANE, WINDOW, observer=observer)
+    assert diagram.interrupted
+    assert len(diagram.loci) == 1
+    ends = (diagram.loci[0].stopped, diagram.loci[0].begun)
+    assert ends[side].kind == "interrupted"
+    assert seen[-1].stage == "loci"
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"special_point": "PD"}, "'P' is not a special point of a branch"),
+        ({"special_point": None}, "None is not a special point of a branch; give e.g. diagram"),
+        ({"special_point": ()}, "no special point is given"),
+        ({"vary": ("f", "f")}, "f is given for both"),
+        ({"vary": ("mu", "f")}, "f = 0 is outside its bounds"),
+        ({"window": ((12.3, 12.4), (0, 0.1))}, "is outside the window"),
+        ({"window": ((12.3, 12.6), (0, 1.2))}, "give Nd < Ns"),
+        ({"window": ((12.3, 12.3), (0, 0.1))}, "empty"),
+        ({"settings": Settings(), "window": None}, "not a pair of pairs"),
+    ],
+)
+def test_bad_input(doubling, changes, message):
+    given = {"special_point": doubling, "vary": PLANE, "window": WINDOW} | changes
+    with pytest.raises(InputError, match=message):
+        locus(**given)
+
+
+def test_an_event_has_no_locus(diagram):
+    event = next(item for item in diagram.special if item.point.type == "EVENT")
+    with pytest.raises(InputError, match="EVENT has no locus in f and Nd"):
+        locus(event, PLANE, WINDOW)
+
+
+def test_points_of_different_models(diagram, doubling):
+    other = response(SlidingOscillator(), "Nd", (0, 0.05), f=12.5, mu=0.49).special[0]
+    with pytest.raises(InputError, match=r"differ in mu: 0\.5 and 0\.49"):
+        locus([doubling, other], PLANE, WINDOW)
+
+
+# -- bifurcation sets --------------------------------------------------------------------------
+
+SMALL = {"types": ["PD"], "periods": [1], "regions": False}
+
+
+def test_set_from_a_window(found):
+    diagram = bifurcation_set(
+        SlidingOscillator(), PLANE, {"Nd": (0, "100mN"), "f": WINDOW[0]}, **SMALL
+    )
+    assert [(item.type, item.period) for item in diagram.loci] == [("PD", 1)]
+    assert diagram.model == SlidingOscillator(f=12.3, Nd=0)
+    assert not diagram.interrupted
+    minimum = [p.values for _, p in diagram.special if p.type == "MIN"]
+    expected = [p.values for item, p in found.special if p.type == "MIN" and item.type == "PD"]
+    np.testing.assert_allclose(minimum, expected, rtol=1e-8)
+
+
+def test_one_type_and_one_period_need_no_list():
+    diagram = bifurcation_set(
+        SlidingOscillator(), PLANE, ((12.45, 12.5), (0, 0.06)), types="PD", periods=1, regions=False
+    )
+    assert [(item.type, item.period) for item in diagram.loci] == [("PD", 1)]
+
+
+def test_set_interrupted_while_responses_are_followed(tmp_path):
+    def observer(progress):
+        assert progress.stage == "responses"
+        raise KeyboardInterrupt
+
+    diagram = bifurcation_set(SlidingOscillator(), PLANE, WINDOW, observer=observer)
+    assert diagram.interrupted
+    assert diagram.loci == ()
+    assert diagram.regions is None
+    diagram.save(tmp_path / "x.nc")
+    assert load(tmp_path / "x.nc").interrupted
+
+
+def test_set_interrupted_while_loci_are_followed():
+    def observer(progress):
+        if progress.stage == "loci":
+            raise KeyboardInterrupt
+
+    diagram = bifurcation_set(SlidingOscillator(), PLANE, WINDOW, observer=observer, **SMALL)
+    assert diagram.interrupted
+    assert len(diagram.loci) == 1
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"model": "sliding"}, "is not a model"),
+        ({"f": 12}, "f is varied, so it cannot be set to 12 as well; give it once, in the window"),
+        ({"mu": -1}, "mu must be >= 0"),
+        ({"mass": 1}, "no parameter 'mass'"),
+        ({"plane": ("f", "F")}, "no parameter 'F'"),
+        ({"plane": ("Nd", "Nd")}, "Nd is given for both"),
+        ({"window": ((12, 13), (0, 1.5))}, "give Nd < Ns"),
+        ({"types": ["BP"], "regions": False}, "no loci of type 'BP'; give LP, PD, NS"),
+        ({"types": (), "regions": False}, "no type or no period"),
+        ({"periods": [3], "regions": False}, "period = 3 is neither 1 nor 2"),
+        ({"types": ["PD"]}, "regions need the loci of all types"),
+    ],
+)
+def test_bad_input_for_a_set(changes, message):
+    given = {"model": SlidingOscillator(), "plane": PLANE, "window": WINDOW} | changes
+    with pytest.raises(InputError, match=message):
+        bifurcation_set(**given)

@@ -1,0 +1,269 @@
+"""Saved loci and regions are read back number for number; damaged files are refused."""
+
+import h5netcdf
+import numpy as np
+import pytest
+import xarray
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from helpers.diagrams import STATES
+from helpers.locus_diagrams import (
+    MODEL,
+    assert_same,
+    doubling_locus,
+    fold_locus,
+    locus_point,
+    made_locus_diagram,
+    region_map,
+)
+from slipfold.errors import InputError
+from slipfold.loci.locus import LocusEnd
+from slipfold.loci.region_map import Region, RegionCheck
+from slipfold.models import SlidingOscillator
+from slipfold.results import load
+from slipfold.results.labelled_table import Variable
+from slipfold.results.locus_reader import read_locus_diagram
+from slipfold.results.locus_table import locus_table
+from slipfold.results.saved_table import open_table
+
+
+class OtherModel(SlidingOscillator):
+    """A model of the user's own."""
+
+    name = "other"
+
+
+NO_REGIONS = region_map(regions=(), labels=np.zeros((3, 2), np.int64))
+NOTHING_STABLE = region_map(
+    regions=(Region(1, (), 1.0, (12.0, 0.5)),), labels=np.ones((3, 2), np.int64)
+)
+
+
+def saved(tmp_path, diagram):
+    path = tmp_path / "result.nc"
+    diagram.save(path)
+    return path
+
+
+def test_diagram_made_by_hand(tmp_path):
+    diagram = made_locus_diagram()
+    copy = load(saved(tmp_path, diagram))
+    assert_same(diagram, copy)
+    assert copy.to_json() == diagram.to_json()
+    assert copy.summary() == diagram.summary()
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        pytest.param({"loci": ()}, id="no loci"),
+        pytest.param({"loci": (), "regions": None}, id="nothing"),
+        pytest.param({"loci": (doubling_locus(special=()),)}, id="no special points"),
+        pytest.param({"loci": (fold_locus(),)}, id="first locus missing"),
+        pytest.param({"regions": None}, id="no regions asked for"),
+        pytest.param({"regions": NO_REGIONS}, id="no regions found"),
+        pytest.param({"regions": NOTHING_STABLE}, id="nothing stable"),
+        pytest.param({"interrupted": True}, id="interrupted"),
+        pytest.param(
+            {"loci": (doubling_locus(stopped=LocusEnd("failed", "", (np.nan, np.inf))),)}, id="nan"
+        ),
+    ],
+)
+def test_diagrams_that_lack_something(tmp_path, changes):
+    diagram = made_locus_diagram(**changes)
+    assert_same(diagram, load(saved(tmp_path, diagram)))
+
+
+anything = st.floats(allow_nan=True, allow_infinity=True)
+words = st.text(st.characters(blacklist_categories=["Cs"], blacklist_characters="\0"), max_size=30)
+inside = st.tuples(st.floats(11, 14), st.floats(0, 0.99))
+
+
+def numbers(draw, *shape, kind=anything):
+    return draw(arrays(float, shape, elements=kind))
+
+
+def complexes(draw, *shape):
+    values = np.empty(shape, complex)
+    values.real, values.imag = numbers(draw, *shape), numbers(draw, *shape)
+    return values
+
+
+@st.composite
+def points(draw):
+    return locus_point(
+        draw(st.sampled_from(["GPD", "CH", "MIN", "R1"])),
+        name=draw(words),
+        values=draw(inside),
+        uncertainty=draw(st.tuples(anything, anything)),
+        nodes=STATES[: draw(st.integers(1, 3))] * draw(st.floats(0, 1)),
+        multipliers=complexes(draw, 4),
+        residual=draw(anything),
+        arclength=draw(anything),
+        coefficients=draw(st.dictionaries(words, anything, max_size=3)),
+        leads_to=tuple(draw(st.lists(st.integers(1, 99), max_size=3))),
+    )
+
+
+@st.composite
+def loci(draw):
+    count, segments = draw(st.integers(1, 4)), draw(st.integers(1, 3))
+    period = draw(st.integers(1, 8))
+    return doubling_locus(
+        type=draw(st.sampled_from(["LP", "PD", "NS"])),
+        period=period,
+        parent=draw(st.none() | st.integers(1, 9)),
+        model=MODEL.replace(**dict(zip(("f", "Nd"), draw(inside), strict=True))),
+        values=numbers(draw, count, 2),
+        nodes=numbers(draw, count, segments, 4),
+        multipliers=complexes(draw, count, 4),
+        coefficient=numbers(draw, count),
+        residual=numbers(draw, count),
+        arclength=numbers(draw, count),
+        special=tuple(
+            type(item)(**{**vars_of(item), "period": period})
+            for item in draw(st.lists(points(), max_size=2))
+        ),
+        begun=LocusEnd(draw(words), draw(words), draw(st.tuples(anything, anything))),
+    )
+
+
+def vars_of(item):
+    return {name: getattr(item, name) for name in type(item).__dataclass_fields__}
+
+
+@st.composite
+def regions(draw):
+    items = []
+    for number in range(1, draw(st.integers(1, 3)) + 1):
+        checks = [
+            RegionCheck(
+                draw(st.tuples(anything, anything)),
+                draw(words),
+                draw(st.integers(0, 9)),
+                draw(st.booleans()),
+                draw(words),
+            )
+            for _ in range(draw(st.integers(0, 2)))
+        ]
+        stable = tuple(sorted(draw(st.sets(st.integers(1, 4)))))
+        place = draw(st.tuples(anything, anything))
+        share, agree = draw(anything), draw(st.booleans())
+        items.append(Region(number, stable, share, place, agree, tuple(checks)))
+    rows, columns = draw(st.integers(1, 3)), draw(st.integers(1, 3))
+    labels = draw(arrays(np.int64, (rows, columns), elements=st.integers(0, len(items))))
+    first, second = numbers(draw, columns), numbers(draw, rows)
+    return region_map(first=first, second=second, labels=labels, regions=tuple(items))
+
+
+@given(loci(), st.none() | regions(), st.booleans())
+@settings(max_examples=30)
+def test_any_numbers_survive(tmp_path_factory, one, map_, interrupted):
+    diagram = made_locus_diagram(loci=(one, fold_locus()), regions=map_, interrupted=interrupted)
+    path = tmp_path_factory.mktemp("any") / "x.nc"
+    diagram.save(path)
+    assert_same(diagram, load(path))
+
+
+def test_xarray_reads_the_file_as_the_same_dataset(tmp_path):
+    diagram = made_locus_diagram()
+    with xarray.open_dataset(saved(tmp_path, diagram), engine="h5netcdf") as dataset:
+        xarray.testing.assert_identical(dataset.load(), diagram.to_xarray())
+
+
+def test_dataset_is_labelled():
+    dataset = made_locus_diagram().to_xarray()
+    on_fold = dataset.isel(point=dataset.locus_of_point == 2)
+    assert on_fold["value"].sel(parameter="Nd").values.tolist() == [0.042, 0.15]
+    assert dataset.parameter_units.sel(parameter="f") == "Hz"
+    assert "amplitude" in dataset["value"].attrs["long_name"]
+    assert int(dataset.region_of_cell.sel(first=12.9, second=0.09, method="nearest")) == 2
+    assert dataset["first"].attrs["units"] == "Hz"
+    assert dataset.criticality.values.tolist()[:4] == ["subcritical", "", "supercritical", ""]
+    assert dataset.attrs["schema"] == "slipfold.locus/1"
+    assert all("long_name" in variable.attrs for variable in dataset.variables.values())
+    assert not any(np.iscomplexobj(variable.values) for variable in dataset.variables.values())
+
+
+def test_a_model_of_ones_own_is_given_to_load(tmp_path):
+    model = OtherModel(f=12.5)
+    path = saved(tmp_path, made_locus_diagram(model=model, loci=()))
+    assert load(path, kind=OtherModel).model == model
+    with pytest.raises(InputError, match="there is no model 'other'"):
+        load(path)
+
+
+def test_loaded_arrays_are_locked(tmp_path):
+    copy = load(saved(tmp_path, made_locus_diagram()))
+    for values in (copy.loci[0].values, copy.loci[0].special[0].nodes, copy.regions.labels):
+        assert not values.flags.writeable
+
+
+# -- damaged files -----------------------------------------------------------------------------
+
+REDUNDANT = {
+    # Labels and derived columns, which nothing is made from.
+    "state", "state_units", "state_long_name", "parameter", "parameter_units",
+    "parameter_long_name", "states", "criticality",
+}  # fmt: skip
+
+
+def without(table, name):
+    variables = dict(table.variables)
+    del variables[name]
+    return type(table)(variables, (), table.attributes)
+
+
+@pytest.mark.parametrize(
+    "name", sorted(set(locus_table(made_locus_diagram()).variables) - REDUNDANT)
+)
+def test_missing_column(name):
+    table = without(locus_table(made_locus_diagram()), name)
+    with pytest.raises(LookupError):
+        read_locus_diagram(open_table(table))
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("value", np.zeros((2, 2))),
+        ("special_value", np.zeros((3, 3))),
+        ("region_of_cell", np.zeros((2, 2), int)),
+        ("region_of_cell", np.full((3, 2), 4)),
+        ("check_note", np.array(["one"])),
+    ],
+)
+def test_column_that_does_not_fit(name, values):
+    table = locus_table(made_locus_diagram())
+    variables = dict(table.variables)
+    variables[name] = Variable(variables[name].dimensions, values)
+    with pytest.raises(ValueError, match=r"rows|shape|unpack|names a region"):
+        read_locus_diagram(open_table(type(table)(variables, (), table.attributes)))
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('"vary": ["f", "Nd"]', '"vary": ["f"]'),
+        ('"window": [[11.5, 13.5], [0.0, 0.98]]', '"window": 3'),
+        ('"regions": true, ', ""),
+    ],
+)
+def test_damaged_input(tmp_path, old, new):
+    path = saved(tmp_path, made_locus_diagram())
+    with h5netcdf.File(path, "r+") as file:
+        assert old in file.attrs["input"]
+        file.attrs["input"] = file.attrs["input"].replace(old, new)
+    with pytest.raises(InputError, match=r"result\.nc is damaged.*compute it anew"):
+        load(path)
+
+
+def test_truncated_file(tmp_path):
+    path = saved(tmp_path, made_locus_diagram())
+    content = path.read_bytes()
+    for part in (0.01, 0.3, 0.6, 0.9):
+        path.write_bytes(content[: int(len(content) * part)])
+        with pytest.raises(InputError, match="damaged"):
+            load(path)
