@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from slipfold.errors import InputError
 from slipfold.flow.compiled_code import JET_ORDER, LANES, CompiledCode
 from slipfold.flow.equations import Equations, build_equations
-from slipfold.models.model import Model
+from slipfold.models.model import Kind, Model
 
 __all__ = ["Flow", "flow_of"]
 
@@ -410,12 +410,12 @@ def flow_of(model: Model, tolerance: float = TOLERANCE) -> Flow:
     >>> flow_of(SlidingOscillator()).dimension
     4
     """
-    return _shared_flow(type(model), tolerance)
+    return _shared_flow(model.kind, tolerance)
 
 
 @lru_cache(maxsize=64)
-def _shared_flow(kind: type[Model], tolerance: float) -> Flow:
-    return Flow(build_equations(kind()), tolerance)
+def _shared_flow(kind: Kind, tolerance: float) -> Flow:
+    return Flow(build_equations(kind.make()), tolerance)
 
 
 def _chunks(count: int) -> list[slice]:

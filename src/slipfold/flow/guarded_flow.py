@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from slipfold.flow.cache import cached
 from slipfold.flow.equations import build_equations
 from slipfold.flow.flow import MAX_STEPS, TOLERANCE, Constants, Flow, flow_of
-from slipfold.models.model import Model
+from slipfold.models.model import Kind, Model
 
 __all__ = ["GuardedFlow", "Stop", "guarded_flow_of"]
 
@@ -180,9 +180,9 @@ def guarded_flow_of(model: Model) -> GuardedFlow:
     >>> [limit.name for limit in guarded_flow_of(SlidingOscillator()).limits]
     ['stick', 'lost contact', 'spring collapse']
     """
-    return _shared_guarded_flow(type(model))
+    return _shared_guarded_flow(model.kind)
 
 
 @lru_cache(maxsize=64)
-def _shared_guarded_flow(kind: type[Model]) -> GuardedFlow:
-    return GuardedFlow(kind())
+def _shared_guarded_flow(kind: Kind) -> GuardedFlow:
+    return GuardedFlow(kind.make())

@@ -93,7 +93,7 @@ def _check_point(point: SpecialPoint, base: Model, vary: tuple[str, str], window
             f"a special point of type {point.type} has no locus in {vary[0]} and {vary[1]}; give "
             f"one of type {', '.join(LOCUS_TYPES)}"
         )
-    if type(point.model) is not type(base):
+    if point.model.kind != base.kind:
         raise InputError("the special points belong to different models; follow them one by one")
     for name, value in point.model.values.items():
         if name not in vary and value != base.values[name]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from slipfold.models.output import Expression
 
 if TYPE_CHECKING:
-    from slipfold.models.model import Model
+    from slipfold.models.model import Kind, Model
 
 __all__ = ["Evaluation", "evaluation_of"]
 
@@ -159,9 +159,9 @@ def evaluation_of(model: Model) -> Evaluation:
     >>> evaluation_of(SlidingOscillator()).period(SlidingOscillator(f=10))
     0.1
     """
-    return _shared_evaluation(type(model))
+    return _shared_evaluation(model.kind)
 
 
 @lru_cache(maxsize=64)
-def _shared_evaluation(kind: type[Model]) -> Evaluation:
-    return Evaluation(kind())
+def _shared_evaluation(kind: Kind) -> Evaluation:
+    return Evaluation(kind.make())

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
-from typing import ClassVar, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,7 +19,7 @@ from slipfold.models.parameter import Parameter, State
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.suggestion import suggest
 
-__all__ = ["Model"]
+__all__ = ["Kind", "Model"]
 
 
 class Model(ABC):
@@ -26,7 +27,8 @@ class Model(ABC):
 
     A subclass states `name`, `states`, `parameters` and implements `coefficients`, `rates` and
     `period`; `outputs`, `limits`, `quiet` and `state_scales` have defaults. Derivatives, flows,
-    orbits and branches follow from that alone.
+    orbits and branches follow from that alone. Where the equations depend on more than the class,
+    `structure` says on what.
 
     Parameters
     ----------
@@ -40,12 +42,12 @@ class Model(ABC):
         For an unknown parameter, a wrong unit or a value outside its bounds.
     """
 
-    name: ClassVar[str]
-    title: ClassVar[str] = ""
-    states: ClassVar[tuple[State, ...]]
-    parameters: ClassVar[tuple[Parameter, ...]]
-    limits: ClassVar[tuple[Limit, ...]] = ()
-    quiet: ClassVar[str | None] = None
+    name: str
+    title: str = ""
+    states: tuple[State, ...]
+    parameters: tuple[Parameter, ...]
+    limits: tuple[Limit, ...] = ()
+    quiet: str | None = None
     """Name of the parameter that switches the forcing off when it is zero."""
     _values: Mapping[str, float]
 
@@ -113,7 +115,17 @@ class Model(ABC):
             All parameter values by name.
         """
 
+    @property
+    def structure(self) -> Mapping[str, Hashable]:
+        """Arguments of the constructor that the equations depend on, besides parameter values."""
+        return {}
+
     # -- what follows --------------------------------------------------------------------------
+
+    @property
+    def kind(self) -> Kind:
+        """What all models with the same equations share."""
+        return Kind(type(self), tuple(self.structure.items()))
 
     @property
     def values(self) -> Mapping[str, float]:
@@ -166,7 +178,8 @@ class Model(ABC):
         **changes
             New values by name, numbers in SI units or text with a unit.
         """
-        return type(self)(**{**self._values, **changes})
+        arguments: dict[str, Any] = {**self.structure, **self._values, **changes}
+        return type(self)(**arguments)
 
     def evaluate(
         self, name: str, state: ArrayLike, time: ArrayLike = 0.0
@@ -223,25 +236,55 @@ class Model(ABC):
 
     def __eq__(self, other: object) -> bool:
         """Two models are equal if they are of one kind and their parameters agree."""
-        return type(self) is type(other) and dict(self._values) == dict(other._values)
+        if not isinstance(other, Model):
+            return NotImplemented
+        return self.kind == other.kind and dict(self._values) == dict(other._values)
 
     def __hash__(self) -> int:
         """Hash of kind and parameter values."""
-        return hash((type(self), tuple(self._values.items())))
+        return hash((self.kind, tuple(self._values.items())))
 
     def __repr__(self) -> str:
         """Constructor call with the parameters that differ from the defaults."""
-        changed = ", ".join(
+        given = [f"{name}={value!r}" for name, value in self.structure.items()]
+        given += [
             f"{parameter.name}={self._values[parameter.name]:.12g}"
             for parameter in self.parameters
             if self._values[parameter.name] != parameter.default
-        )
-        return f"{type(self).__name__}({changed})"
+        ]
+        return f"{type(self).__name__}({', '.join(given)})"
 
     def __reduce__(self) -> tuple[object, ...]:
         """Pickle as kind and values."""
-        return _restore, (type(self), dict(self._values))
+        return _restore, (self.kind, dict(self._values))
 
 
-def _restore(kind: type[Model], values: dict[str, float]) -> Model:
-    return kind(**values)
+@dataclass(frozen=True)
+class Kind:
+    """What models with the same equations share: their compiled functions belong to it.
+
+    Parameters
+    ----------
+    model
+        The class.
+    structure
+        Names and values of the constructor's arguments that the equations depend on.
+    """
+
+    model: type[Model]
+    structure: tuple[tuple[str, Hashable], ...] = ()
+
+    def make(self, **values: Any) -> Model:
+        """Make a model of this kind.
+
+        Parameters
+        ----------
+        **values
+            Parameter values that differ from the defaults.
+        """
+        arguments: dict[str, Any] = {**dict(self.structure), **values}
+        return self.model(**arguments)
+
+
+def _restore(kind: Kind, values: dict[str, float]) -> Model:
+    return kind.make(**values)
