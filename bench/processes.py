@@ -12,6 +12,9 @@ from typing import Any, NamedTuple
 BENCH = Path(__file__).parent
 TIMEOUT = 900
 
+ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+"""Environment in which linear algebra keeps to one thread."""
+
 
 class Absent(NamedTuple):
     """A peer that did not run, and why."""
@@ -26,10 +29,11 @@ class Usage(NamedTuple):
     memory: int
 
 
-def ask(script: str, *arguments: str) -> dict[str, Any] | Absent:
+def ask(script: str, *arguments: str, **environment: str) -> dict[str, Any] | Absent:
     """The record a script of this folder prints, or why there is none."""
     done = subprocess.run(
         [sys.executable, str(BENCH / script), *arguments],
+        env={**os.environ, **environment},
         capture_output=True,
         text=True,
         timeout=TIMEOUT,

@@ -6,9 +6,12 @@ from collections.abc import Iterator, Sequence
 from statistics import median
 from typing import TYPE_CHECKING, Any
 
+import locus_report
 import machine
+import map_report
 import reference
 from slipfold.paper.tables import table
+from wording import magnitude, milliseconds, task_seconds, verdict
 
 if TYPE_CHECKING:
     from processes import Usage
@@ -21,19 +24,9 @@ FASTER = 30
 FIRST_SECONDS, CACHED_SECONDS, PAPER_SECONDS = 3, 1, 30
 
 
-def task_seconds(record: dict[str, Any], task: str) -> float:
-    """Median time of a task, by the program's own clock where it has one."""
-    return median(record.get("solver_seconds", record["seconds"])[task])
-
-
 def together(record: dict[str, Any]) -> float:
     """Time for the same work everywhere: period 1 to 0.375 N and period 2 to 0.98 N."""
     return task_seconds(record, "period1") + task_seconds(record, "period2")
-
-
-def milliseconds(seconds: float) -> str:
-    """Three digits."""
-    return f"{1000 * seconds:.3g}" if seconds < 1 else f"{1000 * seconds:.0f}"
 
 
 def megabytes(usages: Sequence[Usage]) -> str:
@@ -49,11 +42,6 @@ def seconds(usages: Sequence[Usage]) -> float:
 def errors_of(record: dict[str, Any]) -> list[float] | None:
     """Errors of PD and both NS in N, None if a point is missing or invented."""
     return reference.special_errors(record["specials"])
-
-
-def magnitude(error: float) -> str:
-    """One digit, as far as the reference is known."""
-    return f"{error:.0e}" if error >= reference.PRECISION else f"< {reference.PRECISION:.0e}"
 
 
 def largest_error(record: dict[str, Any]) -> str:
@@ -144,11 +132,8 @@ def aim_rows(measured: Measured) -> Iterator[list[str]]:
     ):
         took = seconds(usages)
         yield [f"{what} under {aim} s", f"{took:.2f} s", verdict(took < aim)]
-
-
-def verdict(met: bool) -> str:
-    """Whether an aim is met."""
-    return "met" if met else "falls short"
+    yield from locus_report.aim_rows(measured.loci)
+    yield from map_report.aim_rows(measured.map)
 
 
 def left_out(measured: Measured) -> list[str]:
@@ -182,6 +167,8 @@ def report(measured: Measured) -> str:
         "## 1000 forcing periods from rest, f = 12.5 Hz, Nd = 0.1 N",
         table(["", "ms", "ratio", "error of x/L, y/L"], list(simulation_rows(measured))),
         "SciPy at rtol 1e-10 and atol 1e-12, its right-hand side in plain Python.",
+        *locus_report.section(measured.loci),
+        *map_report.section(measured.map),
         "## Commands",
         table(["", "time", "largest process"], process_rows(measured)),
         "First ever: no compiled flows, no font list.",
@@ -211,6 +198,8 @@ def brief(measured: Measured) -> str:
         [
             table(["force response", "time", "ratio", "largest error"], rows),
             table(["1000 periods from rest", "time", "ratio", "error of x/L, y/L"], runs),
+            locus_report.brief(measured.loci),
+            map_report.brief(measured.map),
             *left_out(measured),
             f"Commands, time and memory: {'; '.join(commands)}. On {machine.description()}.",
         ]

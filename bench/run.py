@@ -10,8 +10,9 @@ is Markdown, on standard output; `--write` keeps it, `--readme` renews the table
 import argparse
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from statistics import median
 from typing import Any, NamedTuple
 
 import processes
@@ -30,6 +31,24 @@ CONTENDERS: dict[str, tuple[str, ...]] = {
 }
 """Name, script and arguments; one call of each is a round."""
 
+LOCUS_PEER = "peers/auto07p_locus.py"
+
+LOCUS_CONTENDERS: dict[str, tuple[str, ...]] = {
+    "slipfold": ("ours_locus.py", "--repeat", "3"),
+    **{
+        f"AUTO-07p, {settings}": (LOCUS_PEER, "--repeat", "2", "--settings", settings)
+        for settings in ("reliable", "largest", "fine")
+    },
+}
+"""The same of the locus of period doubling."""
+
+MAP = ("threshold_map.py", "--repeat", "1")
+
+FEW = 3
+"""Rounds of what takes long."""
+
+CLOCKS = ("seconds", "solver_seconds", "processor_seconds")
+
 
 class Measured(NamedTuple):
     """All that was measured."""
@@ -39,6 +58,8 @@ class Measured(NamedTuple):
     first: list[Usage]
     cached: list[Usage]
     paper: list[Usage]
+    loci: dict[str, dict[str, Any]]
+    map: dict[str, Any]
 
 
 def note(sentence: str) -> None:
@@ -48,28 +69,58 @@ def note(sentence: str) -> None:
 
 def merge(record: dict[str, Any], other: dict[str, Any]) -> None:
     """Add the times of another round to a record."""
-    for times in ("seconds", "solver_seconds"):
-        for task, seconds in other.get(times, {}).items():
-            record[times][task] += seconds
+    for clock in CLOCKS:
+        for task, seconds in other.get(clock, {}).items():
+            record[clock][task] += seconds
+    times = record.get("solver_seconds", record["seconds"])
+    for task in record.get("seconds_per_point", {}):
+        record["seconds_per_point"][task] = median(times[task]) / record["points"][task]
 
 
-def compete(rounds: int) -> tuple[dict[str, dict[str, Any]], dict[str, str]]:
+def collect(records: dict[str, dict[str, Any]], name: str, answer: dict[str, Any]) -> None:
+    """Keep a record, or add its times to those kept."""
+    if name in records:
+        merge(records[name], answer)
+    else:
+        records[name] = answer
+
+
+def compete(
+    rounds: int, contenders: Mapping[str, tuple[str, ...]], **environment: str
+) -> tuple[dict[str, dict[str, Any]], dict[str, str]]:
     """Let all programs work in turn; return their records, and why others did not work."""
     records: dict[str, dict[str, Any]] = {}
     absent: dict[str, str] = {}
     for number in range(1, rounds + 1):
-        for name, (script, *arguments) in CONTENDERS.items():
+        for name, (script, *arguments) in contenders.items():
             if name in absent:
                 continue
-            note(f"round {number} of {rounds}: {name}")
-            answer = processes.ask(script, *arguments)
-            if isinstance(answer, Absent):
-                absent[name] = answer.reason
-            elif name in records:
-                merge(records[name], answer)
+            note(f"round {number} of {rounds}: {name}, {script}")
+            answer = processes.ask(script, *arguments, **environment)
+            if not isinstance(answer, Absent):
+                collect(records, name, answer)
+            elif name == "slipfold":
+                raise SystemExit(f"slipfold's {script} did not run: {answer.reason}")
             else:
-                records[name] = answer
+                absent[name] = answer.reason
     return records, absent
+
+
+def thresholds(rounds: int) -> dict[str, Any]:
+    """The record of the map of thresholds, its first one each time with empty caches."""
+    kept: dict[str, dict[str, Any]] = {}
+    for _ in range(rounds):
+        with tempfile.TemporaryDirectory() as folder:
+            environment = {"SLIPFOLD_CACHE_DIR": folder, **processes.ONE_THREAD}
+            records, _ = compete(1, {"slipfold": MAP}, **environment)
+        collect(kept, "slipfold", records["slipfold"])
+    return kept["slipfold"]
+
+
+def all_absent(responses: dict[str, str], loci: dict[str, str]) -> dict[str, str]:
+    """Why programs did not run, each reason of a program once."""
+    new = {f"{name}, locus": why for name, why in loci.items() if responses.get(name) != why}
+    return {**responses, **new}
 
 
 def repeated(rounds: int, name: str, work: Callable[[Path], Usage]) -> list[Usage]:
@@ -84,13 +135,16 @@ def repeated(rounds: int, name: str, work: Callable[[Path], Usage]) -> list[Usag
 
 def measure(rounds: int) -> Measured:
     """Measure everything."""
-    records, absent = compete(rounds)
+    records, absent = compete(rounds, CONTENDERS)
+    loci, without_locus = compete(rounds, LOCUS_CONTENDERS, **processes.ONE_THREAD)
+    few = min(rounds, FEW)
     first = repeated(rounds, "first process ever", processes.response_process)
     with tempfile.TemporaryDirectory() as folder:
         processes.response_process(Path(folder))
         cached = [processes.response_process(Path(folder)) for _ in range(rounds)]
-    paper = repeated(min(rounds, 3), "the paper, cold", processes.paper_process)
-    return Measured(records, absent, first, cached, paper)
+    paper = repeated(few, "the paper, cold", processes.paper_process)
+    missing = all_absent(absent, without_locus)
+    return Measured(records, missing, first, cached, paper, loci, thresholds(few))
 
 
 def main() -> None:

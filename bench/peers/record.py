@@ -18,7 +18,7 @@ class Record:
     ``seconds`` is the wall time of each repeat of each task, without ``build_seconds``, what is
     done once (tracing, compiling, loading). ``solver_seconds`` is the peer's own clock, where it
     has one. A locus is its points (f in Hz, Nd in N) in order of f; ``landed`` are those of its
-    points on which accuracy is compared.
+    points on which accuracy is compared, ``named`` those found on the way, with their names.
     """
 
     peer: str
@@ -34,6 +34,7 @@ class Record:
     seconds_per_point: dict[str, float] = field(default_factory=dict)
     locus: list[tuple[float, float]] = field(default_factory=list)
     landed: list[tuple[float, float]] = field(default_factory=list)
+    named: list[tuple[str, float, float]] = field(default_factory=list)
 
     def print(self) -> None:
         """Write the record to standard output, fields without content left out."""

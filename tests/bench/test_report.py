@@ -20,6 +20,7 @@ class Bench:
         self.report: ModuleType = importlib.import_module("report")
         self.run: ModuleType = importlib.import_module("run")
         self.processes: ModuleType = importlib.import_module("processes")
+        self.reference: ModuleType = importlib.import_module("reference")
 
 
 @pytest.fixture
@@ -51,10 +52,51 @@ def ours(seconds: float) -> dict[str, Any]:
     }
 
 
+def locus(
+    bench: Bench, settings: str, seconds: float, points: int, error: float = 0.0, **more: Any
+) -> dict[str, Any]:
+    """The record of a program that follows the locus of PD and errs by so much in Nd."""
+    return {
+        "settings": {"name": settings},
+        "seconds": {"locus": [2 * seconds]},
+        "solver_seconds": {"locus": [seconds]},
+        "seconds_per_point": {"locus": seconds / points},
+        "points": {"locus": points},
+        "landed": [(f + 1e-9, Nd - error) for f, Nd in bench.reference.LOCUS.items()],
+        **more,
+    }
+
+
+def loci(bench: Bench) -> dict[str, dict[str, Any]]:
+    named = [("smallest Nd", 12.462906976920, 0.040083977292 + 2e-9), ("cusp of cycles", 12.0, 0.1)]
+    return {
+        "slipfold": locus(bench, "defaults", 0.2, 40, named=named),
+        "AUTO-07p, fine": locus(bench, "fine", 2.0, 20, 2e-10),
+        "AUTO-07p, largest": locus(bench, "largest", 0.1, 10, 2e-8),
+    }
+
+
+def thresholds(**failures: int) -> dict[str, Any]:
+    return {
+        "size": 100,
+        "thresholds": 10_000 - sum(failures.values()),
+        "failures": failures,
+        "followed": 36,
+        "seconds": {"cold": [12.0], "warm": [8.0, 7.0, 9.0]},
+        "processor_seconds": {"cold": [11.0], "warm": [6.0]},
+        "largest_residual": 5e-15,
+        "sample": 20,
+        "largest_difference": 3e-15,
+        "response_ms_each": 130.0,
+    }
+
+
 def measured(bench: Bench, records: dict[str, Any], **absent: str) -> Any:
     usage = bench.processes.Usage(0.9, 100_000_000)
     slow = bench.processes.Usage(40.0, 100_000_000)
-    return bench.run.Measured(records, absent, [usage], [usage], [slow])
+    return bench.run.Measured(
+        records, absent, [usage], [usage], [slow], loci(bench), thresholds(stuck=3)
+    )
 
 
 def test_aims_are_judged_against_the_faster_peer(bench: Bench) -> None:
@@ -66,7 +108,76 @@ def test_aims_are_judged_against_the_faster_peer(bench: Bench) -> None:
     rows = list(bench.report.aim_rows(measured(bench, records)))
     assert rows[0][1:] == ["20 times (AUTO-07p, reliable)", "falls short"]
     assert rows[1][1:] == ["< 1e-12 N against 1e-08 N", "met"]
-    assert [row[2] for row in rows[2:]] == ["met", "met", "falls short"]
+    assert [row[2] for row in rows[2:5]] == ["met", "met", "falls short"]
+
+
+def test_the_locus_is_judged_by_the_time_a_point_takes(bench: Bench) -> None:
+    rows = list(bench.report.locus_report.aim_rows(loci(bench)))
+    assert rows == [
+        ["locus: 10 times faster a point than AUTO-07p, fine", "20 times", "met"],
+        ["locus: 10 times faster a point than AUTO-07p, largest", "2 times", "falls short"],
+    ]
+
+
+def test_the_locus_is_shown_with_both_ratios_and_its_error(bench: Bench) -> None:
+    rows = list(bench.report.locus_report.rows(loci(bench)))
+    assert rows == [
+        ["slipfold", "defaults", "40", "200", "5", "1", "1", "< 1e-12"],
+        ["AUTO-07p", "fine", "20", "2000", "100", "20", "10", "2e-10"],
+        ["AUTO-07p", "largest", "10", "100", "10", "2", "0.5", "2e-08"],
+    ]
+
+
+def test_a_frequency_missed_is_no_error_of_zero(bench: Bench) -> None:
+    record = locus(bench, "largest", 0.1, 10)
+    del record["landed"][2]
+    assert bench.report.locus_report.error_of(record) == "a frequency missed"
+
+
+def test_points_found_on_the_locus_are_compared_where_a_reference_is(bench: Bench) -> None:
+    records = loci(bench)
+    records["AUTO-07p, fine"]["specials"] = {"locus": [("BP", 0.1)]}
+    text = bench.report.locus_report.on_the_way(records)
+    assert "smallest Nd at 12.46291 Hz, 0.04008398 N (errors < 1e-12 Hz, 2e-09 N)" in text
+    assert "cusp of cycles at 12 Hz, 0.1 N." in text
+    assert "AUTO-07p, fine: BP. AUTO-07p, largest: nothing." in text
+
+
+def test_the_map_is_judged_cold_and_warm(bench: Bench) -> None:
+    rows = list(bench.report.map_report.aim_rows(thresholds()))
+    assert [row[1:] for row in rows] == [["1.2 ms", "falls short"], ["0.8 ms", "met"]]
+
+
+def test_failures_of_the_map_are_counted_by_name(bench: Bench) -> None:
+    section = "\n".join(bench.report.map_report.section(thresholds(stuck=3, lost=1)))
+    assert "## 10,000 thresholds" in section
+    assert "Thresholds: 9,996; without one: 3 stuck, 1 lost." in section
+    assert "; none failed." in "\n".join(bench.report.map_report.section(thresholds()))
+
+
+def test_the_report_and_its_table_hold_the_locus_and_the_map(bench: Bench) -> None:
+    what = measured(bench, {"slipfold": ours(0.01)})
+    whole, short = bench.report.report(what), bench.report.brief(what)
+    assert "## The period-doubling locus" in whole
+    assert "| under 1 ms a threshold on one core, warm | 0.8 ms | met |" in whole
+    assert "| AUTO-07p, fine | 2000 ms | 20 | 100 ms | 20 | 2e-10 N |" in short
+    assert "without one: 3 stuck" in short
+
+
+def test_another_round_counts_in_the_time_a_point(bench: Bench) -> None:
+    record = locus(bench, "defaults", 0.2, 40)
+    bench.run.merge(record, locus(bench, "defaults", 0.4, 40))
+    assert record["seconds_per_point"]["locus"] == pytest.approx(0.3 / 40)
+    both = thresholds()
+    bench.run.merge(both, thresholds())
+    assert both["seconds"]["cold"] == [12.0, 12.0]
+    assert both["processor_seconds"]["warm"] == [6.0, 6.0]
+
+
+def test_a_reason_is_given_once(bench: Bench) -> None:
+    missing = {"AUTO-07p, fine": "not installed"}
+    both = bench.run.all_absent(missing, {**missing, "AUTO-07p, largest": "missed f = 12 Hz"})
+    assert both == {**missing, "AUTO-07p, largest, locus": "missed f = 12 Hz"}
 
 
 def test_a_peer_that_misses_a_point_is_no_rival(bench: Bench) -> None:
@@ -74,7 +185,7 @@ def test_a_peer_that_misses_a_point_is_no_rival(bench: Bench) -> None:
     blind["specials"]["period1"] = []
     records = {"slipfold": ours(0.01), "AUTO-07p, largest": blind}
     what = measured(bench, records)
-    assert not any("largest" in row[0] for row in bench.report.aim_rows(what))
+    assert not any("largest settings" in row[0] for row in bench.report.aim_rows(what))
     assert list(bench.report.response_rows(what))[1][-3:] == ["?", "?", "?"]
     assert "a point missed or invented" in bench.report.brief(what)
 
@@ -101,3 +212,20 @@ def test_a_missing_script_is_a_reason(bench: Bench) -> None:
     answer = bench.processes.ask("no_such_script.py")
     assert isinstance(answer, bench.processes.Absent)
     assert "no_such_script.py" in answer.reason
+
+
+def test_our_locus_lands_on_the_reference(bench: Bench) -> None:
+    script = importlib.import_module("ours_locus")
+    followed = script.follow(script.doubling())
+    landed = [script.land(followed, f) for f in bench.reference.LOCUS]
+    assert bench.reference.locus_error(landed) < 1e-11
+    errors = [bench.reference.named_errors(p.name, *p.values) for p in followed.special]
+    assert len(errors) == 2
+    assert max(map(max, errors)) < 1e-10
+
+
+def test_a_threshold_missed_is_infinitely_far(bench: Bench) -> None:
+    apart = importlib.import_module("threshold_map").apart
+    nan = float("nan")
+    assert apart(nan, nan) == 0
+    assert apart(nan, 0.1) == apart(0.1, nan) == float("inf")

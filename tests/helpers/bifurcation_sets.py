@@ -14,10 +14,12 @@ from scipy.interpolate import CubicSpline
 
 from slipfold.branches import Settings, Steps, trace_response
 from slipfold.branches.describe import describe_bifurcation
+from slipfold.branches.normal_form import criticality_of
 from slipfold.branches.point import corrected_point
 from slipfold.branches.trace import trace_branch
 from slipfold.errors import InputError
 from slipfold.loci.bifurcation_set import find_bifurcation_set
+from slipfold.loci.describe import coefficient_at
 from slipfold.loci.follow import follow_loci
 from slipfold.loci.locus_problem import LocusProblem
 from slipfold.models import SlidingOscillator
@@ -67,52 +69,44 @@ def locus_of(point, plane, window, **keys):
     return found
 
 
-class Curve:
-    """A locus between its points."""
+class Orbit(NamedTuple):
+    """An orbit by its period and its nodes."""
 
-    def __init__(self, locus, widths=None):
-        size = np.ptp(locus.values, axis=0) if widths is None else widths
-        self.locus = locus
-        segments = locus.nodes.shape[1]
-        self.problem = LocusProblem(
-            locus.model, locus.type, locus.vary, locus.period, tuple(map(float, size)), segments
-        )
-        z = np.array(
-            [
-                self.problem.pack(nodes, values)
-                for nodes, values in zip(locus.nodes, locus.values, strict=True)
-            ]
-        )
-        self.spline = CubicSpline(locus.arclength, z)
-
-    def at(self, axis, value):
-        """Points of the locus on the line where one parameter has a value: values and nodes."""
-        s = self.locus.arclength
-        grid = np.unique(np.concatenate([np.linspace(a, b, SAMPLES) for a, b in pairwise(s)]))
-        scaled = value / self.problem.widths[axis]
-        gaps = self.spline(grid)[:, axis - 2] - scaled
-        row = np.zeros(self.spline(0.0).shape)
-        row[axis - 2] = 1.0
-        for i in np.flatnonzero((gaps[:-1] > 0) != (gaps[1:] > 0)):
-            share = gaps[i] / (gaps[i] - gaps[i + 1])
-            guess = self.spline(grid[i] + share * (grid[i + 1] - grid[i]))
-            guess[axis - 2] = scaled
-            found = correct(self.problem, guess, row, iterations=20)
-            assert found.converged, f"{self.locus.type} at {self.locus.vary[axis]} = {value}"
-            yield self.problem.values(found.z), self.problem.nodes(found.z)
+    period: int
+    nodes: np.ndarray
 
 
 @dataclass(frozen=True)
 class Crossing:
-    """Where a locus crosses a line of the plane."""
+    """Where a locus crosses a line of the plane; or any other point of it."""
 
     locus: object
-    values: np.ndarray
-    nodes: np.ndarray
+    problem: object
+    point: object
+
+    @property
+    def values(self):
+        return self.problem.values(self.point.z)
+
+    @property
+    def nodes(self):
+        return self.problem.nodes(self.point.z)
 
     @property
     def orbit(self):
         return Orbit(self.locus.period, self.nodes)
+
+    @property
+    def multipliers(self):
+        return self.point.multipliers
+
+    @property
+    def coefficient(self):
+        return coefficient_at(self.problem, self.point)
+
+    @property
+    def criticality(self):
+        return criticality_of(self.locus.type, self.coefficient)
 
     @property
     def name(self):
@@ -122,12 +116,29 @@ class Crossing:
 
 def crossings(loci, axis, value):
     """All crossings of loci with the line where one parameter has a value."""
-    return [
-        Crossing(locus, *found)
-        for locus in loci
-        if len(locus) > 1
-        for found in Curve(locus).at(axis, value)
-    ]
+    return [item for locus in loci for item in locus_crossings(locus, axis, value)]
+
+
+def locus_crossings(locus, axis, value):
+    """Crossings of one locus: from a spline through its points, corrected."""
+    widths = tuple(map(float, np.ptp(locus.values, axis=0)))
+    problem = LocusProblem(
+        locus.model, locus.type, locus.vary, locus.period, widths, locus.nodes.shape[1]
+    )
+    pairs = zip(locus.nodes, locus.values, strict=True)
+    s, z = locus.arclength, np.array([problem.pack(*pair) for pair in pairs])
+    spline = CubicSpline(s, z)
+    grid = np.unique(np.concatenate([np.linspace(a, b, SAMPLES) for a, b in pairwise(s)]))
+    gaps = spline(grid)[:, axis - 2] - value / widths[axis]
+    row = np.zeros(z.shape[1])
+    row[axis - 2] = 1.0
+    for i in np.flatnonzero((gaps[:-1] > 0) != (gaps[1:] > 0)):
+        share = gaps[i] / (gaps[i] - gaps[i + 1])
+        guess = spline(grid[i] + share * (grid[i + 1] - grid[i]))
+        guess[axis - 2] = value / widths[axis]
+        found = correct(problem, guess, row, iterations=20, still=1e-9)
+        assert found.converged, f"{locus.type} at {locus.vary[axis]} = {value}: {found.failure}"
+        yield Crossing(locus, problem, corrected_point(problem, found, 0.0))
 
 
 def same_orbit(nodes, others, scales, period):
@@ -266,13 +277,6 @@ def pieces_of_line(plane, axis, place, branches):
             model = SlidingOscillator(**here)
             pieces.append(piece_through(model, vary, window[1 - axis], branch.period, nodes))
     return pieces
-
-
-class Orbit(NamedTuple):
-    """An orbit by its period and its nodes."""
-
-    period: int
-    nodes: np.ndarray
 
 
 @dataclass(frozen=True)

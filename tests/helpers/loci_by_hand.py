@@ -10,6 +10,7 @@ spring nearly collapses, are found by multiple shooting. Nothing of the package 
 
 import json
 from contextlib import suppress
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
@@ -122,11 +123,9 @@ def gradient(z, locus, v, w):
         return np.einsum("ti,tij->tj", w, (ahead - behind) / (2 * step))
 
     states = bent(v.real) + (1j * bent(v.imag) if np.iscomplexobj(v) else 0.0)
-    along = [
-        jacobians(u, locus, pair + step) - jacobians(u, locus, pair - step)
-        for step in NUDGE * np.eye(2)
-    ]
-    along = np.einsum("ti,stij,tj->s", w, along, v) / (2 * NUDGE)
+    steps = NUDGE * np.eye(2)
+    change = [np.subtract(*(jacobians(u, locus, pair + s) for s in (d, -d))) for d in steps]
+    along = np.einsum("ti,stij,tj->s", w, change, v) / (2 * NUDGE)
     angle = [-1j * np.sum(w * v)] if locus.kind == "NS" else []
     return -join(states, along, *angle)
 
@@ -246,10 +245,7 @@ def response_to(z, locus, forces, theta=0.0):
 
 
 def doubling_coefficient(z, locus):
-    """Coefficient b of the map's normal form at a PD.
-
-    On the centre manifold the amplitude obeys a' = c a^3 per period, so that a goes to -a - c a^3.
-    """
+    """Coefficient b of the map's normal form at a PD: -c of a' = c a^3 per period."""
     v, w = critical_vectors(z, locus)
     second, third = powers(z, locus, v)
     bent = response_to(z, locus, second.real / 2)
@@ -268,10 +264,9 @@ def torus_coefficient(z, locus):
     return 0.5 * np.real(np.vdot(w, cubic + bent))
 
 
-def slope(z, locus, index=-1, over=-2):
+def slope(z, locus, index, over):
     """Slope of one coordinate over another along the locus."""
-    direction = tangent(z, locus)
-    return direction[index] / direction[over]
+    return np.divide(*tangent(z, locus)[[index, over]])
 
 
 def locate(test, z, locus, index):
@@ -345,7 +340,7 @@ def shooting_fold(z, f):
         raise AssertionError("no convergence")
 
     start = row @ z
-    value(root_scalar(value, x0=start, x1=start + 1e-4, xtol=1e-11).root)
+    value(root_scalar(value, x0=start, x1=start + 1e-4, xtol=1e-8).root)
     return held[0]
 
 
@@ -385,7 +380,7 @@ def extremes(points, locus, index):
     for before, z, after in zip(points, points[1:], points[2:], strict=False):
         if (z[index] - before[index]) * (after[index] - z[index]) < 0:
             over = int(np.argmax(np.abs(tangent(z, locus)[: split(z, locus)[0].size])))
-            found.append(locate(lambda z, s, over=over: slope(z, s, index, over), z, locus, over))
+            found.append(locate(partial(slope, index=index, over=over), z, locus, over))
     return found
 
 
@@ -467,10 +462,9 @@ def ns_period_2(walked):
     points = both_ways(start, locus, -3, steps=(0.01, 0.05))
     plane = Locus("NS", 2, ("Vd", "Nd"), (("f", 12.5),))
     speeds = both_ways(moved(start, locus, plane, 0.6), plane, -3, box=((0, 1.2), (0, 0.999)))
-    values = 12.4975, 12.5, 12.51, 12.54, 12.55, 12.6, 13.0, 13.28
     result = {}
     for name, where, walked_, chosen in (
-        ("f_Nd", locus, points, values),
+        ("f_Nd", locus, points, (12.4975, 12.5, 12.51, 12.54, 12.55, 12.6, 13.0, 13.28)),
         ("Vd_Nd_at_f_12.5", plane, speeds, (0.6, 0.7, 0.8, 1.0)),
     ):
         found = {

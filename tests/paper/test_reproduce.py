@@ -241,9 +241,9 @@ def test_ctrl_c_in_the_terminal(tmp_path):
     assert interrupted
     assert written >= 4
     assert "figure7" in missing
-    assert len(list((tmp_path / "out" / "data").iterdir())) == written - 2 - len(
-        list(Path(tmp_path / "out").glob("figure*"))
-    )
+    # Besides the data: figures, thresholds.csv, claims.md, bifurcation_sets.md.
+    figures = [path for path in (tmp_path / "out").iterdir() if path.suffix in (".pdf", ".png")]
+    assert len(list((tmp_path / "out" / "data").iterdir())) == written - 3 - len(figures)
 
 
 @pytest.mark.long
@@ -253,7 +253,11 @@ def test_the_whole_paper(tmp_path):
     assert [claim.verdict for claim in made.claims] == [True] * 10
     figures = sorted(path.name for path in tmp_path.glob("figure*"))
     assert figures == [f"figure{n}.{kind}" for n in range(2, 8) for kind in ("pdf", "png")]
-    assert len(list((tmp_path / "data").iterdir())) == 22
+    sets = sorted(path.name for path in tmp_path.glob("bifurcation_set_*"))
+    names = ("Ns", "Vd", "alpha", "f", "mu")
+    assert sets == [f"bifurcation_set_{n}_Nd.{kind}" for n in names for kind in ("pdf", "png")]
+    assert (tmp_path / "bifurcation_sets.md").read_text().count("Not computed") == 0
+    assert len(list((tmp_path / "data").iterdir())) == 22 + 5
     reference = json.loads((Path(__file__).parent / "reference.json").read_text())
     rows = table(tmp_path)
     for curve, special in reference.items():

@@ -3,6 +3,8 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
+from slipfold.plots.locus_style import LOCUS_COLOURS
+from slipfold.plots.regions import PALE
 from slipfold.plots.style import KINDS, LINES, figure_style, palette
 
 # Machado, Oliveira & Fernandes 2009, doi:10.1109/TVCG.2009.113, severity 1, in linear RGB.
@@ -43,6 +45,18 @@ def test_colours_differ_in_lightness_for_everyone(count, sight):
     values = [lightness(matrix @ linear(colour)) for colour in palette(count)]
     assert np.all(np.diff(values) > (15 if sight is None else 10))
     assert values[-1] < 80  # still seen on white
+
+
+@pytest.mark.parametrize("sight", [None, *BLINDNESS])
+def test_loci_and_regions_differ_in_lightness_for_everyone(sight):
+    matrix = np.eye(3) if sight is None else np.array(BLINDNESS[sight])
+    lines, areas = (
+        [lightness(matrix @ linear(colour)) for colour in colours]
+        for colours in (LOCUS_COLOURS.values(), PALE.values())
+    )
+    assert np.all(np.diff(lines) > 10)
+    assert np.all(np.diff(areas) < -3)
+    assert lines[-1] < areas[-1] - 10  # every line is seen on every area
 
 
 def test_kinds_differ_without_colour():

@@ -1,4 +1,4 @@
-"""What the source paper shows, read from ``cases.toml``: figures, their curves, their spectra."""
+"""What the source paper shows, and more, from ``cases.toml``: figures, curves, spectra, planes."""
 
 from __future__ import annotations
 
@@ -12,8 +12,19 @@ from typing import Any
 
 from slipfold.models.parameter import Parameter
 from slipfold.models.sliding_oscillator import SlidingOscillator
+from slipfold.paper.planes import Plane, PlaneFigure
 
-__all__ = ["Cases", "Curve", "Figure", "Row", "Steady", "read_cases", "value_text"]
+__all__ = [
+    "Case",
+    "Cases",
+    "Curve",
+    "Figure",
+    "Row",
+    "Steady",
+    "equation_text",
+    "read_cases",
+    "value_text",
+]
 
 
 @dataclass(frozen=True)
@@ -56,6 +67,10 @@ class Steady:
     def key(self) -> str:
         """Name for files."""
         return "_".join(["simulation", *_changes(self.model)])
+
+
+Case = Curve | Steady | Plane
+"""What is computed as one piece."""
 
 
 @dataclass(frozen=True)
@@ -127,7 +142,7 @@ class Figure:
 
 @dataclass(frozen=True)
 class Cases:
-    """All that the paper shows or claims.
+    """All that the paper shows or claims, and the bifurcation sets beyond it.
 
     Parameters
     ----------
@@ -135,17 +150,30 @@ class Cases:
         The figures.
     further
         Rows that a claim needs and no figure shows, by number of the claim.
+    planes
+        Figures of bifurcation sets, which the paper does not have.
     """
 
     figures: tuple[Figure, ...]
     further: tuple[tuple[int, Row], ...] = ()
+    planes: tuple[PlaneFigure, ...] = ()
 
     @property
-    def needs(self) -> tuple[Curve | Steady, ...]:
-        """All that must be computed, each once, in the order of the paper."""
+    def needs(self) -> tuple[Case, ...]:
+        """All that must be computed, each once.
+
+        The planes come first, since each takes longer than anything else; then the order is that
+        of the paper.
+        """
+        planes = [figure.plane for figure in self.planes]
         drawn = [item for figure in self.figures for item in figure.needs]
         claimed = [curve for _, row in self.further for curve in row.curves]
-        return tuple(dict.fromkeys([*drawn, *claimed]))
+        return tuple(dict.fromkeys([*planes, *drawn, *claimed]))
+
+    @property
+    def all_figures(self) -> tuple[Figure | PlaneFigure, ...]:
+        """The figures of the paper and those beyond it."""
+        return (*self.figures, *self.planes)
 
     def shown_in(self, curve: Curve) -> tuple[int, ...]:
         """Return the numbers of the figures that show a curve.
@@ -158,7 +186,7 @@ class Cases:
         return tuple(figure.number for figure in self.figures if curve in figure.curves)
 
     def only(self, numbers: Iterable[int]) -> Cases:
-        """Return the cases of some figures alone.
+        """Return the cases of some figures of the paper alone.
 
         Parameters
         ----------
@@ -171,12 +199,12 @@ class Cases:
 
 @cache
 def read_cases() -> Cases:
-    """Read the figures of the source paper.
+    """Read the figures of the source paper and the bifurcation sets.
 
     Returns
     -------
     Cases
-        Figures 2 to 7, and what the claims need besides.
+        Figures 2 to 7, what the claims need besides, and the planes of the bifurcation sets.
 
     Examples
     --------
@@ -194,7 +222,7 @@ def read_cases() -> Cases:
         for item in content["figure"]
     )
     further = tuple((item["number"], _row(row)) for item in content["claim"] for row in item["row"])
-    return Cases(figures, further)
+    return Cases(figures, further, tuple(_plane(item) for item in content["plane"]))
 
 
 def _row(content: Mapping[str, Any]) -> Row:
@@ -208,6 +236,16 @@ def _row(content: Mapping[str, Any]) -> Row:
         curves.append(Curve(model, content["vary"], (first * unit, last * unit)))
     detail = tuple(content["detail"]) if "detail" in content else None
     return Row(tuple(curves), member, tuple(common), detail, content.get("wide", False))
+
+
+def _plane(content: Mapping[str, Any]) -> PlaneFigure:
+    first, second = content["vary"]
+    window, detail = (
+        ((float(a), float(b)), (float(c), float(d)))
+        for (a, b), (c, d) in (content["window"], content["detail"])
+    )
+    plane = Plane(SlidingOscillator(), (first, second), window)
+    return PlaneFigure(plane, content["title"], detail, content.get("wide", False))
 
 
 def value_text(model: SlidingOscillator, name: str) -> tuple[str, str]:
@@ -230,6 +268,20 @@ def value_text(model: SlidingOscillator, name: str) -> tuple[str, str]:
     if parameter.unit == "rad":
         return f"{math.degrees(value):.10g}", "°"
     return f"{value:.10g}", f" {parameter.unit}" if parameter.unit else ""
+
+
+def equation_text(model: SlidingOscillator, name: str) -> str:
+    """Return e.g. ``"$V_d$ = 0.4 m/s"``.
+
+    Parameters
+    ----------
+    model
+        The model.
+    name
+        Name of the parameter; angles are shown in degrees.
+    """
+    value, unit = value_text(model, name)
+    return f"{model.parameter(name).symbol} = {value}{unit}"
 
 
 def _changes(model: SlidingOscillator, without: str = "") -> list[str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import count
@@ -15,8 +14,8 @@ from matplotlib.ticker import MaxNLocator
 
 from slipfold.attractors.spectrum import Spectrum
 from slipfold.branches.special_point import BIFURCATIONS
-from slipfold.models.sliding_oscillator import SlidingOscillator
-from slipfold.paper.cases import Curve, Figure, Row, Steady, value_text
+from slipfold.paper.cases import Curve, Figure, Row, Steady, equation_text, value_text
+from slipfold.paper.figure_files import figure_files
 from slipfold.paper.legend import draw_legend
 from slipfold.plots.marks import marks_of
 from slipfold.plots.response import HasBranches, draw_family, name_family
@@ -95,7 +94,7 @@ def draw_figure(
         for column, output in enumerate(OUTPUTS):
             ax = canvas.add_subplot(grid[line, column])
             draw_spectrum(spectra[case], output, ax, palette(1)[0], annotate=False)
-            settings = ", ".join(_equation(case.model, name) for name in ("f", "Nd"))
+            settings = ", ".join(equation_text(case.model, name) for name in ("f", "Nd"))
             ax.set_title(f"{next(letters)}  {settings}")
             spectral.append((ax, spectra[case], output))
     draw_legend(canvas, [diagrams[curve] for curve in figure.curves], measure)
@@ -133,16 +132,8 @@ def render_figure(
     dict
         File names and contents.
     """
-    contents = {}
     with figure_style():
-        canvas = draw_figure(figure, diagrams, spectra, measure)
-        for suffix in ("pdf", "png"):
-            memory = io.BytesIO()
-            # Without the date the same numbers make the same file.
-            metadata = {"CreationDate": None} if suffix == "pdf" else None
-            canvas.savefig(memory, format=suffix, metadata=metadata)
-            contents[f"{figure.key}.{suffix}"] = memory.getvalue()
-    return contents
+        return figure_files(draw_figure(figure, diagrams, spectra, measure), figure.key)
 
 
 def _heights(figure: Figure) -> list[float]:
@@ -212,11 +203,6 @@ def _common(row: Row) -> str:
     shown = [*row.common]
     if "f" not in (row.member, row.curves[0].vary, *shown):
         shown.append("f")
-    equations = ", ".join(_equation(model, name) for name in shown)
+    equations = ", ".join(equation_text(model, name) for name in shown)
     symbol = model.parameter(row.member).symbol
     return f"{equations}; {symbol} as marked" if equations else f"{symbol} as marked"
-
-
-def _equation(model: SlidingOscillator, name: str) -> str:
-    value, unit = value_text(model, name)
-    return f"{model.parameter(name).symbol} = {value}{unit}"

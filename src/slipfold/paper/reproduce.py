@@ -1,4 +1,4 @@
-"""The paper reproduced: everything computed, drawn, tabulated and judged."""
+"""The paper reproduced, and its planes mapped: all computed, drawn, tabulated and judged."""
 
 from __future__ import annotations
 
@@ -12,14 +12,21 @@ from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import BIFURCATIONS
 from slipfold.errors import InputError
 from slipfold.flow.simulate import simulate
-from slipfold.paper.cases import Cases, Curve, Figure, Steady, read_cases
+from slipfold.loci.locus import CODIMENSION_TWO
+from slipfold.paper.cases import Case, Cases, Curve, Figure, Steady, read_cases
 from slipfold.paper.claims import Claim, claims_markdown, judge_claims
 from slipfold.paper.computing import Tasks, open_tasks
 from slipfold.paper.drawing import render_figure
 from slipfold.paper.findings import Findings
+from slipfold.paper.plane_drawing import render_plane
+from slipfold.paper.plane_text import planes_markdown
+from slipfold.paper.planes import Plane, PlaneFigure
 from slipfold.paper.thresholds import thresholds_csv
+from slipfold.results.bifurcation_set import bifurcation_set
 from slipfold.results.diagram import Diagram
 from slipfold.results.diagram_table import diagram_table
+from slipfold.results.locus_diagram import LocusDiagram
+from slipfold.results.locus_table import locus_table
 from slipfold.results.response import response
 from slipfold.results.writing import check_writable, write_file
 
@@ -39,7 +46,7 @@ class PaperProgress:
     Parameters
     ----------
     done, total
-        Results finished, and all there are: curves, spectra, figures.
+        Results finished, and all there are: curves, spectra, planes, figures.
     name
         The one just finished, e.g. ``"Nd_Vd0.4"``.
     found
@@ -65,7 +72,7 @@ class Reproduction:
     claims
         The paper's claims, judged.
     stopped
-        A sentence for each branch that could not be followed to its end.
+        A sentence for each branch or locus that could not be followed to its end.
     missing
         Names of what was not finished; empty unless interrupted.
     """
@@ -107,8 +114,9 @@ def reproduce(
 ) -> Reproduction:
     """Compute and draw what the source paper shows, and judge what it claims.
 
-    Writes ``figure2.pdf`` ... ``figure7.png``, ``thresholds.csv``, ``claims.md`` and the curves
-    themselves, ``data/*.nc``. Ctrl-C ends it with what is finished.
+    Writes ``figure2.pdf`` ... ``figure7.png``, ``thresholds.csv``, ``claims.md``, beyond the paper
+    ``bifurcation_set_*.pdf`` and ``.png`` with ``bifurcation_sets.md``, and all that was computed,
+    ``data/*.nc``. Ctrl-C ends it with what is finished.
 
     Parameters
     ----------
@@ -186,8 +194,9 @@ class _Run:
         self.observer = observer
         self.diagrams: dict[Curve, Diagram] = {}
         self.spectra: dict[Steady, Spectrum] = {}
-        self.drawn: set[Figure] = set()
-        self.queued: set[Figure] = set()
+        self.sets: dict[Plane, LocusDiagram] = {}
+        self.drawn: set[Figure | PlaneFigure] = set()
+        self.queued: set[Figure | PlaneFigure] = set()
         self.written: list[Path] = []
 
     def compute(self, tasks: Tasks) -> None:
@@ -199,7 +208,7 @@ class _Run:
             for figure in self.complete():
                 if figure not in self.queued:
                     self.queued.add(figure)
-                    tasks.add(figure, render_figure, *self.drawing(figure))
+                    tasks.add(figure, *self.drawing(figure))
 
     def rescue(self, tasks: Tasks) -> None:
         """After Ctrl-C: take what is about to end, and draw what is complete."""
@@ -208,12 +217,13 @@ class _Run:
             self.take(name, result)
         for figure in self.complete():
             if figure not in self.drawn:
-                self.take(figure, render_figure(*self.drawing(figure)))
+                draw, *arguments = self.drawing(figure)
+                self.take(figure, draw(*arguments))
 
     def take(self, name: Any, result: Any) -> None:
         """Keep and save one result."""
         found: tuple[str, ...] = ()
-        if isinstance(name, Figure):
+        if isinstance(name, Figure | PlaneFigure):
             for file, content in result.items():
                 self.write(file, content)
             self.drawn.add(name)
@@ -224,28 +234,29 @@ class _Run:
             if diagram.interrupted:
                 raise KeyboardInterrupt
             self.write(f"data/{name.key}.nc", content)
-            self.diagrams[name] = diagram
-            found = tuple(
-                f"{point.type} {point.value:.6g}"
-                for _, point in diagram.special
-                if point.type in BIFURCATIONS
-            )
+            if isinstance(name, Plane):
+                self.sets[name] = diagram
+            else:
+                self.diagrams[name] = diagram
+            found = _found(diagram)
         if self.observer is not None:
-            done = len(self.diagrams) + len(self.spectra) + len(self.drawn)
-            total = len(self.cases.needs) + len(self.cases.figures)
-            self.observer(PaperProgress(done, total, name.key, found))
+            computed = len(self.diagrams) + len(self.spectra) + len(self.sets)
+            total = len(self.cases.needs) + len(self.cases.all_figures)
+            self.observer(PaperProgress(computed + len(self.drawn), total, name.key, found))
 
-    def complete(self) -> Iterator[Figure]:
+    def complete(self) -> Iterator[Figure | PlaneFigure]:
         """Yield the figures for which everything is computed."""
-        for figure in self.cases.figures:
-            if all(case in self.diagrams or case in self.spectra for case in figure.needs):
+        for figure in self.cases.all_figures:
+            if all(map(self._has, figure.needs)):
                 yield figure
 
-    def drawing(self, figure: Figure) -> tuple[Any, ...]:
-        """Return what a figure is drawn from."""
+    def drawing(self, figure: Figure | PlaneFigure) -> tuple[Any, ...]:
+        """Return the function that draws a figure, and its arguments."""
+        if isinstance(figure, PlaneFigure):
+            return render_plane, figure, self.sets[figure.plane]
         diagrams = {curve: self.diagrams[curve] for curve in figure.curves}
         spectra = {case: self.spectra[case] for case in figure.spectra}
-        return figure, diagrams, spectra, self.measure
+        return render_figure, figure, diagrams, spectra, self.measure
 
     def write(self, name: str, content: bytes) -> None:
         write_file(self.folder / name, content)
@@ -256,26 +267,54 @@ class _Run:
         claims = judge_claims(Findings(self.cases, self.diagrams, self.spectra))
         self.write("thresholds.csv", thresholds_csv(self.cases, self.diagrams).encode())
         self.write("claims.md", claims_markdown(claims).encode())
-        stopped = [
-            f"{curve.key}, branch {branch.id}: {branch.stopped.reason}"
-            for curve, diagram in self.diagrams.items()
-            for branch in diagram.branches
-            if branch.stopped.early
-        ]
+        if self.cases.planes:
+            self.write(
+                "bifurcation_sets.md", planes_markdown(self.cases.planes, self.sets).encode()
+            )
         missing = [case.key for case in self.cases.needs if not self._has(case)]
-        missing += [figure.key for figure in self.cases.figures if figure not in self.drawn]
+        missing += [figure.key for figure in self.cases.all_figures if figure not in self.drawn]
         return Reproduction(
-            self.folder, tuple(self.written), claims, tuple(sorted(stopped)), tuple(missing)
+            self.folder, tuple(self.written), claims, tuple(sorted(self.stopped())), tuple(missing)
         )
 
-    def _has(self, case: Curve | Steady) -> bool:
-        return case in self.diagrams or case in self.spectra
+    def stopped(self) -> Iterator[str]:
+        """Yield a sentence for each branch and each locus that was given up."""
+        for curve, diagram in self.diagrams.items():
+            for branch in diagram.branches:
+                if branch.stopped.early:
+                    yield f"{curve.key}, branch {branch.id}: {branch.stopped.reason}"
+        for plane, found in self.sets.items():
+            for locus in found.loci:
+                for end in (locus.begun, locus.stopped):
+                    if end.early:
+                        yield f"{plane.key}, locus {locus.id}: {end.reason}"
+
+    def _has(self, case: Case) -> bool:
+        return case in self.diagrams or case in self.spectra or case in self.sets
 
 
-def _compute(case: Curve | Steady, settings: Settings | None) -> Spectrum | tuple[Diagram, bytes]:
-    """Compute one spectrum, or one curve and its file; may run in a process of its own."""
+def _found(diagram: Diagram | LocusDiagram) -> tuple[str, ...]:
+    """Return what was found, as progress shows it."""
+    if isinstance(diagram, LocusDiagram):
+        return tuple(
+            f"{point.type} {point.values[0]:.6g} {point.values[1]:.6g}"
+            for _, point in diagram.special
+            if point.type in CODIMENSION_TWO
+        )
+    return tuple(
+        f"{point.type} {point.value:.6g}"
+        for _, point in diagram.special
+        if point.type in BIFURCATIONS
+    )
+
+
+def _compute(case: Case, settings: Settings | None) -> Any:
+    """Compute one spectrum, or one curve or plane and its file; may run in a process of its own."""
     if isinstance(case, Steady):
         return find_spectrum(simulate(case.model, PERIODS))
+    if isinstance(case, Plane):
+        found = bifurcation_set(case.model, case.vary, case.window, settings=settings)
+        return found, locus_table(found).to_netcdf()
     diagram = response(case.model, case.vary, case.span, settings=settings)
     # The file asks for extrema and uncertainties, which the branches keep: they are computed here
     # rather than in the process that waits, and once for all drawings.

@@ -1,8 +1,10 @@
 """Figures, one function a kind of figure; each draws into the axes it is given."""
 
+from slipfold.plots.loci import draw_loci as draw_loci
 from slipfold.plots.phase import draw_phase as draw_phase
 from slipfold.plots.response import draw_family as draw_family
 from slipfold.plots.response import draw_response as draw_response
 from slipfold.plots.spectrum import draw_spectrum as draw_spectrum
 from slipfold.plots.style import figure_style as figure_style
+from slipfold.plots.threshold_map import draw_threshold_map as draw_threshold_map
 from slipfold.plots.timeseries import draw_timeseries as draw_timeseries

@@ -48,6 +48,8 @@ class Label:
         Font size in points.
     leader
         Whether a thin line may join a far text to its point; without one the text stays near.
+    centred
+        Whether the text lies on its point instead of beside it.
     """
 
     text: str
@@ -55,6 +57,7 @@ class Label:
     colour: str = "black"
     size: float = 6.5
     leader: bool = True
+    centred: bool = False
 
 
 def place_labels(axes: Axes, labels: Sequence[Label]) -> list[Annotation]:
@@ -179,7 +182,7 @@ def _place(axes: Axes, canvas: _Canvas, label: Label) -> Annotation:
     text.set_in_layout(False)
     extent = text.get_window_extent()
     half = np.array([extent.width, extent.height]) * canvas.scale / 2
-    offsets, radii, habit = _candidates(half, label.leader)
+    offsets, radii, habit = _candidates(half, label)
     places = canvas.places(label.anchors)
     centres = (places[:, None] + offsets).reshape(-1, 2)
     cost = canvas.cost(centres - half - MARGIN, centres + half + MARGIN, label.colour)
@@ -197,10 +200,12 @@ def _place(axes: Axes, canvas: _Canvas, label: Label) -> Annotation:
     return text
 
 
-def _candidates(half: Array, far: bool) -> tuple[Array, Array, Array]:
+def _candidates(half: Array, label: Label) -> tuple[Array, Array, Array]:
     """Return offsets of the centre of a text, their distances, and how little they are liked."""
+    if label.centred:
+        return np.zeros((1, 2)), np.zeros(1), np.zeros(1)
     offsets, radii, habit = [], [], []
-    allowed = RADII if far else RADII[:4]
+    allowed = RADII if label.leader else RADII[:4]
     for (rank, angle), radius in product(enumerate(np.deg2rad(DIRECTIONS)), allowed):
         unit = np.array([np.cos(angle), np.sin(angle)])
         # The centre lies in this direction where the edge of the text has the distance.

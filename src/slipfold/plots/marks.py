@@ -9,10 +9,11 @@ import numpy as np
 
 from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import SpecialPoint
+from slipfold.models.model import Model
 from slipfold.plots.stretches import measure_of
 from slipfold.plots.style import MARKERS
 
-__all__ = ["Mark", "marks_of"]
+__all__ = ["Mark", "limit_name", "marks_of"]
 
 
 @dataclass(frozen=True)
@@ -59,6 +60,22 @@ def marks_of(branch: Branch, output: str, measure: str = "max") -> tuple[Mark, .
     return tuple(mark for mark in found if np.isfinite(mark.value))
 
 
+def limit_name(model: Model, reason: str) -> str:
+    """Return one word for a limit of a model, e.g. ``"collapse"``.
+
+    Parameters
+    ----------
+    model
+        The model.
+    reason
+        The sentence that says which limit was met.
+    """
+    for limit in model.limits:
+        if reason.startswith(limit.reason.partition("{")[0]):
+            return limit.name.split()[-1]
+    return "limit"
+
+
 def _special(branch: Branch, output: str, measure: str) -> Iterator[Mark]:
     for point in branch.special:
         if point.type in MARKERS:
@@ -75,17 +92,8 @@ def _end(branch: Branch, output: str, measure: str) -> Iterator[Mark]:
     if branch.stopped.kind == "failed":
         yield Mark("FAILED", "", *place)
         return
-    for limit in branch.model.limits:
-        if branch.stopped.reason.startswith(limit.reason.partition("{")[0]):
-            yield Mark("LIMIT", _last_word(limit.name), *place)
-            return
-    yield Mark("LIMIT", "limit", *place)
+    yield Mark("LIMIT", limit_name(branch.model, branch.stopped.reason), *place)
 
 
 def _short_name(point: SpecialPoint) -> str:
     return point.name if point.type == "EVENT" else point.type
-
-
-def _last_word(name: str) -> str:
-    """Return e.g. ``"collapse"`` for ``"spring collapse"``."""
-    return name.split()[-1]

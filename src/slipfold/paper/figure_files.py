@@ -1,0 +1,34 @@
+"""A figure as the files that are written of it."""
+
+from __future__ import annotations
+
+import io
+
+from matplotlib.figure import Figure
+
+__all__ = ["figure_files"]
+
+
+def figure_files(canvas: Figure, key: str) -> dict[str, bytes]:
+    """Return a figure as PDF and PNG.
+
+    Parameters
+    ----------
+    canvas
+        The figure; saved in the style that is in force.
+    key
+        Name of the files without ending.
+
+    Returns
+    -------
+    dict
+        File names and contents.
+    """
+    contents = {}
+    for suffix in ("pdf", "png"):
+        memory = io.BytesIO()
+        # Without the date the same numbers make the same file.
+        metadata = {"CreationDate": None} if suffix == "pdf" else None
+        canvas.savefig(memory, format=suffix, metadata=metadata)
+        contents[f"{key}.{suffix}"] = memory.getvalue()
+    return contents

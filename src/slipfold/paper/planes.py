@@ -1,0 +1,66 @@
+"""Bifurcation sets to compute and to draw beyond what the source paper shows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from slipfold.loci.window import Window
+from slipfold.models.sliding_oscillator import SlidingOscillator
+
+__all__ = ["Plane", "PlaneFigure"]
+
+
+@dataclass(frozen=True)
+class Plane:
+    """One bifurcation set.
+
+    Parameters
+    ----------
+    model
+        The model; its values of `vary` play no part.
+    vary
+        Names of the two parameters.
+    window
+        Least and largest value of each.
+    """
+
+    model: SlidingOscillator
+    vary: tuple[str, str]
+    window: Window
+
+    @property
+    def key(self) -> str:
+        """Name for files."""
+        return f"plane_{self.vary[0]}_{self.vary[1]}"
+
+
+@dataclass(frozen=True)
+class PlaneFigure:
+    """The figure of a bifurcation set: its whole window and a part of it, magnified.
+
+    Parameters
+    ----------
+    plane
+        The bifurcation set.
+    title
+        What the first parameter is.
+    detail
+        The part of the window that is drawn once more.
+    wide
+        Whether the detail lies below instead of beside.
+    """
+
+    plane: Plane
+    title: str
+    detail: Window
+    wide: bool = False
+
+    @property
+    def key(self) -> str:
+        """Name for files."""
+        return f"bifurcation_set_{self.plane.vary[0]}_{self.plane.vary[1]}"
+
+    @property
+    def needs(self) -> tuple[Plane, ...]:
+        """All that must be computed before it can be drawn."""
+        return (self.plane,)

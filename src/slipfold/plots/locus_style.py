@@ -1,0 +1,73 @@
+"""The look of loci: colour tells the type, dashes the criticality, width the period."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
+from slipfold.loci.locus import CODIMENSION_TWO
+from slipfold.plots.style import MARKERS
+
+__all__ = ["LOCUS_COLOURS", "line_style", "mark_style"]
+
+LOCUS_COLOURS: Mapping[str, str] = MappingProxyType(
+    {"PD": "#0d0887", "NS": "#a72197", "LP": "#d56a14"}
+)
+"""Colour of each type of locus; they differ in lightness too, and from all pale areas."""
+
+WIDTHS = {1: 1.9, 2: 1.0}
+"""Line width by period."""
+
+DASHES: Mapping[str, Any] = MappingProxyType(
+    {"supercritical": "-", "subcritical": (0, (4.0, 1.6)), "": (0, (1.0, 1.2))}
+)
+"""Line style by criticality; dotted where it is not known."""
+
+FOLD: Any = (0, (5.0, 1.4, 1.0, 1.4))
+"""Line style of folds, which have no criticality."""
+
+
+def line_style(
+    type_: str, period: int, criticality: str, colours: Mapping[str, str] = LOCUS_COLOURS
+) -> dict[str, Any]:
+    """Return the line properties of a stretch of a locus.
+
+    Parameters
+    ----------
+    type_
+        ``"LP"``, ``"PD"`` or ``"NS"``.
+    period
+        Period in forcing periods.
+    criticality
+        ``"supercritical"``, ``"subcritical"`` or ``""``.
+    colours
+        Colour of each type.
+    """
+    return {
+        "color": colours[type_],
+        "linestyle": FOLD if type_ == "LP" else DASHES[criticality],
+        "linewidth": WIDTHS.get(period, 0.7),
+    }
+
+
+def mark_style(type_: str) -> dict[str, Any]:
+    """Return the marker properties of a point of a bifurcation set.
+
+    Parameters
+    ----------
+    type_
+        As in `slipfold.plots.locus_marks.LocusMark`.
+    """
+    style: dict[str, Any] = {"linestyle": "none", "color": "black", "zorder": 3}
+    if type_ in CODIMENSION_TWO:
+        return {**style, "marker": "o", "markersize": 3.8, "markeredgewidth": 0.0}
+    if type_ in MARKERS:
+        return {**style, "marker": MARKERS[type_], "markersize": 4.5, "markeredgewidth": 0.9}
+    return {
+        **style,
+        "marker": "o",
+        "markersize": 3.0,
+        "markerfacecolor": "white",
+        "markeredgewidth": 0.6,
+    }

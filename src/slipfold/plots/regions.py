@@ -1,0 +1,261 @@
+"""Regions of a plane as pale areas that end exactly at the lines between them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from types import MappingProxyType
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from slipfold.loci.region_map import Region, RegionMap
+from slipfold.plots.labels import Label
+
+__all__ = ["PALE", "draw_regions", "region_labels", "sharpen", "shown_regions"]
+
+Array = NDArray[np.float64]
+Labels = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+Window = tuple[tuple[float, float], tuple[float, float]]
+
+PALE: Mapping[tuple[int, ...], str] = MappingProxyType(
+    {(1,): "#f6f7f2", (1, 2): "#e3efdc", (2,): "#c3ded6", (): "#b3b1b0"}
+)
+"""Colour of a region by the periods of its stable responses; each is darker than the one before."""
+
+UNNAMED = "#d8d0e0"
+"""Colour of other combinations of periods."""
+
+PIXELS = (1000, 800)
+"""Size of the picture of the regions: finer than the map, so that its cells are not seen."""
+
+PICTURE = "regions"
+"""Name of the picture among what is drawn in the axes."""
+
+REACH = 3.0
+"""Cells of the map this near to a line, in cells, may belong to its other side: a strip of that
+width has no cells of its own."""
+
+ANCHORS = 300
+"""Places in a region where its name may stand."""
+
+
+def draw_regions(ax: Axes, regions: RegionMap, labels: Labels) -> None:
+    """Paint regions below everything else, within the limits of the axes.
+
+    Parameters
+    ----------
+    ax
+        Axes whose limits are final.
+    regions
+        The regions.
+    labels
+        Number of the region in each pixel, as `sharpen` returned them for these limits.
+    """
+    view = ax.get_xlim(), ax.get_ylim()
+    colours = ["white", *(PALE.get(region.stable, UNNAMED) for region in regions.regions)]
+    ax.imshow(
+        labels,
+        ListedColormap(colours),
+        vmin=-0.5,
+        vmax=len(colours) - 0.5,
+        extent=(*view[0], *view[1]),
+        origin="lower",
+        aspect="auto",
+        interpolation="nearest",
+        interpolation_stage="rgba",
+        zorder=0,
+        gid=PICTURE,
+    )
+    ax.set_xlim(view[0])
+    ax.set_ylim(view[1])
+
+
+def sharpen(
+    regions: RegionMap, lines: Sequence[Array], window: Window, view: Window | None = None
+) -> Labels:
+    """Return the regions with borders that follow lines instead of the cells of the map.
+
+    Parameters
+    ----------
+    regions
+        The regions.
+    lines
+        Lines that part them, each of shape (n, 2).
+    window
+        Least and largest value of each parameter in the map.
+    view
+        The part of the window to show; all of it if None.
+
+    Returns
+    -------
+    ndarray
+        Number of the region in each pixel, shape ``PIXELS[::-1]``.
+
+    Notes
+    -----
+    A cell knows what is true at its centre. A pixel near a line takes the number of a pixel away
+    from all lines: of the one with the shortest way to it that crosses none.
+    """
+    labels = _sharpened(regions.first, regions.second, regions.labels, lines, window)
+    if view is None or view == window:
+        return labels
+    # What is narrow in a part of the window may be told from where it is wide.
+    first, second = (
+        _centres(*interval, count) for interval, count in zip(window, PIXELS, strict=True)
+    )
+    return _sharpened(first, second, labels, lines, view)
+
+
+def _sharpened(
+    first: Array, second: Array, labels: Labels, lines: Sequence[Array], view: Window
+) -> Labels:
+    """Return the labels of cells with these centres as a picture of a part of the plane."""
+    low = np.array([view[0][0], view[1][0]])
+    pixel = (np.array([view[0][1], view[1][1]]) - low) / PIXELS
+    columns, rows = (
+        _nearest(cells, _centres(*view[i], PIXELS[i])) for i, cells in enumerate((first, second))
+    )
+    labels = labels[np.ix_(rows, columns)]
+    barrier = _barrier(lines, low, pixel)
+    if not barrier.any():
+        return labels
+    # Distances in cells of the map.
+    sampling = [pixel[1] / _spacing(second), pixel[0] / _spacing(first)]
+    sure = ndimage.distance_transform_edt(~barrier, sampling=sampling) > REACH
+    labels = _spread(labels, sure, ~(sure | barrier))
+    nearest = ndimage.distance_transform_edt(barrier, return_distances=False, return_indices=True)
+    return np.asarray(labels[tuple(nearest)])
+
+
+def _spread(labels: Labels, known: Mask, open_: Mask) -> Labels:
+    """Let known labels flow into open pixels, from neighbour to neighbour, all at one pace."""
+    # A margin of closed pixels, so that a neighbour's place in the flat array is its own plus one.
+    width = labels.shape[1] + 2
+    flat, free = np.pad(labels, 1).ravel(), np.pad(open_, 1).ravel()
+    front = np.flatnonzero(np.pad(known, 1).ravel())
+    while front.size:
+        reached = []
+        for step in (1, -1, width, -width):
+            source = front[free[front + step]]
+            flat[source + step] = flat[source]
+            free[source + step] = False
+            reached.append(source + step)
+        front = np.concatenate(reached)
+    return flat.reshape(-1, width)[1:-1, 1:-1]
+
+
+def region_labels(ax: Axes, regions: RegionMap, size: float = 7.0) -> list[Label]:
+    """Return the names of the regions with the places where each fits into its region.
+
+    Parameters
+    ----------
+    ax
+        Axes in which `draw_regions` drew; the layout is final.
+    regions
+        The same regions.
+    size
+        Font size in points.
+
+    Returns
+    -------
+    list of Label
+        Without regions in which there is no room.
+    """
+    pictures = [image.get_array() for image in ax.images if image.get_gid() == PICTURE]
+    if not pictures:
+        return []
+    labels = np.asarray(pictures[0])
+    box = ax.get_window_extent()
+    found = []
+    for region in regions.regions:
+        extent = _text_size(ax, region.name, size)
+        # Half a character of free space around the text.
+        width, height = (
+            int(np.ceil((length + size) / whole * count))
+            for length, whole, count in zip(extent, box.size, PIXELS, strict=True)
+        )
+        anchors = _places(labels == region.id, width, height)
+        if len(anchors):
+            low = np.array([ax.get_xlim()[0], ax.get_ylim()[0]])
+            whole = np.array([np.ptp(ax.get_xlim()), np.ptp(ax.get_ylim())])
+            found.append(
+                Label(region.name, low + anchors * whole, "0.3", size, leader=False, centred=True)
+            )
+    return found
+
+
+def shown_regions(regions: RegionMap) -> Iterator[Region]:
+    """Yield one region of each kind, from the most quiet on.
+
+    Parameters
+    ----------
+    regions
+        The regions.
+    """
+    order = [*PALE]
+    kinds = {region.stable: region for region in reversed(regions.regions)}
+    yield from sorted(
+        kinds.values(), key=lambda r: order.index(r.stable) if r.stable in order else len(order)
+    )
+
+
+def _centres(low: float, high: float, count: int) -> Array:
+    """Return the centres of equal cells that fill an interval."""
+    return low + (np.arange(count) + 0.5) * (high - low) / count
+
+
+def _nearest(cells: Array, values: Array) -> NDArray[np.int64]:
+    """Return the places of the cells whose centres lie nearest."""
+    return np.asarray(np.searchsorted((cells[1:] + cells[:-1]) / 2, values), dtype=np.int64)
+
+
+def _spacing(cells: Array) -> float:
+    return float(np.diff(cells).mean()) if len(cells) > 1 else 1.0
+
+
+def _barrier(lines: Sequence[Array], low: Array, pixel: Array) -> Mask:
+    """Return the pixels on lines, with no gap through which their two sides would meet."""
+    barrier = np.zeros(PIXELS[::-1], dtype=bool)
+    for line in lines:
+        places = (line - low) / pixel
+        lengths = np.abs(np.diff(places, axis=0)).max(axis=1, initial=0.0)
+        position = np.concatenate([[0.0], np.cumsum(lengths)])
+        if len(places) < 2 or position[-1] == 0:
+            continue
+        dense = np.linspace(0.0, position[-1], min(int(2 * position[-1]) + 2, 200_000))
+        points = np.column_stack([np.interp(dense, position, places[:, i]) for i in (0, 1)])
+        inside = ((points >= 0) & (points < PIXELS)).all(axis=1)
+        column, row = points[inside].astype(int).T
+        barrier[row, column] = True
+    return barrier
+
+
+def _places(mask: Mask, width: int, height: int) -> Array:
+    """Return centres of boxes that fit into an area, as shares of the picture, shape (n, 2)."""
+    sums = np.pad(mask.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
+    if width >= mask.shape[1] or height >= mask.shape[0]:
+        return np.zeros((0, 2))
+    inside = (
+        sums[height:, width:]
+        - sums[:-height, width:]
+        - sums[height:, :-width]
+        + sums[:-height, :-width]
+    )
+    row, column = np.nonzero(inside == width * height)
+    chosen = np.linspace(0, len(row) - 1, min(len(row), ANCHORS)).astype(int)
+    centres = np.column_stack([column + width // 2, row + height // 2])[chosen]
+    # The roomiest first: it is taken where nothing else speaks against it.
+    room = ndimage.distance_transform_edt(np.pad(mask, 1))[1:-1, 1:-1][*centres.T[::-1]]
+    return np.asarray(centres[np.argsort(-room, kind="stable")] / mask.shape[::-1])
+
+
+def _text_size(ax: Axes, text: str, size: float) -> Array:
+    """Return width and height of a text in pixels of the figure."""
+    trial = ax.text(0.5, 0.5, text, fontsize=size, transform=ax.transAxes)
+    extent = trial.get_window_extent()
+    trial.remove()
+    return np.array([extent.width, extent.height])

@@ -1,0 +1,207 @@
+import numpy as np
+import pytest
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+
+from helpers.hand_drawn_loci_plots import (
+    WINDOW,
+    drawn_fold,
+    drawn_locus,
+    drawn_locus_point,
+    drawn_regions,
+    drawn_torus,
+    locus_diagram,
+    valley,
+)
+from slipfold.errors import InputError
+from slipfold.models import SlidingOscillator
+from slipfold.plots import draw_loci
+from slipfold.plots.angles import quantity_text
+from slipfold.plots.loci import name_loci
+from slipfold.plots.locus_marks import locus_marks
+from slipfold.plots.locus_style import LOCUS_COLOURS
+
+
+@pytest.fixture
+def ax():
+    return Figure(figsize=(5, 4), layout="constrained").add_subplot()
+
+
+def texts(ax):
+    return sorted(text.get_text() for text in ax.texts if text.get_text())
+
+
+def curves(ax):
+    return [line for line in ax.get_lines() if line.get_linestyle() != "None"]
+
+
+def legend_texts(ax):
+    return [text.get_text() for text in ax.get_legend().get_texts() if text.get_text().strip()]
+
+
+def whole():
+    return locus_diagram(valley(), drawn_fold(), drawn_torus(), regions=drawn_regions())
+
+
+def test_axes_have_symbols_units_and_the_window(ax):
+    assert draw_loci(whole(), ax) is ax
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$f$ (Hz)", "$N_d$ (N)")
+    assert (ax.get_xlim(), ax.get_ylim()) == WINDOW
+
+
+def test_types_criticalities_and_periods_differ(ax):
+    draw_loci(whole(), ax, annotate=False)
+    drawn = [
+        (to_hex(line.get_color()), line.get_linestyle(), line.get_linewidth())
+        for line in curves(ax)
+    ]
+    fold, torus, below, above = drawn  # PD on top
+    assert [item[0] for item in drawn] == [LOCUS_COLOURS[name] for name in ("LP", "NS", "PD", "PD")]
+    assert [torus[1], below[1], above[1]] == ["-", "--", "-"]
+    assert len({str(line._unscaled_dash_pattern) for line in curves(ax)}) == 3
+    assert fold[2] == torus[2] < below[2] == above[2]
+    assert texts(ax) == []
+
+
+def test_the_subcritical_stretch_ends_at_its_point(ax):
+    draw_loci(whole(), ax, annotate=False)
+    below, above = curves(ax)[2:]
+    assert below.get_xydata()[-1].tolist() == above.get_xydata()[0].tolist() == [12.4, 0.06]
+
+
+def test_points_loci_and_regions_are_named(ax):
+    draw_loci(whole(), ax)
+    names = ["GPD", "LP 2", "NS 2", "PD", "collapse", "period 1", "period 2"]
+    assert texts(ax) == names
+
+
+def test_the_lowest_threshold_is_named_where_asked(ax):
+    draw_loci(whole(), ax, lowest=("PD",))
+    assert "lowest: 0.05 N at 12.5 Hz" in texts(ax)
+
+
+def test_markers(ax):
+    draw_loci(whole(), ax, annotate=False)
+    marks = [line for line in ax.get_lines() if line.get_linestyle() == "None"]
+    places = {tuple(line.get_xydata()[0]): line for line in marks}
+    point, extremum, limit = places[12.4, 0.06], places[12.5, 0.05], places[12.7, 0.2]
+    assert to_hex(point.get_markerfacecolor()) == "#000000"
+    assert to_hex(extremum.get_markerfacecolor()) == "#ffffff"
+    assert extremum.get_markersize() < point.get_markersize()
+    assert limit.get_marker() == "x"
+    assert len(marks) == 3
+
+
+def test_a_point_of_two_loci_is_marked_once():
+    first = drawn_torus(special=[drawn_locus_point("LPNS", (12.65, 0.3), 0.5)])
+    second = drawn_torus(number=4, special=[drawn_locus_point("LPNS", (12.65 + 1e-9, 0.3), 0.5)])
+    marks = locus_marks([first, second], WINDOW)
+    assert [mark.type for mark in marks] == ["LPNS", "LIMIT"]
+
+
+def test_a_locus_that_was_given_up_is_marked():
+    [mark] = locus_marks([drawn_locus("PD", [(12, 0.1), (12.5, 0.2)], stopped="failed")], WINDOW)
+    assert (mark.type, mark.name, mark.values) == ("FAILED", "", (12.5, 0.2))
+
+
+def test_the_legend_says_what_occurs(ax):
+    draw_loci(whole(), ax)
+    assert legend_texts(ax) == [
+        "PD of period 1, supercritical",
+        "PD of period 1, subcritical",
+        "NS of period 2, supercritical",
+        "LP of period 2",
+        "GPD",
+        "extremum of a locus",
+        "limit of the model",
+        "stable: period 1",
+        "stable: period 2",
+    ]
+
+
+@pytest.mark.parametrize(("width", "columns"), [(3.45, 1), (5.0, 2), (6.9, 3)])
+def test_the_legend_lies_below_the_axes(ax, width, columns):
+    figure = ax.get_figure()
+    figure.set_size_inches(width, 5.0)
+    draw_loci(whole(), ax)
+    figure.draw_without_rendering()
+    assert ax.get_legend()._ncols == columns
+    assert ax.get_legend().get_window_extent().width < figure.bbox.width
+    assert ax.get_legend().get_window_extent().y1 < ax.xaxis.label.get_window_extent().y0
+    assert ax.get_legend().get_window_extent().y0 > 0
+
+
+def test_regions_are_painted_below_the_lines(ax):
+    draw_loci(whole(), ax)
+    [picture] = ax.images
+    assert picture.get_zorder() < min(line.get_zorder() for line in ax.get_lines())
+    assert set(np.unique(picture.get_array())) == {1, 2}
+    assert picture.get_extent() == [*WINDOW[0], *WINDOW[1]]
+
+
+def test_no_regions_where_not_wanted(ax):
+    draw_loci(whole(), ax, regions=False)
+    assert not ax.images
+    assert "period 2" not in texts(ax)
+    assert not any(text.startswith("stable") for text in legend_texts(ax))
+
+
+def test_regions_alone(ax):
+    draw_loci(locus_diagram(regions=drawn_regions()), ax)
+    assert legend_texts(ax) == ["stable: period 1", "stable: period 2"]
+
+
+def test_a_part_of_the_window(ax):
+    view = ((12.3, 12.7), (0.0, 0.1))
+    draw_loci(whole(), ax, window=view)
+    assert (ax.get_xlim(), ax.get_ylim()) == view
+    assert "collapse" not in texts(ax)
+    assert ax.images[0].get_extent() == [*view[0], *view[1]]
+
+
+def test_points_shown_elsewhere_get_no_name(ax):
+    draw_loci(whole(), ax, annotate=False)
+    name_loci(ax, whole(), without=((12.3, 12.7), (0.0, 0.1)))
+    assert "GPD" not in texts(ax)
+    assert "collapse" in texts(ax)
+
+
+def test_names_do_not_overlap(ax):
+    figure = ax.get_figure()
+    draw_loci(whole(), ax, lowest=("PD",))
+    boxes = [text.get_window_extent() for text in ax.texts if text.get_text()]
+    assert len(boxes) == 8
+    assert not any(a.overlaps(b) for i, a in enumerate(boxes) for b in boxes[:i])
+    assert figure.axes == [ax]
+
+
+def test_angles_are_shown_in_degrees_at_round_numbers(ax):
+    plane, window = ("alpha", "Nd"), ((0.1, np.pi - 0.1), (0.0, 0.4))
+    values = [(0.2, 0.1), (1.5, 0.3), (3.0, 0.1)]
+    draw_loci(locus_diagram(drawn_locus("PD", values, vary=plane), vary=plane, window=window), ax)
+    assert ax.get_xlabel() == r"$\alpha$ (°)"
+    ax.get_figure().draw_without_rendering()
+    shown = [
+        label.get_text()
+        for label, tick in zip(ax.get_xticklabels(), ax.get_xticks(), strict=True)
+        if window[0][0] <= tick <= window[0][1]
+    ]
+    assert shown == ["30", "60", "90", "120", "150"]
+    assert ax.get_xlim() == window[0]
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "text"),
+    [("alpha", np.pi / 2, "90°"), ("Nd", 0.0400839773, "0.04008 N"), ("mu", 0.55766, "0.5577")],
+)
+def test_quantities(name, value, text):
+    assert quantity_text(SlidingOscillator().parameter(name), value) == text
+
+
+def test_nothing_to_draw(ax):
+    with pytest.raises(InputError, match="0 loci"):
+        draw_loci(locus_diagram(), ax)
+
+
+def test_new_axes_where_none_are_given():
+    assert len(curves(draw_loci(locus_diagram(valley())))) == 2

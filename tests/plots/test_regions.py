@@ -1,0 +1,106 @@
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from helpers.hand_drawn_loci_plots import WINDOW, drawn_regions, valley
+from slipfold.loci.region_map import Region, RegionMap
+from slipfold.plots.labels import place_labels
+from slipfold.plots.locus_stretches import locus_stretches
+from slipfold.plots.regions import (
+    PALE,
+    PIXELS,
+    draw_regions,
+    region_labels,
+    sharpen,
+    shown_regions,
+)
+
+LINES = [stretch.points for stretch in locus_stretches(valley())]
+
+
+def pixels(view):
+    """Values of both parameters in each pixel."""
+    axes = [
+        low + (np.arange(count) + 0.5) * (high - low) / count
+        for (low, high), count in zip(view, PIXELS, strict=True)
+    ]
+    return np.meshgrid(*axes)
+
+
+def wrong(labels, view):
+    f, force = pixels(view)
+    return np.mean((labels == 1) != (force > 0.05 + (f - 12.5) ** 2))
+
+
+@pytest.mark.parametrize("view", [WINDOW, ((12.3, 12.7), (0.0, 0.1))])
+def test_borders_follow_lines_and_not_cells(view):
+    regions = drawn_regions(cells=30)
+    assert wrong(sharpen(regions, LINES, WINDOW, view), view) < 3e-3
+    assert wrong(sharpen(regions, [], WINDOW, view), view) > 0.01
+
+
+def test_a_wedge_narrower_than_a_cell_has_its_own_label():
+    # Between two lines that meet at the left; cells are 0.02 wide and high. Those of the wedge are
+    # lost where it is narrower than three of them, as they may be in a map.
+    centres = np.linspace(0, 1, 101)[1::2]
+    x, y = np.meshgrid(centres, centres)
+    labels = np.where(y < 0.5 - 0.2 * x, 1, np.where(y < 0.5 + 0.2 * x, 2, 3)).astype(np.int64)
+    labels[(labels == 2) & (x < 0.15)] = 1
+    places = tuple(Region(i, (i,), 0.3, (0.5, 0.5)) for i in (1, 2, 3))
+    lines = [np.array([[0.0, 0.5], [1.0, 0.5 + slope]]) for slope in (-0.2, 0.2)]
+    window = ((0.0, 1.0), (0.0, 1.0))
+    sharp = sharpen(RegionMap(centres, centres, labels, places), lines, window)
+    u, v = pixels(window)
+    inside = (np.abs(v - 0.5) < 0.2 * u - 0.005) & (u > 0.05)
+    assert np.mean(sharp[inside] == 2) == 1.0
+
+
+def test_what_is_not_known_stays_so():
+    regions = drawn_regions()
+    labels = regions.labels.copy()
+    labels[:, 30:] = 0
+    sharp = sharpen(RegionMap(regions.first, regions.second, labels, regions.regions), [], WINDOW)
+    assert (sharp[:, PIXELS[0] // 2 + 10 :] == 0).all()
+
+
+@pytest.fixture
+def ax():
+    figure = Figure(figsize=(4, 3))
+    FigureCanvasAgg(figure)
+    ax = figure.add_subplot()
+    ax.set_xlim(WINDOW[0])
+    ax.set_ylim(WINDOW[1])
+    return ax
+
+
+def test_names_lie_inside_their_regions(ax):
+    regions = drawn_regions()
+    sharp = sharpen(regions, LINES, WINDOW)
+    draw_regions(ax, regions, sharp)
+    texts = place_labels(ax, region_labels(ax, regions))
+    assert [text.get_text() for text in texts] == ["period 2", "period 1"]
+    for text, region in zip(texts, regions.regions, strict=True):
+        corners = ax.transData.inverted().transform(text.get_window_extent().get_points())
+        for f in corners[:, 0]:
+            for force in corners[:, 1]:
+                assert regions.at(f, force) is region
+
+
+def test_a_region_without_room_has_no_name(ax):
+    regions = drawn_regions()
+    labels = np.where(regions.second[:, None] < 0.01, 2, 1) + 0 * regions.labels
+    narrow = RegionMap(regions.first, regions.second, labels, regions.regions)
+    draw_regions(ax, narrow, sharpen(narrow, [], WINDOW))
+    assert [label.text for label in region_labels(ax, narrow)] == ["period 2"]
+
+
+def test_no_names_where_nothing_is_drawn(ax):
+    assert region_labels(ax, drawn_regions()) == []
+
+
+def test_kinds_of_regions_are_ordered_and_single():
+    stables = [(), (2,), (1,), (2,), (1, 2), (4,)]
+    regions = tuple(Region(i, stable, 0.1, (0, 0)) for i, stable in enumerate(stables, 1))
+    shown = shown_regions(RegionMap(np.zeros(1), np.zeros(1), np.ones((1, 1), int), regions))
+    assert [region.stable for region in shown] == [*PALE, (4,)]
