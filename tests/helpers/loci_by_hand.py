@@ -433,7 +433,7 @@ def gpd(walked):
         z = moved(at(walked, locus, -2, f)[0], locus, plane, BASE[name])
         points = both_ways(z, plane, -2, box=(span, (0, 0.999)))
         found = entries(zeros(doubling_coefficient, points, plane, -2), plane)
-        listed.append({"plane": [name, "Nd"], "f": f, "searched": [*span], "points": found})
+        listed.append({"plane": [name, "Nd"], "f": f, "searched": [name, *span], "points": found})
     return listed
 
 
@@ -472,6 +472,7 @@ def ns_period_2(walked):
             f"extreme_{where.plane[0]}": extremes(walked_, where, -3),
             "extreme_Nd": extremes(walked_, where, -2),
             "extreme_theta": extremes(walked_, where, -1),
+            "R3": at(walked_, where, -1, 2 * np.pi / 3),
             "R4": at(walked_, where, -1, np.pi / 2),
             "CH": zeros(torus_coefficient, walked_, where, -1),
         }

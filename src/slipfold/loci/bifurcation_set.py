@@ -18,7 +18,7 @@ from slipfold.models.model import Model
 
 __all__ = ["BifurcationSet", "find_bifurcation_set"]
 
-LINES = (13, 7)
+LINES = (11, 5)
 """Responses across the window in either direction from which loci are started."""
 
 PERIODS = (1, 2)
@@ -111,7 +111,7 @@ def find_bifurcation_set(
     found = None
     if regions and not interrupted:
         try:
-            found = map_regions(model, plane, window, loci, lines, settings, observer)
+            found = map_regions(model, plane, window, loci, lines, observer)
         except KeyboardInterrupt:
             interrupted = True
     return BifurcationSet(loci, found, interrupted)

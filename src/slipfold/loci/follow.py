@@ -79,8 +79,8 @@ def follow_loci(
         problem = work.problem(point.type, point.period)
         values = [point.model.values[name] for name in vary]
         z = problem.pack(_nodes(problem, point), np.array(values))
-        start = regular_start(problem, z, settings)
-        if work.known_family(start) is None:
+        if work.known_family(problem, z) is None:
+            start = regular_start(problem, z, settings)
             work.follow([start, start.reversed()], None)
         if work.interrupted:
             break
@@ -152,12 +152,14 @@ class _Work:
         (a, b), (c, d) = self.window
         return LocusProblem(self.base, kind, self.vary, period, (b - a, d - c))
 
-    def known_family(self, start: Start) -> int | None:
+    def known_family(
+        self, problem: LocusProblem, z: NDArray[np.float64], doubled: bool = False
+    ) -> int | None:
         """Return the number of the locus that passes a place, if it was followed already."""
-        meets = begins_or_ends_at if start.doubled else lies_on
+        meets = begins_or_ends_at if doubled else lies_on
         for number, family in enumerate(self.families):
-            same = family.is_like(start.problem)
-            if same and any(meets(t.problem, t.points, start.point.z) for t in family.traces):
+            same = family.is_like(problem)
+            if same and any(meets(trace.problem, trace.points, z) for trace in family.traces):
                 return number
         return None
 
@@ -195,7 +197,8 @@ class _Work:
                         return
                     if group[0].problem.kind not in self.types:
                         continue
-                    known = self.known_family(group[0])
+                    start = group[0]
+                    known = self.known_family(start.problem, start.point.z, start.doubled)
                     links.append(len(self.families) if known is None else known)
                     if known is None:
                         self.follow(group, number)

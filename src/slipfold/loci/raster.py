@@ -8,14 +8,19 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.errors import InputError
 from slipfold.loci.window import Window
+from slipfold.models.model import Model
 
-__all__ = ["CELLS", "Raster"]
+__all__ = ["CELLS", "Raster", "where_models_exist"]
 
 Array = NDArray[np.float64]
 
 CELLS = 480
 """Cells in either direction: half a line's width in a figure."""
+
+BLOCK = 8
+"""Cells in either direction that are first asked for at once whether a model exists there."""
 
 
 @dataclass(frozen=True)
@@ -72,3 +77,49 @@ class Raster:
             count = int(2 * max(length)) + 2
             between = a + np.linspace(0, 1, count)[:, None] * (b - a)
             mask[self.columns(between[:, 1], 1), self.columns(between[:, 0], 0)] = True
+
+
+def where_models_exist(model: Model, plane: tuple[str, str], raster: Raster) -> NDArray[np.bool_]:
+    """Tell the cells at whose centre the parameters contradict each other from the others.
+
+    Parameters
+    ----------
+    model
+        The model.
+    plane
+        Names of the parameters.
+    raster
+        The cells.
+
+    Returns
+    -------
+    ndarray, shape (CELLS, CELLS)
+        The second parameter first.
+    """
+    first, second = raster.centres(0), raster.centres(1)
+    middles = np.arange(BLOCK // 2, CELLS, BLOCK)
+    coarse = np.array(
+        [[_exists(model, plane, first[i], second[j]) for i in middles] for j in middles]
+    )
+    fine = np.kron(coarse, np.ones((BLOCK, BLOCK), dtype=bool)).astype(bool)
+    for row, column in zip(*np.nonzero(_beside_others(coarse)), strict=True):
+        for j in range(row * BLOCK, (row + 1) * BLOCK):
+            for i in range(column * BLOCK, (column + 1) * BLOCK):
+                fine[j, i] = _exists(model, plane, first[i], second[j])
+    return fine
+
+
+def _exists(model: Model, plane: tuple[str, str], first: float, second: float) -> bool:
+    try:
+        model.replace(**{plane[0]: float(first), plane[1]: float(second)})
+    except InputError:
+        return False
+    return True
+
+
+def _beside_others(coarse: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Blocks that have a neighbour of the other sort, diagonals included."""
+    padded = np.pad(coarse, 1, mode="edge")
+    n, m = coarse.shape
+    around = [padded[i : i + n, j : j + m] for i in range(3) for j in range(3)]
+    return np.asarray(np.any([other != coarse for other in around], axis=0))

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.settings import Settings
-from slipfold.errors import InputError
 from slipfold.flow.simulate import simulate
-from slipfold.loci.fan import follow_line
 from slipfold.loci.region_map import Region, RegionCheck
-from slipfold.loci.stable_spans import orbit_on, stable_spans
-from slipfold.loci.window import Window
 from slipfold.models.model import Model
 
 __all__ = ["check_region"]
@@ -32,7 +27,7 @@ NUDGE = 1e-4
 
 
 def check_region(
-    model: Model, plane: tuple[str, str], window: Window, region: Region, settings: Settings
+    model: Model, plane: tuple[str, str], region: Region, states: Mapping[int, Array]
 ) -> tuple[RegionCheck, ...]:
     """Simulate from rest and from beside each stable orbit, well inside a region.
 
@@ -42,22 +37,19 @@ def check_region(
         The model.
     plane
         Names of the parameters.
-    window
-        Least and largest value of each.
     region
         The region.
-    settings
-        Options of continuation.
+    states
+        Of its stable orbits at its place, by period, at phase zero, each of shape (n_states,).
     """
-    try:
-        at = model.replace(**dict(zip(plane, region.place, strict=True)))
-    except InputError as error:  # the window holds places where there is no model
-        return (RegionCheck(region.place, "rest", 0, not region.stable, str(error)),)
+    at = model.replace(**dict(zip(plane, region.place, strict=True)))
     checks = [_from_rest(at, region)]
-    starts = dict(_stable_states(at, plane, window, region, settings))
     for period in region.stable:
-        if period in starts:
-            checks.append(_from_orbit(at, region, period, starts[period]))
+        if period in states:
+            checks.append(_from_orbit(at, region, period, states[period]))
+        else:
+            note = "the orbit could not be carried to this place"
+            checks.append(RegionCheck(region.place, f"period {period}", 0, False, note))
     return tuple(checks)
 
 
@@ -76,19 +68,3 @@ def _from_orbit(model: Model, region: Region, period: int, state: Array) -> Regi
     return RegionCheck(
         region.place, f"period {period}", settled, settled == period, motion.settlement.message
     )
-
-
-def _stable_states(
-    model: Model, plane: tuple[str, str], window: Window, region: Region, settings: Settings
-) -> Iterator[tuple[int, Array]]:
-    """States of the stable orbits at a place, from responses across it in either direction."""
-    for axis in (1, 0):
-        vary, fixed = plane[axis], plane[1 - axis]
-        value = region.place[axis]
-        line = follow_line(model, vary, window[axis], fixed, region.place[1 - axis], settings)
-        for branch in line.branches:
-            for span in stable_spans(branch):
-                if span.low < value < span.high:
-                    nodes = orbit_on(branch, span, value)
-                    if nodes is not None:
-                        yield branch.period, nodes[0]

@@ -81,7 +81,9 @@ class RegionMap:
     first, second
         Values of the two parameters at the centres of the cells, shape (n1,) and (n2,).
     labels
-        Number of the region each cell belongs to, 0 where no label is known, shape (n2, n1).
+        Number of the region each cell belongs to, shape (n2, n1); 0 where the parameters
+        contradict each other, or no label is known. Strips narrower than a few cells have the
+        label of what lies beside them.
     regions
         The regions, in the order of their numbers.
     """

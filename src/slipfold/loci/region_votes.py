@@ -18,7 +18,7 @@ from slipfold.orbits.find import hold_parameter
 from slipfold.orbits.limits import broken_limit
 from slipfold.orbits.newton import correct
 
-__all__ = ["Vote", "agree", "collect_votes"]
+__all__ = ["Vote", "agree", "carried_orbit", "collect_votes"]
 
 Array = NDArray[np.float64]
 
@@ -124,25 +124,66 @@ def agree(model: Model, plane: tuple[str, str], raster: Raster, votes: Sequence[
         What the responses say.
     """
     periods = {period for vote in votes for period in vote.nodes}
-    size = np.array([high - low for low, high in raster.window])
     for period in periods:
         having = [vote for vote in votes if period in vote.nodes]
         for vote in votes:
             if period in vote.nodes:
                 continue
-            near = sorted(having, key=lambda item: _distance(item, vote, size))
-            if not any(_carries(model, plane, seed, vote, period) for seed in near[:SEEDS]):
+            if carried_orbit(model, plane, raster, having, vote.place, period) is None:
                 return False
     return True
 
 
-def _distance(a: Vote, b: Vote, size: Array) -> float:
-    return float(np.linalg.norm((np.array(a.place) - b.place) / size))
+def carried_orbit(
+    model: Model,
+    plane: tuple[str, str],
+    raster: Raster,
+    votes: Sequence[Vote],
+    place: tuple[float, float],
+    period: int,
+) -> Array | None:
+    """Return the stable orbit of a period at a place, carried there from the nearest votes.
+
+    Parameters
+    ----------
+    model
+        The model.
+    plane
+        Names of the parameters.
+    raster
+        The cells.
+    votes
+        What responses say of the region that the place lies in.
+    place
+        Values of the two parameters.
+    period
+        Period in forcing periods.
+
+    Returns
+    -------
+    ndarray or None
+        States at the nodes, shape (m, n_states); None if the orbit is lost or loses its stability
+        on the straight way.
+    """
+    size = np.array([high - low for low, high in raster.window])
+    having = [vote for vote in votes if period in vote.nodes]
+    near = sorted(having, key=lambda vote: _distance(vote.place, place, size))
+    for seed in near[:SEEDS]:
+        nodes = _carried(model, plane, seed, place, period)
+        if nodes is not None:
+            return nodes
+    return None
 
 
-def _carries(model: Model, plane: tuple[str, str], seed: Vote, target: Vote, period: int) -> bool:
-    """Whether a stable orbit stays one on the straight way to another place."""
-    start, end = np.array(seed.place), np.array(target.place)
+def _distance(a: tuple[float, float], b: tuple[float, float], size: Array) -> float:
+    return float(np.linalg.norm((np.array(a) - b) / size))
+
+
+def _carried(
+    model: Model, plane: tuple[str, str], seed: Vote, place: tuple[float, float], period: int
+) -> Array | None:
+    """Follow a stable orbit on the straight way to another place."""
+    start, end = np.array(seed.place), np.array(place)
     nodes, share, step = seed.nodes[period], 0.0, 1.0 / STEPS
     while share < 1:
         trial = min(share + step, 1.0)
@@ -150,17 +191,17 @@ def _carries(model: Model, plane: tuple[str, str], seed: Vote, target: Vote, per
         try:
             there = model.replace(**dict(zip(plane, map(float, at), strict=True)))
         except InputError:  # on the way lies no model
-            return False
+            return None
         problem = PeriodicProblem(there, plane[0], period, 1.0, len(nodes))
         guess = problem.pack(nodes, problem.value_of(there))
         correction = correct(problem, guess, hold_parameter(problem.size), reach=REACH)
         if correction.converged and correction.linearisation is not None:
             multipliers = np.linalg.eigvals(correction.linearisation.monodromy)
             if np.abs(multipliers).max() > 1 or broken_limit(problem, correction.z) is not None:
-                return False
+                return None
             nodes, share = problem.nodes(correction.z), trial
         else:
             step /= 2
             if step < 2.0**-STEPS:
-                return False
-    return True
+                return None
+    return nodes

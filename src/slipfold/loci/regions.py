@@ -10,16 +10,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.settings import Settings
 from slipfold.loci.fan import FanLine
 from slipfold.loci.locus import Locus
 from slipfold.loci.locus_curve import locus_curve
 from slipfold.loci.locus_problem import critical_places
 from slipfold.loci.progress import LocusObserver, LocusProgress
-from slipfold.loci.raster import CELLS, Raster
+from slipfold.loci.raster import CELLS, Raster, where_models_exist
 from slipfold.loci.region_check import check_region
 from slipfold.loci.region_map import Region, RegionMap
-from slipfold.loci.region_votes import Vote, agree, collect_votes
+from slipfold.loci.region_votes import Vote, agree, carried_orbit, collect_votes
 from slipfold.loci.window import Window
 from slipfold.models.model import Model
 
@@ -50,7 +49,6 @@ def map_regions(
     window: Window,
     loci: Sequence[Locus],
     lines: Sequence[FanLine],
-    settings: Settings,
     observer: LocusObserver | None = None,
 ) -> RegionMap:
     """Label the regions between loci by the stable responses of period 1 and 2 in them.
@@ -71,8 +69,6 @@ def map_regions(
         All loci in the window.
     lines
         Responses across the window.
-    settings
-        Options of continuation, for the checks.
     observer
         Called after each region's check.
     """
@@ -82,25 +78,28 @@ def map_regions(
     boundary = np.zeros((CELLS, CELLS), dtype=bool)
     for values in _boundaries(loci, lines, plane, window):
         raster.draw(boundary, values)
-    pieces: Labels = ndimage.label(~boundary)[0].astype(np.int64)
+    exists = where_models_exist(model, plane, raster)
+    pieces: Labels = ndimage.label(~boundary & exists)[0].astype(np.int64)
     pieces = _without_slivers(pieces, boundary)
     distance: Array = ndimage.distance_transform_edt(np.pad(pieces > 0, 1))[1:-1, 1:-1]
     clear = ndimage.distance_transform_edt(~boundary) > CLEAR
     votes = list(collect_votes(pieces, clear, raster, plane, lines))
     regions, labels = _labelled(model, plane, pieces, votes, distance, raster)
+    numbers = {region.id: int(pieces[labels == region.id][0]) for region in regions}
     nearest = ndimage.distance_transform_edt(
         labels == 0, return_distances=False, return_indices=True
     )
     if regions:
-        labels = labels[tuple(nearest)]
+        labels = np.where(exists, labels[tuple(nearest)], 0)
     checked: list[Region] = []
     for region in regions:
         if region.share >= CHECKED:
             if observer is not None:
                 done = len(checked)
                 observer(LocusProgress("regions", done, len(regions), region.place, region.name))
-            checks = check_region(model, plane, window, region, settings)
-            region = replace(region, checks=checks)
+            piece = [vote for vote in votes if vote.piece == numbers[region.id]]
+            states = _states(model, plane, raster, piece, region)
+            region = replace(region, checks=check_region(model, plane, region, states))
         checked.append(region)
     return RegionMap(raster.centres(0), raster.centres(1), labels, tuple(checked))
 
@@ -186,6 +185,21 @@ def _without_slivers(pieces: Labels, boundary: Mask) -> Labels:
 
 
 # -- labels ----------------------------------------------------------------------------------------
+
+
+def _states(
+    model: Model,
+    plane: tuple[str, str],
+    raster: Raster,
+    votes: Sequence[Vote],
+    region: Region,
+) -> dict[int, Array]:
+    """States at phase zero of the stable orbits at a region's place."""
+    orbits = {
+        period: carried_orbit(model, plane, raster, votes, region.place, period)
+        for period in region.stable
+    }
+    return {period: nodes[0] for period, nodes in orbits.items() if nodes is not None}
 
 
 def _labelled(
