@@ -19,7 +19,7 @@ import numpy as np
 import machine
 from slipfold.branches import Settings, trace_response
 from slipfold.models import SlidingOscillator
-from slipfold.thresholds.threshold_map import ThresholdMap, find_threshold_map
+from slipfold.thresholds.threshold_map import GridThresholds, find_threshold_map
 from slipfold.version import package_version
 
 SPAN = (0.0, 0.98)
@@ -27,7 +27,7 @@ MODEL = SlidingOscillator(f=12.5)
 ALONE = Settings(largest_period=1)
 
 
-def compute(size: int) -> tuple[ThresholdMap, float, float]:
+def compute(size: int) -> tuple[GridThresholds, float, float]:
     """The map, its wall time and its processor time in seconds."""
     over = {
         "Vd": np.linspace(0.3, 1.2, size),
@@ -46,7 +46,7 @@ def apart(value: float, expected: float) -> float:
     return float(abs(value - expected))
 
 
-def compare(found: ThresholdMap, count: int) -> tuple[float, float]:
+def compare(found: GridThresholds, count: int) -> tuple[float, float]:
     """Largest distance from responses followed one by one, and seconds that each of them takes."""
     chosen = np.random.default_rng(0).integers(found.values.shape, size=(count, 2))
     begun, distances = time.perf_counter(), []

@@ -32,6 +32,7 @@ from slipfold.models import Output as Output
 from slipfold.models import Parameter as Parameter
 from slipfold.models import SlidingOscillator as SlidingOscillator
 from slipfold.models import State as State
+from slipfold.models import System as System
 from slipfold.models import built_in_models as built_in_models
 from slipfold.orbits import Extrema as Extrema
 from slipfold.orbits import PeriodicOrbit as PeriodicOrbit
@@ -39,11 +40,14 @@ from slipfold.orbits import periodic_orbit as periodic_orbit
 from slipfold.results import Diagram as Diagram
 from slipfold.results import LocusDiagram as LocusDiagram
 from slipfold.results import Simulation as Simulation
+from slipfold.results import ThresholdMap as ThresholdMap
 from slipfold.results import bifurcation_set as bifurcation_set
 from slipfold.results import load as load
 from slipfold.results import locus as locus
 from slipfold.results import response as response
 from slipfold.results import simulate as simulate
+from slipfold.results import threshold_map as threshold_map
+from slipfold.thresholds.threshold_map import MapProgress as MapProgress
 
 __all__ = [
     "Branch",
@@ -58,6 +62,7 @@ __all__ = [
     "LocusEnd",
     "LocusPoint",
     "LocusProgress",
+    "MapProgress",
     "Model",
     "Newton",
     "Output",
@@ -74,6 +79,8 @@ __all__ = [
     "Spectrum",
     "State",
     "Steps",
+    "System",
+    "ThresholdMap",
     "bifurcation_set",
     "built_in_models",
     "find_spectrum",
@@ -82,4 +89,5 @@ __all__ = [
     "periodic_orbit",
     "response",
     "simulate",
+    "threshold_map",
 ]

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from slipfold.models import SlidingOscillator
 from slipfold.plots import draw_threshold_map, figure_style
 from slipfold.plots.threshold_map import HATCHES
-from slipfold.thresholds.threshold_map import ThresholdMap
+from slipfold.thresholds.threshold_map import GridThresholds
 
 SPEEDS, ANGLES = np.linspace(0.4, 1.0, 7), np.radians(np.linspace(30, 75, 6))
 
@@ -16,7 +16,7 @@ def made_map(kinds=None, *, speeds=SPEEDS, angles=ANGLES, threshold="Nd", values
     kinds = np.full(shape, "") if kinds is None else kinds
     plane = 0.1 * speeds[:, None] + 0.2 * angles if values is None else values
     nothing = np.full((*shape, 4), np.nan)
-    return ThresholdMap(
+    return GridThresholds(
         SlidingOscillator(),
         threshold,
         "PD",
@@ -77,8 +77,8 @@ def test_every_point_colours_its_neighbourhood(ax):
     found = made_map()
     draw_threshold_map(found, ax)
     assert mesh(ax).get_array().tolist() == found.values.T.tolist()
-    edges = mesh(ax).get_coordinates()[0, :, 0]
-    assert edges == pytest.approx(np.array([0.4, 0.45, 0.55, 0.65, 0.75, 0.85, 0.95, 1.0]))
+    edges = np.asarray(mesh(ax).get_coordinates())[0, :, 0]
+    assert edges == pytest.approx([0.4, 0.45, 0.55, 0.65, 0.75, 0.85, 0.95, 1.0])
     assert mesh(ax).get_clim() == (found.values.min(), found.values.max())
 
 
@@ -181,7 +181,7 @@ def test_thresholds_that_are_angles_are_shown_in_degrees(ax):
     assert bar(ax).get_ylabel() == r"$\mu$ at the first PD"
     over = {"Vd": SPEEDS, "f": np.linspace(12, 13, 6)}
     values = {name: getattr(found, name) for name in found.__dataclass_fields__}
-    angles = ThresholdMap(
+    angles = GridThresholds(
         **{**values, "threshold": "alpha", "over": over, "values": np.radians(degrees)}
     )
     other = Figure(layout="constrained").add_subplot()

@@ -10,12 +10,11 @@ from helpers.textbook_models import Duffing, Mathieu, Torus
 from slipfold.branches import Settings, trace_response
 from slipfold.errors import InputError
 from slipfold.flow import flow_of
+from slipfold.models import SlidingOscillator
 from slipfold.thresholds.batched_limits import keep_limits
 from slipfold.thresholds.grid_lines import refinements, seed_lines, stencils
 from slipfold.thresholds.stable_segment import SHARES, find_doubts, shortened
 from slipfold.thresholds.threshold_map import find_threshold_map
-from slipfold.models import SlidingOscillator
-from slipfold.results.threshold_map import threshold_map
 
 ALONE = Settings(largest_period=1)
 
@@ -238,46 +237,7 @@ def test_bad_input_is_refused_in_a_sentence(changes, message):
         find_threshold_map(SlidingOscillator(), **given)
 
 
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"over": [0.5, 0.6]}, "does not give values by name"),
-        ({"over": {"Vd": ["5mm"], "alpha": [1.0]}}, "Vd = '5mm' has the unit 'mm'"),
-        ({"span": ("0", "90deg")}, "Nd = '90deg' has the unit 'deg'"),
-        ({"Vd": 0.7}, "Vd is varied, so it cannot be set to 0.7"),
-        ({"Nd": 0.7}, "Nd is varied"),
-        ({"model": "sliding"}, "is not a model"),
-    ],
-)
-def test_bad_input_of_the_labelled_map_is_refused(changes, message):
-    given = {"threshold": "Nd", "over": GOOD, "span": (0, 0.9), **changes}
-    with pytest.raises(InputError, match=message):
-        threshold_map(given.pop("model", SlidingOscillator()), **given)
-
-
-# -- the labelled map --------------------------------------------------------------------------
-
-
-def test_labelled_map(tmp_path, base):
-    over = {"Vd": ["0.4m/s", 0.6, "100cm/s"], "alpha": ["60deg"]}
-    found = threshold_map(SlidingOscillator(), "Nd", over=over, span=("0", "50mN"), f="12.5Hz")
-    assert found.failures == {"no PD in the span": 1}
-    data = found.to_xarray()
-    assert data["Nd"].dims == ("Vd", "alpha")
-    assert data["Nd"].attrs["units"] == "N"
-    assert data["Vd"].attrs == {"long_name": "speed of the plate", "units": "m/s"}
-    assert float(data["Nd"].sel(Vd=0.6)[0]) == pytest.approx(0.043578911491, abs=1e-11)
-    assert data["states"].dims == ("Vd", "alpha", "state")
-    assert data["multipliers_real"].shape == (3, 1, 4)
-    assert data["kind"].values[:, 0].tolist() == ["no PD in the span", "", ""]
-    for name, item in data.variables.items():
-        assert item.attrs.get("long_name"), name
-    found.save(tmp_path / "map.nc")
-    import xarray
-
-    with xarray.open_dataset(tmp_path / "map.nc", engine="h5netcdf") as again:
-        assert np.array_equal(again["Nd"], found.values, equal_nan=True)
-        assert again.attrs["schema"] == "slipfold.threshold_map/1"
+# -- the map -------------------------------------------------------------------------------------
 
 
 def test_a_map_is_immutable(base):
@@ -287,7 +247,7 @@ def test_a_map_is_immutable(base):
         with pytest.raises(ValueError, match="read-only"):
             item[0] = 0
     assert repr(base) == (
-        "<ThresholdMap of sliding: PD in Nd over Vd and alpha, 13 x 10 points, 130 thresholds>"
+        "<GridThresholds of sliding: PD in Nd over Vd and alpha, 13 x 10 points, 130 thresholds>"
     )
 
 

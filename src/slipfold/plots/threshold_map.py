@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
@@ -12,7 +14,7 @@ from numpy.typing import NDArray
 from slipfold.models.parameter import Parameter
 from slipfold.plots.angles import label_axis, quantity_text
 from slipfold.plots.axes import axes_or_new
-from slipfold.thresholds.threshold_map import ThresholdMap
+from slipfold.thresholds.threshold_map import GridThresholds
 from slipfold.thresholds.threshold_search import INTERRUPTED
 
 __all__ = ["draw_threshold_map"]
@@ -36,7 +38,7 @@ LABEL_SIZE = 6.5
 
 
 def draw_threshold_map(
-    found: ThresholdMap,
+    found: GridThresholds,
     ax: Axes | None = None,
     *,
     limits: tuple[float, float] | None = None,
@@ -110,7 +112,7 @@ def _edges(places: Array) -> Array:
 
 def _draw_values(
     ax: Axes,
-    found: ThresholdMap,
+    found: GridThresholds,
     places: tuple[Array, Array],
     edges: tuple[Array, Array],
     values: Array,
@@ -148,7 +150,7 @@ def _level_text(parameter: Parameter, level: float) -> str:
 
 def _draw_failures(
     ax: Axes,
-    found: ThresholdMap,
+    found: GridThresholds,
     edges: tuple[Array, Array],
     kinds: NDArray[np.str_],
 ) -> list[Patch]:
@@ -157,7 +159,11 @@ def _draw_failures(
     names = [name for name in found.failures if name != INTERRUPTED]
     for number, name in enumerate(names):
         turns, which = divmod(number, len(HATCHES))
-        style = {"facecolor": PALE, "edgecolor": INK, "hatch": HATCHES[which] * (turns + 1)}
+        style: dict[str, Any] = {
+            "facecolor": PALE,
+            "edgecolor": INK,
+            "hatch": HATCHES[which] * (turns + 1),
+        }
         area = _cells(edges, kinds == name)
         ax.add_patch(PathPatch(area, linewidth=0.0, zorder=0.5, label=name, **style))
         handles.append(Patch(linewidth=0.4, label=name, **style))

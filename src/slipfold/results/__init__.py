@@ -11,3 +11,5 @@ from slipfold.results.provenance import Provenance as Provenance
 from slipfold.results.response import response as response
 from slipfold.results.simulation import Simulation as Simulation
 from slipfold.results.simulation import simulate as simulate
+from slipfold.results.threshold_map import threshold_map as threshold_map
+from slipfold.results.threshold_result import ThresholdMap as ThresholdMap

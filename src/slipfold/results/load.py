@@ -12,25 +12,28 @@ from slipfold.results.labelled_table import read_netcdf
 from slipfold.results.locus_reader import read_locus_diagram
 from slipfold.results.saved_table import SavedTable, open_table
 from slipfold.results.simulation_reader import read_simulation
+from slipfold.results.threshold_reader import read_threshold_map
 
 if TYPE_CHECKING:
     from slipfold.models.model import Model
     from slipfold.results.diagram import Diagram
     from slipfold.results.locus_diagram import LocusDiagram
     from slipfold.results.simulation import Simulation
+    from slipfold.results.threshold_result import ThresholdMap
 
 __all__ = ["load"]
 
-_READERS: dict[str, Callable[[SavedTable], Diagram | Simulation | LocusDiagram]] = {
+_READERS: dict[str, Callable[[SavedTable], Diagram | Simulation | LocusDiagram | ThresholdMap]] = {
     "slipfold.response/1": read_diagram,
     "slipfold.simulation/1": read_simulation,
     "slipfold.locus/1": read_locus_diagram,
+    "slipfold.threshold_map/1": read_threshold_map,
 }
 
 
 def load(
     path: str | Path, *, kind: type[Model] | None = None
-) -> Diagram | Simulation | LocusDiagram:
+) -> Diagram | Simulation | LocusDiagram | ThresholdMap:
     """Read a result that was saved.
 
     Parameters
@@ -42,7 +45,7 @@ def load(
 
     Returns
     -------
-    Diagram, Simulation or LocusDiagram
+    Diagram, Simulation, LocusDiagram or ThresholdMap
         What was saved, number for number.
 
     Raises

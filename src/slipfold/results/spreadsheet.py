@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,9 +9,9 @@ import numpy as np
 from slipfold.branches.branch import Branch
 from slipfold.loci.locus import Locus
 from slipfold.results.criticality import criticalities, point_criticality
+from slipfold.results.csv_text import complex_parts, csv_text, multiplier_heads, with_unit
 
 if TYPE_CHECKING:
-    from slipfold.models.model import Model
     from slipfold.results.diagram import Diagram
     from slipfold.results.locus_diagram import LocusDiagram
     from slipfold.results.simulation import Simulation
@@ -36,7 +33,7 @@ def diagram_csv(diagram: Diagram) -> str:
         A line of column names with units, then one line a point. Numbers are exact: read back,
         they are the same. ``type`` is empty but for special points.
     """
-    return _written(_heads(diagram), (row for item in diagram.branches for row in _rows(item)))
+    return csv_text(_heads(diagram), (row for item in diagram.branches for row in _rows(item)))
 
 
 def locus_csv(diagram: LocusDiagram) -> str:
@@ -55,10 +52,10 @@ def locus_csv(diagram: LocusDiagram) -> str:
     """
     model = diagram.model
     heads = ["locus", "type", "period", "special", "criticality"]
-    heads += [_named(model.parameter(name)) for name in diagram.vary]
-    heads += [_named(item) for item in model.states] + _multiplier_heads(model)
+    heads += [with_unit(model.parameter(name)) for name in diagram.vary]
+    heads += [with_unit(item) for item in model.states] + multiplier_heads(model)
     heads += ["coefficient", "coefficients", "residual", "arclength"]
-    return _written(heads, (row for item in diagram.loci for row in _locus_rows(item)))
+    return csv_text(heads, (row for item in diagram.loci for row in _locus_rows(item)))
 
 
 def simulation_csv(simulation: Simulation) -> str:
@@ -74,35 +71,18 @@ def simulation_csv(simulation: Simulation) -> str:
     str
         A line of column names with units, then the lines. Numbers are exact.
     """
-    heads = ["time (s)", *(_named(item) for item in simulation.model.states)]
+    heads = ["time (s)", *(with_unit(item) for item in simulation.model.states)]
     times, states = simulation.time.tolist(), simulation.strobe.tolist()
-    return _written(heads, ([time, *state] for time, state in zip(times, states, strict=True)))
-
-
-def _written(heads: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(heads)
-    writer.writerows(rows)
-    return text.getvalue()
-
-
-def _named(item: Any) -> str:
-    return f"{item.name} ({item.unit})" if item.unit else str(item.name)
+    return csv_text(heads, ([time, *state] for time, state in zip(times, states, strict=True)))
 
 
 def _heads(diagram: Diagram) -> list[str]:
     model = diagram.model
-    outputs = [_named(item) for item in (*model.states, *model.outputs())]
-    heads = ["branch", "period", "type", "criticality", _named(model.parameter(diagram.vary))]
-    heads += [_named(item) for item in model.states]
+    outputs = [with_unit(item) for item in (*model.states, *model.outputs())]
+    heads = ["branch", "period", "type", "criticality", with_unit(model.parameter(diagram.vary))]
+    heads += [with_unit(item) for item in model.states]
     heads += [f"max {name}" for name in outputs] + [f"min {name}" for name in outputs]
-    return [*heads, *_multiplier_heads(model), "unstable multipliers", "residual", "arclength"]
-
-
-def _multiplier_heads(model: Model) -> list[str]:
-    numbers = range(1, len(model.states) + 1)
-    return [f"multiplier {number} {part}" for number in numbers for part in ("real", "imaginary")]
+    return [*heads, *multiplier_heads(model), "unstable multipliers", "residual", "arclength"]
 
 
 def _rows(branch: Branch) -> list[list[Any]]:
@@ -138,13 +118,8 @@ def _row(
     minimum: Any, multipliers: Any, residual: float, arclength: float,
 ) -> list[Any]:  # fmt: skip
     row = [branch.id, branch.period, kind, criticality, value, *state.tolist()]
-    row += [*maximum.tolist(), *minimum.tolist(), *_parts(multipliers)]
+    row += [*maximum.tolist(), *minimum.tolist(), *complex_parts(multipliers)]
     return [*row, int((np.abs(multipliers) > 1).sum()), residual, arclength]
-
-
-def _parts(values: Any) -> list[float]:
-    """Real and imaginary parts in turn."""
-    return list(np.column_stack([values.real, values.imag]).ravel().tolist())
 
 
 def _locus_rows(locus: Locus) -> list[list[Any]]:
@@ -153,12 +128,12 @@ def _locus_rows(locus: Locus) -> list[list[Any]]:
     for i, word in enumerate(criticalities(locus)):
         coefficient, place = float(locus.coefficient[i]), float(locus.arclength[i])
         row = [*begin, "", word or "", *locus.values[i].tolist(), *locus.states[i].tolist()]
-        row += [*_parts(locus.multipliers[i]), "" if np.isnan(coefficient) else coefficient]
+        row += [*complex_parts(locus.multipliers[i]), "" if np.isnan(coefficient) else coefficient]
         keyed.append((place, [*row, "", float(locus.residual[i]), place]))
     for point in locus.special:
         named = "; ".join(f"{name} = {value!r}" for name, value in point.coefficients.items())
         word = point_criticality(locus, point) or ""
         row = [*begin, point.type, word, *point.values, *point.state.tolist()]
-        row += [*_parts(point.multipliers), "", named, point.residual, point.arclength]
+        row += [*complex_parts(point.multipliers), "", named, point.residual, point.arclength]
         keyed.append((point.arclength, row))
     return _in_order(keyed)

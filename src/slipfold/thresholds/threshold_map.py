@@ -14,7 +14,7 @@ from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.thresholds.threshold_search import INTERRUPTED, ThresholdSearch
 
-__all__ = ["MapObserver", "MapProgress", "ThresholdMap", "find_threshold_map"]
+__all__ = ["MapObserver", "MapProgress", "GridThresholds", "find_threshold_map"]
 
 Array = NDArray[np.float64]
 
@@ -43,7 +43,7 @@ MapObserver = Callable[[MapProgress], None]
 
 
 @dataclass(frozen=True, eq=False)
-class ThresholdMap:
+class GridThresholds:
     """Where the response of period 1 first loses its stability, over two parameters; frozen.
 
     Every array has the grid's two axes first. Where there is no threshold, `kinds` and `reasons`
@@ -145,8 +145,8 @@ class ThresholdMap:
         found = int(np.isfinite(self.values).sum())
         missing = "".join(f", {count} {kind}" for kind, count in self.failures.items())
         return (
-            f"<ThresholdMap of {self.model.name}: {self.type} in {self.threshold} over {first} and "
-            f"{second}, {size} points, {found} thresholds{missing}>"
+            f"<{type(self).__name__} of {self.model.name}: {self.type} in {self.threshold} over "
+            f"{first} and {second}, {size} points, {found} thresholds{missing}>"
         )
 
 
@@ -158,7 +158,7 @@ def find_threshold_map(
     over: Mapping[str, ArrayLike],
     span: tuple[float, float],
     observer: MapObserver | None = None,
-) -> ThresholdMap:
+) -> GridThresholds:
     """Find where the response of period 1 first loses its stability, over a grid of parameters.
 
     The responses of a few points are followed from the first value of the span. Between them the
@@ -185,7 +185,7 @@ def find_threshold_map(
 
     Returns
     -------
-    ThresholdMap
+    GridThresholds
         Thresholds, and why some points have none.
 
     Raises
@@ -223,7 +223,7 @@ def find_threshold_map(
     search.run()
     # As they were given: the search wants increasing values.
     given = np.ix_(*(np.argsort(order) for order in orders))
-    return ThresholdMap(
+    return GridThresholds(
         model,
         threshold,
         type,

@@ -1,0 +1,129 @@
+"""A map of thresholds as a result: labelled, printed, saved, exported and drawn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+from slipfold.results.provenance import Provenance
+from slipfold.results.result import Result
+from slipfold.thresholds.threshold_map import GridThresholds
+
+if TYPE_CHECKING:
+    from slipfold.results.labelled_table import LabelledTable
+
+__all__ = ["ThresholdMap"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ThresholdMap(GridThresholds, Result):
+    """Where the response of period 1 first loses its stability, over two parameters; frozen.
+
+    Made by `slipfold.threshold_map` and `slipfold.load`. Every array has the grid's two axes first.
+    Where there is no threshold, `kinds` and `reasons` say why, and the numbers are NaN.
+
+    Parameters
+    ----------
+    model
+        The model; its values of `threshold` and of the grid's parameters play no part.
+    threshold
+        Name of the parameter that is raised until stability is lost.
+    type
+        ``"PD"``: the bifurcation by which it is lost.
+    over
+        Values of the grid's two parameters by name, shapes (n1,) and (n2,).
+    span
+        First and last value of the threshold.
+    values
+        Thresholds, shape (n1, n2), in the unit of the parameter; NaN where there is none.
+    states
+        States of the orbits there at phase zero, shape (n1, n2, n_states).
+    multipliers
+        Their Floquet multipliers, complex, shape (n1, n2, n_states), largest modulus first.
+    residuals
+        How far each orbit fails to close, in scaled states, shape (n1, n2).
+    kinds
+        Why there is no threshold, in a few words, shape (n1, n2); empty where there is one.
+    reasons
+        The same as sentences.
+    followed
+        Whether the whole response was followed at this point, shape (n1, n2). Elsewhere the
+        threshold was computed from a guess between neighbours, and the response below it checked
+        at four places.
+    provenance
+        Versions and time.
+
+    Notes
+    -----
+    The dataset of `to_xarray` lies along the two parameters of the grid, which label it, so that
+    ``dataset.Nd.sel(Vd=0.6, alpha=1.0)`` is a threshold; further along ``state`` and
+    ``multiplier``. In the spreadsheet of `to_csv`, one row a point of the grid.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> over = {"Vd": [0.4, 0.6, 1.0], "alpha": ["60deg"]}
+    >>> found = sf.threshold_map(sf.SlidingOscillator(), "Nd", over=over, span=(0, "50mN"))
+    >>> found.values[:, 0].round(8).tolist(), found.failures
+    ([nan, 0.04357891, 0.03429776], {'no PD in the span': 1})
+    """
+
+    provenance: Provenance
+
+    def summary(self) -> str:
+        """Return how many thresholds were found, their range, and why points have none."""
+        from slipfold.results.threshold_summary import threshold_summary
+
+        return threshold_summary(self)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return thresholds and failures as plain data, schema slipfold.threshold_map/1.
+
+        What is not finite is None.
+        """
+        from slipfold.results.threshold_record import threshold_record
+
+        return threshold_record(self)
+
+    def plot(self, **options: Any) -> Any:
+        """Draw the thresholds as colours over the plane of the grid's parameters.
+
+        Parameters
+        ----------
+        **options
+            Options of the drawing, e.g. ``contours=False`` and ``ax=`` the axes to draw in.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            The axes.
+        """
+        # By name: the layer of results lies below that of plots, and starts without matplotlib.
+        from importlib import import_module
+
+        return import_module("slipfold.plots.threshold_map").draw_threshold_map(self, **options)
+
+    def _table(self) -> LabelledTable:
+        from slipfold.results.threshold_table import threshold_table
+
+        return threshold_table(self)
+
+    def _csv(self) -> str:
+        from slipfold.results.threshold_spreadsheet import threshold_csv
+
+        return threshold_csv(self)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Give what can be copied and sent to other processes: read-only mappings cannot."""
+        return {**vars(self), "over": dict(self.over)}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Lock it again."""
+        vars(self).update(state, over=MappingProxyType(state["over"]))
+        self.__post_init__()
+
+    def _repr_html_(self) -> str:
+        from slipfold.results.threshold_summary import threshold_html
+
+        return threshold_html(self)
