@@ -31,7 +31,11 @@ def gather(output: Path, folder: Path) -> str:
     figures = sorted(output.glob("figure*.png"))
     if not figures or not (output / "claims.md").exists():
         return NOTHING
-    for path in (*figures, output / "claims.md", output / "thresholds.csv"):
+    sets = sorted(output.glob("bifurcation_set_*.png"))
+    texts = [output / "claims.md", output / "thresholds.csv"]
+    if sets:
+        texts.append(output / "bifurcation_sets.md")
+    for path in (*figures, *sets, *texts):
         shutil.copy(path, folder)
     parts = ["## Figures"]
     for path in figures:
@@ -41,6 +45,10 @@ def gather(output: Path, folder: Path) -> str:
         parts.append(f"![Figure {number}](/_build/paper/{path.name})")
     parts.append("All special points: {download}`thresholds.csv </_build/paper/thresholds.csv>`.")
     parts.append("```{include} /_build/paper/claims.md\n:heading-offset: 1\n```")
+    for path in sets:
+        parts.append(f"![{path.stem.replace('_', ' ')}](/_build/paper/{path.name})")
+    if sets:
+        parts.append("```{include} /_build/paper/bifurcation_sets.md\n:heading-offset: 1\n```")
     return "\n\n".join(parts)
 
 

@@ -28,12 +28,15 @@ def test_output_is_copied_and_shown(reproduction: ModuleType, tmp_path: Path) ->
     output.mkdir()
     folder.mkdir()
     names = ("figure2.png", "figure3.png", "claims.md", "thresholds.csv")
+    names += ("bifurcation_set_f_Nd.png", "bifurcation_sets.md")
     for name in names:
         (output / name).write_text(name)
     text = reproduction.gather(output, folder)
     assert sorted(path.name for path in folder.iterdir()) == sorted(names)
     assert text.index("/_build/paper/figure2.png") < text.index("/_build/paper/figure3.png")
     assert "{include} /_build/paper/claims.md" in text
+    assert "/_build/paper/bifurcation_set_f_Nd.png" in text
+    assert "{include} /_build/paper/bifurcation_sets.md" in text
 
 
 def test_an_interrupted_output_is_not_shown(reproduction: ModuleType, tmp_path: Path) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +13,10 @@ if TYPE_CHECKING:
 
 __all__ = ["find_model"]
 
-FORM = 'model = "sliding" and a table [parameters] with lines such as f = 12.5 or alpha = "60deg"'
+FORM = (
+    'model = "sliding" and a table [parameters] with lines such as f = 12.5 or alpha = "60deg"; '
+    "a system of equations has a table [states], see slipfold models --show duffing"
+)
 
 
 def find_model(given: str, changes: Mapping[str, str]) -> Model:
@@ -23,8 +25,8 @@ def find_model(given: str, changes: Mapping[str, str]) -> Model:
     Parameters
     ----------
     given
-        Name of a built-in model, or a file ``....toml`` with ``model = "sliding"`` and a table
-        ``[parameters]``.
+        Name of a built-in model, or a file ``....toml``: a case with ``model = "sliding"`` and a
+        table ``[parameters]``, or a system of equations with a table ``[states]``.
     changes
         Values of parameters that replace those of the file.
 
@@ -39,10 +41,14 @@ def find_model(given: str, changes: Mapping[str, str]) -> Model:
     0.5235987755982988
     """
     from slipfold.models.registry import model_named
+    from slipfold.models.system import System
 
     if not given.endswith(".toml"):
         return model_named(given, **changes)
-    case = _read(given)
+    text = _read(given)
+    case = _parsed(given, text)
+    if "model" not in case and "states" in case:
+        return System.from_toml(Path(given)).replace(**changes)
     unknown = sorted(set(case) - {"model", "parameters"})
     if unknown:
         raise InputError(f"{given} has the unknown entry {unknown[0]!r}; a case file has {FORM}")
@@ -55,13 +61,19 @@ def find_model(given: str, changes: Mapping[str, str]) -> Model:
         raise InputError(f"{given}: {error}") from error
 
 
-def _read(given: str) -> dict[str, Any]:
+def _read(given: str) -> str:
     try:
-        return tomllib.loads(Path(given).read_text(encoding="utf-8"))
+        return Path(given).read_text(encoding="utf-8")
     except OSError as error:
         why = (error.strerror or str(error)).lower()
         raise InputError(
             f"{given} cannot be read ({why}); give another case file or the name of a model"
         ) from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except UnicodeDecodeError as error:
         raise InputError(f"{given} is not TOML ({error}); a case file has {FORM}") from error
+
+
+def _parsed(given: str, text: str) -> dict[str, Any]:
+    from slipfold.models.system_source import source_of_text
+
+    return dict(source_of_text(text, given).tables)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from slipfold.cli.case_file import find_model
 from slipfold.cli.options import Json
 from slipfold.cli.outputs import hand_over_json
 from slipfold.cli.status import say
@@ -17,24 +18,41 @@ if TYPE_CHECKING:
 
 __all__ = ["models"]
 
-Name = Annotated[str | None, typer.Argument(metavar="[MODEL]", help="Show one model in detail.")]
+Name = Annotated[
+    str | None,
+    typer.Argument(metavar="[MODEL]", help="Show one model in detail, built-in or from a file."),
+]
+Show = Annotated[
+    str | None,
+    typer.Option(
+        "--show",
+        metavar="NAME",
+        help="Print the equations of a built-in model as a file to start from.",
+    ),
+]
 
 
-def models(model: Name = None, json: Json = None) -> None:
+def models(model: Name = None, show: Show = None, json: Json = None) -> None:
     """List the built-in models, or parameters, states, outputs and limits of one of them."""
-    from slipfold.models.registry import built_in_models, model_named
+    from slipfold.models.registry import built_in_models, built_in_text
 
-    kinds = built_in_models()
-    shown = list(kinds.values()) if model is None else [type(model_named(model))]
+    if show is not None:
+        say(built_in_text(show).rstrip())
+        return
+    shown = (
+        [kind() for kind in built_in_models().values()]
+        if model is None
+        else [find_model(model, {})]
+    )
     if json is not None:
-        record = {"schema": "slipfold.models/1", "models": [_record(kind()) for kind in shown]}
+        record = {"schema": "slipfold.models/1", "models": [_record(item) for item in shown]}
         hand_over_json(record, json)
         if json == "-":
             return
     if model is None:
-        say("\n".join(_table([(kind.name, kind.title) for kind in shown])))
+        say("\n".join(_table([(item.name, item.title) for item in shown])))
     else:
-        say(_details(shown[0]()))
+        say(_details(shown[0]))
 
 
 def _record(model: Model) -> dict[str, Any]:
@@ -81,7 +99,9 @@ def _details(model: Model) -> str:
         ["Outputs", *_table(quantities[1])],
         ["Limits, where a branch ends", *_table(limits)],
     ]
-    return "\n\n".join("\n".join(section) for section in sections)
+    # What has no outputs or limits needs no headings for them.
+    kept = [section for index, section in enumerate(sections) if not index or len(section) > 1]
+    return "\n\n".join("\n".join(section) for section in kept)
 
 
 def _table(rows: Sequence[Sequence[str]]) -> list[str]:

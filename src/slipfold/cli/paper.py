@@ -1,4 +1,4 @@
-"""``slipfold paper``: the source paper's figures, thresholds and claims."""
+"""``slipfold paper``: the source paper's figures, thresholds and claims, and sets beyond it."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Processes = Annotated[
 
 
 def paper(out: Folder = "paper-output", processes: Processes = None) -> int:
-    """Compute and draw the six figures, thresholds.csv and claims.md of the source paper.
+    """Compute and draw the source paper's figures, thresholds and claims, and bifurcation sets.
 
     Ctrl-C keeps what is finished. Exit status: 0 done, 2 bad input, 3 a branch could not be
     followed to its end, 130 interrupted.
