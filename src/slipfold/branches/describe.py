@@ -24,6 +24,7 @@ NAMES = {
     "PD": "period doubling",
     "NS": "Neimark-Sacker (torus)",
     "BP": "branch point",
+    "HB": "Hopf",
 }
 
 
@@ -40,17 +41,33 @@ def describe_bifurcation(problem: PeriodicProblem, found: Found) -> SpecialPoint
     coefficient, criticality = None, None
     if found.type in ("LP", "PD", "NS"):
         coefficient, criticality = normal_form(problem, found.point, found.type)
+    kind = found.type
+    if problem.kind == "equilibrium":
+        kind, coefficient = _of_equilibrium(kind, coefficient, found.point)
     value_uncertainty, multiplier_uncertainty = _uncertainties(problem, found)
     return _special(
         problem,
         found.point,
-        found.type,
-        NAMES[found.type],
+        kind,
+        NAMES[kind],
         value_uncertainty,
         multiplier_uncertainty,
         criticality,
         coefficient,
     )
+
+
+def _of_equilibrium(kind: str, coefficient: float | None, point: Point) -> tuple[str, float | None]:
+    """Turn what a fixed point of the flow over a time undergoes into what the equilibrium does.
+
+    The map's coefficient is that of the flow, Re c, times the time; the first Lyapunov coefficient
+    is Re c over the frequency (Kuznetsov, section 5.4).
+    """
+    if kind != "NS" or coefficient is None:
+        return kind, coefficient
+    upper = point.multipliers[point.multipliers.imag > 0]
+    critical = upper[np.argmin(np.abs(np.abs(upper) - 1))]
+    return "HB", coefficient / float(np.angle(critical))
 
 
 def describe_event(problem: PeriodicProblem, event: Event, point: Point) -> SpecialPoint:

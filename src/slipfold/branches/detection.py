@@ -50,7 +50,7 @@ class _Bifurcations:
         """Return the bifurcations where a test function changes sign between two points."""
         found = []
         for kind in ("PD", "NS", "LP"):
-            if (a.tests[kind] > 0) != (b.tests[kind] > 0):
+            if kind in a.tests and (a.tests[kind] > 0) != (b.tests[kind] > 0):
                 found.append(locate_test(self._problem, known, a, b, kind, kind))
         if a.orientation != b.orientation:
             found.append(locate_test(self._problem, known, a, b, "BP", "fold"))

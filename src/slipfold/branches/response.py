@@ -15,7 +15,7 @@ from slipfold.branches.point import Point
 from slipfold.branches.progress import Observer, Progress
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
-from slipfold.branches.start import doubled_start, response_start
+from slipfold.branches.start import doubled_start, equilibrium_start, response_start
 from slipfold.branches.trace import Trace, trace_branch
 from slipfold.errors import InputError
 from slipfold.flow import flow_of
@@ -38,6 +38,8 @@ def trace_response(
     observer: Observer | None = None,
 ) -> tuple[Branch, ...]:
     """Follow the periodic response in one parameter, and all branches of doubled period.
+
+    Of an autonomous model the equilibrium is followed, with its folds and Hopf points.
 
     Parameters
     ----------
@@ -66,8 +68,8 @@ def trace_response(
     """
     settings = settings or Settings()
     model, first, last = _checked(model, vary, span, events)
-    problem = PeriodicProblem(model, vary, 1, abs(last - first))
-    start, begun = _first_point(problem, first, last)
+    begin = _first_point if model.forced else _first_equilibrium
+    problem, start, begun = begin(model, vary, first, last)
     branches: list[Branch] = []
     waiting: list[_Waiting] = [_Waiting(problem, start, begun, None, ())]
     while waiting:
@@ -142,23 +144,41 @@ def _checked(
     return model.replace(**{vary: first}), first, last
 
 
-def _first_point(problem: PeriodicProblem, first: float, last: float) -> tuple[Point, End]:
+def _first_point(
+    model: Model, vary: str, first: float, last: float
+) -> tuple[PeriodicProblem, Point, End]:
     """Start at the first value of the span, or at the last where the first has no response."""
-    vary, forward = problem.vary, math.copysign(1.0, last - first)
+    problem, forward = (
+        PeriodicProblem(model, vary, 1, abs(last - first)),
+        math.copysign(1.0, last - first),
+    )
     try:
         start = response_start(problem, first, forward)
-        return start, End("span", f"the span begins at {vary} = {first:g}", first)
+        return problem, start, _span_begin(vary, first)
     except InputError as error:
         try:
             start = response_start(problem, last, -forward)
         except InputError:
             raise error from None
-    return start, End(
+    end = End(
         "span",
         f"there is no response of period 1 at {vary} = {first:g}, so the span was followed from "
         f"its other end, {vary} = {last:g}",
         last,
     )
+    return problem, start, end
+
+
+def _first_equilibrium(
+    model: Model, vary: str, first: float, last: float
+) -> tuple[PeriodicProblem, Point, End]:
+    """Start at the equilibrium at the first value of the span."""
+    problem, start = equilibrium_start(model, vary, first, last)
+    return problem, start, _span_begin(vary, first)
+
+
+def _span_begin(vary: str, first: float) -> End:
+    return End("span", f"the span begins at {vary} = {first:g}", first)
 
 
 def _follow(
@@ -207,7 +227,7 @@ def _as_branch(
     pairs.sort(key=lambda pair: pair[0].arclength)
     branch = Branch(
         id=number,
-        kind="periodic",
+        kind=problem.kind,
         period=problem.period,
         parent=item.parent[0] if item.parent else None,
         model=problem.model,

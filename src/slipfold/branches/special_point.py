@@ -13,8 +13,8 @@ from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
 __all__ = ["BIFURCATIONS", "SpecialPoint"]
 
-BIFURCATIONS = ("LP", "PD", "NS", "BP")
-"""Types of bifurcation: fold, period doubling, Neimark-Sacker, branch point."""
+BIFURCATIONS = ("LP", "PD", "NS", "BP", "HB")
+"""Types of bifurcation: fold, period doubling, Neimark-Sacker, branch point, Hopf."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,8 +24,8 @@ class SpecialPoint:
     Parameters
     ----------
     type
-        ``"LP"``, ``"PD"``, ``"NS"``, ``"BP"``, or ``"EVENT"`` for a user's event. Where the model
-        itself ends, the branch does: see `Branch.stopped`.
+        ``"LP"``, ``"PD"``, ``"NS"``, ``"BP"``, ``"HB"``, or ``"EVENT"`` for a user's event. Where
+        the model itself ends, the branch does: see `Branch.stopped`.
     name
         The type in words, e.g. ``"period doubling"``, or what a user's event watches.
     model
@@ -53,7 +53,7 @@ class SpecialPoint:
         ``"supercritical"``, ``"subcritical"`` or None where it has no meaning.
     coefficient
         Normal form coefficient: of the map for PD (cubic), NS (real part of the first Lyapunov
-        coefficient) and LP (quadratic); None elsewhere.
+        coefficient) and LP (quadratic); first Lyapunov coefficient of HB; None elsewhere.
     leads_to
         Id of the branch that was started here, or None.
     """
@@ -83,6 +83,11 @@ class SpecialPoint:
     def state(self) -> NDArray[np.float64]:
         """State at phase zero, shape (n_states,)."""
         return self.nodes[0]
+
+    @property
+    def duration(self) -> float:
+        """Period of the orbit in seconds; of an equilibrium, the time its multipliers are over."""
+        return self.orbit.duration
 
     @cached_property
     def orbit(self) -> PeriodicOrbit:

@@ -10,12 +10,16 @@ from slipfold.branches.point import Point, corrected_point, make_point
 from slipfold.branches.settings import Settings
 from slipfold.branches.walk import Failure, walk
 from slipfold.errors import InputError
+from slipfold.models.damped_newton import damped_newton
+from slipfold.models.evaluation import evaluation_of
+from slipfold.models.model import Model
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.orbits.equilibrium_problem import EquilibriumProblem, unit_of_time
 from slipfold.orbits.find import guess_orbit, hold_parameter
 from slipfold.orbits.limits import broken_limit
 from slipfold.orbits.newton import correct
 
-__all__ = ["doubled_start", "response_start"]
+__all__ = ["doubled_start", "equilibrium_start", "response_start"]
 
 Array = NDArray[np.float64]
 
@@ -96,6 +100,52 @@ def _nodes_from_quiet(problem: PeriodicProblem, value: float) -> Array:
             f"elsewhere or lower {quiet}"
         )
     return other.nodes(point.z)
+
+
+def equilibrium_start(
+    model: Model, vary: str, first: float, last: float
+) -> tuple[EquilibriumProblem, Point]:
+    """Return the equilibrium of an autonomous model at the first value of a span.
+
+    Parameters
+    ----------
+    model
+        The model, with the value of `vary` at the start of the span.
+    vary
+        Name of the parameter.
+    first, last
+        The span.
+
+    Raises
+    ------
+    InputError
+        If Newton's method finds no equilibrium from the model's start.
+    """
+    functions = evaluation_of(model)
+    state = damped_newton(
+        lambda state: functions.rates(model, state),
+        lambda state: functions.jacobian(model, state),
+        model.start,
+        model.state_scales(),
+    )
+    if state is None:
+        raise InputError(
+            f"no equilibrium of {model.name} was found at {vary} = {first:g} from the state "
+            f"{model.start.tolist()}; give a start nearer to one, or start the span elsewhere"
+        )
+    paced = model.replace(duration=unit_of_time(model, functions.jacobian(model, state)))
+    problem = EquilibriumProblem(paced, vary, 1, abs(last - first))
+    row = hold_parameter(problem.size) * np.sign(last - first)
+    correction = correct(problem, problem.pack(np.tile(state, (problem.segments, 1)), first), row)
+    if not correction.converged:
+        raise InputError(
+            f"no equilibrium of {model.name} was found at {vary} = {first:g}: "
+            f"{correction.failure}; start the span elsewhere"
+        )
+    broken = broken_limit(problem, correction.z)
+    if broken is not None:
+        raise InputError(f"the span cannot start at {vary} = {first:g}: {broken}")
+    return problem, corrected_point(problem, correction, 0.0)
 
 
 def doubled_start(problem: PeriodicProblem, point: Point) -> tuple[PeriodicProblem, Point]:

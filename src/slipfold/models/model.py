@@ -116,6 +116,20 @@ class Model(ABC):
         """
 
     @property
+    def forced(self) -> bool:
+        """Whether time appears in the equations; a model that is not forced is autonomous.
+
+        An autonomous model has a parameter ``duration`` in seconds that its `period` returns. Of a
+        cycle it is the period; elsewhere it is no more than a unit of time.
+        """
+        return True
+
+    @property
+    def start(self) -> NDArray[np.float64]:
+        """State from which motions and searches start, shape (n_states,)."""
+        return np.zeros(len(self.states))
+
+    @property
     def structure(self) -> Mapping[str, Hashable]:
         """Arguments of the constructor that the equations depend on, besides parameter values."""
         return {}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Self
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -41,6 +43,8 @@ class PeriodicProblem(Shooting):
     offset
         Phase of the first node, in segments.
     """
+
+    kind = "periodic"
 
     def __init__(
         self,
@@ -169,7 +173,7 @@ class PeriodicProblem(Shooting):
         tests = evaluate_tests(linearisation.monodromy, multipliers)
         return {**tests, "LP": float(tangent[-1])}
 
-    def shifted(self, z: Array, tangent: Array) -> tuple[PeriodicProblem, Array, Array]:
+    def shifted(self, z: Array, tangent: Array) -> tuple[Self, Array, Array]:
         """Return the same orbit with its nodes half a segment later.
 
         The steps of the integrator then fall elsewhere, so that what differs is its error.
@@ -188,7 +192,7 @@ class PeriodicProblem(Shooting):
         z, tangent : ndarray
             In the shifted problem.
         """
-        other = PeriodicProblem(
+        other = type(self)(
             self.model, self.vary, self.period, self.width, self.segments, offset=0.5
         )
         constants = self.constants(z)
