@@ -76,6 +76,9 @@ class Branch:
         Why the branch ends where it ends.
     begun
         Why it begins where it begins.
+    durations
+        Durations of one round of each cycle of an autonomous model, in seconds, shape (n_points,);
+        None where the model's parameters give the period.
     """
 
     id: int
@@ -92,6 +95,7 @@ class Branch:
     special: tuple[SpecialPoint, ...]
     stopped: End
     begun: End
+    durations: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         """Lock the arrays."""
@@ -128,6 +132,8 @@ class Branch:
         """Parameter vectors of all points, shape (n_points, n_parameters)."""
         vectors = np.repeat(self.model.vector[None], len(self), axis=0)
         vectors[:, self.model.parameter_index(self.vary)] = self.parameter
+        if self.durations is not None:
+            vectors[:, self.model.parameter_index("duration")] = self.durations
         return vectors
 
     @cached_property
@@ -154,7 +160,10 @@ class Branch:
         index
             Row of the branch.
         """
-        model = self.model.replace(**{self.vary: self.parameter[index]})
+        changes = {self.vary: float(self.parameter[index])}
+        if self.durations is not None:
+            changes["duration"] = float(self.durations[index])
+        model = self.model.replace(**changes)
         return PeriodicOrbit(
             model,
             self.period,

@@ -19,7 +19,7 @@ __all__ = [
     "Doubling",
     "asymmetry",
     "close_on_parent",
-    "doubled_nodes",
+    "doubled",
     "meets_its_copy",
     "parent_point",
     "returns_to_start",
@@ -135,11 +135,8 @@ def close_on_parent(
     meeting = hermite(near, place)[0]
     matched = _matching(problem, meeting, doublings)
     value = problem.value(meeting) if matched is None else matched[0].value(matched[1].z)
-    end = End(
-        "closed",
-        f"the branch closed on its parent's period doubling at {problem.vary} = {value:.9g}",
-        value,
-    )
+    where = "its parent's period doubling" if problem.period % 2 == 0 else "an equilibrium"
+    end = End("closed", f"the branch closed on {where} at {problem.vary} = {value:.9g}", value)
     length = place - before.arclength
     for back in (BEFORE, 4 * BEFORE, 16 * BEFORE):
         if back < length:
@@ -157,8 +154,7 @@ def _matching(
 
     def distance(doubling: Doubling) -> float:
         parent, point = doubling
-        z = problem.pack(doubled_nodes(parent, point), parent.value(point.z))
-        return float(np.linalg.norm(z - meeting))
+        return float(np.linalg.norm(doubled(parent, point) - meeting))
 
     nearest = min(doublings, key=distance, default=None)
     return nearest if nearest is not None and distance(nearest) < NEAR else None
@@ -182,15 +178,15 @@ def parent_point(
     """
     for parent, doubling in doublings:
         if parent.value(doubling.z) == value:
-            z = problem.pack(doubled_nodes(parent, doubling), value)
+            z = doubled(parent, doubling)
             place = last.arclength + float(np.linalg.norm(z - last.z))
             square = doubling.monodromy @ doubling.monodromy
             return [make_point(z, last.tangent, place, square, doubling.residual)]
     return []
 
 
-def doubled_nodes(parent: PeriodicProblem, point: Point) -> Array:
-    """Return an orbit passed twice at the nodes of twice its period, shape (m, n).
+def doubled(parent: PeriodicProblem, point: Point) -> Array:
+    """Return the unknown of an orbit passed twice, at the nodes of twice its period.
 
     Parameters
     ----------
@@ -200,7 +196,8 @@ def doubled_nodes(parent: PeriodicProblem, point: Point) -> Array:
         The orbit.
     """
     m = parent.segments
-    return parent.nodes(point.z)[np.arange(0, 2 * m, 2) % m]
+    nodes = parent.nodes(point.z)[np.arange(0, 2 * m, 2) % m]
+    return np.concatenate([parent.flat(nodes), point.z[parent.size :]])
 
 
 def returns_to_start(problem: Shooting, points: Sequence[Point], point: Point) -> bool:

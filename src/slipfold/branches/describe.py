@@ -39,7 +39,7 @@ def describe_bifurcation(problem: PeriodicProblem, found: Found) -> SpecialPoint
         The bifurcation.
     """
     coefficient, criticality = None, None
-    if found.type in ("LP", "PD", "NS"):
+    if found.type in ("LP", "PD", "NS") and problem.kind != "cycle":
         coefficient, criticality = normal_form(problem, found.point, found.type)
     kind = found.type
     if problem.kind == "equilibrium":
@@ -109,19 +109,24 @@ def _special(
     return SpecialPoint(
         type=kind,
         name=name,
-        model=problem.model.replace(**{problem.vary: value}),
+        model=problem.model_at(point.z),
         vary=problem.vary,
         value=value,
         uncertainty=uncertainty,
         period=problem.period,
         nodes=problem.nodes(point.z),
-        multipliers=point.multipliers,
-        multiplier_uncertainty=multiplier_uncertainty,
+        multipliers=problem.all_multipliers(point.multipliers),
+        multiplier_uncertainty=_padded(multiplier_uncertainty, len(problem.scales)),
         residual=point.residual,
         arclength=point.arclength,
         criticality=criticality,
         coefficient=coefficient,
     )
+
+
+def _padded(uncertainty: Array, count: int) -> Array:
+    """Uncertainties of all multipliers: what is exactly one is certain."""
+    return np.concatenate([uncertainty, np.zeros(count - len(uncertainty))])
 
 
 def _anew(problem: PeriodicProblem, point: Point) -> Point | None:

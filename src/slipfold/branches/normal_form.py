@@ -176,7 +176,7 @@ def normal_form(problem: PeriodicProblem, point: Point, kind: str) -> tuple[floa
     """
     # The orbit's own scales: those of a branch in f are the scales where it began, and a
     # coefficient must not depend on that.
-    own = problem.model.replace(**{problem.vary: problem.value(point.z)}).state_scales()
+    own = problem.model_at(point.z).state_scales()
     linearisation = problem.linearise(point.z)
     constants = problem.constants(point.z)
     map_ = StroboscopicMap(problem, point.z, constants, linearisation, own)

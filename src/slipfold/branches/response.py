@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipfold.branches.branch import Branch, End
 from slipfold.branches.describe import describe_bifurcation, describe_event
@@ -15,14 +16,23 @@ from slipfold.branches.point import Point
 from slipfold.branches.progress import Observer, Progress
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
-from slipfold.branches.start import doubled_start, equilibrium_start, response_start
+from slipfold.branches.start import (
+    doubled_start,
+    equilibrium_start,
+    hopf_start,
+    response_start,
+)
 from slipfold.branches.trace import Trace, trace_branch
 from slipfold.errors import InputError
 from slipfold.flow import flow_of
 from slipfold.models.model import Model
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.orbits.cycle_problem import CycleProblem
 
 __all__ = ["trace_response"]
+
+BIRTHS = ("PD", "HB")
+"""Types of special points at which branches of longer period or of cycles are born."""
 
 MATCH = 1e-7
 """Two values of a parameter this close, in spans, belong to one period doubling."""
@@ -82,7 +92,7 @@ def trace_response(
         _link(branches, item, branch)
         if branch.stopped.kind == "interrupted":
             break
-        if 2 * branch.period <= settings.largest_period:
+        if branch.kind == "equilibrium" or 2 * branch.period <= settings.largest_period:
             waiting += [
                 _Waiting(
                     trace.problem,
@@ -201,7 +211,8 @@ def _follow(
         return trace_branch(
             item.problem, item.start, (first, last), settings, events=events, watch=watch
         )
-    problem, start = doubled_start(item.problem, item.start)
+    born = hopf_start if item.problem.kind == "equilibrium" else doubled_start
+    problem, start = born(item.problem, item.start)
     return trace_branch(
         problem,
         start,
@@ -227,26 +238,34 @@ def _as_branch(
     pairs.sort(key=lambda pair: pair[0].arclength)
     branch = Branch(
         id=number,
-        kind=problem.kind,
+        kind="equilibrium" if problem.kind == "equilibrium" else "periodic",
         period=problem.period,
         parent=item.parent[0] if item.parent else None,
         model=problem.model,
         vary=problem.vary,
         parameter=np.array([problem.value(point.z) for point in points]),
         nodes=np.array([problem.nodes(point.z) for point in points]),
-        multipliers=np.array([point.multipliers for point in points]),
+        multipliers=np.array([problem.all_multipliers(point.multipliers) for point in points]),
         residual=np.array([point.residual for point in points]),
         arclength=np.array([point.arclength for point in points]),
         special=tuple(special for special, _ in pairs),
         stopped=trace.end,
         begun=item.begun,
+        durations=_durations(problem, points),
     )
     doublings = [
         (index, special, point)
         for index, (special, point) in enumerate(pairs)
-        if special.type == "PD"
+        if special.type in BIRTHS
     ]
     return branch, doublings
+
+
+def _durations(problem: PeriodicProblem, points: Sequence[Point]) -> NDArray[np.float64] | None:
+    """Durations of one round of cycles in seconds; None where the parameters give them."""
+    if not isinstance(problem, CycleProblem):
+        return None
+    return np.array([problem.duration(point.z) for point in points])
 
 
 def _link(branches: list[Branch], item: _Waiting, branch: Branch) -> None:
@@ -258,7 +277,7 @@ def _link(branches: list[Branch], item: _Waiting, branch: Branch) -> None:
     width = item.problem.width
     special = list(parent.special)
     for place, point in enumerate(special):
-        closed = branch.stopped.kind == "closed" and point.type == "PD"
+        closed = branch.stopped.kind == "closed" and point.type in BIRTHS
         if place == index or (closed and abs(point.value - branch.stopped.value) < MATCH * width):
             special[place] = replace(point, leads_to=branch.id)
     branches[number - 1] = replace(parent, special=tuple(special))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.closing import doubled_nodes
+from slipfold.branches.closing import doubled
 from slipfold.branches.point import Point, corrected_point, make_point
 from slipfold.branches.settings import Settings
 from slipfold.branches.walk import Failure, walk
@@ -14,12 +14,13 @@ from slipfold.models.damped_newton import damped_newton
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.orbits.cycle_problem import CycleProblem, on_quotient
 from slipfold.orbits.equilibrium_problem import EquilibriumProblem, unit_of_time
 from slipfold.orbits.find import guess_orbit, hold_parameter
 from slipfold.orbits.limits import broken_limit
 from slipfold.orbits.newton import correct
 
-__all__ = ["doubled_start", "equilibrium_start", "response_start"]
+__all__ = ["doubled_start", "equilibrium_start", "hopf_start", "response_start"]
 
 Array = NDArray[np.float64]
 
@@ -162,18 +163,52 @@ def doubled_start(problem: PeriodicProblem, point: Point) -> tuple[PeriodicProbl
         The period doubling on the parent.
     """
     m = problem.segments
-    blocks = problem.linearise(point.z).blocks
-    values, vectors = np.linalg.eig(point.monodromy)
+    linearisation = problem.linearise(point.z)
+    blocks = linearisation.blocks
+    values, vectors = np.linalg.eig(linearisation.product)
     direction = vectors[:, np.argmin(np.abs(values + 1))].real
     along = [direction]
     for block in blocks[:-1]:
         along.append(block @ along[-1])
-    child = PeriodicProblem(problem.model, problem.vary, 2 * problem.period, problem.width, m)
+    child = problem.with_period(2 * problem.period)
     # A segment of the child is two of the parent.
     every_second = np.arange(0, 2 * m, 2) % m
     sign = np.where(np.arange(0, 2 * m, 2) < m, 1.0, -1.0)
-    tangent = np.append((np.array(along)[every_second] * sign[:, None]).ravel(), 0.0)
+    moved = (np.array(along)[every_second] * sign[:, None]).ravel()
+    tangent = np.concatenate([moved, np.zeros(len(point.z) - problem.size)])
     # The largest component starts positive: of the two copies always the same one.
     tangent *= np.sign(direction[np.abs(direction).argmax()]) / np.linalg.norm(tangent)
-    z = child.pack(doubled_nodes(problem, point), problem.value(point.z))
+    z = doubled(problem, point)
     return child, make_point(z, tangent, 0.0, point.monodromy @ point.monodromy, point.residual)
+
+
+def hopf_start(problem: PeriodicProblem, point: Point) -> tuple[CycleProblem, Point]:
+    """Return the first point of the branch of cycles that is born at a Hopf point.
+
+    It is the equilibrium itself, taken for a cycle of no amplitude; its tangent is the critical
+    eigenvector turning once, and neither parameter nor duration change to first order.
+
+    Parameters
+    ----------
+    problem
+        The problem of the equilibrium.
+    point
+        The Hopf point on its branch.
+    """
+    values, vectors = np.linalg.eig(point.monodromy)
+    pair = np.where(values.imag > 0, np.abs(np.abs(values) - 1), np.inf)
+    critical = int(pair.argmin())
+    turn = float(np.angle(values[critical]))
+    duration = problem.model.values["duration"] * 2 * np.pi / turn
+    model = problem.model.replace(duration=duration)
+    m = problem.segments
+    child = CycleProblem(model, problem.vary, 1, problem.width, m)
+    q = vectors[:, critical]
+    angles = 2 * np.pi * np.arange(m) / m
+    turning = np.real(q[None] * np.exp(1j * angles)[:, None])
+    tangent = np.concatenate([turning.ravel(), np.zeros(2)])
+    tangent /= np.linalg.norm(tangent)
+    z = child.pack_cycle(problem.nodes(point.z), duration, problem.value(point.z))
+    product = child.linearise(z).product
+    monodromy = on_quotient(product, np.real(1j * q))
+    return child, make_point(z, tangent, 0.0, monodromy, point.residual)

@@ -106,6 +106,36 @@ class PeriodicProblem(Shooting):
         vector[self.index] = self.value(z)
         return vector
 
+    def model_at(self, z: Array) -> Model:
+        """Return the model with the parameter values of an unknown.
+
+        Parameters
+        ----------
+        z
+            The unknown.
+        """
+        return self.model.replace(**{self.vary: self.value(z)})
+
+    def with_period(self, period: int) -> Self:
+        """Return the same problem for orbits of another period.
+
+        Parameters
+        ----------
+        period
+            Period in forcing periods.
+        """
+        return type(self)(self.model, self.vary, period, self.width, self.segments)
+
+    def all_multipliers(self, multipliers: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        """Return the multipliers with those that are the same for all orbits, shape (n,).
+
+        Parameters
+        ----------
+        multipliers
+            Eigenvalues of the monodromy matrix that the test functions are made of.
+        """
+        return multipliers
+
     def constants(self, z: Array) -> Constants:
         """Return the coefficients of the flow.
 

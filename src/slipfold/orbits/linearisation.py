@@ -60,9 +60,14 @@ class Linearisation:
     conditions: Conditions = NO_CONDITIONS
 
     @cached_property
-    def monodromy(self) -> Array:
+    def product(self) -> Array:
         """Product of the transition matrices, shape (n, n), in scaled states."""
         return reduce(lambda product, block: block @ product, self.blocks)
+
+    @property
+    def monodromy(self) -> Array:
+        """The matrix whose eigenvalues are watched, in scaled states."""
+        return self.product
 
     @property
     def defect(self) -> Array:

@@ -56,8 +56,8 @@ class PeriodicOrbit:
 
     @property
     def stable(self) -> bool:
-        """Whether all multipliers lie inside the unit circle."""
-        return bool(np.all(np.abs(self.multipliers) < 1))
+        """Whether no multiplier lies outside the unit circle."""
+        return bool(np.all(np.abs(self.multipliers) <= 1))
 
     @property
     def duration(self) -> float:

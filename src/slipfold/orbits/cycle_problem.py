@@ -1,0 +1,211 @@
+"""Cycles of an autonomous model in one parameter: their duration is unknown."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.models.model import Model
+from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.orbits.linearisation import Conditions, Linearisation, defect_of
+from slipfold.orbits.shooting import SEGMENTS
+
+__all__ = ["CycleProblem"]
+
+Array = NDArray[np.float64]
+
+
+class CycleProblem(PeriodicProblem):
+    r"""Cycles in one free parameter.
+
+    An unknown ``z`` holds the scaled states at m phases, the scaled duration of one round and the
+    scaled parameter. A cycle may be begun anywhere on it: Newton's steps and tangents are kept
+    orthogonal to the flow, which fixes the phase without a condition to be met.
+
+    The monodromy matrix of a cycle has the direction of the flow as an eigenvector, with the
+    multiplier one. Test functions are made of the matrix on the quotient space, which has the
+    other multipliers.
+
+    Parameters
+    ----------
+    model
+        The model; its values of `vary` and of ``duration`` play no part, but the latter sets the
+        scale of the duration.
+    vary
+        Name of the free parameter.
+    period
+        Rounds until an orbit closes.
+    width
+        Scale of the parameter, in its unit.
+    segments
+        Number of segments m.
+    offset
+        Phase of the first node, in segments.
+    """
+
+    kind = "cycle"
+
+    def __init__(
+        self,
+        model: Model,
+        vary: str,
+        period: int,
+        width: float,
+        segments: int = SEGMENTS,
+        offset: float = 0.0,
+    ) -> None:
+        super().__init__(model, vary, period, width, segments, offset)
+        self._time = model.values["duration"]
+        self._time_index = model.parameter_index("duration")
+
+    def duration(self, z: Array) -> float:
+        """Return the duration of one round in seconds.
+
+        Parameters
+        ----------
+        z
+            The unknown.
+        """
+        return float(z[-2] * self._time)
+
+    def pack_cycle(self, nodes: Array, duration: float, value: float) -> Array:
+        """Scale a cycle and a parameter value into an unknown.
+
+        Parameters
+        ----------
+        nodes
+            States at the nodes, shape (m, n).
+        duration
+            Duration of one round in seconds.
+        value
+            Value of the parameter.
+        """
+        return np.concatenate([self.flat(nodes), [duration / self._time, value / self.width]])
+
+    def vector(self, z: Array) -> Array:
+        """Return the model's parameter vector.
+
+        Parameters
+        ----------
+        z
+            The unknown.
+        """
+        vector = super().vector(z)
+        vector[self._time_index] = self.duration(z)
+        return vector
+
+    def model_at(self, z: Array) -> Model:
+        """Return the model with the parameter values of an unknown.
+
+        Parameters
+        ----------
+        z
+            The unknown.
+        """
+        return super().model_at(z).replace(duration=self.duration(z))
+
+    def all_multipliers(self, multipliers: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        """Return the multipliers with that of the flow's own direction, shape (n,).
+
+        Parameters
+        ----------
+        multipliers
+            The others, shape (n - 1,), largest modulus first.
+        """
+        place = int(np.count_nonzero(np.abs(multipliers) > 1))
+        return np.insert(multipliers, place, 1.0)
+
+    def defect(self, z: Array) -> Array:
+        """Return what Newton's method brings to zero, shape (m n + 1,): nothing for the phase.
+
+        Parameters
+        ----------
+        z
+            The unknown.
+        """
+        residual = self.mismatch(self.nodes(z), self.constants(z))
+        return defect_of(residual, np.zeros(1))
+
+    def linearise(self, z: Array) -> CycleLinearisation:
+        """Return the mismatch and its derivatives.
+
+        Parameters
+        ----------
+        z
+            The unknown.
+        """
+        nodes, constants = self.nodes(z), self.constants(z)
+        indices = [self._time_index, self.index]
+        residual, blocks, along = self.transitions(nodes, constants, indices)
+        flow = self.flow.rates(nodes, self._start, constants) / self.scales
+        size = float(np.linalg.norm(flow)) or 1.0
+        gauge = np.concatenate([flow.ravel() / size, np.zeros(2)])
+        widths = np.array([self._time, self.width]) / np.sqrt(self.segments)
+        conditions = Conditions(np.zeros(1), gauge[None])
+        return CycleLinearisation(residual, blocks, along * widths, conditions)
+
+    def shifted(self, z: Array, tangent: Array) -> tuple[CycleProblem, Array, Array]:
+        """Return the same cycle with its nodes half a segment later.
+
+        Parameters
+        ----------
+        z
+            The unknown.
+        tangent
+            Tangent of the branch at `z`.
+
+        Returns
+        -------
+        problem : CycleProblem
+            The shifted problem.
+        z, tangent : ndarray
+            In the shifted problem.
+        """
+        other = CycleProblem(
+            self.model, self.vary, self.period, self.width, self.segments, offset=0.5
+        )
+        constants = self.constants(z)
+        indices = [self._time_index, self.index]
+        ends, matrices, vectors = self.flow.linearise(
+            self.nodes(z), self._start, other._start, constants, constants.rates[:, indices]
+        )
+        moved = np.einsum("jab,jb->ja", matrices, self.nodes(tangent))
+        moved += vectors @ (tangent[-2:] * [self._time, self.width])
+        direction = np.concatenate([self.flat(moved), tangent[-2:]])
+        return (
+            other,
+            other.pack_cycle(ends, self.duration(z), self.value(z)),
+            direction / np.linalg.norm(direction),
+        )
+
+
+class CycleLinearisation(Linearisation):
+    """Mismatch of a cycle and its derivatives."""
+
+    @cached_property
+    def monodromy(self) -> Array:
+        """The same on the quotient by the flow's direction, shape (n - 1, n - 1)."""
+        assert self.conditions.gradients is not None
+        n = self.blocks.shape[1]
+        return on_quotient(self.product, self.conditions.gradients[0, :n])
+
+
+def on_quotient(matrix: Array, direction: Array) -> Array:
+    """Return a matrix on the quotient of the space by one of its eigenvectors.
+
+    Parameters
+    ----------
+    matrix
+        Shape (n, n).
+    direction
+        The eigenvector, shape (n,).
+
+    Returns
+    -------
+    ndarray, shape (n - 1, n - 1)
+        With the other eigenvalues.
+    """
+    basis = np.linalg.qr(direction[:, None], mode="complete")[0][:, 1:]
+    return np.asarray(basis.T @ matrix @ basis)
