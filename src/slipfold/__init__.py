@@ -26,12 +26,24 @@ from slipfold.loci.progress import LocusProgress as LocusProgress
 from slipfold.loci.region_map import Region as Region
 from slipfold.loci.region_map import RegionCheck as RegionCheck
 from slipfold.loci.region_map import RegionMap as RegionMap
+from slipfold.models import BoucWen as BoucWen
+from slipfold.models import Coulomb as Coulomb
+from slipfold.models import CoulombViscous as CoulombViscous
+from slipfold.models import CubicStribeck as CubicStribeck
+from slipfold.models import Dahl as Dahl
+from slipfold.models import FrictionLaw as FrictionLaw
+from slipfold.models import Iwan as Iwan
+from slipfold.models import Jenkins as Jenkins
 from slipfold.models import Limit as Limit
+from slipfold.models import LuGre as LuGre
 from slipfold.models import Model as Model
 from slipfold.models import Output as Output
 from slipfold.models import Parameter as Parameter
+from slipfold.models import RationalStribeck as RationalStribeck
+from slipfold.models import Regularised as Regularised
 from slipfold.models import SlidingOscillator as SlidingOscillator
 from slipfold.models import State as State
+from slipfold.models import Stribeck as Stribeck
 from slipfold.models import System as System
 from slipfold.models import built_in_models as built_in_models
 from slipfold.orbits import Extrema as Extrema
@@ -50,18 +62,27 @@ from slipfold.results import threshold_map as threshold_map
 from slipfold.thresholds.threshold_map import MapProgress as MapProgress
 
 __all__ = [
+    "BoucWen",
     "Branch",
+    "Coulomb",
+    "CoulombViscous",
+    "CubicStribeck",
+    "Dahl",
     "Diagram",
     "End",
     "Event",
     "Extrema",
+    "FrictionLaw",
     "InputError",
+    "Iwan",
+    "Jenkins",
     "Limit",
     "Locus",
     "LocusDiagram",
     "LocusEnd",
     "LocusPoint",
     "LocusProgress",
+    "LuGre",
     "MapProgress",
     "Model",
     "Newton",
@@ -69,9 +90,11 @@ __all__ = [
     "Parameter",
     "PeriodicOrbit",
     "Progress",
+    "RationalStribeck",
     "Region",
     "RegionCheck",
     "RegionMap",
+    "Regularised",
     "Settings",
     "Simulation",
     "SlidingOscillator",
@@ -79,6 +102,7 @@ __all__ = [
     "Spectrum",
     "State",
     "Steps",
+    "Stribeck",
     "System",
     "ThresholdMap",
     "bifurcation_set",

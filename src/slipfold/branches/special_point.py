@@ -86,7 +86,9 @@ class SpecialPoint:
 
     @property
     def duration(self) -> float:
-        """Period of the orbit in seconds; of an equilibrium, the time its multipliers are over."""
+        """Period of the orbit in seconds; at a Hopf point, that of the cycle born there."""
+        if self.type == "HB" and self.critical_multiplier is not None:
+            return self.orbit.duration * 2 * np.pi / float(np.angle(self.critical_multiplier))
         return self.orbit.duration
 
     @cached_property

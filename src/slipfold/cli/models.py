@@ -93,7 +93,7 @@ def _details(model: Model) -> str:
     ]
     limits = [(item.name, f"where {item.output} <= {item.bound:g}") for item in model.limits]
     sections = [
-        [f"{model.name}: {model.title}"],
+        [f"{model.name}: {model.title}" if model.title else model.name],
         ["Parameters", *_table([("name", "default", "unit", "bounds", "meaning"), *parameters])],
         ["States", *_table(quantities[0])],
         ["Outputs", *_table(quantities[1])],

@@ -23,9 +23,11 @@ def note(sentence: str) -> None:
     Parameters
     ----------
     sentence
-        One line; line breaks in it become spaces.
+        One line. What follows a line break is an excerpt of a file, with a mark below the place,
+        and is shown as it is.
     """
-    print("slipfold:", " ".join(sentence.split()), file=sys.stderr)
+    first, *excerpt = sentence.split("\n")
+    print("slipfold:", "\n".join([" ".join(first.split()), *excerpt]), file=sys.stderr)
 
 
 def say(text: str) -> None:

@@ -1,26 +1,62 @@
-"""The built-in models by name."""
+"""The built-in models by name: classes, and systems of equations in files."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
+from functools import lru_cache, partial
+from importlib.resources import files
+from typing import Any
 
 from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.models.sliding_oscillator import SlidingOscillator
 from slipfold.models.suggestion import suggest
+from slipfold.models.system import System
 
-__all__ = ["built_in_models", "model_named"]
+__all__ = ["built_in_models", "built_in_text", "model_named"]
 
 _KINDS: tuple[type[Model], ...] = (SlidingOscillator,)
 
 
-def built_in_models() -> dict[str, type[Model]]:
-    """Return the kinds of model that come with the package, by name.
+def built_in_models() -> dict[str, Callable[..., Model]]:
+    """Return what makes the models that come with the package, by name.
 
     Examples
     --------
     >>> built_in_models()["sliding"](Nd=0.1)
     SlidingOscillator(Nd=0.1)
+    >>> built_in_models()["duffing"](W=1.2)
+    System('duffing', W=1.2)
     """
-    return {kind.name: kind for kind in _KINDS}
+    classes: dict[str, Callable[..., Model]] = {kind.name: kind for kind in _KINDS}
+    return {**classes, **{name: partial(_system, name) for name in _system_names()}}
+
+
+def built_in_text(name: str) -> str:
+    """Return the TOML text of a built-in system of equations.
+
+    Parameters
+    ----------
+    name
+        Its name, e.g. ``"duffing"``.
+
+    Raises
+    ------
+    InputError
+        If there is no such model, or it is written in Python.
+
+    Examples
+    --------
+    >>> print(built_in_text("duffing").splitlines()[0])
+    # Duffing's oscillator: q'' + d q' + k q + g q^3 = F cos(W t).
+    """
+    _check(name)
+    if name not in _system_names():
+        raise InputError(
+            f"{name} is written in Python and has no TOML text; the models that have one are "
+            f"{', '.join(_system_names())}"
+        )
+    return (files("slipfold.models") / "systems" / f"{name}.toml").read_text(encoding="utf-8")
 
 
 def model_named(name: str, **values: float | str) -> Model:
@@ -43,10 +79,30 @@ def model_named(name: str, **values: float | str) -> Model:
     >>> model_named("sliding", f=12.2)
     SlidingOscillator(f=12.2)
     """
-    kinds = built_in_models()
-    if name not in kinds:
+    _check(name)
+    return built_in_models()[name](**values)
+
+
+def _check(name: str) -> None:
+    names = built_in_models()
+    if name not in names:
         raise InputError(
-            f"there is no model {name!r}; {suggest(name, kinds)}"
-            f"the built-in models are: {', '.join(kinds)}"
+            f"there is no model {name!r}; {suggest(name, names)}"
+            f"the built-in models are: {', '.join(names)}"
         )
-    return kinds[name](**values)
+
+
+@lru_cache(maxsize=1)
+def _system_names() -> tuple[str, ...]:
+    folder = files("slipfold.models") / "systems"
+    names = (item.name for item in folder.iterdir())
+    return tuple(sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml")))
+
+
+@lru_cache(maxsize=64)
+def _default(name: str) -> System:
+    return System.from_toml(built_in_text(name))
+
+
+def _system(name: str, **values: Any) -> Model:
+    return _default(name).replace(**values)

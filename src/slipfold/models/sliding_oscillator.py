@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
+from typing import Any, Self
 
 import heyoka as hy
 import numpy as np
@@ -11,11 +12,17 @@ from numpy.typing import NDArray
 
 from slipfold.errors import InputError
 from slipfold.models.evaluation import evaluation_of
+from slipfold.models.friction import Coulomb, FrictionLaw
 from slipfold.models.linear_modes import Modes, find_modes
 from slipfold.models.model import Model
 from slipfold.models.output import Expression, Limit, Output, Symbols
 from slipfold.models.parameter import Parameter, State
-from slipfold.models.sliding_outputs import SLIDING_OUTPUTS, spring_length_squared
+from slipfold.models.sliding_outputs import (
+    LAW_PREFIX,
+    law_parameters,
+    sliding_outputs,
+    spring_length_squared,
+)
 from slipfold.models.static_point import find_static_point
 
 __all__ = ["SlidingOscillator"]
@@ -34,22 +41,34 @@ class SlidingOscillator(Model):
     with :math:`N = N_s + N_d \cos 2\pi f t`, equations (1)-(7) of the source paper. The states are
     ``x y vx vy``: x/L, y/L and their rates in 1/s. The phase is zero where N is largest.
 
+    Another friction law takes the place of :math:`\mu`: its coefficient depends on
+    :math:`V_{rel}`, its parameters become parameters of the oscillator, and where it has a memory
+    (Dahl, LuGre, Bouc-Wen) the deflections ``zx zy`` are further states.
+
     Parameters
     ----------
+    friction
+        Friction law, such as ``Stribeck(vs=0.2)``; Coulomb's with the parameter ``mu`` if None.
     **values
         ``k1 zeta1 f1 k2 zeta2 f2 kext L f Nd Ns mu alpha Vd`` where they differ from the paper's
-        base case; SI units (``alpha`` in rad), or text with a unit (``alpha="60deg"``).
+        base case; SI units (``alpha`` in rad), or text with a unit (``alpha="60deg"``). With a
+        friction law its parameters stand in place of ``mu``; a value given here goes before the
+        law's own.
 
     Raises
     ------
     InputError
-        For an unknown parameter, a wrong unit, a value outside its bounds or ``Nd >= Ns``.
+        For an unknown parameter, a wrong unit, a value outside its bounds, ``Nd >= Ns`` or a
+        friction law that cannot be used.
 
     Examples
     --------
     >>> model = SlidingOscillator(Nd=0.1, alpha="60deg")
     >>> model.replace(f=12.2)
     SlidingOscillator(f=12.2, Nd=0.1)
+    >>> from slipfold.models.friction import RationalStribeck
+    >>> SlidingOscillator(friction=RationalStribeck(mu_s=0.4, d=2.0)).replace(d=1.5, Nd=0.1)
+    SlidingOscillator(friction=RationalStribeck(mu_s=0.4, d=1.5), Nd=0.1)
     """
 
     name = "sliding"
@@ -125,6 +144,83 @@ class SlidingOscillator(Model):
         ),
     )
 
+    _law: FrictionLaw | None
+    """The friction law with default values; None for Coulomb's with ``mu``."""
+
+    def __init__(self, friction: FrictionLaw | None = None, **values: float | str) -> None:
+        object.__setattr__(self, "_law", None)
+        if friction is not None:
+            self._adopt(friction)
+            values = {**friction.values, **values}
+        super().__init__(**values)
+
+    def _adopt(self, law: FrictionLaw) -> None:
+        """Take over parameters, memory and limits of a friction law."""
+        cls = type(self)
+        if not isinstance(law, FrictionLaw):
+            raise InputError(
+                f"friction = {law!r} is not a friction law; give one such as Coulomb(mu_k=0.4), or "
+                "mu=0.4 alone"
+            )
+        if law.refusal:
+            raise InputError(f"{law.refusal}")
+        kept = tuple(item for item in cls.parameters if item.name != "mu")
+        taken = {item.name for item in kept} | {item.name for item in cls.states} | {"friction"}
+        taken |= {item.name for item in sliding_outputs()}
+        own = [item.name for item in law.parameters] + [item.name for item in law.memory(2)]
+        for name in own:
+            if name in taken:
+                raise InputError(
+                    f"{type(law).__name__} calls something {name!r}, and so does {self.name}; "
+                    "give the law another name for it"
+                )
+        object.__setattr__(self, "_law", law.kind)
+        object.__setattr__(self, "parameters", (*kept, *law.parameters))
+        object.__setattr__(self, "states", (*cls.states, *law.memory(2)))
+        if not law.sticks:
+            limits = tuple(item for item in cls.limits if item.name != "stick")
+            object.__setattr__(self, "limits", limits)
+
+    @property
+    def structure(self) -> Mapping[str, Hashable]:
+        """The friction law with default values: its own values are among the parameters."""
+        return {} if self._law is None else {"friction": self._law}
+
+    @property
+    def friction(self) -> FrictionLaw:
+        """The friction law with its present values."""
+        if self._law is None:
+            return Coulomb(mu_s=self._values["mu"], mu_k=self._values["mu"])
+        names = [item.name for item in self._law.parameters]
+        return self._law.replace(**{name: self._values[name] for name in names})
+
+    def replace(self, **changes: Any) -> Self:
+        """Return a new model with some parameters changed, or with another friction law.
+
+        Parameters
+        ----------
+        **changes
+            New values by name, numbers in SI units or text with a unit. With ``friction=`` another
+            law comes with its values, with ``friction=None`` Coulomb's with the base case's ``mu``.
+        """
+        if "friction" not in changes:
+            return super().replace(**changes)
+        own = {"mu"} if self._law is None else {item.name for item in self._law.parameters}
+        kept = {name: value for name, value in self._values.items() if name not in own}
+        return type(self)(**{**kept, **changes})
+
+    def __repr__(self) -> str:
+        """Constructor call with the law and the parameters that differ from the defaults."""
+        if self._law is None:
+            return super().__repr__()
+        own = {item.name for item in self._law.parameters}
+        given = [
+            f"{item.name}={self._values[item.name]:.12g}"
+            for item in self.parameters
+            if item.name not in own and self._values[item.name] != item.default
+        ]
+        return f"{type(self).__name__}({', '.join([f'friction={self.friction!r}', *given])})"
+
     def check(self, values: Mapping[str, float]) -> None:
         """Refuse a pulsation that would lift the tip off the plate.
 
@@ -138,6 +234,8 @@ class SlidingOscillator(Model):
                 f"Nd = {values['Nd']:g} N is not below Ns = {values['Ns']:g} N, so the tip would "
                 "lift off the plate; give Nd < Ns"
             )
+        if self._law is not None:
+            self._law.check(values)
 
     def coefficients(self, p: Symbols) -> dict[str, Expression]:
         """Mass-normalised stiffness, damping, friction and plate velocity.
@@ -150,7 +248,8 @@ class SlidingOscillator(Model):
         w1, w2 = 2 * math.pi * p["f1"], 2 * math.pi * p["f2"]
         m1, m2 = p["k1"] / (w1 * w1), p["k2"] / (w2 * w2)
         cos, sin = _trigonometry(p["alpha"])
-        return {
+        mu = p["mu"] if self._law is None else 1.0
+        coefficients = {
             "L": p["L"],
             "m1": m1,
             "m2": m2,
@@ -161,15 +260,18 @@ class SlidingOscillator(Model):
             "spring1": p["kext"] / m1,
             "spring2": p["kext"] / m2,
             "mass_ratio": m2 / m1,
-            "friction_static": p["mu"] * p["Ns"] / (m2 * p["L"]),
-            "friction_pulsing": p["mu"] * p["Nd"] / (m2 * p["L"]),
+            "friction_static": mu * p["Ns"] / (m2 * p["L"]),
+            "friction_pulsing": mu * p["Nd"] / (m2 * p["L"]),
             "plate_x": p["Vd"] * cos / p["L"],
             "plate_y": p["Vd"] * sin / p["L"],
             "Vd": p["Vd"],
             "Ns": p["Ns"],
             "Nd": p["Nd"],
-            "mu": p["mu"],
         }
+        if self._law is None:
+            return {**coefficients, "mu": mu}
+        own = {f"{LAW_PREFIX}{item.name}": p[item.name] for item in self._law.parameters}
+        return {**coefficients, **own}
 
     def rates(self, q: Symbols, c: Symbols, phase: Expression) -> dict[str, Expression]:
         """Equations of motion (1)-(2) of the source paper, divided by mass and L.
@@ -185,20 +287,36 @@ class SlidingOscillator(Model):
         """
         height = 1.0 + q["y"]
         stretch = 1.0 - spring_length_squared(q) ** -0.5
-        slip_x, slip_y = c["plate_x"] - q["vx"], c["plate_y"] - q["vy"]
-        friction = c["friction_static"] + c["friction_pulsing"] * hy.cos(2 * math.pi * phase)
-        drag = friction * (slip_x * slip_x + slip_y * slip_y) ** -0.5
+        push_x, push_y, memory = self._friction_terms(q, c, phase)
         return {
             "x": q["vx"],
             "y": q["vy"],
-            "vx": drag * slip_x
+            "vx": push_x
             - c["damping2"] * q["vx"]
             - (c["stiffness2"] + c["spring2"] * stretch) * q["x"],
-            "vy": c["mass_ratio"] * drag * slip_y
+            "vy": push_y
             - c["damping1"] * q["vy"]
             - c["stiffness1"] * q["y"]
             - c["spring1"] * stretch * height,
+            **memory,
         }
+
+    def _friction_terms(
+        self, q: Symbols, c: Symbols, phase: Expression
+    ) -> tuple[Expression, Expression, dict[str, Expression]]:
+        """Accelerations over L that friction gives, and the rates of its memory."""
+        slip_x, slip_y = c["plate_x"] - q["vx"], c["plate_y"] - q["vy"]
+        load = c["friction_static"] + c["friction_pulsing"] * hy.cos(2 * math.pi * phase)
+        law = self._law
+        if law is None:
+            drag = load * (slip_x * slip_x + slip_y * slip_y) ** -0.5
+            return drag * slip_x, c["mass_ratio"] * drag * slip_y, {}
+        slip, p = (c["L"] * slip_x, c["L"] * slip_y), law_parameters(law, c)
+        names = [state.name for state in law.memory(2)]
+        memory = [q[name] for name in names]
+        push_x, push_y = law.force(slip, load, memory, p)
+        rates = law.memory_rates(slip, memory, p)
+        return push_x, c["mass_ratio"] * push_y, dict(zip(names, rates, strict=True))
 
     def period(self, p: Symbols) -> Expression:
         """Return the forcing period 1/f in seconds.
@@ -210,14 +328,23 @@ class SlidingOscillator(Model):
         """
         return 1.0 / p["f"]
 
+    @property
+    def start(self) -> NDArray[np.float64]:
+        """Zero, with the memory that a friction law has after a long slip at the plate's speed."""
+        angle, speed = self._values["alpha"], self._values["Vd"]
+        slip = (speed * math.cos(angle), speed * math.sin(angle))
+        memory = () if self._law is None else self.friction.steady_memory(slip)
+        return np.array([0.0, 0.0, 0.0, 0.0, *memory])
+
     def state_scales(self) -> NDArray[np.float64]:
-        """Displacements of order L, rates of order 2 pi f."""
+        """Displacements of order L, rates of order 2 pi f, memory as the law says."""
         rate = 2 * math.pi * self._values["f"]
-        return np.array([1.0, 1.0, rate, rate])
+        memory = [] if self._law is None else [self.friction.memory_scale] * len(self.states[4:])
+        return np.array([1.0, 1.0, rate, rate, *memory])
 
     def outputs(self) -> tuple[Output, ...]:
         """Normal force, friction, relative speed, spring length and powers."""
-        return SLIDING_OUTPUTS
+        return sliding_outputs(self._law)
 
     # -- quantities that do not depend on the state ----------------------------------------------
 
@@ -246,8 +373,8 @@ class SlidingOscillator(Model):
 
         Returns
         -------
-        ndarray, shape (4,)
-            ``x y vx vy``, the rates being zero.
+        ndarray, shape (n_states,)
+            ``x y vx vy``, the rates being zero, and the memory of a friction law that has one.
 
         Raises
         ------
@@ -263,14 +390,16 @@ class SlidingOscillator(Model):
         ----------
         friction
             Whether friction follows the motion, which adds the damping
-            ``(mu Ns / Vd)(I - e e^T)``. If not, it acts as a constant load: same point, same
-            stiffness. The modes of the structure without any load are those of
+            ``Ns (mu' e e^T + (mu/Vd)(I - e e^T))`` with the coefficient mu at the speed Vd and its
+            slope mu'; Coulomb's law has no slope. If not, it acts as a constant load: same point,
+            same stiffness. The modes of the structure without any load are those of
             ``model.replace(mu=0)``.
 
         Returns
         -------
         Modes
-            Two modes unless one is overdamped.
+            Two modes unless one is overdamped. A law with memory adds modes that decay without
+            vibration, in which the contact recovers.
 
         Examples
         --------
@@ -279,8 +408,10 @@ class SlidingOscillator(Model):
         ['7.1383', '12.4607']
         """
         point = self.static_point()
-        changes = {"Nd": 0.0} if friction else {"Nd": 0.0, "mu": 0.0}
-        model = self.replace(**changes)
+        model = self.replace(Nd=0.0)
+        if not friction:
+            model = model.replace(friction=None, mu=0.0)
+            point = point[: len(model.states)]
         return find_modes(evaluation_of(model).jacobian(model, point), ("x", "y"))
 
 

@@ -6,9 +6,13 @@ import math
 
 import heyoka as hy
 
+from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.output import Expression, Output, Symbols
 
-__all__ = ["SLIDING_OUTPUTS", "spring_length_squared"]
+__all__ = ["LAW_PREFIX", "law_parameters", "sliding_outputs", "spring_length_squared"]
+
+LAW_PREFIX = "law_"
+"""What the names of a friction law's parameters begin with among the coefficients."""
 
 
 def spring_length_squared(q: Symbols) -> Expression:
@@ -44,36 +48,17 @@ def _relative_speed_ratio(q: Symbols, c: Symbols, phase: Expression) -> Expressi
     return _relative_speed(q, c, phase) / c["Vd"]
 
 
-def _friction_x(q: Symbols, c: Symbols, phase: Expression) -> Expression:
-    return c["mu"] * _normal_force(q, c, phase) * _slip(q, c)[0] / _relative_speed(q, c, phase)
+def law_parameters(law: FrictionLaw, c: Symbols) -> Symbols:
+    """Return the law's parameters by their own names.
 
-
-def _friction_y(q: Symbols, c: Symbols, phase: Expression) -> Expression:
-    return c["mu"] * _normal_force(q, c, phase) * _slip(q, c)[1] / _relative_speed(q, c, phase)
-
-
-def _friction_direction(q: Symbols, c: Symbols, phase: Expression) -> Expression:
-    slip_x, slip_y = _slip(q, c)
-    return hy.atan2(slip_y, slip_x)
-
-
-def _power_plate(q: Symbols, c: Symbols, phase: Expression) -> Expression:
-    return c["L"] * (
-        _friction_x(q, c, phase) * c["plate_x"] + _friction_y(q, c, phase) * c["plate_y"]
-    )
-
-
-def _power_friction(q: Symbols, c: Symbols, phase: Expression) -> Expression:
-    return c["mu"] * _normal_force(q, c, phase) * _relative_speed(q, c, phase)
-
-
-def _power_structure(q: Symbols, c: Symbols, phase: Expression) -> Expression:
-    return c["L"] * (_friction_x(q, c, phase) * q["vx"] + _friction_y(q, c, phase) * q["vy"])
-
-
-def _power_pulsation(q: Symbols, c: Symbols, phase: Expression) -> Expression:
-    pulsing = c["Nd"] * hy.cos(2 * math.pi * phase)
-    return _power_structure(q, c, phase) * pulsing / _normal_force(q, c, phase)
+    Parameters
+    ----------
+    law
+        The friction law.
+    c
+        The coefficients of the oscillator by name.
+    """
+    return {item.name: c[f"{LAW_PREFIX}{item.name}"] for item in law.parameters}
 
 
 def _power_damping(q: Symbols, c: Symbols, phase: Expression) -> Expression:
@@ -82,39 +67,114 @@ def _power_damping(q: Symbols, c: Symbols, phase: Expression) -> Expression:
     return c["L"] * c["L"] * (lost_x + lost_y)
 
 
-SLIDING_OUTPUTS: tuple[Output, ...] = (
-    Output("N", _normal_force, "N", "normal force", "$N$ (N)"),
-    Output(
-        "Vrel", _relative_speed, "m/s", "speed of the plate relative to the tip", "$V_{rel}$ (m/s)"
-    ),
-    Output(
-        "Vrel_ratio", _relative_speed_ratio, "", "relative speed over plate speed", "$V_{rel}/V_d$"
-    ),
-    Output("l", _spring_length, "", "length of the spring over L", "$l/L$"),
-    Output("Fx", _friction_x, "N", "friction force on the tip, horizontal", "$F_x$ (N)"),
-    Output("Fy", _friction_y, "N", "friction force on the tip, vertical", "$F_y$ (N)"),
-    Output(
-        "friction_direction",
-        _friction_direction,
-        "rad",
-        "direction of the friction force from the x axis",
-        r"$\arg F$ (rad)",
-    ),
-    Output("power_plate", _power_plate, "W", "power put in by the plate's drive", "$P$ (W)"),
-    Output("power_friction", _power_friction, "W", "power lost to friction heat", "$P$ (W)"),
-    Output(
-        "power_structure",
-        _power_structure,
-        "W",
-        "power friction puts into the structure: plate less heat",
-        "$P$ (W)",
-    ),
-    Output(
-        "power_pulsation",
-        _power_pulsation,
-        "W",
-        "share of power_structure due to the pulsing part of the normal force",
-        "$P$ (W)",
-    ),
-    Output("power_damping", _power_damping, "W", "power lost to structural damping", "$P$ (W)"),
-)
+class _Contact:
+    """The friction force under a law, Coulomb's with the coefficient ``mu`` if None, and powers."""
+
+    def __init__(self, law: FrictionLaw | None) -> None:
+        self.law = law
+        self.memory = () if law is None else tuple(state.name for state in law.memory(2))
+
+    @property
+    def losses(self) -> str:
+        """What becomes of the power that slip puts into the contact."""
+        stored = " and stored in the contact" if self.memory else ""
+        return f"power lost to friction heat{stored}"
+
+    def force(self, q: Symbols, c: Symbols, phase: Expression) -> tuple[Expression, Expression]:
+        slip_x, slip_y = _slip(q, c)
+        normal = _normal_force(q, c, phase)
+        if self.law is None:
+            size, speed = c["mu"] * normal, _relative_speed(q, c, phase)
+            return size * slip_x / speed, size * slip_y / speed
+        memory = [q[name] for name in self.memory]
+        x, y = self.law.force((slip_x, slip_y), normal, memory, law_parameters(self.law, c))
+        return x, y
+
+    def friction_x(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
+        return self.force(q, c, phase)[0]
+
+    def friction_y(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
+        return self.force(q, c, phase)[1]
+
+    def friction_direction(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
+        # Without memory the force lies along the slip, which takes less to compute.
+        x, y = self.force(q, c, phase) if self.memory else _slip(q, c)
+        return hy.atan2(y, x)
+
+    def power_plate(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
+        return c["L"] * (
+            self.friction_x(q, c, phase) * c["plate_x"]
+            + self.friction_y(q, c, phase) * c["plate_y"]
+        )
+
+    def power_friction(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
+        if self.law is None:
+            return c["mu"] * _normal_force(q, c, phase) * _relative_speed(q, c, phase)
+        (x, y), (slip_x, slip_y) = self.force(q, c, phase), _slip(q, c)
+        return x * slip_x + y * slip_y
+
+    def power_structure(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
+        return c["L"] * (
+            self.friction_x(q, c, phase) * q["vx"] + self.friction_y(q, c, phase) * q["vy"]
+        )
+
+    def power_pulsation(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
+        pulsing = c["Nd"] * hy.cos(2 * math.pi * phase)
+        return self.power_structure(q, c, phase) * pulsing / _normal_force(q, c, phase)
+
+
+def sliding_outputs(law: FrictionLaw | None = None) -> tuple[Output, ...]:
+    """Return the outputs of the oscillator under a friction law.
+
+    Parameters
+    ----------
+    law
+        The friction law; Coulomb's with the coefficient ``mu`` if None.
+    """
+    contact = _Contact(law)
+    return (
+        Output("N", _normal_force, "N", "normal force", "$N$ (N)"),
+        Output(
+            "Vrel",
+            _relative_speed,
+            "m/s",
+            "speed of the plate relative to the tip",
+            "$V_{rel}$ (m/s)",
+        ),
+        Output(
+            "Vrel_ratio",
+            _relative_speed_ratio,
+            "",
+            "relative speed over plate speed",
+            "$V_{rel}/V_d$",
+        ),
+        Output("l", _spring_length, "", "length of the spring over L", "$l/L$"),
+        Output("Fx", contact.friction_x, "N", "friction force on the tip, horizontal", "$F_x$ (N)"),
+        Output("Fy", contact.friction_y, "N", "friction force on the tip, vertical", "$F_y$ (N)"),
+        Output(
+            "friction_direction",
+            contact.friction_direction,
+            "rad",
+            "direction of the friction force from the x axis",
+            r"$\arg F$ (rad)",
+        ),
+        Output(
+            "power_plate", contact.power_plate, "W", "power put in by the plate's drive", "$P$ (W)"
+        ),
+        Output("power_friction", contact.power_friction, "W", contact.losses, "$P$ (W)"),
+        Output(
+            "power_structure",
+            contact.power_structure,
+            "W",
+            "power friction puts into the structure: plate less heat",
+            "$P$ (W)",
+        ),
+        Output(
+            "power_pulsation",
+            contact.power_pulsation,
+            "W",
+            "share of power_structure due to the pulsing part of the normal force",
+            "$P$ (W)",
+        ),
+        Output("power_damping", _power_damping, "W", "power lost to structural damping", "$P$ (W)"),
+    )

@@ -14,7 +14,7 @@ __all__ = ["find_static_point"]
 
 
 def find_static_point(model: Model) -> NDArray[np.float64]:
-    """Find the static point that is reached from zero, with the forcing off.
+    """Find the static point that is reached from the model's start, with the forcing off.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def find_static_point(model: Model) -> NDArray[np.float64]:
     state = damped_newton(
         lambda state: functions.rates(quiet, state),
         lambda state: functions.jacobian(quiet, state),
-        np.zeros(len(scales)),
+        quiet.start,
         scales,
     )
     if state is None:

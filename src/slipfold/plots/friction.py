@@ -20,6 +20,9 @@ SHOWN = 6.0
 VANISHING = 1e-6
 """A slope this small, in coefficients over the speeds shown, is none."""
 
+STEEP = 4.0
+"""A slope this many times above the usual ones is cut off."""
+
 SLOPE = "#9c4a1a"
 """Colour of the slope and of its axis."""
 
@@ -88,9 +91,11 @@ def draw_friction(
 def _draw_slope(ax: Axes, speeds: Array, slope: Array) -> None:
     beside = ax.twinx()
     beside.plot(speeds, slope, color=SLOPE, linewidth=1.0, linestyle=(0, (4.5, 2.0)))
-    # The rise of a regularised law would dwarf all else, so what few speeds have is cut off.
-    low, high = np.quantile(np.interp(np.linspace(0, speeds[-1], 401), speeds, slope), [0.02, 0.98])
-    low, high = min(float(low), 0.0), max(float(high), 0.0)
+    low, high = min(float(slope.min()), 0.0), max(float(slope.max()), 0.0)
+    # The rise of a regularised law would dwarf all else: what few speeds reach is cut off.
+    usual = np.quantile(np.interp(np.linspace(0, speeds[-1], 401), speeds, slope), 0.95)
+    if high > STEEP * max(usual, -low):
+        high = max(2 * float(usual), -low)
     margin = 0.1 * (high - low) or 0.1
     beside.set_ylim(low - margin, high + margin)
     beside.axhline(0.0, color=SLOPE, linewidth=0.5)

@@ -6,6 +6,8 @@ import json
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from slipfold.results.model_record import structure_record
+
 if TYPE_CHECKING:
     from slipfold.models.model import Model
     from slipfold.results.provenance import Provenance
@@ -31,12 +33,15 @@ def result_attributes(
     origin
         Where the result comes from.
     """
-    parameters = dict(model.values)
+    described = {"model": model.name, "parameters": dict(model.values)}
+    structure = structure_record(model)
+    if structure:
+        described["structure"] = structure
     return {
         "schema": schema,
         "title": title,
         "model": model.name,
-        "input": json.dumps({"model": model.name, "parameters": parameters, **given}),
+        "input": json.dumps({**described, **given}),
         "slipfold_version": origin.slipfold,
         "heyoka_version": origin.heyoka,
         "numpy_version": origin.numpy,

@@ -56,12 +56,17 @@ def _branch(
     special: NDArray[np.int64],
 ) -> Branch:
     columns = saved.columns
+    model, durations, kind = saved.model, None, str(columns["branch_kind"][row])
+    if not model.forced and len(points):
+        durations = columns["duration"][points]
+        model = model.replace(duration=float(durations[0]))
+        durations = None if kind == "equilibrium" else durations
     branch = Branch(
         id=int(columns["branch"][row]),
-        kind=str(columns["branch_kind"][row]),
+        kind=kind,
         period=int(columns["branch_period"][row]),
         parent=int(columns["branch_parent"][row]) or None,
-        model=saved.model,
+        model=model,
         vary=vary,
         parameter=columns["parameter"][points],
         nodes=columns["nodes"][points, : int(columns["node_count"][row])],
@@ -71,6 +76,7 @@ def _branch(
         special=tuple(_special(saved, vary, int(each)) for each in special),
         stopped=_end(saved, "stopped", row),
         begun=_end(saved, "begun", row),
+        durations=durations,
     )
     # What the branch would compute when asked is in the file already.
     names = tuple(columns["output"].tolist())
@@ -83,10 +89,13 @@ def _special(saved: SavedTable, vary: str, row: int) -> SpecialPoint:
     columns = saved.columns
     value = float(columns["special_value"][row])
     coefficient = float(columns["special_coefficient"][row])
+    changes = {vary: value}
+    if not saved.model.forced:
+        changes["duration"] = float(columns["special_duration"][row])
     return SpecialPoint(
         type=str(columns["special_type"][row]),
         name=str(columns["special_name"][row]),
-        model=saved.model.replace(**{vary: value}),
+        model=saved.model.replace(**changes),
         vary=vary,
         value=value,
         uncertainty=float(columns["special_uncertainty"][row]),

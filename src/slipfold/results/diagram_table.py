@@ -6,7 +6,9 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from slipfold.branches.branch import Branch
 from slipfold.results.attributes import result_attributes
 from slipfold.results.columns import (
     Columns,
@@ -110,6 +112,11 @@ def _points(diagram: Diagram) -> dict[str, Variable]:
     residual = joined(b.residual for b in branches)
     add("residual", residual, "how far the orbit fails to close, in scaled states", "")
     add("arclength", joined(b.arclength for b in branches), "in scaled variables", "")
+    if not diagram.model.forced:
+        durations = joined(_durations(b) for b in branches)
+        add(
+            "duration", durations, "of one round; of an equilibrium, what multipliers are over", "s"
+        )
     for which in ("minimum", "maximum"):
         values = joined((getattr(b.extrema, which) for b in branches), outputs)
         add(which, values, f"{which} over the continuous orbit", None, "output")
@@ -146,11 +153,21 @@ def _special(diagram: Diagram) -> dict[str, Variable]:
     add("special_criticality", texts(p.criticality or "" for p in points), "empty: none")
     add("special_coefficient", reals(p.coefficient for p in points), "of the normal form")
     add("special_leads_to", integers(p.leads_to or 0 for p in points), "branch begun, 0: none")
+    if not model.forced:
+        durations = reals(p.model.values["duration"] for p in points)
+        add("special_duration", durations, "of one round", "s")
     extrema = [point.orbit.extrema for point in points]
     for which in ("minimum", "maximum"):
         values = stacked((getattr(item, which)[0] for item in extrema), outputs)
         add(f"special_{which}", values, f"{which} over the continuous orbit", None, "output")
     return columns.variables
+
+
+def _durations(branch: Branch) -> NDArray[np.float64]:
+    """Durations of one round at every point of a branch of an autonomous model."""
+    if branch.durations is not None:
+        return branch.durations
+    return np.full(len(branch), branch.model.values["duration"])
 
 
 def _most_nodes(diagram: Diagram) -> int:

@@ -107,6 +107,7 @@ def _point_record(point: SpecialPoint) -> dict[str, Any]:
         "name": point.name,
         "value": number(point.value),
         "uncertainty": number(point.uncertainty),
+        "duration": number(point.duration),
         "state": numbers(point.state),
         "multipliers": pairs(point.multipliers),
         "multiplier_uncertainty": numbers(point.multiplier_uncertainty),

@@ -11,6 +11,7 @@ from slipfold.branches.response import trace_response
 from slipfold.branches.settings import Settings
 from slipfold.errors import InputError
 from slipfold.models.model import Model
+from slipfold.models.system import System
 from slipfold.models.quantity import parse_quantity
 from slipfold.results.diagram import Diagram
 from slipfold.results.provenance import provenance
@@ -79,10 +80,11 @@ def response(
     parameters[vary], last = _ends(model, vary, span)
     chosen = Settings() if settings is None else settings
     changed = model.replace(**parameters)
+    watched = (*events, *_own_events(changed, vary))
     first = changed.values[vary]
     started = perf_counter()
     branches = trace_response(
-        changed, vary, (first, last), settings=chosen, events=tuple(events), observer=observer
+        changed, vary, (first, last), settings=chosen, events=watched, observer=observer
     )
     return Diagram(
         changed,
@@ -90,9 +92,17 @@ def response(
         (first, last),
         branches,
         chosen,
-        tuple(events),
+        watched,
         provenance(perf_counter() - started),
     )
+
+
+def _own_events(model: Model, vary: str) -> tuple[Event, ...]:
+    """Events that the definition of a system asks for, as far as they can occur."""
+    if not isinstance(model, System):
+        return ()
+    events = (Event(item.output, item.value, item.measure, item.stop) for item in model.events)
+    return tuple(item for item in events if item.measure != "parameter" or item.name == vary)
 
 
 def _ends(model: Model, vary: str, span: tuple[float | str, float | str]) -> tuple[float, float]:

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from slipfold.branches.settings import Newton, Settings, Steps
 from slipfold.models.model import Model
-from slipfold.models.registry import model_named
 from slipfold.results.labelled_table import LabelledTable
+from slipfold.results.model_record import model_from_record
 from slipfold.results.provenance import Provenance
 
 __all__ = ["Rows", "SavedTable", "open_table"]
@@ -167,4 +167,5 @@ def open_table(table: LabelledTable, kind: type[Model] | None = None) -> SavedTa
     parameters = given["parameters"]
     if kind is not None:
         return SavedTable(table, given, kind(**parameters))
-    return SavedTable(table, given, model_named(str(given["model"]), **parameters))
+    model = model_from_record(str(given["model"]), given.get("structure", {}), parameters)
+    return SavedTable(table, given, model)

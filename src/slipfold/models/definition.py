@@ -1,0 +1,120 @@
+"""What defines a system of equations, as frozen data: names, formulas as text, meanings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from slipfold.models.output import Limit
+from slipfold.models.parameter import Parameter, State
+
+__all__ = ["Definition", "OutputFormula", "StateFormula", "WatchedValue"]
+
+
+@dataclass(frozen=True)
+class StateFormula:
+    """A state with the formula of its rate.
+
+    Parameters
+    ----------
+    state
+        Name, unit and meaning.
+    rate
+        Formula of its time derivative, per second.
+    scale
+        Typical size, in the unit of the state.
+    start
+        Value from which motions and searches start, in the unit of the state.
+    """
+
+    state: State
+    rate: str
+    scale: float = 1.0
+    start: float = 0.0
+
+
+@dataclass(frozen=True)
+class OutputFormula:
+    """A quantity of interest with its formula.
+
+    Parameters
+    ----------
+    name
+        Name in results.
+    formula
+        In states, parameters, named formulas and the time.
+    unit
+        Unit as text.
+    doc
+        One line that says what it is.
+    label
+        Axis label in mathtext; the name itself if empty.
+    """
+
+    name: str
+    formula: str
+    unit: str = ""
+    doc: str = ""
+    label: str = ""
+
+
+@dataclass(frozen=True)
+class WatchedValue:
+    """An event: a value of an output, or of a parameter, to be located on every branch.
+
+    Parameters
+    ----------
+    name
+        Name of the event.
+    output
+        A state, an output or, with the measure ``"parameter"``, a parameter.
+    value
+        The value, in its unit.
+    measure
+        ``"max"``, ``"min"``, ``"peak_to_peak"`` or ``"parameter"``.
+    stop
+        Whether the branch ends there.
+    """
+
+    name: str
+    output: str
+    value: float
+    measure: str = "max"
+    stop: bool = False
+
+
+@dataclass(frozen=True)
+class Definition:
+    """A system of first-order equations.
+
+    Parameters
+    ----------
+    name, title
+        Short name, and a line that says what it is.
+    parameters
+        Parameters with defaults and bounds.
+    formulas
+        Named intermediate formulas: pairs of a name and a text.
+    states
+        States with the formulas of their rates.
+    period
+        Formula of the forcing period in seconds; None for an autonomous system.
+    quiet
+        Name of the parameter that switches the forcing off; None if there is none.
+    outputs
+        Quantities of interest.
+    limits
+        Where the system is valid.
+    events
+        Values to be located on branches.
+    """
+
+    name: str
+    title: str = ""
+    parameters: tuple[Parameter, ...] = ()
+    formulas: tuple[tuple[str, str], ...] = ()
+    states: tuple[StateFormula, ...] = ()
+    period: str | None = None
+    quiet: str | None = None
+    outputs: tuple[OutputFormula, ...] = ()
+    limits: tuple[Limit, ...] = ()
+    events: tuple[WatchedValue, ...] = ()

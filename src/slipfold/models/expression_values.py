@@ -1,0 +1,121 @@
+"""What a formula amounts to: a symbolic expression, or a float."""
+
+from __future__ import annotations
+
+import math
+import operator
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import heyoka as hy
+
+from slipfold.models.expression_functions import FUNCTIONS
+from slipfold.models.expression_tree import Binary, Call, Name, Negative, Number, Tree, fold
+from slipfold.models.output import Expression
+
+__all__ = ["LARGEST_POWER", "as_symbol", "value_of"]
+
+LARGEST_POWER = 1000
+"""Whole exponents up to this one are written out as products; no formula needs larger ones."""
+
+_ARITHMETIC: dict[str, Callable[[Any, Any], Any]] = {
+    "+": operator.add,
+    "-": operator.sub,
+    "*": operator.mul,
+    "/": operator.truediv,
+}
+
+
+def value_of(tree: Tree, names: Mapping[str, Expression]) -> Expression:
+    """Put values in the place of the names.
+
+    Parameters
+    ----------
+    tree
+        The formula.
+    names
+        A symbol or a float for each of its names.
+
+    Returns
+    -------
+    heyoka.expression or float
+        A float if there is no symbol in it; not finite where a function is not defined.
+
+    Examples
+    --------
+    >>> from slipfold.models.expression_grammar import parse_formula
+    >>> value_of(parse_formula("-q^2/4"), {"q": 6.0})
+    -9.0
+    """
+
+    def combine(node: Tree, values: tuple[Expression, ...]) -> Expression:
+        if isinstance(node, Number):
+            return node.value
+        if isinstance(node, Name):
+            return names[node.name]
+        if isinstance(node, Negative):
+            return -values[0]
+        if isinstance(node, Binary):
+            return _combined(node.operator, *values)
+        return _called(node, values)
+
+    return fold(tree, combine)
+
+
+def _combined(sign: str, left: Expression, right: Expression) -> Expression:
+    action = _power if sign == "^" else _ARITHMETIC[sign]
+    try:
+        return action(left, right)
+    except (ArithmeticError, ValueError):
+        return math.nan
+
+
+def _power(base: Expression, exponent: Expression) -> Expression:
+    if isinstance(exponent, hy.expression):
+        # heyoka has the power of a symbol or number, but no number to the power of a symbol.
+        return as_symbol(base) ** exponent
+    if not isinstance(base, hy.expression):
+        return math.pow(base, exponent)
+    if exponent.is_integer() and abs(exponent) <= LARGEST_POWER:
+        # The series of a power divides by its base, those of products work at zero as well.
+        product = _whole_power(base, abs(int(exponent)))
+        return product if exponent >= 0 else 1.0 / product
+    return base**exponent
+
+
+def _whole_power(base: Expression, exponent: int) -> Expression:
+    """Multiply by squaring; the squares are shared, so this stays short."""
+    result: Expression = 1.0
+    while exponent:
+        if exponent & 1:
+            result = result * base if isinstance(result, hy.expression) else base
+        exponent >>= 1
+        if exponent:
+            base = base * base
+    return result
+
+
+def _called(node: Call, values: tuple[Expression, ...]) -> Expression:
+    function = FUNCTIONS[node.function]
+    if any(isinstance(value, hy.expression) for value in values):
+        return function.symbolic(*(as_symbol(value) for value in values))
+    try:
+        return function.numeric(*values)
+    except (ArithmeticError, ValueError):
+        return math.nan
+
+
+def as_symbol(value: Expression) -> Expression:
+    """Return a symbolic expression: the value itself, or a constant if it is a float.
+
+    Parameters
+    ----------
+    value
+        An expression or a float.
+
+    Examples
+    --------
+    >>> as_symbol(2.0)
+    2.0000000000000000
+    """
+    return value if isinstance(value, hy.expression) else hy.expression(float(value))

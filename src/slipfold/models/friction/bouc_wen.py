@@ -1,0 +1,179 @@
+"""The Bouc-Wen law: smooth hysteresis with an adjustable knee."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from slipfold.errors import InputError
+from slipfold.models.friction.functions import sqrt
+from slipfold.models.friction.memory_law import MemoryLaw
+from slipfold.models.friction.quantities import REST_SPEED, described
+from slipfold.models.output import Expression, Symbols
+from slipfold.models.parameter import Parameter
+
+__all__ = ["BoucWen"]
+
+
+@dataclass(frozen=True)
+class BoucWen(MemoryLaw):
+    r"""Bouc-Wen hysteresis as a friction law; the knee sharpens with the exponent.
+
+    .. math::
+
+        \dot z = A v - b |v| |z|^{n-1} z - c v |z|^n, \qquad F = N z
+
+    with a deflection z that has no unit. The friction coefficient in steady slip is
+    :math:`(A/(b + c))^{1/n}`. In the plane
+
+    .. math::
+
+        \dot z = A v - |z|^{n-2} z\, (b |v \cdot z| + c\, v \cdot z)
+
+    which is the same on a line and treats all directions alike. :math:`|v \cdot z|` is rounded off
+    at :math:`\varepsilon \mu`, so that slip may reverse; speeds of interest are well above
+    :math:`\varepsilon`. With b = c a contact unloads along a straight line, and as n grows the law
+    tends to the elastic Coulomb contact of a Jenkins element.
+
+    Parameters
+    ----------
+    A
+        Stiffness of the contact over the normal force, in 1/m.
+    b, c
+        Shape of the loop, in 1/m; ``|c| <= b``, or the contact would give energy.
+    e
+        Speed below which \|v\| is rounded off, in m/s.
+    exponent
+        The exponent n, an even whole number.
+
+    References
+    ----------
+    R. Bouc, Modèle mathématique d'hystérésis, Acustica 24 (1971) 16-25; Y. K. Wen, Method for
+    random vibration of hysteretic systems, Journal of the Engineering Mechanics Division 102 (1976)
+    249-263; in the plane: Y. J. Park, Y. K. Wen and A. H.-S. Ang, Random vibration of hysteretic
+    systems under bi-directional ground motions, Earthquake Engineering and Structural Dynamics 14
+    (1986) 543-557, in an isotropic form as P. S. Harvey and H. P. Gavin ask for in Truly isotropic
+    biaxial hysteresis with arbitrary knee sharpness, ibid. 43 (2014) 2051-2057; energy: S. Erlicher
+    and N. Point, Comptes Rendus Mécanique 332 (2004) 51-57.
+
+    Examples
+    --------
+    >>> round(BoucWen(A=1e3, b=2e3, c=2e3).coefficient(0.1), 12)
+    0.5
+    """
+
+    title: ClassVar[str] = "Bouc-Wen"
+    unit: ClassVar[str] = ""
+
+    A: float = described(
+        Parameter(
+            "A", 1e4, "1/m", "stiffness of the contact over the normal force", 0, lower_open=True
+        )
+    )
+    b: float = described(
+        Parameter("b", 2e4, "1/m", "shape of the loop: share that depends on |v|", 0)
+    )
+    c: float = described(Parameter("c", 2e4, "1/m", "shape of the loop: share that depends on v"))
+    e: float = described(REST_SPEED)
+    exponent: int = 2
+
+    def check(self, values: Mapping[str, float]) -> None:
+        """Refuse shapes whose deflection is unbounded or that give energy.
+
+        Parameters
+        ----------
+        values
+            Values of the parameters by name.
+        """
+        b, c = values["b"], values["c"]
+        if not b + c > 0:
+            raise InputError(
+                f"b + c = {b + c:g} 1/m is not positive, so the friction force would have no "
+                "limit; give b + c > 0"
+            )
+        if abs(c) > b:
+            raise InputError(
+                f"c = {c:g} 1/m is larger than b = {b:g} 1/m, so the contact would give energy; "
+                "give |c| <= b"
+            )
+
+    def check_structure(self) -> None:
+        """Refuse exponents for which the equations are not smooth."""
+        if self.exponent != int(self.exponent) or self.exponent < 2 or self.exponent % 2:
+            raise InputError(
+                f"exponent = {self.exponent!r} is not an even whole number; with others |z| is not "
+                "smooth at z = 0, give e.g. 2"
+            )
+        object.__setattr__(self, "exponent", int(self.exponent))
+
+    @property
+    def memory_scale(self) -> float:
+        """The friction coefficient in steady slip."""
+        return float(self._limit(self.values))
+
+    def formula(self, speed: Expression, p: Symbols) -> Expression:
+        """``(A/(b + c))^(1/n)``, whatever the speed.
+
+        Parameters
+        ----------
+        speed
+            Slip speed in m/s.
+        p
+            The parameters by name.
+        """
+        return self._limit(p)
+
+    def traction(
+        self, slip: tuple[Expression, ...], memory: tuple[Expression, ...], p: Symbols
+    ) -> tuple[Expression, ...]:
+        """The deflection itself.
+
+        Parameters
+        ----------
+        slip
+            Velocity of the counter-body relative to the body in m/s, one or two components.
+        memory
+            The deflection, as many components.
+        p
+            The parameters by name.
+        """
+        return memory
+
+    def rates_of_memory(
+        self, slip: tuple[Expression, ...], memory: tuple[Expression, ...], p: Symbols
+    ) -> tuple[Expression, ...]:
+        """``A v - |z|^(n-2) z (b |v.z| + c v.z)``.
+
+        Parameters
+        ----------
+        slip
+            Velocity of the counter-body relative to the body in m/s, one or two components.
+        memory
+            The deflection, as many components.
+        p
+            The parameters by name.
+        """
+        power = sum(v * z for v, z in zip(slip, memory, strict=True))
+        floor = p["e"] * self._limit(p)
+        fading = p["b"] * sqrt(power * power + floor * floor) + p["c"] * power
+        if self.exponent > 2:
+            square = sum(z * z for z in memory)
+            fading = fading * square ** (self.exponent // 2 - 1)
+        return tuple(p["A"] * v - fading * z for v, z in zip(slip, memory, strict=True))
+
+    def steady_memory(self, slip: Sequence[float]) -> tuple[float, ...]:
+        """Return the deflection after a long slip at a constant velocity.
+
+        Parameters
+        ----------
+        slip
+            Velocity of the counter-body relative to the body in m/s, one or two components.
+        """
+        speed = float(np.linalg.norm(slip))
+        return tuple(self.memory_scale * float(component) / speed for component in slip)
+
+    def _limit(self, p: Symbols) -> Expression:
+        return (p["A"] / (p["b"] + p["c"])) ** (1.0 / self.exponent)

@@ -1,0 +1,298 @@
+"""Laws of bristles that bend: Dahl's and LuGre."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+from slipfold.models.friction.functions import exp, sqrt
+from slipfold.models.friction.memory_law import MemoryLaw
+from slipfold.models.friction.quantities import (
+    BRISTLE_STIFFNESS,
+    KINETIC,
+    REST_SPEED,
+    STATIC,
+    STRIBECK_SPEED,
+    VISCOUS,
+    check_static,
+    described,
+)
+from slipfold.models.output import Expression, Symbols
+from slipfold.models.parameter import Parameter
+
+__all__ = ["Dahl", "LuGre"]
+
+
+@dataclass(frozen=True)
+class _Bristles(MemoryLaw):
+    """Common part: ``z' = v - s0 |v| z/g(|v|)`` with |v| rounded off at rest."""
+
+    @abstractmethod
+    def level(self, square: Expression, p: Symbols) -> Expression:
+        """Coefficient g to which steady slip bends the bristles.
+
+        Parameters
+        ----------
+        square
+            Square of the slip speed.
+        p
+            The parameters by name.
+        """
+
+    @property
+    def memory_scale(self) -> float:
+        """Deflection under the largest friction, in m."""
+        p = self.values
+        return max(float(self.level(0.0, p)), 1e-3) / p["s0"]
+
+    def rates_of_memory(
+        self, slip: tuple[Expression, ...], memory: tuple[Expression, ...], p: Symbols
+    ) -> tuple[Expression, ...]:
+        """``v - s0 |v| z/g(|v|)``.
+
+        Parameters
+        ----------
+        slip
+            Velocity of the counter-body relative to the body in m/s, one or two components.
+        memory
+            The deflection, as many components.
+        p
+            The parameters by name.
+        """
+        square = sum(component * component for component in slip)
+        fading = p["s0"] * _rounded(square, p) / self.level(square, p)
+        return tuple(v - fading * z for v, z in zip(slip, memory, strict=True))
+
+    def steady_memory(self, slip: Sequence[float]) -> tuple[float, ...]:
+        """Return the deflection after a long slip at a constant velocity, in m.
+
+        Parameters
+        ----------
+        slip
+            Velocity of the counter-body relative to the body in m/s, one or two components.
+        """
+        p = self.values
+        square = sum(component * component for component in slip)
+        bent = self.level(square, p) / (p["s0"] * _rounded(square, p))
+        return tuple(float(bent * component) for component in slip)
+
+
+@dataclass(frozen=True)
+class Dahl(_Bristles):
+    r"""Dahl's law: a contact that yields like a spring before it slips, with the exponent 1.
+
+    .. math::
+
+        \dot z = v - \sigma_0 |v| z/\mu_k, \qquad F = N \sigma_0 z
+
+    With a constant normal force this is :math:`\dot F = N \sigma_0 v (1 - F \operatorname{sgn}
+    v/(N \mu_k))`. In the plane z and v are vectors and |v| is the modulus of v as a whole, which
+    treats all directions alike. |v| is rounded off to :math:`\sqrt{v^2 + \varepsilon^2}`, so that
+    slip may reverse; the price is a creep of the bristles at rest with the rate
+    :math:`\sigma_0 \varepsilon/\mu_k`. A small e is a sharp corner where the slip passes through
+    zero, and there a branch may fail.
+
+    Parameters
+    ----------
+    mu_k
+        Kinetic friction coefficient; no unit.
+    s0
+        Stiffness of the contact over the normal force, in 1/m.
+    e
+        Speed below which |v| is rounded off, in m/s.
+
+    References
+    ----------
+    P. R. Dahl, A solid friction model, The Aerospace Corporation, TOR-0158(3107-18)-1, 1968; in the
+    plane: P.-A. Bliman, Mathematical study of the Dahl's friction model, European Journal of
+    Mechanics A/Solids 11 (1992) 835-848.
+
+    Examples
+    --------
+    >>> law = Dahl(mu_k=0.4, s0=1e3)
+    >>> [round(rate, 6) for rate in law.memory_rates((0.1,), (2e-4,))]
+    [0.05]
+    """
+
+    title: ClassVar[str] = "Dahl"
+
+    mu_k: float = described(replace(KINETIC, default=0.5, lower_open=True))
+    s0: float = described(BRISTLE_STIFFNESS)
+    e: float = described(REST_SPEED)
+
+    def level(self, square: Expression, p: Symbols) -> Expression:
+        """``mu_k``.
+
+        Parameters
+        ----------
+        square
+            Square of the slip speed.
+        p
+            The parameters by name.
+        """
+        return p["mu_k"]
+
+    def formula(self, speed: Expression, p: Symbols) -> Expression:
+        """``mu_k v/sqrt(v^2 + e^2)``.
+
+        Parameters
+        ----------
+        speed
+            Slip speed in m/s.
+        p
+            The parameters by name.
+        """
+        return p["mu_k"] * speed / _rounded(speed * speed, p)
+
+    def traction(
+        self, slip: tuple[Expression, ...], memory: tuple[Expression, ...], p: Symbols
+    ) -> tuple[Expression, ...]:
+        """``s0 z``.
+
+        Parameters
+        ----------
+        slip
+            Velocity of the counter-body relative to the body in m/s, one or two components.
+        memory
+            The deflection, as many components.
+        p
+            The parameters by name.
+        """
+        return tuple(p["s0"] * z for z in memory)
+
+
+@dataclass(frozen=True)
+class LuGre(_Bristles):
+    r"""The LuGre law: bending bristles whose hold weakens with the slip speed.
+
+    .. math::
+
+        \dot z = v - \sigma_0 |v| z/g(|v|), \quad
+        g = \mu_k + (\mu_s - \mu_k) e^{-(v/v_s)^2}, \quad
+        F = N (\sigma_0 z + \sigma_1 \dot z + \sigma_2 v)
+
+    In the plane z and v are vectors and |v| is the modulus of v as a whole, which treats all
+    directions alike. |v| is rounded off to :math:`\sqrt{v^2 + \varepsilon^2}`, so that slip may
+    reverse; the price is a creep of the bristles at rest with the rate
+    :math:`\sigma_0 \varepsilon/\mu_s`. A small e is a sharp corner where the slip passes through
+    zero, and there a branch may fail.
+
+    Parameters
+    ----------
+    mu_s
+        Static friction coefficient, at least `mu_k`; no unit.
+    mu_k
+        Kinetic friction coefficient; no unit.
+    vs
+        Speed over which friction falls, in m/s.
+    s0
+        Stiffness of the bristles over the normal force, in 1/m.
+    s1
+        Damping of the bristles over the normal force, in s/m.
+    s2
+        Viscous friction: coefficient per slip speed, in s/m.
+    e
+        Speed below which |v| is rounded off, in m/s.
+
+    References
+    ----------
+    C. Canudas de Wit, H. Olsson, K. J. Åström and P. Lischinsky, A new model for control of systems
+    with friction, IEEE Transactions on Automatic Control 40 (1995) 419-425; with the normal force
+    as a factor and in the plane: E. Velenis, P. Tsiotras, C. Canudas-de-Wit and M. Sorine, Dynamic
+    tyre friction models for combined longitudinal and lateral vehicle motion, Vehicle System
+    Dynamics 43 (2005) 3-29.
+
+    Examples
+    --------
+    >>> law = LuGre(mu_s=0.5, mu_k=0.3, vs=0.1)
+    >>> slip = (0.3, 0.4)
+    >>> [round(part, 6) for part in law.force(slip, 2.0, law.steady_memory(slip))]
+    [0.36, 0.48]
+    """
+
+    title: ClassVar[str] = "LuGre"
+
+    mu_s: float = described(STATIC)
+    mu_k: float = described(replace(KINETIC, lower_open=True))
+    vs: float = described(STRIBECK_SPEED)
+    s0: float = described(BRISTLE_STIFFNESS)
+    s1: float = described(
+        Parameter(
+            "s1",
+            0.1,
+            "s/m",
+            "damping of the bristles over the normal force",
+            0,
+            symbol=r"$\sigma_1$",
+        )
+    )
+    s2: float = described(VISCOUS)
+    e: float = described(REST_SPEED)
+
+    def check(self, values: Mapping[str, float]) -> None:
+        """Refuse ``mu_s < mu_k``.
+
+        Parameters
+        ----------
+        values
+            Values of the parameters by name.
+        """
+        check_static(values)
+
+    @property
+    def typical_speed(self) -> float:
+        """``vs``."""
+        return self.vs
+
+    def level(self, square: Expression, p: Symbols) -> Expression:
+        """``mu_k + (mu_s - mu_k) exp(-(v/vs)^2)``.
+
+        Parameters
+        ----------
+        square
+            Square of the slip speed.
+        p
+            The parameters by name.
+        """
+        ratio = square / (p["vs"] * p["vs"])
+        return p["mu_k"] + (p["mu_s"] - p["mu_k"]) * exp(-ratio)
+
+    def formula(self, speed: Expression, p: Symbols) -> Expression:
+        """``g(v) v/sqrt(v^2 + e^2) + s2 v``.
+
+        Parameters
+        ----------
+        speed
+            Slip speed in m/s.
+        p
+            The parameters by name.
+        """
+        square = speed * speed
+        return speed * (self.level(square, p) / _rounded(square, p) + p["s2"])
+
+    def traction(
+        self, slip: tuple[Expression, ...], memory: tuple[Expression, ...], p: Symbols
+    ) -> tuple[Expression, ...]:
+        """``s0 z + s1 z' + s2 v``.
+
+        Parameters
+        ----------
+        slip
+            Velocity of the counter-body relative to the body in m/s, one or two components.
+        memory
+            The deflection, as many components.
+        p
+            The parameters by name.
+        """
+        rates = self.rates_of_memory(slip, memory, p)
+        return tuple(
+            p["s0"] * z + p["s1"] * rate + p["s2"] * v
+            for v, z, rate in zip(slip, memory, rates, strict=True)
+        )
+
+
+def _rounded(square: Expression, p: Symbols) -> Expression:
+    """Return sqrt(v^2 + e^2), smooth at rest."""
+    return sqrt(square + p["e"] * p["e"])

@@ -1,0 +1,72 @@
+"""Elementary functions of numbers and of symbols alike."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import heyoka as hy
+import numpy as np
+
+from slipfold.models.output import Expression
+
+__all__ = ["arctan", "exp", "is_symbolic", "sqrt", "tanh"]
+
+
+def is_symbolic(*values: Any) -> bool:
+    """Whether any of the values is a symbolic expression.
+
+    Parameters
+    ----------
+    *values
+        Numbers, arrays or symbols.
+    """
+    return any(isinstance(value, hy.expression) for value in values)
+
+
+def exp(value: Expression) -> Expression:
+    """Return the exponential.
+
+    Parameters
+    ----------
+    value
+        Number, array or symbol.
+    """
+    return hy.exp(value) if is_symbolic(value) else _plain(np.exp(value))
+
+
+def tanh(value: Expression) -> Expression:
+    """Return the hyperbolic tangent.
+
+    Parameters
+    ----------
+    value
+        Number, array or symbol.
+    """
+    return hy.tanh(value) if is_symbolic(value) else _plain(np.tanh(value))
+
+
+def arctan(value: Expression) -> Expression:
+    """Return the inverse tangent.
+
+    Parameters
+    ----------
+    value
+        Number, array or symbol.
+    """
+    return hy.atan(value) if is_symbolic(value) else _plain(np.arctan(value))
+
+
+def sqrt(value: Expression) -> Expression:
+    """Return the square root.
+
+    Parameters
+    ----------
+    value
+        Number, array or symbol.
+    """
+    return hy.sqrt(value) if is_symbolic(value) else _plain(np.sqrt(value))
+
+
+def _plain(value: Any) -> Any:
+    """Return a number of NumPy's as one of Python's, which prints as it is typed."""
+    return value.item() if np.ndim(value) == 0 else value

@@ -1,0 +1,405 @@
+"""What a friction law is: a coefficient over the slip speed, and the force that follows from it."""
+
+from __future__ import annotations
+
+import dataclasses
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, ClassVar, Self
+
+import heyoka as hy
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from slipfold.errors import InputError
+from slipfold.models.friction.functions import is_symbolic, sqrt
+from slipfold.models.output import Expression, Symbols
+from slipfold.models.parameter import Parameter, State
+from slipfold.models.quantity import parse_quantity
+from slipfold.models.suggestion import suggest
+
+__all__ = ["FrictionLaw"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class FrictionLaw(ABC):
+    r"""Friction between two bodies that slip on each other; immutable, comparable, picklable.
+
+    The force on a body, pressed with the normal force N on a counter-body that moves relative to it
+    with the velocity v, is
+
+    .. math::
+
+        F = N \mu(|v|) v/|v|
+
+    along v, in the plane as on a line. All laws are of the normal force's size: their stiffness and
+    damping, too, are those of the force over N.
+
+    A subclass is a frozen dataclass. It states `title`, declares its parameters with `described`
+    and implements `formula`. Fields that are no parameters (an exponent, a shape) tell equations
+    apart.
+
+    Raises
+    ------
+    InputError
+        For a wrong unit, a value outside its bounds or values that contradict each other.
+    """
+
+    title: ClassVar[str] = ""
+
+    sticks: ClassVar[bool] = True
+    """Whether the force at rest may have any value up to a limit, so that the contact can stick."""
+
+    refusal: ClassVar[str] = ""
+    """Why a model of smooth equations cannot take the law, as a sentence; empty if it can."""
+
+    def __post_init__(self) -> None:
+        """Check the values and convert what has a unit."""
+        for parameter in self._own_parameters():
+            value = parse_quantity(getattr(self, parameter.name), parameter.unit, parameter.name)
+            object.__setattr__(self, parameter.name, parameter.check(value))
+        self.check_structure()
+        self.check(self.values)
+
+    # -- what a subclass gives -----------------------------------------------------------------
+
+    @abstractmethod
+    def formula(self, speed: Expression, p: Symbols) -> Expression:
+        """Friction coefficient in steady slip.
+
+        Parameters
+        ----------
+        speed
+            Slip speed in m/s, not negative; number, array or symbol.
+        p
+            The parameters by name, numbers or symbols.
+        """
+
+    def check(self, values: Mapping[str, float]) -> None:  # noqa: B027 (optional hook)
+        """Raise `InputError` if the values contradict each other.
+
+        Parameters
+        ----------
+        values
+            Values of the law's parameters by name; others may be among them.
+        """
+
+    def check_structure(self) -> None:  # noqa: B027 (optional hook)
+        """Raise `InputError` if a field that is no parameter cannot be used."""
+
+    @property
+    def label(self) -> str:
+        """What figures call the law."""
+        return self.title
+
+    @property
+    def typical_speed(self) -> float:
+        """Slip speed over which the coefficient changes, m/s; a figure shows a few of them."""
+        return 1.0
+
+    @property
+    def stiction(self) -> float:
+        """Friction coefficient up to which a contact at rest holds; 0 if it does not stick."""
+        return float(self.coefficient(0.0)) if self.sticks else 0.0
+
+    # -- memory: none unless a subclass says so --------------------------------------------------
+
+    def memory(self, dimensions: int) -> tuple[State, ...]:
+        """Return the states in which the contact remembers its past; none for most laws.
+
+        Parameters
+        ----------
+        dimensions
+            1 for slip along a line, 2 for slip in a plane.
+        """
+        return ()
+
+    @property
+    def memory_scale(self) -> float:
+        """Typical size of the memory, in its unit."""
+        return 1.0
+
+    def memory_rates(
+        self, slip: Sequence[Expression], memory: Sequence[Expression], p: Symbols | None = None
+    ) -> tuple[Expression, ...]:
+        """Time derivatives of the memory, per second.
+
+        Parameters
+        ----------
+        slip
+            Velocity of the counter-body relative to the body in m/s, one or two components.
+        memory
+            The memory, as many components.
+        p
+            The parameters by name; the law's own values if None.
+        """
+        return ()
+
+    def steady_memory(self, slip: Sequence[float]) -> tuple[float, ...]:
+        """Return the memory after a long slip at a constant velocity.
+
+        Parameters
+        ----------
+        slip
+            Velocity of the counter-body relative to the body in m/s, one or two components.
+        """
+        return ()
+
+    # -- what follows --------------------------------------------------------------------------
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Names, units, bounds and meanings of the parameters."""
+        return self._own_parameters()
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Values of the parameters by name, in SI units."""
+        return {parameter.name: getattr(self, parameter.name) for parameter in self.parameters}
+
+    @property
+    def kind(self) -> Self:
+        """The law with default values: equal for all laws with the same equations."""
+        structure = {
+            item.name: getattr(self, item.name)
+            for item in dataclasses.fields(self)
+            if "parameter" not in item.metadata
+        }
+        return type(self)(**structure)
+
+    def replace(self, **changes: Any) -> Self:
+        """Return a new law with some values changed.
+
+        Parameters
+        ----------
+        **changes
+            New values by name, numbers in SI units or text with a unit.
+
+        Raises
+        ------
+        InputError
+            For an unknown name or a value that cannot be used.
+        """
+        names = [item.name for item in dataclasses.fields(self)]
+        for name in changes:
+            if name not in names:
+                raise InputError(
+                    f"{type(self).__name__} has no parameter {name!r}; {suggest(name, names)}"
+                    f"it has {', '.join(names)}"
+                )
+        return dataclasses.replace(self, **changes)
+
+    def coefficient(self, speed: Expression, p: Symbols | None = None) -> Expression:
+        """Return the friction coefficient in steady slip.
+
+        Parameters
+        ----------
+        speed
+            Slip speed in m/s; number, array or symbol.
+        p
+            The parameters by name, numbers or symbols; the law's own values if None.
+
+        Returns
+        -------
+        float, ndarray or expression
+            Of the shape of `speed`.
+
+        Raises
+        ------
+        InputError
+            For a negative speed.
+        """
+        given = self.values if p is None else p
+        if is_symbolic(speed, *given.values()):
+            return self.formula(speed, given)
+        speeds = _checked_speeds(speed)
+        result = np.asarray(self.formula(speeds, given) + 0.0 * speeds)
+        return result if result.ndim else result.item()
+
+    def slope(self, speed: ArrayLike) -> Any:
+        """Return the derivative of the friction coefficient with respect to the slip speed.
+
+        A negative slope feeds vibration along the slip. It is derived from the symbols of the law.
+
+        Parameters
+        ----------
+        speed
+            Slip speed in m/s, a number or array.
+
+        Returns
+        -------
+        float or ndarray
+            In s/m, of the shape of `speed`.
+
+        Raises
+        ------
+        InputError
+            For a negative speed.
+        """
+        speeds = _checked_speeds(speed)
+        rows = [np.full(speeds.size, value) for value in self.values.values()]
+        values = _slope_function(self.kind)(np.array([speeds.ravel(), *rows]))[0]
+        result = np.asarray(values).reshape(speeds.shape)
+        return result if result.ndim else float(result)
+
+    def damping(self, speed: float, normal: float = 1.0, direction: float = 0.0) -> Array:
+        r"""Return the damping matrix of small motions about steady slip.
+
+        .. math::
+
+            N [\mu'(V) e e^T + (\mu(V)/V)(I - e e^T)]
+
+        with the direction e of slip: what dF/dv of a force along the relative velocity gives. On a
+        line the damping is :math:`N \mu'(V)`, the first entry for direction 0. With memory it holds
+        for motions much slower than the memory.
+
+        Parameters
+        ----------
+        speed
+            Slip speed V in m/s.
+        normal
+            Normal force N in N.
+        direction
+            Direction of slip from the x axis in rad.
+
+        Returns
+        -------
+        ndarray, shape (2, 2)
+            In N s/m.
+
+        Raises
+        ------
+        InputError
+            If the speed is not positive.
+        """
+        if not speed > 0:
+            raise InputError(
+                f"speed = {speed:g} m/s: friction is linearised about steady slip; give speed > 0"
+            )
+        e = np.array([np.cos(direction), np.sin(direction)])
+        along = np.outer(e, e)
+        across = self.coefficient(speed) / speed
+        return np.asarray(normal * (self.slope(speed) * along + across * (np.eye(2) - along)))
+
+    def force(
+        self,
+        slip: Sequence[Expression],
+        normal: Expression = 1.0,
+        memory: Sequence[Expression] = (),
+        p: Symbols | None = None,
+    ) -> tuple[Expression, ...]:
+        """Return the friction force on a body.
+
+        Parameters
+        ----------
+        slip
+            Velocity of the counter-body relative to the body in m/s, one or two components:
+            numbers, arrays or symbols.
+        normal
+            Normal force in N.
+        memory
+            The contact's memory if the law has one, as many components as `slip`.
+        p
+            The parameters by name, numbers or symbols; the law's own values if None.
+
+        Returns
+        -------
+        tuple
+            As many components as `slip`, in N.
+
+        Raises
+        ------
+        InputError
+            If there are not one or two components, a law with memory got none, or the slip is zero
+            and the law sticks.
+        """
+        given = self.values if p is None else p
+        components = tuple(slip)
+        if len(components) not in (1, 2):
+            raise InputError(
+                f"the slip has {len(components)} components; give 1 on a line or 2 in the plane"
+            )
+        needed = len(self.memory(len(components)))
+        if len(memory) != needed:
+            raise InputError(
+                f"{type(self).__name__} needs {needed} components of memory for a slip of "
+                f"{len(components)}, and got {len(memory)}"
+            )
+        square = sum(component * component for component in components)
+        if self.sticks and not is_symbolic(square) and np.any(np.asarray(square) == 0):
+            raise InputError(
+                f"at rest the friction force of {type(self).__name__} can have any value up to its "
+                "limit; give a slip that is not zero, or a regularised law"
+            )
+        return tuple(normal * part for part in self.traction(components, tuple(memory), given))
+
+    def traction(
+        self, slip: tuple[Expression, ...], memory: tuple[Expression, ...], p: Symbols
+    ) -> tuple[Expression, ...]:
+        """Friction force over normal force.
+
+        Parameters
+        ----------
+        slip
+            Velocity of the counter-body relative to the body in m/s, one or two components.
+        memory
+            The contact's memory, if the law has one.
+        p
+            The parameters by name.
+        """
+        speed = sqrt(sum(component * component for component in slip))
+        drag = self.formula(speed, p) / speed
+        return tuple(drag * component for component in slip)
+
+    def plot(self, **options: Any) -> Any:
+        """Draw the friction coefficient over the slip speed, with its slope.
+
+        Parameters
+        ----------
+        **options
+            Options of the drawing, e.g. ``fastest=2.0`` (m/s) and ``ax=`` the axes to draw in.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            The axes.
+        """
+        # By name: the layer of models lies below that of plots, and starts without matplotlib.
+        from importlib import import_module
+
+        return import_module("slipfold.plots.friction").draw_friction(self, **options)
+
+    @classmethod
+    def _own_parameters(cls) -> tuple[Parameter, ...]:
+        return tuple(
+            item.metadata["parameter"]
+            for item in dataclasses.fields(cls)
+            if "parameter" in item.metadata
+        )
+
+
+def _checked_speeds(speed: Any) -> NDArray[Any]:
+    speeds = np.asarray(speed)
+    # The real part, so that a complex step may differentiate.
+    if np.any(speeds.real < 0):
+        raise InputError(
+            f"a slip speed of {float(speeds.real.min()):g} m/s is negative; give the modulus of "
+            "the slip velocity"
+        )
+    return speeds
+
+
+@lru_cache(maxsize=64)
+def _slope_function(kind: FrictionLaw) -> Any:
+    """Return the compiled slope as a function of speed and parameters."""
+    speed = hy.expression("speed")
+    p = {parameter.name: hy.expression(f"p_{parameter.name}") for parameter in kind.parameters}
+    mu = kind.formula(speed, p)
+    slope = hy.diff(mu, speed) if is_symbolic(mu) else hy.expression(0.0)
+    # heyoka's own disk cache is unchecked and shared by all programs: keep out of it.
+    hy.llvm_state.set_diskcache_enabled(False)
+    return hy.cfunc([slope], vars=[speed, *p.values()], compact_mode=True)

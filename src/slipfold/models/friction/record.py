@@ -1,0 +1,127 @@
+"""Friction laws as plain data, for files, and back."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+from slipfold.errors import InputError
+from slipfold.models.friction.bouc_wen import BoucWen
+from slipfold.models.friction.bristles import Dahl, LuGre
+from slipfold.models.friction.coulomb import Coulomb, CoulombViscous
+from slipfold.models.friction.jenkins import Iwan, Jenkins
+from slipfold.models.friction.law import FrictionLaw
+from slipfold.models.friction.regularised import Regularised
+from slipfold.models.friction.stribeck import CubicStribeck, RationalStribeck, Stribeck
+from slipfold.models.suggestion import suggest
+
+__all__ = ["friction_laws", "law_from_record", "law_record"]
+
+_LAWS: tuple[type[FrictionLaw], ...] = (
+    Coulomb,
+    CoulombViscous,
+    Stribeck,
+    RationalStribeck,
+    CubicStribeck,
+    Regularised,
+    Dahl,
+    LuGre,
+    BoucWen,
+    Jenkins,
+    Iwan,
+)
+
+
+def friction_laws() -> dict[str, type[FrictionLaw]]:
+    """Return the friction laws that come with the package, by the names of their classes.
+
+    Examples
+    --------
+    >>> friction_laws()["Stribeck"](vs=0.2).vs
+    0.2
+    """
+    return {law.__name__: law for law in _LAWS}
+
+
+def law_record(law: FrictionLaw) -> dict[str, Any]:
+    """Return a law as plain data for JSON.
+
+    Parameters
+    ----------
+    law
+        A law of the package; one of a user's own cannot be found again by its name.
+
+    Raises
+    ------
+    InputError
+        For a law of a user's own.
+
+    Examples
+    --------
+    >>> from slipfold.models.friction import RationalStribeck
+    >>> law_record(RationalStribeck(mu_s=0.5, d=2.0))
+    {'law': 'RationalStribeck', 'mu_s': 0.5, 'd': 2.0}
+    """
+    if type(law) not in _LAWS:
+        raise InputError(
+            f"{type(law).__name__} is not among the friction laws of the package, so it cannot be "
+            "written to a file; write its values, and make it again when reading"
+        )
+    values = {item.name: _plain(getattr(law, item.name)) for item in dataclasses.fields(law)}
+    # The law that is regularised is a field called `law` itself.
+    return {"law": type(law).__name__, **{_key(name): value for name, value in values.items()}}
+
+
+def law_from_record(record: Mapping[str, Any]) -> FrictionLaw:
+    """Make a law from what `law_record` made of one.
+
+    Parameters
+    ----------
+    record
+        The plain data.
+
+    Raises
+    ------
+    InputError
+        If there is no such law, or a value cannot be used.
+
+    Examples
+    --------
+    >>> law_from_record({"law": "RationalStribeck", "mu_s": 0.5, "d": 2.0})
+    RationalStribeck(mu_s=0.5, d=2.0)
+    """
+    known = friction_laws()
+    name = record.get("law")
+    if name not in known:
+        raise InputError(
+            f"there is no friction law {name!r}; {suggest(str(name), known)}"
+            f"there are {', '.join(known)}"
+        )
+    law = known[name]
+    fields = {_key(item.name): item.name for item in dataclasses.fields(law)}
+    values = {key: _restored(value) for key, value in record.items() if key != "law"}
+    for key in values:
+        if key not in fields:
+            raise InputError(
+                f"{name} has no parameter {key!r}; {suggest(key, fields)}it has {', '.join(fields)}"
+            )
+    if law is Regularised and "of" not in values:
+        raise InputError("Regularised needs the law that it regularises, as 'of'")
+    return law(**{fields[key]: value for key, value in values.items()})
+
+
+def _key(name: str) -> str:
+    return "of" if name == "law" else name
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, FrictionLaw):
+        return law_record(value)
+    return [_plain(item) for item in value] if isinstance(value, tuple) else value
+
+
+def _restored(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return law_from_record(value)
+    return tuple(_restored(item) for item in value) if isinstance(value, list) else value

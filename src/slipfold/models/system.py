@@ -1,0 +1,258 @@
+"""Models from equations as text: in Python, or from a TOML file."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.errors import InputError
+from slipfold.models.built_system import BuiltSystem, build_system, build_system_of_text
+from slipfold.models.definition import WatchedValue
+from slipfold.models.definition_reader import TABLES
+from slipfold.models.model import Model
+from slipfold.models.output import Expression, Output, Symbols
+from slipfold.models.system_source import source_of_tables, source_of_text
+
+__all__ = ["System"]
+
+
+class System(Model):
+    """A model made from equations that are written as text.
+
+    The tables are those of a TOML file, see `from_toml`. A formula has numbers, names,
+    ``+ - * / ^``, parentheses, ``pi``, the time ``t`` in seconds, and the functions ``sin cos tan
+    asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp log sqrt erf sigmoid``. It is parsed
+    by a grammar of its own and never run as Python.
+
+    Parameters
+    ----------
+    definition
+        The whole system as one TOML text or one mapping of tables, instead of the tables below.
+    name, title
+        Short name, and one line that says what it is.
+    parameters
+        Value by name, or a table ``{"value": 0.9, "unit": "rad/s", "min": 0, "max": 5, "doc":
+        "..."}``; ``above`` and ``below`` are bounds that are excluded, ``symbol`` is for figures.
+    formulas
+        Named formulas that others may use.
+    states
+        Formula of the rate per second by name, or a table ``{"rate": "...", "unit", "doc",
+        "label", "scale": 1, "start": 0}``.
+    forcing
+        ``{"period": "2*pi/W"}`` in seconds; ``"quiet"`` names the parameter that switches the
+        forcing off. None for an autonomous system, which gets a parameter ``duration``.
+    outputs
+        Formula by name, or a table ``{"formula": "...", "unit", "doc", "label"}``.
+    limits
+        Table by name: the model holds while ``output`` stays above ``bound``; ``reason`` is the
+        sentence to show, with ``{value}`` for the minimum of the output.
+    events
+        Table by name: ``{"output": "q", "value": 1, "measure": "max", "stop": false}``.
+    **values
+        Parameter values that differ from the defaults: numbers in SI units, or text with a unit.
+
+    Raises
+    ------
+    InputError
+        For anything that cannot be used, with the place.
+
+    Examples
+    --------
+    >>> duffing = System(
+    ...     name="Duffing",
+    ...     parameters={"W": 0.9, "F": 0.18},
+    ...     states={"q": "v", "v": "F*cos(W*t) - 0.05*v - q - 0.1*q^3"},
+    ...     forcing={"period": "2*pi/W"},
+    ... )
+    >>> duffing.replace(W=1.1)
+    System('Duffing', W=1.1)
+    """
+
+    def __init__(
+        self,
+        definition: str | Mapping[str, Any] | None = None,
+        *,
+        name: str | None = None,
+        title: str | None = None,
+        parameters: Mapping[str, Any] | None = None,
+        formulas: Mapping[str, Any] | None = None,
+        states: Mapping[str, Any] | None = None,
+        forcing: Mapping[str, Any] | None = None,
+        outputs: Mapping[str, Any] | None = None,
+        limits: Mapping[str, Any] | None = None,
+        events: Mapping[str, Any] | None = None,
+        **values: float | str,
+    ) -> None:
+        tables = dict(
+            zip(
+                ("name", "title", *TABLES),
+                (name, title, parameters, formulas, states, forcing, outputs, limits, events),
+                strict=True,
+            )
+        )
+        given = {key: table for key, table in tables.items() if table is not None}
+        self._become(_built_of(definition, given))
+        super().__init__(**values)
+
+    def _become(self, built: BuiltSystem) -> None:
+        """Take the names of a definition; a model has no other way of being changed."""
+        definition = built.definition
+        attributes = {
+            "_built": built,
+            "name": definition.name,
+            "title": definition.title,
+            "states": tuple(item.state for item in definition.states),
+            "parameters": built.parameters,
+            "limits": definition.limits,
+            "quiet": definition.quiet,
+        }
+        for key, value in attributes.items():
+            object.__setattr__(self, key, value)
+
+    @classmethod
+    def from_toml(cls, source: str | Path) -> System:
+        """Read a system from a TOML file or text.
+
+        Parameters
+        ----------
+        source
+            Path of a file, or the text itself if it has an equals sign or several lines.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be read, or something in it cannot be used: with line and column.
+
+        Examples
+        --------
+        >>> text = '''
+        ... name = "decay"
+        ... [parameters]
+        ... k = { value = 2.0, unit = "1/s", min = 0 }
+        ... [states]
+        ... q = "-k*q"
+        ... '''
+        >>> System.from_toml(text).forced
+        False
+        """
+        if isinstance(source, str) and ("\n" in source or "=" in source):
+            return cls(build_system(source_of_text(source), "system").text)
+        path = Path(source)
+        try:
+            text = path.read_text(encoding="utf-8")
+        except (OSError, ValueError) as error:
+            why = getattr(error, "strerror", None) or str(error)
+            raise InputError(
+                f"{source} cannot be read ({str(why).lower()}); give the path of a TOML file"
+            ) from error
+        return cls(build_system(source_of_text(text, str(source)), path.stem).text)
+
+    def to_toml(self) -> str:
+        """Return the definition as a TOML text; `from_toml` makes the same system of it.
+
+        Parameter values are the defaults of the definition, not those of this model.
+        """
+        return self._built.text
+
+    @property
+    def structure(self) -> Mapping[str, Hashable]:
+        """The definition as a TOML text."""
+        return {"definition": self._built.text}
+
+    @property
+    def forced(self) -> bool:
+        """Whether there is a forcing; if not, there is a parameter ``duration`` in seconds."""
+        return self._built.definition.period is not None
+
+    @property
+    def start(self) -> NDArray[np.float64]:
+        """State from which motions and searches start, shape (n_states,)."""
+        return np.array([item.start for item in self._built.definition.states])
+
+    @property
+    def events(self) -> tuple[WatchedValue, ...]:
+        """Values that the definition wants located on every branch."""
+        return self._built.definition.events
+
+    def check(self, values: Mapping[str, float]) -> None:
+        """Refuse parameter values with which the equations have no meaning.
+
+        Parameters
+        ----------
+        values
+            All parameter values by name.
+        """
+        self._built.check(values)
+
+    def coefficients(self, p: Symbols) -> dict[str, Expression]:
+        """Return the largest parts of the formulas that depend on parameters alone.
+
+        Parameters
+        ----------
+        p
+            The parameters by name, symbols or floats.
+        """
+        return self._built.equations.coefficients(p)
+
+    def rates(self, q: Symbols, c: Symbols, phase: Expression) -> dict[str, Expression]:
+        """Return the time derivatives of the states, per second.
+
+        Parameters
+        ----------
+        q
+            The states by name.
+        c
+            The coefficients by name.
+        phase
+            Time divided by the forcing period; an autonomous system does not depend on it.
+        """
+        return self._built.rates(q, c, phase)
+
+    def period(self, p: Symbols) -> Expression:
+        """Return the forcing period in seconds; of an autonomous system the ``duration``.
+
+        Parameters
+        ----------
+        p
+            The parameters by name.
+        """
+        return self._built.equations.period(p)
+
+    def outputs(self) -> tuple[Output, ...]:
+        """Return the outputs of the definition."""
+        return self._built.outputs
+
+    def state_scales(self) -> NDArray[np.float64]:
+        """Typical sizes of the states, shape (n_states,)."""
+        return np.array([item.scale for item in self._built.definition.states])
+
+    def __repr__(self) -> str:
+        """Name and the parameters that differ from the defaults."""
+        changed = [
+            f"{item.name}={self._values[item.name]:.12g}"
+            for item in self.parameters
+            if self._values[item.name] != item.default
+        ]
+        return f"{type(self).__name__}({', '.join([repr(self.name), *changed])})"
+
+    _built: BuiltSystem
+
+
+def _built_of(definition: object, given: dict[str, Any]) -> BuiltSystem:
+    if definition is None:
+        return build_system(source_of_tables(given))
+    if given:
+        raise InputError(
+            f"both a definition and {', '.join(given)} are given; give the one or the other"
+        )
+    if isinstance(definition, Mapping):
+        return build_system(source_of_tables(definition))
+    if isinstance(definition, str):
+        return build_system_of_text(definition)
+    raise InputError(
+        f"the definition is a {type(definition).__name__}; give a TOML text or a mapping of tables"
+    )

@@ -1,0 +1,145 @@
+"""Equilibria and cycles of autonomous systems against closed forms and published values."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import slipfold as sf
+from slipfold.models import model_named
+
+
+def special(diagram, kind, branch=None):
+    return [
+        item.point
+        for item in diagram.special
+        if item.point.type == kind and branch in (None, item.branch.id)
+    ]
+
+
+def test_hopf_of_stuart_landau_and_its_cycles_are_exact():
+    # x' = r x - w y - x (x^2 + y^2): radius sqrt(r), multiplier exp(-4 pi r/w).
+    model = model_named("stuart-landau")
+    diagram = sf.response(model, vary="r", span=(-0.5, 0.5))
+    still, cycles = diagram.branches
+    (hopf,) = still.special
+    assert (still.kind, cycles.kind, hopf.type) == ("equilibrium", "periodic", "HB")
+    assert hopf.value == pytest.approx(0, abs=1e-12)
+    assert hopf.criticality == "supercritical"
+    # With a critical vector of unit length the amplitude is sqrt(2) times that of x and y.
+    assert hopf.coefficient == pytest.approx(-2 / model.w, rel=1e-9)
+    assert hopf.duration == pytest.approx(2 * math.pi / model.w, rel=1e-12)
+    assert hopf.leads_to == cycles.id
+    assert cycles.durations == pytest.approx(2 * math.pi / model.w, rel=1e-11)
+    inside = cycles.parameter > 1e-3
+    radius = np.hypot(*cycles.states[inside].T)
+    assert radius == pytest.approx(np.sqrt(cycles.parameter[inside]), rel=1e-9)
+    exact = np.exp(-4 * np.pi * cycles.parameter[inside] / model.w)
+    assert np.abs(cycles.multipliers[inside]).min(axis=1) == pytest.approx(exact, rel=1e-8)
+
+
+def test_stability_changes_at_the_hopf_point():
+    still = sf.response(model_named("stuart-landau"), vary="r", span=(-0.5, 0.5)).branches[0]
+    assert still.stable[0]
+    assert not still.stable[-1]
+
+
+def test_lure_hopf_and_doubled_cycle():
+    # MatCont manual: Hopf at a = 1, first Lyapunov coefficient -0.3; PD at a = 0.6303020061596.
+    settings = sf.Settings(largest_period=1)
+    diagram = sf.response(model_named("lure"), vary="a", span=(1.2, 0.62), settings=settings)
+    (hopf,), (doubling,) = special(diagram, "HB"), special(diagram, "PD")
+    assert hopf.value == pytest.approx(1, abs=1e-12)
+    assert hopf.coefficient == pytest.approx(-0.3, abs=1e-9)
+    assert doubling.value == pytest.approx(0.6303020061596, abs=1e-12)
+    assert doubling.duration == pytest.approx(6.3640713394414, abs=1e-10)
+    assert sorted(doubling.multipliers.real) == pytest.approx([-1, -0.01811007, 1], abs=1e-8)
+
+
+def test_a_cycle_closes_under_another_integrator():
+    settings = sf.Settings(largest_period=1)
+    diagram = sf.response(model_named("lure"), vary="a", span=(1.2, 0.8), settings=settings)
+    orbit = diagram.branches[1].orbit(-1)
+    a, b = orbit.model.a, orbit.model.b
+
+    def rates(time, q):
+        return [q[1], q[2], -a * q[2] - b * q[1] - q[0] + q[0] ** 2]
+
+    end = solve_ivp(rates, (0, orbit.duration), orbit.state, "DOP853", rtol=1e-12, atol=1e-13)
+    assert end.y[:, -1] == pytest.approx(orbit.state, abs=1e-9)
+
+
+def test_freire_circuit():
+    # AUTO's demo tor: fold of cycles n = -0.584335, branch point n = -0.587029. The Hopf point
+    # follows from Routh and Hurwitz.
+    settings = sf.Settings(largest_period=1, steps=sf.Steps(points=120))
+    diagram = sf.response(model_named("freire"), vary="n", span=(-0.55, -0.62), settings=settings)
+    (hopf,) = special(diagram, "HB")
+    assert hopf.value == pytest.approx(-0.58933647799, abs=1e-10)
+    fold, crossing = special(diagram, "LP", 2)[0], special(diagram, "BP", 2)[0]
+    assert fold.value == pytest.approx(-0.584335, abs=1e-6)
+    assert fold.duration == pytest.approx(8.42647, abs=1e-4)
+    assert crossing.value == pytest.approx(-0.587029, abs=1e-6)
+    assert crossing.duration == pytest.approx(8.68967, abs=1e-4)
+
+
+def test_onset_of_squeal_by_falling_friction():
+    # bSTAB: x'' + 0.1 x' + x with exponential Stribeck friction, at vd = 1.151292546497.
+    diagram = sf.response(
+        model_named("stribeck"), vary="vd", span=(2, 0.9), settings=sf.Settings(largest_period=1)
+    )
+    (hopf,) = special(diagram, "HB", 1)
+    assert hopf.value == pytest.approx(1.151292546497, abs=1e-11)
+    assert hopf.criticality == "subcritical"
+
+
+def test_lorenz_loses_its_rest_at_a_branch_point():
+    diagram = sf.response(model_named("lorenz"), vary="rho", span=(0.5, 2))
+    (point,) = special(diagram, "BP")
+    assert point.value == pytest.approx(1, abs=1e-12)
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
+def test_the_unit_of_time_does_not_matter(scale):
+    # A damped oscillator whose damping changes sign: Hopf at c = 0 at any frequency.
+    model = sf.System(
+        name="oscillator",
+        parameters={"c": 0.5, "w": scale},
+        states={"q": "w*v", "v": "-w*q - w*c*v - w*v^3"},
+    )
+    diagram = sf.response(model, vary="c", span=(0.5, -0.1))
+    (hopf,) = special(diagram, "HB")
+    assert hopf.value == pytest.approx(0, abs=1e-12)
+    # v^3 damps by 3/8 a^2 of the amplitude: with the vector of unit length, twice that.
+    assert hopf.coefficient == pytest.approx(-0.75, rel=1e-8)
+    assert hopf.duration == pytest.approx(2 * math.pi / scale, rel=1e-10)
+
+
+def test_cycles_are_saved_and_read_back(tmp_path):
+    diagram = sf.response(model_named("stuart-landau"), vary="r", span=(-0.1, 0.1))
+    path = tmp_path / "cycles.nc"
+    diagram.save(path)
+    again = sf.load(path)
+    for old, new in zip(diagram.branches, again.branches, strict=True):
+        assert (old.kind, old.model) == (new.kind, new.model)
+        assert np.array_equal(old.nodes, new.nodes)
+        assert (old.durations is None) == (new.durations is None)
+        if old.durations is not None:
+            assert np.array_equal(old.durations, new.durations)
+        assert [p.duration for p in old.special] == [p.duration for p in new.special]
+
+
+def test_a_system_of_ones_own_is_read_back_with_its_equations(tmp_path):
+    model = sf.System(
+        name="lure", parameters={"a": 2.0}, states={"x": "y", "y": "-a*y - x"}
+    )  # the name of a built-in one, with other equations
+    diagram = sf.response(model, vary="a", span=(1, -1))
+    diagram.save(tmp_path / "own.nc")
+    assert sf.load(tmp_path / "own.nc").model == diagram.model
+
+
+def test_an_equilibrium_that_does_not_exist_is_refused():
+    model = sf.System(name="runaway", parameters={"a": 1.0}, states={"x": "a + x^2"})
+    with pytest.raises(sf.InputError, match="no equilibrium of runaway was found at a = 1"):
+        sf.response(model, vary="a", span=(1, 2))

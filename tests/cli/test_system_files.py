@@ -1,0 +1,120 @@
+"""Systems of equations on the command line: files, built-in ones, and what is wrong with them."""
+
+import json
+import tomllib
+
+import pytest
+
+from helpers.command_line import run
+from slipfold.models.registry import built_in_text
+
+TEXT = """\
+name = "Duffing"
+[parameters]
+W = { value = 0.9, unit = "rad/s", min = 0, doc = "forcing frequency" }
+F = 0.18
+[states]                      # name = its rate
+q = "v"
+v = "F*cos(W*t) - 0.05*v - q - 0.1*q^3"
+[forcing]
+period = "2*pi/W"
+[outputs]
+energy = "v^2/2 + q^2/2 + 0.025*q^4"
+"""
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "my.toml"
+    path.write_text(TEXT)
+    return str(path)
+
+
+def test_response_of_a_file(file):
+    result = run("response", file, "--vary", "W=0.8:1.6", "--event", "energy=3", "--json", "-")
+    assert result.exit_code == 0
+    assert result.stderr == ""
+    record = json.loads(result.stdout)
+    assert record["model"] == "Duffing"
+    special = record["branches"][0]["special"]
+    # shared/reference/textbook.md, 2.
+    folds = [point["value"] for point in special if point["type"] == "LP"]
+    assert folds == pytest.approx([1.269601955546, 1.115700251771], abs=1e-9)
+    assert "EVENT" in {point["type"] for point in special}
+
+
+def test_parameters_are_set_and_units_read(file):
+    result = run("simulate", file, "--periods", "5", "--set", "F=0.2", "--json", "-")
+    assert json.loads(result.stdout)["parameters"] == {"W": 0.9, "F": 0.2}
+    result = run("simulate", file, "--periods", "5", "--set", "W=-1")
+    assert result.exit_code == 2
+    assert "W must be >= 0 rad/s" in result.stderr
+    result = run("simulate", file, "--periods", "5", "--set", "W=0")
+    assert result.exit_code == 2
+    assert "the forcing period 2*pi/W is nan s at W = 0" in result.stderr
+
+
+def test_built_in_systems_by_name_and_in_case_files(tmp_path):
+    path = tmp_path / "case.toml"
+    path.write_text('model = "duffing"\n[parameters]\nF = 0.2\n')
+    for arguments in (["duffing", "--set", "F=0.2"], [str(path)]):
+        result = run("simulate", *arguments, "--periods", "5", "--json", "-")
+        assert json.loads(result.stdout)["parameters"]["F"] == 0.2
+
+
+def test_models_lists_and_shows_them(file):
+    listed = run("models").stdout
+    assert "duffing" in listed
+    assert "Lorenz system" in listed
+    shown = run("models", "--show", "duffing")
+    assert shown.exit_code == 0
+    assert shown.stdout == built_in_text("duffing")
+    assert tomllib.loads(shown.stdout)["forcing"]["period"] == "2*pi/W"
+    details = run("models", file).stdout
+    assert details.startswith("Duffing\n\nParameters")
+    assert "forcing frequency" in details
+    assert "Limits" not in details
+    record = json.loads(run("models", "duffing", "--json", "-").stdout)
+    assert record["models"][0]["outputs"][0]["name"] == "energy"
+
+
+def test_what_is_shown_is_a_file_to_start_from(tmp_path):
+    path = tmp_path / "copy.toml"
+    path.write_text(run("models", "--show", "vanderpol").stdout)
+    result = run("simulate", str(path), "--periods", "3", "--json", "-")
+    assert json.loads(result.stdout)["model"] == "vanderpol"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("- q -", "- qq -", ["my.toml, line 7, column 28: there is no name 'qq'; did you mean q?"]),
+        ("cos(", "cosinus(", ["my.toml, line 7, column 8", "no function 'cosinus'"]),
+        ('"v"', "v", ["my.toml, line 6, column 5: this is not TOML"]),
+        ("[states]", "[state]", ["my.toml", "unknown entry"]),
+        ('"2*pi/W"', '"pi/W"', ["my.toml, line 7, column 5: the rate of v does not repeat"]),
+        ("[forcing]\nperiod", "[formulas]\nperiod", ["my.toml, line 7", "t, the time, occurs"]),
+    ],
+)
+def test_errors_name_file_line_and_column(old, new, words, file):
+    with open(file, "w", encoding="utf-8") as stream:
+        stream.write(TEXT.replace(old, new))
+    result = run("response", file, "--vary", "W=0.8:1.6")
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    assert "Traceback" not in result.stderr
+    for word in words:
+        assert word in result.stderr
+
+
+def test_autonomous_systems_are_simulated_in_seconds():
+    result = run("simulate", "lorenz", "--periods", "3", "--state", "x=1", "--json", "-")
+    assert result.exit_code == 0
+    assert json.loads(result.stdout)["parameters"]["duration"] == 1
+
+
+@pytest.mark.parametrize("name", ["sliding", "dufing"])
+def test_only_files_are_shown(name):
+    result = run("models", "--show", name)
+    assert result.exit_code == 2
+    assert "duffing" in result.stderr

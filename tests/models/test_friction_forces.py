@@ -1,0 +1,302 @@
+"""Forces in the plane and on a line: direction, energy, limits; memory against closed forms."""
+
+from dataclasses import replace
+
+import heyoka as hy
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from slipfold.models.friction import (
+    BoucWen,
+    Coulomb,
+    CoulombViscous,
+    CubicStribeck,
+    Dahl,
+    Iwan,
+    Jenkins,
+    LuGre,
+    RationalStribeck,
+    Regularised,
+    Stribeck,
+)
+
+RNG = np.random.default_rng(20260104)
+PLAIN = [
+    Coulomb(),
+    CoulombViscous(),
+    Stribeck(s2=0.1),
+    Stribeck(exponent=2),
+    RationalStribeck(),
+    CubicStribeck(vm=2.0),
+]
+SMOOTH = [
+    Regularised(law, shape, e=0.05)
+    for law in (Coulomb(), Stribeck())
+    for shape in ("tanh", "atan", "sqrt")
+]
+BRISTLES = [Dahl(s0=1e3), LuGre(s0=1e3, s1=0.02, s2=0.1)]
+SHARP = 1e-7
+BOUC_WEN = BoucWen(A=1e3, b=3e3, c=1e3, e=SHARP)
+MEMORY = [*BRISTLES, BOUC_WEN, replace(BOUC_WEN, exponent=4)]
+
+
+def turned(vector, angle):
+    cos, sin = np.cos(angle), np.sin(angle)
+    return (cos * vector[0] - sin * vector[1], sin * vector[0] + cos * vector[1])
+
+
+def some_memory(law, dimensions):
+    return tuple(law.memory_scale * RNG.uniform(-0.7, 0.7, len(law.memory(dimensions))))
+
+
+@pytest.mark.parametrize("law", [*PLAIN, *SMOOTH, *MEMORY], ids=repr)
+def test_all_directions_are_alike(law):
+    for angle in (0.3, 2.0, -1.1):
+        slip, memory = (0.21, -0.13), some_memory(law, 2)
+        straight = law.force(slip, 1.7, memory)
+        rotated = tuple(turned(memory, angle)) if memory else ()
+        assert law.force(turned(slip, angle), 1.7, rotated) == pytest.approx(
+            turned(straight, angle), rel=1e-13
+        )
+        if memory:
+            rates = law.memory_rates(slip, memory)
+            assert law.memory_rates(turned(slip, angle), rotated) == pytest.approx(
+                turned(rates, angle), rel=1e-12
+            )
+
+
+@pytest.mark.parametrize("law", [*PLAIN, *SMOOTH], ids=repr)
+def test_force_lies_along_the_slip_and_has_the_size_of_the_law(law):
+    slip = np.array([0.3, 0.4])
+    expected = 2.0 * law.coefficient(0.5) * slip / 0.5
+    assert law.force(slip, 2.0) == pytest.approx(expected, rel=1e-13)
+    assert law.force((-0.5,), 2.0) == pytest.approx((-2.0 * law.coefficient(0.5),), rel=1e-13)
+    fields = law.force((np.array([0.3, -0.3]), np.array([0.4, 0.4])), 2.0)
+    assert fields[0] == pytest.approx([expected[0], -expected[0]], rel=1e-13)
+
+
+@pytest.mark.parametrize("law", [*PLAIN, *SMOOTH, *MEMORY], ids=repr)
+def test_the_plane_holds_the_line(law):
+    memory = some_memory(law, 1)
+    for v in (0.2, -0.03):
+        [force] = law.force((v,), 1.3, memory)
+        beside = (*memory, 0.0) if memory else ()
+        assert law.force((v, 0.0), 1.3, beside) == pytest.approx((force, 0.0), rel=1e-13)
+        if memory:
+            rates = law.memory_rates((v, 0.0), beside)
+            assert rates == pytest.approx((*law.memory_rates((v,), memory), 0.0), rel=1e-13)
+
+
+@given(st.floats(-2, 2), st.floats(-2, 2), st.sampled_from([*PLAIN, *SMOOTH]))
+def test_slip_loses_energy(x, y, law):
+    if np.hypot(x, y) > 1e-9:
+        force = law.force((x, y))
+        assert force[0] * x + force[1] * y >= 0
+
+
+@pytest.mark.parametrize("law", [BRISTLES[0], *MEMORY[2:]], ids=repr)
+def test_slip_gives_no_less_than_the_contact_stores(law):
+    # The stored energy over N is s0 z^2/2 for Dahl's law and z^2/(2 A) for Bouc-Wen's.
+    weight = law.s0 if isinstance(law, Dahl) else 1 / law.A
+    for _ in range(50):
+        slip, memory = RNG.normal(size=2), some_memory(law, 2)
+        power = np.dot(law.force(slip, 1.0, memory), slip)
+        stored = weight * np.dot(memory, law.memory_rates(slip, memory))
+        assert power - stored >= -1e-12
+
+
+@pytest.mark.parametrize("shape", ["tanh", "atan", "sqrt"])
+@pytest.mark.parametrize("law", PLAIN, ids=repr)
+def test_regularised_law_tends_to_the_law(law, shape):
+    slip = (0.06, -0.08)
+    exact = np.array(law.force(slip))
+    errors = [
+        np.abs(np.array(Regularised(law, shape, e=e).force(slip)) - exact).max()
+        for e in (1e-2, 1e-3, 1e-4)
+    ]
+    order = {"atan": 1, "sqrt": 2}.get(shape)
+    if order is None:  # tanh: faster than any power
+        assert errors[1] < 1e-14
+    else:
+        assert errors[1] / errors[2] == pytest.approx(10**order, rel=0.02)
+    assert errors[2] < 1e-3
+
+
+@pytest.mark.parametrize("law", SMOOTH, ids=repr)
+@pytest.mark.parametrize("dimensions", [1, 2])
+def test_regularised_law_is_smooth_at_rest(law, dimensions):
+    rest = (0.0,) * dimensions
+    assert law.force(rest) == rest
+    slip = [hy.expression(f"v{i}") for i in range(dimensions)]
+    force = law.force(slip)
+    jacobian = hy.cfunc([hy.diff(f, v) for f in force for v in slip], vars=slip)(rest)
+    level = law.law.stiction if not isinstance(law.law, Coulomb) else law.law.mu_k
+    rise = 2 / np.pi if law.shape == "atan" else 1.0
+    expected = level * rise / law.e * np.eye(dimensions)
+    assert jacobian.reshape(dimensions, dimensions) == pytest.approx(expected, rel=1e-7, abs=1e-6)
+
+
+@pytest.mark.parametrize("law", [*PLAIN, *SMOOTH], ids=repr)
+def test_damping_is_the_derivative_of_the_force(law):
+    angle, speed, normal = 0.7, 0.4, 1.9
+    e = np.array([np.cos(angle), np.sin(angle)])
+    step = 1e-30
+    # The slip is the plate's velocity less the body's, so damping is dF/dslip.
+    columns = [
+        np.imag(law.force(tuple(speed * e + step * 1j * unit), normal)) / step for unit in np.eye(2)
+    ]
+    assert law.damping(speed, normal, angle) == pytest.approx(np.transpose(columns), rel=1e-12)
+
+
+def test_damping_of_the_textbook():
+    # System 13: N [mu'(V) e e^T + (mu(V)/V)(I - e e^T)].
+    law, e = Stribeck(mu_s=0.5, mu_k=0.3, vs=0.2), np.array([0.6, 0.8])
+    slope, across = -1.0 * np.exp(-3.0), (0.3 + 0.2 * np.exp(-3.0)) / 0.6
+    expected = 2.0 * (slope * np.outer(e, e) + across * (np.eye(2) - np.outer(e, e)))
+    assert law.damping(0.6, 2.0, np.arccos(0.6)) == pytest.approx(expected, rel=1e-13)
+
+
+@pytest.mark.parametrize("law", MEMORY, ids=repr)
+def test_steady_slip_has_the_coefficient_of_the_law(law):
+    for slip in ((0.3, -0.2), (0.25,)):
+        memory = law.steady_memory(slip)
+        speed = np.linalg.norm(slip)
+        assert law.memory_rates(slip, memory) == pytest.approx(np.zeros(len(slip)), abs=1e-8)
+        expected = 1.5 * law.coefficient(speed) * np.array(slip) / speed
+        assert law.force(slip, 1.5, memory) == pytest.approx(expected, rel=1e-11)
+
+
+def pulled(law, velocity, end, start=None):
+    """Force over N, and memory, on a line after some time at a velocity."""
+    memory = [0.0] if start is None else start
+    solution = solve_ivp(
+        lambda t, z: law.memory_rates((velocity,), tuple(z)),
+        (0, end),
+        memory,
+        method="DOP853",
+        rtol=1e-12,
+        atol=1e-16,
+    )
+    z = solution.y[:, -1]
+    return law.force((velocity,), 1.0, tuple(z))[0], z
+
+
+def test_dahl_yields_exponentially():
+    law = Dahl(mu_k=0.4, s0=1e3, e=SHARP)
+    for v in (0.1, -0.1):
+        force, _ = pulled(law, v, 4e-3)
+        assert force == pytest.approx(np.sign(v) * 0.4 * (1 - np.exp(-1e3 * 4e-4 / 0.4)), rel=1e-9)
+
+
+def test_lugre_bristles_bend_exponentially_and_are_damped():
+    law = LuGre(mu_s=0.5, mu_k=0.3, vs=0.1, s0=1e3, s1=0.02, s2=0.1, e=SHARP)
+    v, t = 0.1, 2e-3
+    level = 0.3 + 0.2 * np.exp(-1)
+    bent, fade = level / 1e3, np.exp(-1e3 * v * t / level)
+    force, z = pulled(law, v, t)
+    assert z[0] == pytest.approx(bent * (1 - fade), rel=1e-9)
+    assert force == pytest.approx(1e3 * z[0] + 0.02 * v * fade + 0.1 * v, rel=1e-9)
+
+
+def test_lugre_at_one_level_without_damping_is_dahl():
+    dahl, lugre = Dahl(mu_k=0.4), LuGre(mu_s=0.4, mu_k=0.4, s1=0.0)
+    slip, memory = (0.2, -0.1), (1e-5, 3e-5)
+    assert lugre.memory_rates(slip, memory) == pytest.approx(dahl.memory_rates(slip, memory))
+    assert lugre.force(slip, 2.0, memory) == pytest.approx(dahl.force(slip, 2.0, memory))
+
+
+def test_bouc_wen_rises_as_tanh_and_unloads_straight():
+    # n = 2, b = c: z' = v (A - 2 b z^2) on loading, z' = A v on unloading.
+    law = BoucWen(A=1e3, b=2e3, c=2e3, e=SHARP)
+    force, z = pulled(law, 0.1, 5e-3)
+    assert force == pytest.approx(0.5 * np.tanh(4e3 * 0.5 * 5e-4), rel=1e-9)
+    less, _ = pulled(law, -0.1, 1e-3, z)
+    assert less == pytest.approx(force - 1e3 * 1e-4, rel=1e-6)
+
+
+def test_bouc_wen_loses_what_jenkins_does_when_its_knee_is_sharp():
+    # A cycle of amplitude 3 mu/A; the loop of a Jenkins element of stiffness A (normal force 1).
+    mu, stiffness, amplitude = 0.5, 1e3, 1.5e-3
+    exact = Jenkins(mu_k=mu, kt=stiffness).energy(amplitude)
+    errors = []
+    for exponent in (2, 8, 32):
+        level = stiffness / mu**exponent / 2
+        law = BoucWen(A=stiffness, b=level, c=level, exponent=exponent)
+        time = 4 * amplitude  # a quarter at speed 1, then two halves
+        energy, z = 0.0, [0.0]
+        for velocity, end in ((1.0, time / 4), (-1.0, time / 2), (1.0, time / 2)):
+            solution = solve_ivp(
+                lambda t, q, v=velocity, law=law: [
+                    law.memory_rates((v,), (q[0],))[0],
+                    law.force((v,), 1.0, (q[0],))[0] * v,
+                ],
+                (0, end),
+                [*z, 0.0],
+                method="DOP853",
+                rtol=1e-9,
+                atol=1e-12,
+                max_step=time / 300,
+            )
+            z = [solution.y[0, -1]]
+            energy += solution.y[1, -1] if end == time / 2 else 0.0
+        errors.append(abs(energy / exact - 1))
+    assert errors[0] > 2 * errors[1] > 4 * errors[2]
+    assert errors[2] < 0.01
+
+
+def test_jenkins_of_the_textbook():
+    # System 12.
+    element = Jenkins(mu_k=1.0, kt=20.0)
+    assert element.stiffness(0.2) == pytest.approx(3.910022189558, abs=1e-12)
+    assert element.loss_stiffness(0.2) == pytest.approx(4.774648292757, abs=1e-12)
+    assert element.energy(0.2) == pytest.approx(0.6, abs=1e-15)
+    assert element.stiffness(0.04) == 20.0
+    assert element.energy(0.04) == 0.0
+    assert Jenkins(mu_k=0.5, kt=20.0).stiffness(0.2, normal=2.0) == element.stiffness(0.2)
+
+
+def test_jenkins_along_a_path_has_its_harmonic_equivalents():
+    element = Jenkins(mu_k=1.0, kt=20.0)
+    phase = np.linspace(0, 4 * np.pi, 80001)
+    path = 0.2 * np.cos(phase)
+    force = element.along(path)
+    last = phase >= 2 * np.pi
+    cos, sin = np.cos(phase[last]), np.sin(phase[last])
+    assert np.trapezoid(force[last] * cos, phase[last]) / (np.pi * 0.2) == pytest.approx(
+        element.stiffness(0.2), rel=1e-6
+    )
+    assert -np.trapezoid(force[last] * sin, phase[last]) / (np.pi * 0.2) == pytest.approx(
+        element.loss_stiffness(0.2), rel=1e-6
+    )
+    assert np.trapezoid(force[last], path[last]) == pytest.approx(0.6, rel=1e-6)
+
+
+def test_iwan_is_the_sum_of_its_elements():
+    elements = (Jenkins(mu_k=0.4, kt=10.0), Jenkins(mu_k=0.6, kt=30.0))
+    contact = Iwan(elements)
+    for name in ("stiffness", "loss_stiffness", "energy"):
+        parts = sum(getattr(element, name)(0.1) for element in elements)
+        assert getattr(contact, name)(0.1) == pytest.approx(parts, rel=1e-15)
+    assert contact.along([0.0, 0.1, -0.1]) == pytest.approx([0.0, 1.0, -1.0])
+    alike = Iwan((Jenkins(mu_k=0.5, kt=10.0),) * 2)
+    assert alike.energy(0.2) == pytest.approx(Jenkins(mu_k=1.0, kt=20.0).energy(0.2), rel=1e-15)
+
+
+@pytest.mark.parametrize(("shape", "period"), [("atan", 11.298151), ("tanh", 11.900600)])
+def test_belt_under_regularised_friction_of_the_textbook(shape, period):
+    # System 10: Leine's block on a belt at 0.2, 1/e = 1e3; the compiled force goes through rest.
+    law = Regularised(RationalStribeck(mu_s=1.0, d=3.0), shape, e=1e-3)
+    x, v = hy.make_vars("x", "v")
+    [force] = law.force((0.2 - v,))
+    times = []
+    turns = hy.nt_event(
+        v, lambda _, time, sign: times.append(time), direction=hy.event_direction.negative
+    )
+    block = hy.taylor_adaptive(
+        [(x, v), (v, force - x)], [1.0, 0.2], tol=1e-12, nt_events=[turns], compact_mode=True
+    )
+    block.propagate_until(40.0)
+    assert np.diff(times)[-1] == pytest.approx(period, abs=2e-6)

@@ -1,0 +1,269 @@
+"""Friction laws against their closed forms; laws are values; bad input gets a sentence."""
+
+import copy
+import dataclasses
+import json
+import pickle
+
+import heyoka as hy
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from slipfold.errors import InputError
+from slipfold.models.friction import (
+    BoucWen,
+    Coulomb,
+    CoulombViscous,
+    CubicStribeck,
+    Dahl,
+    FrictionLaw,
+    Iwan,
+    Jenkins,
+    LuGre,
+    RationalStribeck,
+    Regularised,
+    Stribeck,
+    friction_laws,
+    law_from_record,
+    law_record,
+)
+
+LAWS = [
+    Coulomb(mu_s=0.6, mu_k=0.4),
+    CoulombViscous(mu_s=0.6, mu_k=0.4, s2=0.2),
+    Stribeck(mu_s=0.6, mu_k=0.35, vs=0.3, s2=0.05),
+    Stribeck(mu_s=0.6, mu_k=0.35, vs=0.3, s2=0.05, exponent=2),
+    RationalStribeck(mu_s=0.6, d=1.7),
+    CubicStribeck(mu_s=0.6, mu_m=0.4, vm=0.8),
+    Regularised(Coulomb(mu_s=0.6, mu_k=0.4), "tanh", e=0.2),
+    Regularised(RationalStribeck(mu_s=0.6, d=1.7), "atan", e=0.2),
+    Regularised(Stribeck(mu_s=0.6, mu_k=0.35, vs=0.3), "sqrt", e=0.2),
+    Dahl(mu_k=0.4, s0=2e3, e=0.01),
+    LuGre(mu_s=0.6, mu_k=0.35, vs=0.3, s0=2e3, s1=0.05, s2=0.05, e=0.01),
+    BoucWen(A=1e3, b=3e3, c=1e3),
+    BoucWen(A=1e3, b=3e3, c=1e3, exponent=4),
+    Jenkins(mu_k=0.4, kt=300.0),
+    Iwan((Jenkins(mu_k=0.1, kt=20.0), Jenkins(mu_k=0.3, kt=40.0))),
+]
+SPEEDS = np.array([0.01, 0.1, 0.5, 1.3])
+
+
+def by_hand(law, v):
+    """Friction coefficient from the formulas of the textbook."""
+    if isinstance(law, Regularised):
+        s = v / law.e
+        rise = {"tanh": np.tanh(s), "atan": 2 / np.pi * np.arctan(s), "sqrt": s / np.hypot(s, 1)}
+        return by_hand(law.law, v) * rise[law.shape]
+    if isinstance(law, Stribeck):
+        return (
+            law.mu_k
+            + (law.mu_s - law.mu_k) * np.exp(-((v / law.vs) ** law.exponent))
+            + (law.s2 * v)
+        )
+    if isinstance(law, CubicStribeck):
+        a = 1.5 * (law.mu_s - law.mu_m) / law.vm
+        return law.mu_s - a * v + (law.mu_s - law.mu_m) / (2 * law.vm**3) * v**3
+    if isinstance(law, LuGre):
+        level = law.mu_k + (law.mu_s - law.mu_k) * np.exp(-((v / law.vs) ** 2))
+        return level * v / np.hypot(v, law.e) + law.s2 * v
+    if isinstance(law, Dahl):
+        return law.mu_k * v / np.hypot(v, law.e)
+    if isinstance(law, BoucWen):
+        return (law.A / (law.b + law.c)) ** (1 / law.exponent) + 0 * v
+    if isinstance(law, Iwan):
+        return 0.4 + 0 * v
+    if isinstance(law, RationalStribeck):
+        return law.mu_s / (1 + law.d * v)
+    return law.mu_k + getattr(law, "s2", 0.0) * v
+
+
+@pytest.mark.parametrize("law", LAWS, ids=repr)
+def test_coefficient_is_the_closed_form(law):
+    assert law.coefficient(SPEEDS) == pytest.approx(by_hand(law, SPEEDS), rel=1e-14)
+    assert law.coefficient(SPEEDS).shape == SPEEDS.shape
+    assert type(law.coefficient(0.1)) is float
+    assert law.coefficient(0.1) == pytest.approx(by_hand(law, 0.1), rel=1e-14)
+
+
+@pytest.mark.parametrize("law", LAWS, ids=repr)
+def test_symbols_and_numbers_agree(law):
+    speed = hy.expression("speed")
+    p = {item.name: hy.expression(f"p_{item.name}") for item in law.parameters}
+    mu = law.coefficient(speed, p)
+    if not isinstance(mu, hy.expression):  # Iwan's elements are fixed
+        assert mu == law.coefficient(1.0)
+        return
+    function = hy.cfunc([mu], vars=[speed, *p.values()])
+    found = [function([v, *law.values.values()])[0] for v in SPEEDS]
+    assert found == pytest.approx(by_hand(law, SPEEDS), rel=1e-14)
+
+
+@pytest.mark.parametrize("law", LAWS, ids=repr)
+def test_slope_is_the_derivative_to_rounding(law):
+    step = 1e-30
+    expected = [np.imag(law.coefficient(v + step * 1j)) / step for v in SPEEDS]
+    assert law.slope(SPEEDS) == pytest.approx(expected, rel=1e-12, abs=1e-14)
+    assert type(law.slope(0.1)) is float
+    assert law.slope(SPEEDS.reshape(2, 2)).shape == (2, 2)
+
+
+def test_slope_follows_the_values():
+    one, other = Stribeck(vs=0.1), Stribeck(vs=0.2)
+    assert one.slope(0.1) == pytest.approx(-0.2 / 0.1 * np.exp(-1), rel=1e-14)
+    assert other.slope(0.1) == pytest.approx(-0.2 / 0.2 * np.exp(-0.5), rel=1e-14)
+
+
+def test_falling_friction_cancels_damping_where_the_textbook_says():
+    # System 11: 0.1 + mu'(vd) = 0 at vd = 0.5 ln 10.
+    law = Stribeck(mu_s=1.0, mu_k=0.5, vs=0.5)
+    assert law.slope(1.151292546497) == pytest.approx(-0.1, abs=1e-12)
+
+
+def test_cubic_has_its_minimum_where_it_is_told():
+    law = CubicStribeck(mu_s=0.6, mu_m=0.4, vm=0.8)
+    assert law.coefficient(0.8) == pytest.approx(0.4, rel=1e-15)
+    assert law.slope(0.8) == pytest.approx(0.0, abs=1e-15)
+    assert law.coefficient(0.0) == 0.6
+    assert law.coefficient(0.3) == pytest.approx(0.6 - law.a * 0.3 + law.b * 0.027, rel=1e-15)
+
+
+@pytest.mark.parametrize("law", LAWS[:6], ids=repr)
+def test_what_a_contact_at_rest_bears(law):
+    assert law.sticks
+    assert law.stiction == 0.6
+
+
+@pytest.mark.parametrize("law", LAWS, ids=repr)
+def test_laws_are_values(law):
+    for other in (pickle.loads(pickle.dumps(law)), copy.deepcopy(law), eval(repr(law))):
+        assert other == law
+        assert hash(other) == hash(law)
+    assert law.kind == law.kind.kind
+    assert [item.name for item in law.kind.parameters] == [item.name for item in law.parameters]
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        law.mu_k = 0.1
+
+
+@pytest.mark.parametrize("law", LAWS, ids=repr)
+def test_laws_go_through_files(law):
+    assert law_from_record(json.loads(json.dumps(law_record(law)))) == law
+    assert friction_laws()[type(law).__name__] is type(law)
+
+
+@pytest.mark.parametrize("law", LAWS, ids=repr)
+def test_parameters_are_described(law):
+    assert law.title
+    names = [item.name for item in law.parameters]
+    assert len(set(names)) == len(names)
+    assert list(law.values) == names
+    for item in law.parameters:
+        assert item.doc
+        assert item.check(item.default) == law.kind.values[item.name]
+        value = 1.01 * law.values[item.name] + 1e-3
+        changed = law.replace(**{item.name: value})
+        assert changed.values[item.name] == value
+        assert changed != law
+        assert changed.kind == law.kind
+
+
+def test_equality_needs_class_structure_and_values():
+    assert Stribeck(vs=0.1) == Stribeck(vs="100 mm/s")
+    assert Stribeck(exponent=1) != Stribeck(exponent=2)
+    assert Stribeck(exponent=1).kind != Stribeck(exponent=2).kind
+    assert Regularised(Coulomb(), "tanh").kind != Regularised(Coulomb(), "sqrt").kind
+    assert Regularised(Coulomb(), "tanh").kind != Regularised(Stribeck(), "tanh").kind
+    assert Coulomb() != Jenkins()
+    assert len({Stribeck(), Stribeck(), Stribeck(vs=0.2)}) == 2
+
+
+def test_regularised_replaces_in_the_law_too():
+    law = Regularised(Stribeck(), "atan", e=0.01)
+    assert law.replace(vs=0.3, e=0.02) == Regularised(Stribeck(vs=0.3), "atan", e=0.02)
+    assert law.replace(law=Coulomb(), mu_k=0.2).law == Coulomb(mu_k=0.2)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Coulomb(mu_s=0.3, mu_k=0.4), "mu_s = 0.3 is below mu_k = 0.4"),
+        (lambda: CoulombViscous(mu_s=0.3, mu_k=0.4), "give mu_s >= mu_k"),
+        (lambda: Stribeck(mu_s=0.2), "mu_s = 0.2 is below mu_k = 0.3"),
+        (lambda: LuGre(mu_s=0.2), "mu_s = 0.2 is below mu_k = 0.3"),
+        (lambda: CubicStribeck(mu_s=0.2), "mu_s = 0.2 is below mu_m = 0.3"),
+        (lambda: Regularised(Stribeck()).replace(mu_s=0.2), "give mu_s >= mu_k"),
+        (lambda: Stribeck(vs=0), "vs = 0 is outside its bounds; vs must be > 0 m/s"),
+        (lambda: Stribeck(vs=-0.1), "vs must be > 0 m/s"),
+        (lambda: Stribeck(vs="1 N"), "vs = '1 N' has the unit 'N'"),
+        (lambda: Stribeck(s2=-1), "s2 must be >= 0 s/m"),
+        (lambda: Stribeck(exponent=3), "exponent = 3 is not known; give 1 or 2"),
+        (lambda: RationalStribeck(d=-1), "d must be >= 0 s/m"),
+        (lambda: CubicStribeck(vm=0), "vm must be > 0 m/s"),
+        (lambda: Coulomb(mu_s=np.nan), "mu_s = nan is not a finite number"),
+        (lambda: Regularised(Coulomb(), e=0), "e = 0 is outside its bounds; e must be > 0 m/s"),
+        (lambda: Regularised(Coulomb(), e=-1e-3), "e must be > 0 m/s"),
+        (lambda: Regularised(Coulomb(), "tan"), "shape = 'tan' is not known; did you mean"),
+        (lambda: Regularised(LuGre()), "LuGre does not jump at zero slip"),
+        (lambda: Regularised(0.3), "0.3 is no friction law"),
+        (lambda: Dahl(mu_k=0), "mu_k must be > 0"),
+        (lambda: LuGre(e=0), "e must be > 0 m/s"),
+        (lambda: LuGre(s0=0), "s0 must be > 0 1/m"),
+        (lambda: BoucWen(exponent=3), "exponent = 3 is not an even whole number"),
+        (lambda: BoucWen(exponent=2.5), "exponent = 2.5 is not an even whole number"),
+        (lambda: BoucWen(b=1.0, c=-1.0), "b + c = 0 1/m is not positive"),
+        (lambda: BoucWen(b=1.0, c=2.0), "the contact would give energy"),
+        (lambda: Jenkins(kt=0), "kt must be > 0 N/m"),
+        (lambda: Jenkins().stiffness(0.0), "amplitude = 0 m is not positive"),
+        (lambda: Jenkins().energy(0.1, normal=-1.0), "normal = -1 N is not positive"),
+        (lambda: Iwan(()), "are not Jenkins elements"),
+        (lambda: Iwan((Coulomb(),)), "are not Jenkins elements"),
+        (lambda: Coulomb().coefficient(-0.1), "a slip speed of -0.1 m/s is negative"),
+        (lambda: Coulomb().slope([0.1, -0.2]), "a slip speed of -0.2 m/s is negative"),
+        (lambda: Coulomb().damping(0.0), "give speed > 0"),
+        (lambda: Coulomb().force((0.0, 0.0)), "at rest the friction force of Coulomb can have any"),
+        (lambda: Coulomb().force((1.0, 0.0, 0.0)), "the slip has 3 components"),
+        (lambda: Dahl().force((1.0, 0.0)), "Dahl needs 2 components of memory"),
+        (lambda: Coulomb().force((1.0,), memory=(0.1,)), "Coulomb needs 0 components of memory"),
+        (lambda: Jenkins().force((1.0,)), "Jenkins switches between stick and slip"),
+        (lambda: Iwan().force((1.0,)), "Iwan switches between stick and slip"),
+        (lambda: law_from_record({"law": "Stribek"}), "no friction law 'Stribek'; did you mean"),
+        (lambda: law_from_record({"vs": 0.1}), "there is no friction law None; "),
+        (lambda: law_from_record({"law": "Dahl", "vs": 0.1}), "Dahl has no parameter 'vs'"),
+        (lambda: law_from_record({"law": "Regularised"}), "needs the law that it regularises"),
+        (lambda: Stribeck().replace(v_s=0.1), "no parameter 'v_s'; did you mean vs?"),
+    ],
+)
+def test_bad_input_gets_one_sentence(make, message):
+    with pytest.raises(InputError) as error:
+        make()
+    assert message in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+@given(
+    st.floats(0, 2), st.floats(0, 2), st.floats(1e-3, 2), st.sampled_from([1, 2]), st.floats(0, 10)
+)
+def test_stribeck_lies_between_its_levels(one, other, vs, exponent, speed):
+    low, high = sorted((one, other))
+    law = Stribeck(mu_s=high, mu_k=low, vs=vs, exponent=exponent)
+    assert low - 1e-15 <= law.coefficient(speed) <= high + 1e-15
+    assert law.slope(speed) <= 0
+
+
+def test_a_law_of_ones_own_is_a_few_lines():
+    from slipfold.models.friction.quantities import STATIC, described
+
+    @dataclasses.dataclass(frozen=True)
+    class Root(FrictionLaw):
+        title = "root"
+        mu_s: float = described(STATIC)
+
+        def formula(self, speed, p):
+            return p["mu_s"] * (1.0 + speed) ** -0.5
+
+    law = Root(mu_s=0.4)
+    with pytest.raises(InputError, match="Root is not among the friction laws of the package"):
+        law_record(law)
+    assert law.slope(3.0) == pytest.approx(-0.4 / 16, rel=1e-14)
+    assert law.force((3.0,), 2.0) == pytest.approx((0.4,))

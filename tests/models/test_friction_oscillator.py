@@ -1,0 +1,377 @@
+"""The sliding oscillator under other friction laws, against equations written by hand."""
+
+import pickle
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import slipfold as sf
+from helpers.sliding_by_hand import BASE, rhs
+from slipfold.errors import InputError
+from slipfold.flow.equations import build_equations
+from slipfold.models import SlidingOscillator
+from slipfold.models.evaluation import evaluation_of
+from slipfold.models.friction import (
+    BoucWen,
+    Coulomb,
+    CoulombViscous,
+    CubicStribeck,
+    Dahl,
+    FrictionLaw,
+    Iwan,
+    Jenkins,
+    LuGre,
+    RationalStribeck,
+    Regularised,
+    Stribeck,
+)
+from slipfold.models.friction.quantities import described
+from slipfold.models.parameter import Parameter
+
+SINGLE = sf.Settings(largest_period=1)
+RNG = np.random.default_rng(20260105)
+VALUES = {"Nd": 0.3, "f": 11.7, "alpha": 0.7, "zeta1": 0.02}
+PLAIN = [
+    Coulomb(mu_s=0.6, mu_k=0.35),
+    CoulombViscous(mu_s=0.6, mu_k=0.35, s2=0.1),
+    Stribeck(mu_s=0.6, mu_k=0.35, vs=0.4),
+    Stribeck(mu_s=0.6, mu_k=0.35, vs=0.4, s2=0.05, exponent=2),
+    RationalStribeck(mu_s=0.6, d=0.8),
+    CubicStribeck(mu_s=0.6, mu_m=0.4, vm=0.8),
+    Regularised(Coulomb(mu_s=0.6, mu_k=0.35), "tanh", e=0.3),
+    Regularised(Stribeck(mu_s=0.6, mu_k=0.35, vs=0.4), "atan", e=0.3),
+    Regularised(RationalStribeck(mu_s=0.6, d=0.8), "sqrt", e=0.3),
+]
+MEMORY = [
+    Dahl(mu_k=0.4, s0=1e3),
+    LuGre(mu_s=0.6, mu_k=0.35, vs=0.4, s0=1e3, s1=0.05, s2=0.02),
+    BoucWen(A=1e3, b=3e3, c=1e3),
+]
+
+
+def slip_of(state, p):
+    plate = p["Vd"] * np.array([np.cos(p["alpha"]), np.sin(p["alpha"])])
+    return plate - p["L"] * np.asarray(state)[2:4]
+
+
+def normal_of(time, p):
+    return p["Ns"] + p["Nd"] * np.cos(2 * np.pi * p["f"] * time)
+
+
+def rates_by_hand(time, state, p, law):
+    """Equations of motion with the force of a law; the law itself is tested elsewhere."""
+    free = rhs(time, np.asarray(state)[:4], {**p, "mu": 0.0})
+    slip, memory = slip_of(state, p), tuple(state[4:])
+    force = law.force(tuple(slip), normal_of(time, p), memory)
+    masses = [p[f"k{i}"] / (2 * np.pi * p[f"f{i}"]) ** 2 for i in (2, 1)]
+    pushed = [f / (m * p["L"]) for f, m in zip(force, masses, strict=True)]
+    free[2:] += pushed
+    return np.array([*free, *law.memory_rates(tuple(slip), memory)])
+
+
+def some_states(model, count=10):
+    size = [0.4, 0.4, 30.0, 30.0, *[model.friction.memory_scale] * (len(model.states) - 4)]
+    return RNG.normal(size=(count, len(size))) * size
+
+
+def test_base_case_is_the_one_without_a_law():
+    base = SlidingOscillator()
+    assert base.structure == {}
+    assert [item.name for item in base.parameters][-4:] == ["Ns", "mu", "alpha", "Vd"]
+    assert SlidingOscillator(friction=None) == base
+    # The names that the flow's constants always had, in their order.
+    names = [str(item) for item in build_equations(base).coefficients]
+    assert names[-5:] == ["c_Vd", "c_Ns", "c_Nd", "c_mu", "c_T"]
+    assert len(names) == 19
+    assert base.friction == Coulomb(mu_s=0.5, mu_k=0.5)
+
+
+def test_coulomb_as_a_law_is_the_base_case():
+    base = SlidingOscillator(mu=0.35, **VALUES)
+    model = SlidingOscillator(friction=Coulomb(mu_s=0.6, mu_k=0.35), **VALUES)
+    states, times = some_states(model), RNG.uniform(0, 5, 10)
+    for state, time in zip(states, times, strict=True):
+        assert evaluation_of(model).rates(model, state, time) == pytest.approx(
+            evaluation_of(base).rates(base, state, time), rel=1e-12, abs=1e-12
+        )
+    for output in base.outputs():
+        assert model.evaluate(output.name, states, times) == pytest.approx(
+            base.evaluate(output.name, states, times), rel=1e-12, abs=1e-15
+        )
+    assert model.static_point() == pytest.approx(base.static_point(), abs=1e-14)
+    assert model.limits == base.limits
+
+
+@pytest.mark.parametrize("law", [*PLAIN, *MEMORY], ids=repr)
+def test_rates_are_the_equations_written_by_hand(law):
+    model = SlidingOscillator(friction=law, **VALUES)
+    p = {**BASE, **model.values}
+    for state in some_states(model):
+        time = RNG.uniform(0, 5)
+        found = evaluation_of(model).rates(model, state, time * model.f)
+        assert found == pytest.approx(rates_by_hand(time, state, p, law), rel=1e-10, abs=1e-8)
+
+
+@pytest.mark.parametrize("law", [*PLAIN, *MEMORY], ids=repr)
+def test_outputs_follow_the_law(law):
+    model = SlidingOscillator(friction=law, **VALUES)
+    p = {**BASE, **model.values}
+    for state in some_states(model):
+        time = RNG.uniform(0, 5)
+        slip, normal = slip_of(state, p), normal_of(time, p)
+        velocity = p["L"] * state[2:4]
+        force = np.array(law.force(tuple(slip), normal, tuple(state[4:])))
+        expected = {
+            "N": normal,
+            "Vrel": np.hypot(*slip),
+            "Fx": force[0],
+            "Fy": force[1],
+            "friction_direction": np.arctan2(force[1], force[0]),
+            "power_plate": force @ (slip + velocity),
+            "power_friction": force @ slip,
+            "power_structure": force @ velocity,
+            "power_pulsation": (1 - p["Ns"] / normal) * (force @ velocity),
+        }
+        for name, value in expected.items():
+            assert model.evaluate(name, state, time) == pytest.approx(value, rel=1e-9, abs=1e-12)
+    losses = next(item for item in model.outputs() if item.name == "power_friction").doc
+    assert ("stored" in losses) == (law in MEMORY)
+
+
+@pytest.mark.parametrize("law", [*PLAIN, *MEMORY], ids=repr)
+def test_static_point_balances_the_forces(law):
+    model = SlidingOscillator(friction=law, alpha=0.7)
+    point = model.static_point()
+    p = {**BASE, **model.values}
+    balance = rates_by_hand(0.0, point, p, law) / model.state_scales()
+    assert balance == pytest.approx(np.zeros(len(point)), abs=1e-8)
+    slip = slip_of(point, p)
+    drag = law.coefficient(p["Vd"]) * p["Ns"]
+    assert model.evaluate("Fx", point) == pytest.approx(drag * slip[0] / p["Vd"], rel=1e-6)
+
+
+@pytest.mark.parametrize("law", PLAIN, ids=repr)
+def test_friction_adds_the_damping_of_the_law(law):
+    model = SlidingOscillator(friction=law, alpha=0.7, Ns=1.3)
+    point = model.static_point()
+    free = SlidingOscillator(mu=0, alpha=0.7, Ns=1.3)
+    found = evaluation_of(model).jacobian(model, point) - evaluation_of(free).jacobian(free, point)
+    masses = np.array([[model.m2], [model.m1]])
+    expected = -law.damping(model.Vd, 1.3, 0.7)
+    assert found[2:, 2:] * masses == pytest.approx(expected, rel=1e-9, abs=1e-11)
+    assert found[:, :2] == pytest.approx(np.zeros((4, 2)), abs=1e-11)
+
+
+def test_modes_of_a_law_with_memory_tend_to_those_without():
+    plain = SlidingOscillator(friction=Stribeck(mu_s=0.5, mu_k=0.3, vs=0.4, exponent=2)).modes()
+    law = LuGre(mu_s=0.5, mu_k=0.3, vs=0.4, s0=1e7, s1=0.0, e=1e-9)
+    modes = SlidingOscillator(friction=law).modes()
+    assert len(modes.eigenvalues) == 4
+    assert modes.eigenvalues[:2] == pytest.approx(plain.eigenvalues, rel=1e-4)
+    # The contact recovers at the rate s0 Vd/g, or faster.
+    assert -modes.eigenvalues[2].real > 1e7
+    assert np.all(modes.stable)
+
+
+def test_modes_under_a_constant_load_have_no_damping_of_friction():
+    law = RationalStribeck(mu_s=0.6, d=0.8)
+    model = SlidingOscillator(friction=law)
+    loaded = model.modes(friction=False)
+    expected = SlidingOscillator(mu=law.coefficient(model.Vd)).modes(friction=False)
+    assert loaded.eigenvalues == pytest.approx(expected.eigenvalues, rel=1e-11)
+    memory = SlidingOscillator(friction=Dahl(mu_k=0.4, e=1e-9)).modes(friction=False)
+    assert memory.eigenvalues == pytest.approx(
+        SlidingOscillator(mu=0.4).modes(friction=False).eigenvalues, rel=1e-9
+    )
+
+
+def test_falling_friction_makes_steady_sliding_unstable():
+    law = Stribeck(mu_s=0.8, mu_k=0.3, vs=0.4)
+    slow, fast = (SlidingOscillator(friction=law, Vd=Vd).modes() for Vd in (0.3, 2.0))
+    assert fast.stable
+    assert not slow.stable
+
+
+@pytest.mark.parametrize("law", [PLAIN[3], MEMORY[1]], ids=repr)
+def test_a_structure_alike_in_all_directions_knows_none(law):
+    alike = {"kext": 0.0, "k1": 300.0, "k2": 300.0, "f1": 6.0, "f2": 6.0, "zeta1": 0.01}
+    turn, angle = np.array([[0.6, -0.8], [0.8, 0.6]]), np.arctan2(0.8, 0.6)
+    one = SlidingOscillator(friction=law, alpha=0.4, zeta2=0.01, Nd=0.2, **alike)
+    other = one.replace(alpha=0.4 + angle)
+    for state in some_states(one):
+        # Without the spring a displacement may be turned too: y = -1 is no singular place.
+        turned = (state.reshape(-1, 2) @ turn.T).ravel()
+        expected = (evaluation_of(one).rates(one, state, 0.3).reshape(-1, 2) @ turn.T).ravel()
+        found = evaluation_of(other).rates(other, turned, 0.3)
+        assert found == pytest.approx(expected, rel=1e-10, abs=1e-8)
+
+
+def test_parameters_of_the_law_are_parameters_of_the_model():
+    model = SlidingOscillator(friction=Stribeck(mu_s=0.6, vs="0.4 m/s"), mu_k=0.2, Nd=0.1)
+    assert model.vs == 0.4
+    assert (model.mu_s, model.mu_k) == (0.6, 0.2)
+    assert model.parameter("vs").unit == "m/s"
+    assert model.friction == Stribeck(mu_s=0.6, mu_k=0.2, vs=0.4)
+    assert "mu" not in model.values
+    assert repr(model) == (
+        "SlidingOscillator(friction=Stribeck(mu_s=0.6, mu_k=0.2, vs=0.4, s2=0.0, exponent=1), "
+        "Nd=0.1)"
+    )
+    assert eval(repr(model)) == model
+
+
+def test_models_with_laws_are_values():
+    law = Regularised(Stribeck(mu_s=0.6, exponent=2), "sqrt", e=0.01)
+    for friction in (law, LuGre(mu_s=0.6), BoucWen(exponent=4, b=8e4, c=7e4)):
+        model = SlidingOscillator(friction=friction, Nd=0.2)
+        again = pickle.loads(pickle.dumps(model))
+        assert again == model
+        assert hash(again) == hash(model)
+        assert again.friction == friction
+        assert again.states == model.states
+        assert np.array_equal(again.vector, model.vector)
+        assert model.replace(Nd=0.3).friction == friction
+        assert model != SlidingOscillator(Nd=0.2)
+    one, other = (SlidingOscillator(friction=Stribeck(vs=vs)) for vs in (0.1, 0.2))
+    assert one != other
+    assert one.kind == other.kind
+    assert one.replace(vs=0.2) == other
+    assert one.kind != SlidingOscillator(friction=Stribeck(exponent=2)).kind
+
+
+def test_replace_exchanges_the_law():
+    model = SlidingOscillator(friction=Stribeck(vs=0.4), Nd=0.1, Vd=0.7)
+    assert model.replace(friction=Dahl(), f=12.0) == SlidingOscillator(
+        friction=Dahl(), f=12.0, Nd=0.1, Vd=0.7
+    )
+    assert model.replace(friction=None) == SlidingOscillator(Nd=0.1, Vd=0.7)
+    base = SlidingOscillator(mu=0.3, Nd=0.1)
+    assert base.replace(friction=Coulomb()) == SlidingOscillator(friction=Coulomb(), Nd=0.1)
+
+
+def test_a_contact_that_never_sticks_has_no_limit_there():
+    for law in [*PLAIN, *MEMORY]:
+        names = [limit.name for limit in SlidingOscillator(friction=law).limits]
+        assert ("stick" in names) == law.sticks
+        assert {"lost contact", "spring collapse"} < {*names, "stick"}
+
+
+@dataclass(frozen=True)
+class Clashing(FrictionLaw):
+    title = "clashing"
+    alpha: float = described(Parameter("alpha", 0.5))
+
+    def formula(self, speed, p):
+        return p["alpha"]
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"friction": 0.3}, "friction = 0.3 is not a friction law; give one such as Coulomb"),
+        ({"friction": Stribeck}, "is not a friction law"),
+        ({"friction": Jenkins()}, "Jenkins switches between stick and slip"),
+        ({"friction": Iwan()}, "Iwan switches between stick and slip"),
+        ({"friction": Clashing()}, "Clashing calls something 'alpha', and so does sliding"),
+        ({"friction": Stribeck(), "mu": 0.3}, "sliding has no parameter 'mu'"),
+        ({"friction": Stribeck(), "mu_s": 0.1}, "mu_s = 0.1 is below mu_k = 0.3"),
+        ({"friction": Stribeck(), "vs": 0}, "vs must be > 0 m/s"),
+        ({"friction": Stribeck(), "Nd": 1.0}, "give Nd < Ns"),
+        ({"vs": 0.1}, "sliding has no parameter 'vs'"),
+    ],
+)
+def test_bad_input_gets_one_sentence(values, message):
+    with pytest.raises(InputError) as error:
+        SlidingOscillator(**values)
+    assert message in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+# -- responses, against an integrator that shares no code ------------------------------------------
+
+
+def stribeck_by_hand(time, state, p):
+    """Analytic, so that complex steps differentiate it."""
+    wx, wy = slip_of(state, p)
+    speed = np.sqrt(wx**2 + wy**2)
+    mu = p["mu_k"] + (p["mu_s"] - p["mu_k"]) * np.exp(-speed / p["vs"]) + p["s2"] * speed
+    return rhs(time, state, {**p, "mu": mu})
+
+
+def carried(rates, state, p):
+    """State after one forcing period, by SciPy."""
+    end = 1 / p["f"]
+    solution = solve_ivp(
+        lambda s, q: end * rates(s * end, q, p),
+        (0.0, 1.0),
+        np.asarray(state),
+        method="DOP853",
+        rtol=1e-12,
+        atol=1e-14,
+    )
+    return solution.y[:, -1]
+
+
+def test_response_in_the_speed_of_falling_friction():
+    law = Stribeck(mu_s=0.55, mu_k=0.4, vs=0.2, s2=0.02)
+    model = SlidingOscillator(friction=law, Nd=0.04)
+    diagram = sf.response(model, vary="vs", span=(0.1, 0.6), f=12.5, settings=SINGLE)
+    branch = diagram.branches[0]
+    assert branch.stopped.kind == "span"
+    scales = model.state_scales()
+    for index in (0, len(branch) // 2, len(branch) - 1):
+        orbit = branch.orbit(index)
+        p = {**BASE, **orbit.model.values}
+        state = orbit.nodes[0]
+        mismatch = (carried(stribeck_by_hand, state, p) - state) / scales
+        assert mismatch == pytest.approx(np.zeros(4), abs=1e-9)
+    [point] = [item for item in branch.special if item.type == "PD"]
+    p = {**BASE, **point.model.values}
+    assert p["vs"] == point.value
+    step = 1e-30
+    columns = [
+        np.imag(carried(stribeck_by_hand, point.state + 1j * step * unit, p)) / step
+        for unit in np.eye(4)
+    ]
+    found = np.linalg.eigvals(np.transpose(columns))
+    assert np.abs(found + 1).min() < 1e-7
+    assert np.sort(np.abs(found)) == pytest.approx(np.sort(np.abs(point.multipliers)), abs=1e-7)
+
+
+def test_orbit_with_memory_closes_by_hand():
+    law = LuGre(mu_s=0.55, mu_k=0.4, vs=0.4, s0=1e3, s1=0.02)
+    orbit = sf.periodic_orbit(SlidingOscillator(friction=law, Nd=0.03))
+    p = {**BASE, **orbit.model.values}
+    end = carried(lambda t, q, p: rates_by_hand(t, q, p, law), orbit.nodes[0], p)
+    mismatch = (end - orbit.nodes[0]) / orbit.model.state_scales()
+    assert mismatch == pytest.approx(np.zeros(6), abs=1e-8)
+
+
+def test_orbit_of_the_base_case_under_regularised_friction():
+    # The slip is never near zero, where alone the two laws differ.
+    law = Regularised(Coulomb(mu_k=0.5), "tanh", e=1e-3)
+    values = {"Nd": 0.0435789, "f": 12.5}
+    orbit = sf.periodic_orbit(SlidingOscillator(friction=law, **values))
+    base = sf.periodic_orbit(SlidingOscillator(**values))
+    assert orbit.nodes[0] / base.model.state_scales() == pytest.approx(
+        base.nodes[0] / base.model.state_scales(), abs=1e-10
+    )
+    assert np.sort(np.abs(orbit.multipliers)) == pytest.approx(
+        np.sort(np.abs(base.multipliers)), abs=1e-9
+    )
+    assert np.abs(orbit.multipliers + 1).min() < 1e-5
+
+
+def test_where_a_law_would_stick_the_branch_stops_and_a_smooth_one_goes_on():
+    values = {"f": 7.0, "Vd": 0.1, "kext": 0.0}
+    model = SlidingOscillator(friction=Stribeck(), **values)
+    stopped = sf.response(model, vary="Nd", span=(0, 0.6), settings=SINGLE).branches[0].stopped
+    assert stopped.kind == "limit"
+    assert stopped.reason.startswith("stick: the relative speed fell to 0.01 of Vd")
+    smooth = model.replace(friction=Regularised(Coulomb(mu_k=0.5), "tanh", e=0.01))
+    branch = sf.response(smooth, vary="Nd", span=(0, 0.6), settings=SINGLE).branches[0]
+    assert branch.stopped.kind == "span"
+    speed = branch.orbit(-1).output("Vrel", 1024)[1]
+    assert speed.min() < 0.02 * model.Vd

@@ -1,0 +1,189 @@
+"""Whatever stands in a file or formula: a model or one clear message, soon, and nothing is run."""
+
+import math
+from time import perf_counter
+
+import heyoka as hy
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import slipfold as sf
+from slipfold.errors import InputError
+from slipfold.models.expression_functions import FUNCTIONS
+from slipfold.models.expression_grammar import parse_formula
+from slipfold.models.expression_tokens import FormulaError
+from slipfold.models.expression_tree import format_tree
+from slipfold.models.registry import built_in_models, built_in_text
+
+FEW, MANY = 300, 10_000
+
+SECONDS = 5.0
+"""More than any input may take; they take milliseconds."""
+
+WORDS = st.sampled_from(
+    [
+        *FUNCTIONS,
+        *("q", "v", "F", "W", "t", "pi", "e", "x", "abs", "__import__", "eval", "lambda"),
+        *("+", "-", "*", "/", "^", "**", "(", ")", ",", ".", "=", "'", '"', "[", "]", "\n", " "),
+        *("0", "1", "2.5", "1e308", "1e-320", "1e999", ".5", "9" * 400, "μ", "\x00", "\ud800", "²"),
+    ]
+)
+FORMULAS = st.one_of(
+    st.lists(WORDS, max_size=30).map("".join),
+    st.lists(WORDS, max_size=30).map(" ".join),
+    st.text(max_size=40),
+    st.tuples(st.sampled_from(["(", "-", "sin(", "q^", "2*(", "q+"]), st.integers(0, 3000)).map(
+        lambda item: item[0] * item[1] + "q"
+    ),
+)
+
+TEXTS = [built_in_text(name) for name in built_in_models() if name != "sliding"]
+PIECES = st.one_of(
+    WORDS,
+    st.sampled_from(
+        [
+            *("[states]", "[forcing]", "[[states]]", "[states.q]", "{", "}", '"""', "#", "true"),
+            *("q = ", "period = ", "inf", "nan", "1979-05-27", "[1, 2]", "{ a = 1 }", "\\u0000"),
+            *("value", "rate", "min = ", "bound", "{value}", "{value:99999d}", "model", "t", "T"),
+        ]
+    ),
+    st.text(max_size=8),
+)
+
+
+@st.composite
+def spoilt_files(draw):
+    """The text of a system with a few pieces replaced, left out or put in."""
+    text = draw(st.sampled_from(TEXTS))
+    for _ in range(draw(st.integers(1, 4))):
+        place = draw(st.integers(0, len(text)))
+        length = draw(st.sampled_from([0, 0, 1, 3, 10, 60]))
+        text = text[:place] + draw(PIECES) + text[place + length :]
+    return text
+
+
+SCALARS = st.one_of(
+    st.none(),
+    st.booleans(),
+    st.integers(-(10**400), 10**400),
+    st.floats(),
+    FORMULAS,
+    st.sampled_from(["q", "v", "2*pi/W", "F*cos(W*t) - q", "-v", "a", "b", "a + b", "W"]),
+)
+NAMES = st.sampled_from(
+    ["q", "v", "W", "F", "a", "b", "T", "phase", "name", "e", "period", "", "μ"]
+)
+KEYS = st.sampled_from(
+    [
+        *("value", "unit", "min", "max", "above", "below", "doc", "symbol", "rate", "scale"),
+        *("start", "formula", "label", "output", "bound", "reason", "measure", "stop", "period"),
+        "quiet",
+    ]
+)
+ENTRIES = st.one_of(
+    SCALARS,
+    st.dictionaries(KEYS, SCALARS, max_size=4),
+    st.lists(SCALARS, max_size=2),
+)
+TABLES = st.dictionaries(
+    st.sampled_from(
+        [
+            *("name", "title", "parameters", "formulas", "states", "forcing", "outputs", "limits"),
+            *("events", "model"),
+        ]
+    ),
+    st.one_of(st.dictionaries(st.one_of(NAMES, KEYS), ENTRIES, max_size=4), SCALARS),
+    max_size=7,
+)
+
+
+def formula(text):
+    begun = perf_counter()
+    try:
+        found = parse_formula(text)
+    except FormulaError as error:
+        found = error
+    if isinstance(found, FormulaError):
+        assert found.message
+        assert 0 <= found.place <= len(text)
+    elif len(text) < 200:
+        # Comparing trees of thousands of levels would need as deep a stack.
+        assert parse_formula(format_tree(found)) == found
+    assert perf_counter() - begun < SECONDS
+
+
+def system(make):
+    begun = perf_counter()
+    try:
+        found = make()
+    except InputError as error:
+        found = str(error)
+    if isinstance(found, str):
+        assert found.strip()
+        assert len(found) < 5000
+    else:
+        use(found)
+    assert perf_counter() - begun < SECONDS
+
+
+def use(model):
+    """What is accepted is a model: the same one from its text, with symbols and with numbers."""
+    assert sf.System(model.to_toml()) == model
+    q = {state.name: hy.expression(state.name) for state in model.states}
+    c = model.coefficients({item.name: hy.expression(item.name) for item in model.parameters})
+    rates = model.rates(q, c, hy.expression("phase"))
+    assert list(rates) == list(q)
+    period = model.period(model.values)
+    assert math.isfinite(period)
+    assert period > 0
+
+
+@settings(max_examples=FEW)
+@given(FORMULAS)
+def test_any_formula(text):
+    formula(text)
+
+
+@settings(max_examples=FEW)
+@given(spoilt_files())
+def test_any_spoilt_file(text):
+    system(lambda: sf.System.from_toml(f"\n{text}"))
+
+
+@settings(max_examples=FEW)
+@given(TABLES)
+def test_any_tables(tables):
+    system(lambda: sf.System(tables))
+
+
+@settings(max_examples=FEW)
+@given(FORMULAS)
+def test_any_formula_in_a_system(text):
+    tables = {
+        "parameters": {"W": 1.0, "F": 0.5},
+        "states": {"q": "v", "v": text},
+        "forcing": {"period": "2*pi/W"},
+    }
+    system(lambda: sf.System(tables))
+
+
+@pytest.mark.long
+@settings(max_examples=MANY)
+@given(FORMULAS)
+def test_ten_thousand_formulas(text):
+    formula(text)
+
+
+@pytest.mark.long
+@settings(max_examples=MANY)
+@given(spoilt_files())
+def test_ten_thousand_spoilt_files(text):
+    system(lambda: sf.System.from_toml(f"\n{text}"))
+
+
+@pytest.mark.long
+@settings(max_examples=MANY)
+@given(TABLES)
+def test_ten_thousand_tables(tables):
+    system(lambda: sf.System(tables))
