@@ -45,9 +45,17 @@ PASSES = 1e-3
 """Distance from a branch, in scaled states, below which the branch passes an orbit."""
 
 
-@lru_cache(maxsize=16)
+WITH_REGIONS = (("f", "Nd"), ("Vd", "Nd"))
+"""Planes whose regions are tested in every run; their sets are computed once, with regions."""
+
+
 def whole_set(plane, regions=False):
     """Everything in the window of a plane."""
+    return _whole_set(plane, regions or plane in WITH_REGIONS)
+
+
+@lru_cache(maxsize=16)
+def _whole_set(plane, regions):
     return find_bifurcation_set(SlidingOscillator(), plane, PLANES[plane], regions=regions)
 
 

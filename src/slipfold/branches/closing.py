@@ -22,7 +22,7 @@ __all__ = [
     "doubled",
     "meets_its_copy",
     "parent_point",
-    "returns_to_start",
+    "return_to_start",
     "step_beside_parent",
 ]
 
@@ -37,6 +37,9 @@ BEFORE = 3e-3
 NEAR = 0.05
 """Distance within which a closing branch is matched with its parent's doublings, in scaled states
 and spans: the meeting is interpolated over one step."""
+
+ABEAM = 3
+"""Corrections to where the first point of a closed curve lies abeam: each squares the error."""
 
 SAME = 1e-5
 """Two orbits this close are one; steps and orbits differ by much more."""
@@ -200,27 +203,34 @@ def doubled(parent: PeriodicProblem, point: Point) -> Array:
     return np.concatenate([parent.flat(nodes), point.z[parent.size :]])
 
 
-def returns_to_start(problem: Shooting, points: Sequence[Point], point: Point) -> bool:
-    """Whether the last step passed the first point of the branch again.
+def return_to_start(problem: Shooting, points: Sequence[Point], point: Point) -> Point | None:
+    """Return where the last step passed the first point of the curve again, None if it did not.
 
     Parameters
     ----------
     problem
-        The boundary-value problem.
+        The equations.
     points
-        Points of the branch so far.
+        Points of the curve so far.
     point
         The next one.
     """
     first, before = points[0], points[-1]
     if len(points) < 4:
-        return False
+        return None
     along = float((first.z - before.z) @ before.tangent)
     length = point.arclength - before.arclength
-    if not 0 < along < length or np.linalg.norm(first.z - before.z) > 1.5 * length:
-        return False
+    if not 0 < along < 1.5 * length or np.linalg.norm(first.z - before.z) > 1.5 * length:
+        return None
+    place = before.arclength + min(along, length)
+    known = [*points[-2:], point]
     try:
-        passed = orbit_at(problem, [*points[-2:], point], before.arclength + along)
+        passed = orbit_at(problem, known, place)
+        for _ in range(ABEAM):  # to where the first point lies abeam
+            place = passed.arclength + float((first.z - passed.z) @ passed.tangent)
+            if not before.arclength < place <= point.arclength:
+                return None
+            passed = orbit_at(problem, known, place)
     except LostBranchError:
-        return False
-    return bool(np.linalg.norm(passed.z - first.z) < SAME + 0.05 * along**2)
+        return None
+    return passed if np.linalg.norm(passed.z - first.z) < SAME else None

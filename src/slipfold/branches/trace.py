@@ -14,7 +14,7 @@ from slipfold.branches.closing import (
     close_on_parent,
     meets_its_copy,
     parent_point,
-    returns_to_start,
+    return_to_start,
     step_beside_parent,
 )
 from slipfold.branches.detection import find_bifurcations
@@ -203,8 +203,11 @@ def _extend(trace: Trace, point: Point, span: tuple[float, float], events: Seque
     known = [*trace.points[-MEMORY:], point]
     if trace.doubled and not born and meets_its_copy(problem, before, point):
         point, end = close_on_parent(problem, known, before, point, trace.doublings)
-    elif not trace.doubled and returns_to_start(problem, trace.points, point):
-        end = End("closed", "the branch closed on itself", problem.value(point.z))
+    elif not trace.doubled:
+        closing = return_to_start(problem, trace.points, point)
+        if closing is not None:
+            point = closing
+            end = End("closed", "the branch closed on itself", problem.value(point.z))
     happened: list[tuple[Event, Point]] = []
     limit = cut_at_limit(problem, known, before, point)
     if limit is not None and limit[0].arclength <= point.arclength:

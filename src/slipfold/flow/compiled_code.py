@@ -100,7 +100,7 @@ class CompiledCode:
 
     def _curved_batch(self, directions: int) -> Any:
         states, rates = self._equations.states, self._equations.rates
-        carried = hy.make_vars(*(f"carried_{state}" for state in states))
+        carried = [hy.expression(f"carried_{state}") for state in states]
         slopes = [
             hy.sum([hy.diff(rate, state) * v for state, v in zip(states, carried, strict=True)])
             for rate in rates

@@ -106,7 +106,15 @@ def find_bifurcation_set(
         for point in branch.special
         if point.type in types and point.period in periods and _inside(point.model, plane, window)
     ]
-    loci = follow_loci(points, plane, window, settings=settings, observer=observer, types=types)
+    loci = follow_loci(
+        points,
+        plane,
+        window,
+        settings=settings,
+        observer=observer,
+        types=types,
+        largest_period=max(periods),
+    )
     interrupted = any(locus.interrupted for locus in loci)
     found = None
     if regions and not interrupted:

@@ -15,7 +15,14 @@ from slipfold.loci.progress import LocusObserver, LocusProgress
 from slipfold.loci.window import Window
 from slipfold.models.model import Model
 
-__all__ = ["FanLine", "follow_fan", "follow_line"]
+__all__ = ["FanLine", "follow_fan", "follow_line", "largest_period"]
+
+BEYOND = 0.25
+"""How far a response is followed beyond the window, in its widths."""
+
+BEYOND_QUIET = 4.0
+"""The same where the parameter scales the forcing: a period doubling above the window may send its
+branch back below itself."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,8 +118,8 @@ def follow_line(
 ) -> FanLine:
     """Follow one response; what keeps it from existing is data, not an error.
 
-    It begins at the quiet state where the parameter switches the forcing off, so that branches
-    born below the window are known inside it.
+    It begins and ends outside the window, so that branches born there are known inside: at the
+    quiet state where the parameter switches the forcing off.
 
     Parameters
     ----------
@@ -131,9 +138,7 @@ def follow_line(
     tell
         Called after every point.
     """
-    low, high = span
-    if model.quiet == vary:
-        low = min(0.0, low)
+    low, high = _extended(model, vary, span)
     failure = ""
     for first, last in ((low, high), (high, low)):
         try:
@@ -144,6 +149,17 @@ def follow_line(
         else:
             return FanLine(vary, fixed, value, branches)
     return FanLine(vary, fixed, value, (), failure)
+
+
+def _extended(model: Model, vary: str, span: tuple[float, float]) -> tuple[float, float]:
+    low, high = span
+    parameter, width = model.parameter(vary), high - low
+    if model.quiet == vary:
+        return min(0.0, low), min(high + BEYOND_QUIET * width, parameter.upper)
+    # A bound itself may be excluded; a parameter that is positive is not followed to zero.
+    lower = low - min(BEYOND * width, 0.5 * (low - parameter.lower))
+    upper = high + min(BEYOND * width, 0.5 * (parameter.upper - high))
+    return lower, upper
 
 
 def largest_period(settings: Settings, periods: tuple[int, ...]) -> Settings:

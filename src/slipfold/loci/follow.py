@@ -17,7 +17,7 @@ from slipfold.loci.known_loci import begins_or_ends_at, lies_on
 from slipfold.loci.locus import Locus, LocusEnd, LocusPoint
 from slipfold.loci.locus_problem import LocusProblem
 from slipfold.loci.progress import LocusObserver, LocusProgress
-from slipfold.loci.start import Start, regular_start, starts_at
+from slipfold.loci.start import Start, parent_starts, regular_start, starts_at
 from slipfold.loci.trace import LocusTrace, trace_locus
 from slipfold.loci.window import Window, check_window
 from slipfold.models.model import Model
@@ -37,6 +37,7 @@ def follow_loci(
     observer: LocusObserver | None = None,
     switch: bool = True,
     types: Sequence[str] = LOCUS_TYPES,
+    largest_period: int | None = None,
 ) -> tuple[Locus, ...]:
     """Follow the loci of special points in two parameters, each locus once.
 
@@ -56,6 +57,8 @@ def follow_loci(
         Whether loci that begin or pass at points of codimension two are followed as well.
     types
         Types of the loci that may be started there.
+    largest_period
+        Largest period of their orbits, in forcing periods; twice that of the points if None.
 
     Returns
     -------
@@ -74,7 +77,8 @@ def follow_loci(
     settings = settings or Settings()
     for point in points:
         _check_point(point, base, vary, window)
-    work = _Work(base, vary, window, settings, observer, types if switch else ())
+    largest = largest_period or 2 * max(point.period for point in points)
+    work = _Work(base, vary, window, settings, observer, types if switch else (), largest)
     for point in points:
         problem = work.problem(point.type, point.period)
         values = [point.model.values[name] for name in vary]
@@ -143,6 +147,7 @@ class _Work:
     settings: Settings
     observer: LocusObserver | None
     types: Sequence[str]
+    largest_period: int
     families: list[_Family] = field(default_factory=list)
     links: dict[tuple[int, int, int], list[int]] = field(default_factory=dict)
     interrupted: bool = False
@@ -195,13 +200,37 @@ class _Work:
                 for group in _grouped(starts_at(trace.problem, found, self.settings)):
                     if self.interrupted:
                         return
-                    if group[0].problem.kind not in self.types:
-                        continue
-                    start = group[0]
-                    known = self.known_family(start.problem, start.point.z, start.doubled)
-                    links.append(len(self.families) if known is None else known)
-                    if known is None:
-                        self.follow(group, number)
+                    if self._is_wanted(group[0].problem):
+                        links.append(self._follow_once(group, number))
+            if trace.at_parent and not self.interrupted:
+                group = parent_starts(trace.problem, trace.points[-1], self.settings)
+                if group and self._is_wanted(group[0].problem):
+                    self._follow_once(group, number)
+
+    def _is_wanted(self, problem: LocusProblem) -> bool:
+        return problem.kind in self.types and problem.period <= self.largest_period
+
+    def _follow_once(self, group: list[Start], parent: int) -> int:
+        """Follow a locus unless it is known; return its number."""
+        start = group[0]
+        known = self.known_family(start.problem, start.point.z, start.doubled)
+        if known is None:
+            number = len(self.families)
+            self.follow(group, parent)
+            return number
+        if start.doubled:
+            self._place_end(self.families[known], start)
+        return known
+
+    def _place_end(self, family: _Family, start: Start) -> None:
+        """Give a locus that ends on its parent the exact values of where it does."""
+        for trace in family.traces:
+            if trace.at_parent and begins_or_ends_at(
+                trace.problem, trace.points[-1:], start.point.z
+            ):
+                first, second = map(float, start.problem.values(start.point.z))
+                assert trace.end is not None
+                trace.end = replace(trace.end, values=(first, second))
 
     def _tell(self, trace: LocusTrace) -> None:
         if self.observer is None:

@@ -20,8 +20,9 @@ Array = NDArray[np.float64]
 CLOSE = 0.02
 """Distance from the interpolated locus within which the locus itself is looked at."""
 
-SAME = 1e-5
-"""Two critical orbits this close are one: both are known to 1e-10, two loci differ by more."""
+SAME = 1e-4
+"""Two critical orbits this close are one: beside multipliers of 1e4 they are known to 1e-6, and two
+loci differ by more."""
 
 SAMPLES = 16
 """Places between neighbouring points that are looked at first."""

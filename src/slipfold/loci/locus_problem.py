@@ -15,6 +15,9 @@ __all__ = ["LocusProblem", "critical_places"]
 Array = NDArray[np.float64]
 Multipliers = NDArray[np.complex128]
 
+POLE = 1e-9
+"""Product of test functions below which a coefficient with a pole there has no digits."""
+
 NEUTRAL = 1e-8
 """Least 1 - cos(angle)^2 at which the coefficient of a torus still has digits."""
 
@@ -59,8 +62,10 @@ class LocusProblem(CriticalProblem):
         pairs = _pair_product(others, size)
         if self.kind == "LP":
             return {**tests, "LPNS": pairs}
-        coefficient = self._coefficient(z, linearisation)
-        return {**tests, "PDNS": pairs, "GPD": coefficient * tests["LPPD"] * float(double)}
+        poles = tests["LPPD"] * float(double)
+        # On a pole the product is rounding noise.
+        coefficient = self._coefficient(z, linearisation) if abs(poles) > POLE else np.nan
+        return {**tests, "PDNS": pairs, "GPD": coefficient * poles}
 
     def _torus_tests(
         self, z: Array, linearisation: Linearisation, multipliers: Multipliers, size: float

@@ -76,7 +76,15 @@ class Raster:
             ]
             count = int(2 * max(length)) + 2
             between = a + np.linspace(0, 1, count)[:, None] * (b - a)
-            mask[self.columns(between[:, 1], 1), self.columns(between[:, 0], 0)] = True
+            inside = np.all(
+                [
+                    (low <= v) & (v <= high)
+                    for v, (low, high) in zip(between.T, self.window, strict=True)
+                ],
+                axis=0,
+            )
+            kept = between[inside]
+            mask[self.columns(kept[:, 1], 1), self.columns(kept[:, 0], 0)] = True
 
 
 def where_models_exist(model: Model, plane: tuple[str, str], raster: Raster) -> NDArray[np.bool_]:

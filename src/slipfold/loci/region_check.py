@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +27,7 @@ NUDGE = 1e-4
 
 
 def check_region(
-    model: Model, plane: tuple[str, str], region: Region, states: Mapping[int, Array]
+    model: Model, plane: tuple[str, str], region: Region, states: Mapping[int, Sequence[Array]]
 ) -> tuple[RegionCheck, ...]:
     """Simulate from rest and from beside each stable orbit, well inside a region.
 
@@ -44,10 +44,10 @@ def check_region(
     """
     at = model.replace(**dict(zip(plane, region.place, strict=True)))
     checks = [_from_rest(at, region)]
-    for period in region.stable:
-        if period in states:
-            checks.append(_from_orbit(at, region, period, states[period]))
-        else:
+    for period in sorted(set(region.stable)):
+        found = states.get(period, ())
+        checks += [_from_orbit(at, region, period, state) for state in found]
+        for _ in range(region.stable.count(period) - len(found)):
             note = "the orbit could not be carried to this place"
             checks.append(RegionCheck(region.place, f"period {period}", 0, False, note))
     return tuple(checks)

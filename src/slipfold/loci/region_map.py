@@ -45,7 +45,8 @@ class Region:
     id
         Number within the map, from 1.
     stable
-        Periods of the stable responses, e.g. ``(1, 2)``; empty if there are none of period 1 or 2.
+        Periods of the stable responses, e.g. ``(1, 2)``, or ``(1, 1)`` for two of period 1; empty
+        if there are none of period 1 or 2.
     share
         Its share of the window's area.
     place
@@ -68,8 +69,11 @@ class Region:
         """Which stable responses exist, in words."""
         if not self.stable:
             return "none"
-        periods = " and ".join(str(period) for period in self.stable)
-        return f"period {periods}" if len(self.stable) == 1 else f"periods {periods}"
+        if len(set(self.stable)) == len(self.stable):
+            periods = " and ".join(str(period) for period in self.stable)
+            return f"period {periods}" if len(self.stable) == 1 else f"periods {periods}"
+        counts = [(self.stable.count(period), period) for period in sorted(set(self.stable))]
+        return ", ".join(f"{count} of period {period}" for count, period in counts)
 
 
 @dataclass(frozen=True, eq=False)

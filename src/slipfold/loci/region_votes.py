@@ -18,7 +18,7 @@ from slipfold.orbits.find import hold_parameter
 from slipfold.orbits.limits import broken_limit
 from slipfold.orbits.newton import correct
 
-__all__ = ["Vote", "agree", "carried_orbit", "collect_votes"]
+__all__ = ["Vote", "agree", "carried_orbits", "collect_votes"]
 
 Array = NDArray[np.float64]
 
@@ -27,6 +27,9 @@ STEPS = 8
 
 SEEDS = 3
 """Orbits tried, the nearest first, where one is to be carried to a place."""
+
+SAME = 1e-4
+"""Two stable orbits this close in scaled states are one."""
 
 REACH = 0.5
 """An orbit this far from the one before, in scaled states, may be another."""
@@ -48,7 +51,17 @@ class Vote:
 
     piece: int
     place: tuple[float, float]
-    nodes: dict[int, Array]
+    nodes: dict[int, list[Array]]
+
+    def count(self, period: int) -> int:
+        """Return how many stable orbits of a period there are.
+
+        Parameters
+        ----------
+        period
+            In forcing periods.
+        """
+        return len(self.nodes.get(period, ()))
 
 
 def collect_votes(
@@ -95,15 +108,24 @@ def _runs(numbers: NDArray[np.int64]) -> Iterator[NDArray[np.int64]]:
             yield run
 
 
-def _stable_orbits(line: FanLine, value: float) -> dict[int, Array]:
-    found = {}
+def _stable_orbits(line: FanLine, value: float) -> dict[int, list[Array]]:
+    found: dict[int, list[Array]] = {}
     for branch in line.branches:
+        scales = branch.model.state_scales()
         for span in stable_spans(branch):
-            if span.low <= value <= span.high and branch.period not in found:
+            if span.low <= value <= span.high:
                 nodes = orbit_on(branch, span, value)
-                if nodes is not None:
-                    found[branch.period] = nodes
-    return found
+                known = found.setdefault(branch.period, [])
+                if nodes is not None and not _is_among(nodes, known, branch.period, scales):
+                    known.append(nodes)
+    return {period: orbits for period, orbits in found.items() if orbits}
+
+
+def _is_among(nodes: Array, known: Sequence[Array], period: int, scales: Array) -> bool:
+    """Whether an orbit is one of others, begun in whichever forcing period."""
+    each, rest = divmod(len(nodes), period)
+    turns = [np.roll(nodes, turn * each, axis=0) for turn in range(period if rest == 0 else 1)]
+    return any(np.abs((turn - other) / scales).max() < SAME for turn in turns for other in known)
 
 
 def agree(model: Model, plane: tuple[str, str], raster: Raster, votes: Sequence[Vote]) -> bool:
@@ -123,26 +145,25 @@ def agree(model: Model, plane: tuple[str, str], raster: Raster, votes: Sequence[
     votes
         What the responses say.
     """
-    periods = {period for vote in votes for period in vote.nodes}
-    for period in periods:
-        having = [vote for vote in votes if period in vote.nodes]
+    for period in {period for vote in votes for period in vote.nodes}:
+        wanted = max(vote.count(period) for vote in votes)
         for vote in votes:
-            if period in vote.nodes:
+            if vote.count(period) == wanted:
                 continue
-            if carried_orbit(model, plane, raster, having, vote.place, period) is None:
+            if len(carried_orbits(model, plane, raster, votes, vote.place, period)) != wanted:
                 return False
     return True
 
 
-def carried_orbit(
+def carried_orbits(
     model: Model,
     plane: tuple[str, str],
     raster: Raster,
     votes: Sequence[Vote],
     place: tuple[float, float],
     period: int,
-) -> Array | None:
-    """Return the stable orbit of a period at a place, carried there from the nearest votes.
+) -> list[Array]:
+    """Return the stable orbits of a period at a place, carried there from the nearest votes.
 
     Parameters
     ----------
@@ -161,18 +182,26 @@ def carried_orbit(
 
     Returns
     -------
-    ndarray or None
-        States at the nodes, shape (m, n_states); None if the orbit is lost or loses its stability
-        on the straight way.
+    list of ndarray
+        States at the nodes, each of shape (m, n_states). An orbit that is lost or loses its
+        stability on the straight way is left out.
     """
     size = np.array([high - low for low, high in raster.window])
-    having = [vote for vote in votes if period in vote.nodes]
+    wanted = max(vote.count(period) for vote in votes)
+    having = [vote for vote in votes if vote.count(period) == wanted]
     near = sorted(having, key=lambda vote: _distance(vote.place, place, size))
+    best: list[Array] = []
     for seed in near[:SEEDS]:
-        nodes = _carried(model, plane, seed, place, period)
-        if nodes is not None:
-            return nodes
-    return None
+        found: list[Array] = []
+        for start in seed.nodes.get(period, ()):
+            nodes = _carried(model, plane, start, seed.place, place, period)
+            scales = model.state_scales()
+            if nodes is not None and not _is_among(nodes, found, period, scales):
+                found.append(nodes)
+        best = max(best, found, key=len)
+        if len(best) == wanted:
+            break
+    return best
 
 
 def _distance(a: tuple[float, float], b: tuple[float, float], size: Array) -> float:
@@ -180,11 +209,16 @@ def _distance(a: tuple[float, float], b: tuple[float, float], size: Array) -> fl
 
 
 def _carried(
-    model: Model, plane: tuple[str, str], seed: Vote, place: tuple[float, float], period: int
+    model: Model,
+    plane: tuple[str, str],
+    nodes: Array,
+    origin: tuple[float, float],
+    place: tuple[float, float],
+    period: int,
 ) -> Array | None:
-    """Follow a stable orbit on the straight way to another place."""
-    start, end = np.array(seed.place), np.array(place)
-    nodes, share, step = seed.nodes[period], 0.0, 1.0 / STEPS
+    """Follow a stable orbit on the straight way from one place to another."""
+    start, end = np.array(origin), np.array(place)
+    share, step = 0.0, 1.0 / STEPS
     while share < 1:
         trial = min(share + step, 1.0)
         at = start + trial * (end - start)

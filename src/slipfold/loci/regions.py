@@ -18,7 +18,7 @@ from slipfold.loci.progress import LocusObserver, LocusProgress
 from slipfold.loci.raster import CELLS, Raster, where_models_exist
 from slipfold.loci.region_check import check_region
 from slipfold.loci.region_map import Region, RegionMap
-from slipfold.loci.region_votes import Vote, agree, carried_orbit, collect_votes
+from slipfold.loci.region_votes import Vote, agree, carried_orbits, collect_votes
 from slipfold.loci.window import Window
 from slipfold.models.model import Model
 
@@ -193,13 +193,14 @@ def _states(
     raster: Raster,
     votes: Sequence[Vote],
     region: Region,
-) -> dict[int, Array]:
+) -> dict[int, list[Array]]:
     """States at phase zero of the stable orbits at a region's place."""
-    orbits = {
-        period: carried_orbit(model, plane, raster, votes, region.place, period)
-        for period in region.stable
+    return {
+        period: [
+            nodes[0] for nodes in carried_orbits(model, plane, raster, votes, region.place, period)
+        ]
+        for period in set(region.stable)
     }
-    return {period: nodes[0] for period, nodes in orbits.items() if nodes is not None}
 
 
 def _labelled(
@@ -220,7 +221,9 @@ def _labelled(
         labels[pieces == piece] = number
         said = [vote for vote in votes if vote.piece == piece]
         # A stable orbit cannot vanish inside a region: one response that has it is enough.
-        periods = tuple(sorted({period for vote in said for period in vote.nodes}))
+        kinds = sorted({period for vote in said for period in vote.nodes})
+        counts = [max(vote.count(period) for vote in said) for period in kinds]
+        periods = tuple(np.repeat(kinds, counts).astype(int).tolist())
         inside = np.where(pieces == piece, distance, 0)
         row, column = np.unravel_index(int(inside.argmax()), inside.shape)
         place = (float(raster.centres(0)[column]), float(raster.centres(1)[row]))

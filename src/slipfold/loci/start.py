@@ -18,7 +18,7 @@ from slipfold.loci.locus_problem import LocusProblem
 from slipfold.loci.trace import BIRTH
 from slipfold.orbits.newton import correct
 
-__all__ = ["Start", "regular_start", "starts_at"]
+__all__ = ["Start", "parent_starts", "regular_start", "starts_at"]
 
 Array = NDArray[np.float64]
 
@@ -90,15 +90,27 @@ def regular_start(problem: LocusProblem, z: Array, settings: Settings) -> Start:
     bordered = problem.linearise(z).bordered(np.zeros(len(z)))
     if not np.isfinite(bordered.matrix).all():
         raise _no_locus(problem, z, "its orbit cannot be integrated")
-    _, values, right = np.linalg.svd(bordered.matrix[:-1])
-    if values[-1] < SINGULAR * values[0]:
+    jacobian = bordered.matrix[:-1]
+    if _is_singular(jacobian, problem.size):
         raise _no_locus(problem, z, "neither of them moves it")
+    right = np.linalg.svd(jacobian)[2]
     newton = settings.newton
     correction = correct(problem, z, right[-1], newton.tolerance, newton.iterations)
     if not correction.converged or correction.distance > NEAR:
         reason = correction.failure or "Newton's method leads to another orbit"
         raise _no_locus(problem, z, reason)
     return Start(problem, corrected_point(problem, correction, 0.0))
+
+
+def _is_singular(jacobian: Array, size: int) -> bool:
+    """Whether no curve is defined, judged in units of the parameters that suit them."""
+    effect = float(np.linalg.norm(jacobian[:, size:], axis=0).max())
+    if effect == 0.0:
+        return True
+    scaled = jacobian.copy()
+    scaled[:, size:] /= effect
+    values = np.linalg.svd(scaled, compute_uv=False)
+    return bool(values[-1] < SINGULAR * values[0])
 
 
 def _no_locus(problem: LocusProblem, z: Array, reason: str) -> InputError:
@@ -108,6 +120,34 @@ def _no_locus(problem: LocusProblem, z: Array, reason: str) -> InputError:
         f"the {problem.kind} at {first} = {a:.6g}, {second} = {b:.6g} has no locus in {first} and "
         f"{second}: {reason}; choose other parameters or another special point"
     )
+
+
+def parent_starts(problem: LocusProblem, point: Point, settings: Settings) -> list[Start]:
+    """Return the period doubling of the orbits that those of a locus are the doubles of.
+
+    Parameters
+    ----------
+    problem
+        Equations of a locus of doubled orbits.
+    point
+        Its last point, where the halves of the orbit hardly differ.
+    settings
+        Options.
+
+    Returns
+    -------
+    list of Start
+        Both directions of the locus of period doublings; empty if it is not found.
+    """
+    parent = _sibling(problem, "PD", problem.period // 2)
+    m = problem.segments
+    halves = problem.halved(problem.nodes(point.z), problem.constants(point.z))
+    z = parent.pack(0.5 * (halves[:m] + halves[m:]), problem.values(point.z))
+    try:
+        start = regular_start(parent, z, settings)
+    except InputError:
+        return []
+    return [start, start.reversed()]
 
 
 def starts_at(problem: LocusProblem, found: Found, settings: Settings) -> Iterator[Start]:
@@ -140,7 +180,8 @@ def starts_at(problem: LocusProblem, found: Found, settings: Settings) -> Iterat
         if found.type in ("R1", "R2") and other == "NS":
             yield from _complex_side(start, settings)
         else:
-            yield from (start, start.reversed())
+            here = Start(crossing, start.point, born=True)
+            yield from (here, here.reversed())
     if found.type == "R2" and kind == "PD":
         yield from _doubled(problem, found.point, "NS", settings)
 
@@ -181,6 +222,8 @@ def _doubled(problem: LocusProblem, point: Point, kind: str, settings: Settings)
     nodes = problem.nodes(point.z)[every_second]
     z = child.pack(nodes, problem.values(point.z))
     linearisation = child.linearise(z)
+    if not np.isfinite(linearisation.blocks).all():
+        return
     multipliers = np.sort_complex(point.multipliers**2)[::-1]
     multipliers = multipliers[np.argsort(-np.abs(multipliers), kind="stable")]
     tests = child.tests(z, linearisation, multipliers, tangent)

@@ -13,7 +13,7 @@ from slipfold.branches.closing import (
     BEFORE,
     asymmetry,
     meets_its_copy,
-    returns_to_start,
+    return_to_start,
     step_beside_parent,
 )
 from slipfold.branches.ending import cut_at_limit, failure_reason, unresolved_reason
@@ -66,6 +66,8 @@ class LocusTrace:
         Special points, in order.
     end
         Why it ended; None while it goes on.
+    at_parent
+        Whether it ended where its orbits become those of half the period.
     """
 
     problem: LocusProblem
@@ -73,6 +75,7 @@ class LocusTrace:
     born: bool = False
     found: list[Found] = field(default_factory=list)
     end: LocusEnd | None = None
+    at_parent: bool = False
 
 
 def trace_locus(
@@ -189,8 +192,11 @@ def _extend(trace: LocusTrace, point: Point) -> None:
     end: tuple[str, str] | None = None
     if not leaving and problem.period % 2 == 0 and meets_its_copy(problem, before, point):
         point, end = _at_parent(problem, known, before, point)
-    elif returns_to_start(problem, trace.points, point):
-        end = ("closed", "the locus closed on itself")
+        trace.at_parent = True
+    else:
+        closing = return_to_start(problem, trace.points, point)
+        if closing is not None:
+            point, end = closing, ("closed", "the locus closed on itself")
     limit = cut_at_limit(problem, known, before, point)
     if limit is not None and limit[0].arclength <= point.arclength:
         point, end = limit[0], ("limit", limit[1])

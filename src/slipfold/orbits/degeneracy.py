@@ -86,7 +86,7 @@ def _real_degeneracy(kind: str, monodromy: Array) -> Degeneracy:
     shift = -1.0 if kind == "LP" else 1.0
     matrix = monodromy + shift * np.eye(len(monodromy))
     left, values, right = np.linalg.svd(matrix)
-    sign = np.linalg.slogdet(matrix)[0] or 1.0
+    sign = np.sign(np.linalg.det(left) * np.linalg.det(right))
     return Degeneracy(float(sign * values[-1]), sign * left[:, -1:].T, right[-1:])
 
 

@@ -100,6 +100,19 @@ class Shooting(ABC):
         """
         return (z[: self.size] * self._node_scales).reshape(self.segments, -1)
 
+    def halved(self, nodes: Array, constants: Constants) -> Array:
+        """Return the states at twice as many phases, shape (2 m, n).
+
+        Parameters
+        ----------
+        nodes
+            States, shape (m, n).
+        constants
+            Coefficients of the flow.
+        """
+        samples = self.flow.sample(nodes, self._start, self._end, 2, constants)
+        return samples.reshape(2 * len(nodes), -1)
+
     def mismatch(self, nodes: Array, constants: Constants) -> Array:
         """Return by how much segments end beside the next node, in scaled states, shape (m, n).
 

@@ -1,0 +1,162 @@
+"""The same loci, special points and ends, whatever the step, the tolerance and the start."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from helpers.bifurcation_sets import PLANES, bifurcations, response, whole_set
+from slipfold.branches import Newton, Settings, Steps
+from slipfold.loci.follow import follow_loci
+
+PLANE = ("f", "Nd")
+WINDOW = PLANES[PLANE]
+SPAN = (0.0, 0.98)
+
+STARTS = {
+    ("PD", 1): [12.2, 12.9],
+    ("LP", 1): [12.2, 12.3],
+    ("LP", 2): [12.0, 12.3],
+    ("NS", 2): [12.5],
+}
+"""Values of f at which responses in Nd have special points that belong to one locus."""
+
+
+def starting_points(kind, period):
+    """Special points on one locus; at f = 12.5 both of a torus."""
+    for f in STARTS[kind, period]:
+        branches = response("Nd", SPAN, (("f", f),))
+        yield from (p for p in bifurcations(branches, kind) if p.period == period)
+
+
+def expected(kind, period):
+    (found,) = (c for c in whole_set(PLANE).loci if (c.type, c.period) == (kind, period))
+    return found
+
+
+def named(locus):
+    # Rounded: mirror images share one value to the last digit or two.
+    items = [(p.name, p.values) for p in locus.special]
+    return sorted(items, key=lambda item: tuple(round(value, 6) for value in item[1]))
+
+
+def check_same(found, other, close=1e-8):
+    """Compare special points and ends, in either direction of travel."""
+    assert [name for name, _ in named(found)] == [name for name, _ in named(other)]
+    for (_, values), (_, others) in zip(named(found), named(other), strict=True):
+        assert values == pytest.approx(others, abs=close)
+    ends = sorted((e.values, e.kind) for e in (found.begun, found.stopped))
+    others = sorted((e.values, e.kind) for e in (other.begun, other.stopped))
+    assert [kind for _, kind in ends] == [kind for _, kind in others]
+    for (values, kind), (known, _) in zip(ends, others, strict=True):
+        # Next to orbits of half the period a locus ends a short step before.
+        assert values == pytest.approx(known, abs=2e-4 if kind == "codimension-2" else close)
+
+
+@pytest.mark.parametrize(("kind", "period"), STARTS, ids=lambda item: str(item))
+def test_from_any_point_of_it(kind, period):
+    points = list(starting_points(kind, period))
+    assert len(points) >= 2
+    for point in points:
+        (found,) = follow_loci([point], PLANE, WINDOW, switch=False)
+        check_same(found, expected(kind, period))
+    # All together they are one locus, not several.
+    assert len(follow_loci(points, PLANE, WINDOW, switch=False)) == 1
+
+
+@pytest.mark.parametrize(
+    ("largest", "tolerance"),
+    [
+        (0.1, 1e-10),
+        (0.5, 1e-6),
+        (1.0, 1e-12),
+        pytest.param(0.02, 1e-10, marks=pytest.mark.long),
+        pytest.param(0.02, 1e-6, marks=pytest.mark.long),
+        pytest.param(0.1, 1e-6, marks=pytest.mark.long),
+    ],
+)
+@pytest.mark.parametrize(("kind", "period"), STARTS, ids=lambda item: str(item))
+def test_at_any_step_and_tolerance(kind, period, largest, tolerance):
+    point = next(iter(starting_points(kind, period)))
+    settings = Settings(newton=Newton(tolerance=tolerance), steps=Steps(largest=largest))
+    (found,) = follow_loci([point], PLANE, WINDOW, settings=settings, switch=False)
+    check_same(found, expected(kind, period))
+
+
+def test_the_order_of_the_parameters_does_not_matter():
+    plane, window = PLANE[::-1], WINDOW[::-1]
+    for kind, period in (("PD", 1), ("NS", 2)):
+        point = next(iter(starting_points(kind, period)))
+        (found,) = follow_loci([point], plane, window, switch=False)
+        swapped = replace(
+            found,
+            special=tuple(replace(p, values=p.values[::-1]) for p in found.special),
+            begun=replace(found.begun, values=found.begun.values[::-1]),
+            stopped=replace(found.stopped, values=found.stopped.values[::-1]),
+        )
+        check_same(swapped, expected(kind, period))
+
+
+def test_every_point_is_on_the_locus_it_belongs_to():
+    for locus in whole_set(PLANE).loci:
+        born = [end.kind == "codimension-2" for end in (locus.begun, locus.stopped)]
+        assert np.all(np.diff(locus.arclength) > 0)
+        assert locus.residual.max() <= 1e-10
+        for place, values in enumerate(locus.multipliers):
+            if (place == 0 and born[0]) or (place == len(locus) - 1 and born[1]):
+                continue
+            size = max(1.0, np.abs(values).max())
+            target = {"LP": 1.0, "PD": -1.0}.get(locus.type)
+            if target is None:
+                gap = np.abs(np.abs(values[values.imag > 0]) - 1).min()
+            else:
+                gap = np.abs(values - target).min()
+            assert gap < 1e-7 * size
+        low, high = np.transpose(WINDOW)
+        assert np.all((locus.values > low - 1e-12) & (locus.values < high + 1e-12))
+
+
+# -- closed loci -------------------------------------------------------------------------------
+
+# At Nd = 0.1 N the response doubles for directions across, near the internal resonance.
+RING = {"plane": ("f", "alpha"), "window": ((11.5, 13.5), (0.0, np.pi))}
+
+
+def ring(value, **keys):
+    branches = response("alpha", (0.0, np.pi), (("Nd", 0.1), ("f", value)))
+    points = bifurcations(branches, "PD")
+    assert points
+    (found,) = follow_loci([points[0]], *RING.values(), switch=False, **keys)
+    return found
+
+
+def test_a_closed_locus_closes():
+    found = ring(12.5)
+    assert found.closed
+    assert found.begun.kind == found.stopped.kind == "closed"
+    assert found.values[0] == pytest.approx(found.values[-1], abs=0.2)
+    # It encloses the place where the threshold is least: one smallest and one largest of each.
+    turns = sorted(p.name for p in found.special if p.type in ("MIN", "MAX"))
+    assert {"smallest f", "largest f", "smallest alpha", "largest alpha"} <= set(turns)
+    for name in ("f", "alpha"):
+        some = [p.type for p in found.special if p.name.endswith(f" {name}")]
+        assert some.count("MIN") == some.count("MAX")
+    # Mirror images: every special point has its own.
+    for point in found.special:
+        f, alpha = point.values
+        image = (f, np.pi - alpha)
+        assert any(
+            p.values == pytest.approx(image, abs=1e-7) for p in found.special
+            if p.type == point.type or {p.type, point.type} == {"MIN", "MAX"}
+        )  # fmt: skip
+
+
+@pytest.mark.parametrize("largest", [0.1, 0.25, 1.0])
+@pytest.mark.parametrize("value", [12.4, 12.6])
+def test_a_closed_locus_is_the_same_from_anywhere(value, largest):
+    found = ring(value, settings=Settings(steps=Steps(largest=largest)))
+    other = ring(12.5)
+    assert found.closed
+    assert [name for name, _ in named(found)] == [name for name, _ in named(other)]
+    for (_, values), (_, others) in zip(named(found), named(other), strict=True):
+        assert values == pytest.approx(others, abs=1e-7)

@@ -1,0 +1,168 @@
+"""Input that cannot be used is refused in one sentence that says what to do."""
+
+import re
+
+import pytest
+
+from helpers.bifurcation_sets import bifurcations, response
+from helpers.textbook_models import Duffing, Mathieu, Pitchfork, Torus
+from helpers.toy_models import Falling
+from slipfold.branches import Event, trace_response
+from slipfold.errors import InputError
+from slipfold.loci.bifurcation_set import find_bifurcation_set
+from slipfold.loci.follow import follow_loci
+from slipfold.models import Parameter, SlidingOscillator
+
+FORCE, WINDOW = ("f", "Nd"), ((12.0, 13.0), (0.0, 0.5))
+
+
+@pytest.fixture(scope="module")
+def doubling():
+    (found,) = bifurcations(response("Nd", (0.0, 0.98), (("f", 12.5),)), "PD")
+    return found
+
+
+def refusal(points, plane=FORCE, window=WINDOW):
+    with pytest.raises(InputError) as caught:
+        follow_loci(points, plane, window)
+    text = str(caught.value)
+    assert "\n" not in text
+    assert not re.search(r"[.!?](?: |$)", text.replace("e.g. ", ""))  # one sentence
+    return text
+
+
+def test_a_branch_point_has_no_locus():
+    (point,) = trace_response(Pitchfork(), "k", (1.0, -1.0))[0].special
+    assert point.type == "BP"
+    text = refusal([point], ("k", "b"), ((-1.0, 1.0), (0.1, 1.0)))
+    assert text == (
+        "a special point of type BP has no locus in k and b; give one of type LP, PD, NS"
+    )
+
+
+def test_an_event_has_no_locus():
+    branches = trace_response(
+        SlidingOscillator(f=12.5), "Nd", (0.0, 0.03), events=[Event("Nd", 0.02, "parameter")]
+    )
+    (event,) = branches[0].special
+    assert "type EVENT has no locus in f and Nd" in refusal([event])
+
+
+def test_equal_parameters(doubling):
+    assert refusal([doubling], ("f", "f"), ((12, 13), (12, 13))) == (
+        "f is given for both parameters; give two different ones"
+    )
+
+
+def test_unknown_parameter(doubling):
+    assert "no parameter 'g'" in refusal([doubling], ("g", "Nd"))
+
+
+@pytest.mark.parametrize(
+    ("plane", "window", "words"),
+    [
+        (("Vd", "Nd"), ((0.0, 1.0), (0.0, 0.5)), "Vd"),
+        (("mu", "Nd"), ((-0.1, 0.9), (0.0, 0.5)), "mu"),
+        (("f", "Nd"), ((-1.0, 13.0), (0.0, 0.5)), "f"),
+        (("f", "Nd"), ((12.0, float("nan")), (0.0, 0.5)), "f"),
+        (("f", "Nd"), ((12.0, float("inf")), (0.0, 0.5)), "f"),
+    ],
+)
+def test_window_outside_the_bounds(doubling, plane, window, words):
+    assert words in refusal([doubling], plane, window)
+
+
+def test_point_outside_the_window(doubling):
+    assert refusal([doubling], FORCE, ((12.6, 13.0), (0.0, 0.5))) == (
+        "the special point at f = 12.5 is outside the window from 12.6 to 13; give a window that "
+        "holds it"
+    )
+    assert "at Nd = 0.0435789" in refusal([doubling], FORCE, ((12.0, 13.0), (0.1, 0.5)))
+
+
+def test_empty_window(doubling):
+    assert "is empty; give two different values" in refusal(
+        [doubling], FORCE, ((12.5, 12.5), (0.0, 0.5))
+    )
+
+
+@pytest.mark.parametrize("window", [((12, 13),), (12, 13), None, ((12, 13, 14), (0, 1))])
+def test_window_of_another_shape(doubling, window):
+    assert "two parameters with two values each" in refusal([doubling], FORCE, window)
+
+
+def test_parameters_that_do_not_move_it():
+    # The torus of the normal form is at m = 0 whatever v and n are.
+    (point,) = trace_response(Torus(), "m", (-0.5, 0.4))[0].special
+    text = refusal([point], ("v", "n"), ((0.5, 2.0), (0.5, 2.0)))
+    assert "NS at v = 1, n = 1 has no locus in v and n: neither of them moves it" in text
+
+
+def test_a_parameter_that_moves_nothing_but_one_that_does_is_fine():
+    (point,) = trace_response(Mathieu(), "h", (0.0, 0.1))[0].special[:1]
+    (found,) = follow_loci([point], ("g", "h"), ((0.5, 2.0), (0.0, 0.1)), switch=False)
+    assert found.values[:, 1] == pytest.approx(point.value, abs=1e-11)
+
+
+def test_special_points_of_different_models(doubling):
+    (fold, _) = trace_response(Duffing(), "w", (0.8, 1.6))[0].special
+    assert "belong to different models; follow them one by one" in refusal([doubling, fold])
+
+
+def test_special_points_of_different_parameters(doubling):
+    (other,) = bifurcations(response("Nd", (0.0, 0.98), (("f", 12.5), ("Vd", 0.4))), "PD")
+    assert refusal([doubling, other]) == (
+        "the special points differ in Vd: 0.6 and 0.4; vary Vd or follow them one by one"
+    )
+    # In a plane that has what they differ in both are taken.
+    loci = follow_loci([doubling, other], ("Vd", "Nd"), ((0.3, 1.0), (0.0, 0.5)), switch=False)
+    assert len(loci) == 1
+
+
+def test_no_special_points_no_loci():
+    assert follow_loci([], FORCE, WINDOW) == ()
+
+
+# -- sets --------------------------------------------------------------------------------------
+
+
+def refused_set(model=None, plane=FORCE, window=WINDOW, **keys):
+    with pytest.raises(InputError) as caught:
+        find_bifurcation_set(model or SlidingOscillator(), plane, window, **keys)
+    text = str(caught.value)
+    assert "\n" not in text
+    return text
+
+
+def test_set_of_a_bad_window():
+    assert "f is given for both" in refused_set(plane=("f", "f"))
+    assert "empty" in refused_set(window=((12.5, 12.5), (0, 0.5)))
+    assert "Vd" in refused_set(plane=("Vd", "Nd"), window=((-1.0, 1.0), (0.0, 0.5)))
+
+
+def test_set_of_types_and_periods_that_do_not_exist():
+    assert "no loci of type 'BP'" in refused_set(types=("BP",), regions=False)
+    assert "neither 1 nor 2" in refused_set(periods=(4,), regions=False)
+    assert "no type or no period" in refused_set(types=(), regions=False)
+    assert "no type or no period" in refused_set(periods=(), regions=False)
+
+
+def test_regions_need_all_loci():
+    assert "regions need the loci of all types" in refused_set(types=("PD",))
+    assert "regions need the loci of all types" in refused_set(periods=(1,))
+
+
+class Drifting(Falling):
+    """It falls for ever: no motion is periodic."""
+
+    name = "drifting"
+    parameters = (*Falling.parameters, Parameter("g", 1.0, lower=0.5))
+    limits = ()
+
+    def coefficients(self, p):
+        return {"g": p["g"]}
+
+
+def test_set_of_a_window_without_any_response():
+    text = refused_set(Drifting(), ("f", "g"), ((1.0, 2.0), (0.5, 1.0)), regions=False)
+    assert "no response exists on any of" in text

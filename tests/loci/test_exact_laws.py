@@ -1,0 +1,111 @@
+"""Exact laws: loci in one plane map onto those in another, or onto their own mirror image."""
+
+import numpy as np
+import pytest
+
+from helpers.bifurcation_sets import PLANES, crossings, same_orbit, whole_set
+from slipfold.models import SlidingOscillator
+
+
+def rows(locus, inside):
+    """Values, nodes and multipliers of the points of a locus that lie in a window."""
+    for index, values in enumerate(locus.values):
+        if all(low < value < high for value, (low, high) in zip(values, inside, strict=True)):
+            yield values, locus.nodes[index], locus.multipliers[index]
+
+
+def check_image(loci, source, values, nodes, multipliers, scales):
+    """A point of one locus is mapped onto one of the same kind."""
+    near = [
+        c for c in crossings(loci, 0, values[0])
+        if (c.locus.type, c.locus.period) == (source.type, source.period)
+        and abs(c.values[1] - values[1]) < 1e-9
+        and same_orbit(c.nodes, nodes, scales, source.period) < 1e-7
+    ]  # fmt: skip
+    assert near, f"{source.type} of period {source.period} has no image at {values}"
+    gap = np.abs(multipliers[:, None] - near[0].multipliers[None, :]).min(axis=1)
+    assert gap.max() < 1e-6
+
+
+# -- friction and load -------------------------------------------------------------------------
+
+
+def test_friction_and_load_count_as_a_product():
+    # The force on the tip is mu (Ns + Nd cos): with Ns = 1 N a point (mu, Nd) is that of mu = 0.5
+    # at Ns = 2 mu, Nd = 2 mu Nd.
+    friction, load = whole_set(("mu", "Nd")), whole_set(("Ns", "Nd"))
+    assert sorted({(c.type, c.period) for c in friction.loci}) == sorted(
+        {(c.type, c.period) for c in load.loci}
+    )
+    scales = SlidingOscillator().state_scales()
+    (low, high), (_, top) = PLANES["Ns", "Nd"]
+    count = 0
+    for locus in friction.loci:
+        for (mu, Nd), nodes, multipliers in rows(locus, ((low / 2, high / 2), (0, 1))):
+            if 2 * mu * Nd < top:
+                image = np.array([2 * mu, 2 * mu * Nd])
+                check_image(load.loci, locus, image, nodes, multipliers, scales)
+                count += 1
+    assert count > 20
+    # And the other way: what the plane of the load has lies in that of friction.
+    for locus in load.loci:
+        for (Ns, Nd), nodes, multipliers in rows(locus, ((low, high), (0, top))):
+            if Ns / 2 < 0.9:
+                image = np.array([Ns / 2, Nd / Ns])
+                check_image(friction.loci, locus, image, nodes, multipliers, scales)
+
+
+def test_special_points_count_as_a_product():
+    friction, load = whole_set(("mu", "Nd")), whole_set(("Ns", "Nd"))
+    found = [p for c in load.loci for p in c.special]
+    compared = 0
+    for point in (p for c in friction.loci for p in c.special):
+        mu, Nd = point.values
+        if point.name.endswith(" Nd") or 2 * mu * Nd > 0.48:
+            continue  # where Nd is least, mu Nd is not
+        image = (2 * mu, 2 * mu * Nd)
+        near = [
+            p for p in found if p.type == point.type and p.values == pytest.approx(image, abs=1e-8)
+        ]
+        assert len(near) == 1
+        compared += 1
+    assert compared >= 3
+
+
+# -- mirror ------------------------------------------------------------------------------------
+
+MIRROR = np.array([-1.0, 1.0, -1.0, 1.0])
+
+
+def test_directions_to_either_side_are_mirror_images():
+    loci = whole_set(("alpha", "Nd")).loci
+    scales = SlidingOscillator().state_scales()
+    for locus in loci:
+        for (alpha, Nd), nodes, multipliers in rows(locus, PLANES["alpha", "Nd"]):
+            image = np.array([np.pi - alpha, Nd])
+            check_image(loci, locus, image, nodes * MIRROR, multipliers, scales)
+
+
+def test_special_points_are_mirror_images():
+    for locus in whole_set(("alpha", "Nd")).loci:
+        points = [p for p in locus.special if not p.name.endswith(" alpha")]
+        for point in points:
+            image = (np.pi - point.values[0], point.values[1])
+            partners = [
+                p for p in points if p.type == point.type
+                and p.values == pytest.approx(image, abs=1e-8)
+            ]  # fmt: skip
+            assert len(partners) == 1
+            for name, value in point.coefficients.items():
+                assert partners[0].coefficients[name] == pytest.approx(value, rel=1e-5)
+        turns = [p for p in locus.special if p.name.endswith(" alpha")]
+        assert {p.type for p in turns} in ({"MIN", "MAX"}, set())
+
+
+def test_the_least_force_that_doubles_the_period_is_across():
+    # At alpha = 90 degrees x = 0 is invariant: the doubling is that of a symmetric orbit.
+    (doubling,) = (c for c in whole_set(("alpha", "Nd")).loci if c.type == "PD")
+    (least,) = doubling.special
+    assert least.name == "smallest Nd"
+    assert least.values[0] == pytest.approx(np.pi / 2, abs=1e-9)
+    assert np.abs(least.nodes[:, [0, 2]] / least.model.state_scales()[[0, 2]]).max() < 1e-9

@@ -1,0 +1,86 @@
+"""An observer that raises KeyboardInterrupt stops the computation; what is done is kept."""
+
+import numpy as np
+import pytest
+
+from helpers.bifurcation_sets import bifurcations, response
+from slipfold.loci.bifurcation_set import find_bifurcation_set
+from slipfold.loci.follow import follow_loci
+from slipfold.models import SlidingOscillator
+
+FORCE, WINDOW = ("f", "Nd"), ((12.3, 12.7), (0.0, 0.12))
+
+
+@pytest.fixture(scope="module")
+def points():
+    found = bifurcations(response("Nd", (0.0, 0.98), (("f", 12.5),)))
+    return [point for point in found if point.value < WINDOW[1][1]]
+
+
+@pytest.fixture(scope="module")
+def whole(points):
+    seen = []
+    return follow_loci(points, FORCE, WINDOW, observer=seen.append), seen
+
+
+def interrupted(points, count):
+    seen = []
+
+    def observer(progress):
+        seen.append(progress)
+        if len(seen) == count:
+            raise KeyboardInterrupt
+
+    return follow_loci(points, FORCE, WINDOW, observer=observer), seen
+
+
+def test_observer_is_told_of_every_point(whole):
+    loci, seen = whole
+    assert {item.stage for item in seen} == {"loci"}
+    assert [item.done for item in seen] == sorted(item.done for item in seen)
+    assert all(
+        low - 0.1 <= value <= high + 0.1
+        for item in seen
+        for value, (low, high) in zip(item.values, WINDOW, strict=True)
+    )
+    assert seen[0].text.startswith("PD of period 1, 2 points")
+    assert len(seen) >= sum(len(item) for item in loci) - 2 * len(loci)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.1, 0.3, 0.5, 0.7, 0.9])
+def test_what_is_done_is_kept(points, whole, share):
+    loci, told = whole
+    count = 1 + int(share * (len(told) - 1))
+    found, seen = interrupted(points, count)
+    assert len(seen) == count  # it stops at once
+    assert 1 <= len(found) <= len(loci)
+    assert found[-1].interrupted
+    ends = (found[-1].begun, found[-1].stopped)
+    assert "interrupted" in [end.kind for end in ends]
+    for one, other in zip(found[:-1], loci, strict=False):
+        assert (one.type, one.period) == (other.type, other.period)
+        assert one.values == pytest.approx(other.values, abs=1e-12)
+        assert [p.type for p in one.special] == [p.type for p in other.special]
+    # The locus at work is a part of what it would have become.
+    last, full = found[-1], loci[len(found) - 1]
+    assert len(last) >= 2
+    assert np.isfinite(last.nodes).all()
+    gaps = np.abs(last.values[:, None] - full.values[None]).max(axis=2).min(axis=1)
+    assert np.sort(gaps)[: len(last) - 1].max() < 1e-9
+    assert [p.type for p in last.special] == [
+        p.type for p in full.special
+        if any(p.values == pytest.approx(q.values, abs=1e-9) for q in last.special)
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("stage", ["responses", "loci", "regions"])
+def test_a_set_keeps_what_is_done(stage):
+    def observer(progress):
+        if progress.stage == stage and (stage != "loci" or progress.done >= 1):
+            raise KeyboardInterrupt
+
+    found = find_bifurcation_set(SlidingOscillator(), FORCE, WINDOW, observer=observer)
+    assert found.interrupted
+    assert found.regions is None
+    assert (len(found.loci) > 0) == (stage != "responses")
+    assert any(item.interrupted for item in found.loci) == (stage == "loci")

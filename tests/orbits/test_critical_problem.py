@@ -1,0 +1,150 @@
+"""The equations of a locus: their derivatives against differences, and what their zero means."""
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from helpers.bifurcation_sets import bifurcations, response
+from helpers.sliding_by_hand import BASE, integrate
+from helpers.textbook_models import VanDerPol
+from slipfold.branches import trace_response
+from slipfold.loci.follow import follow_loci
+from slipfold.models import SlidingOscillator
+from slipfold.orbits.critical_problem import CriticalProblem
+
+RNG = np.random.default_rng(20260106)
+SPAN = (0.0, 0.98)
+WIDTHS = {"f": 2.0, "Nd": 0.98, "Vd": 0.9, "alpha": 3.0, "mu": 0.8, "Ns": 1.5, "w": 0.2, "a": 0.3}
+
+POINTS = [
+    ("PD", 1, 12.5, ("f", "Nd")),
+    ("PD", 1, 12.2, ("Vd", "alpha")),
+    ("PD", 1, 12.5, ("mu", "Ns")),
+    ("LP", 2, 12.2, ("f", "Nd")),
+    ("LP", 2, 12.2, ("alpha", "f")),
+    ("NS", 2, 12.5, ("f", "Nd")),
+    ("NS", 2, 12.5, ("Ns", "Vd")),
+    # Near the collapse of the spring, with multipliers of 2e4.
+    ("LP", 1, 12.2, ("f", "Nd")),
+]
+
+
+class Equations(CriticalProblem):
+    """A locus on which nothing is watched."""
+
+    def tests(self, z, linearisation, multipliers, tangent):
+        return {}
+
+
+def special(kind, period, f):
+    branches = response("Nd", SPAN, (("f", f),))
+    return next(p for p in bifurcations(branches, kind) if p.period == period)
+
+
+def problem_of(item, plane, offset=0.0):
+    widths = tuple(WIDTHS[name] for name in plane)
+    m = len(item.nodes)
+    problem = Equations(item.model, item.type, plane, item.period, widths, m, offset)
+    return problem, problem.pack(item.nodes, np.array([item.model.values[name] for name in plane]))
+
+
+def difference(function, z, direction, h):
+    """Derivative along a direction by four values, to fourth order."""
+    values = [function(z + step * h * direction) for step in (2, 1, -1, -2)]
+    return (-values[0] + 8 * values[1] - 8 * values[2] + values[3]) / (12 * h)
+
+
+def check_jacobian(problem, z, h=1e-4, rel=1e-6):
+    linearisation = problem.linearise(z)
+    assert np.abs(linearisation.defect).max() < 1e-8
+    matrix = linearisation.bordered(np.zeros(len(z))).matrix[:-1]
+    assert matrix.shape == (problem.size + 1, problem.size + 2)
+    random = RNG.normal(size=(3, len(z)))
+    along = np.eye(len(z))[[-2, -1, 0, problem.size // 2]]
+    for direction in [*random / np.linalg.norm(random, axis=1)[:, None], *along]:
+        expected = difference(problem.defect, z, direction, h)
+        found = matrix @ direction
+        assert found == pytest.approx(expected, abs=rel * (1 + np.abs(expected).max()))
+
+
+@pytest.mark.parametrize(("kind", "period", "f", "plane"), POINTS)
+def test_jacobian_against_differences(kind, period, f, plane):
+    item = special(kind, period, f)
+    growth = np.abs(item.multipliers).max()
+    problem, z = problem_of(item, plane)
+    check_jacobian(problem, z, h=1e-4 if growth < 10 else 1e-7)
+
+
+def test_jacobian_begun_in_another_phase():
+    item = special("NS", 2, 12.5)
+    problem, z = problem_of(item, ("f", "Nd"))
+    direction = RNG.normal(size=len(z))
+    other, shifted, carried = problem.shifted(z, direction / np.linalg.norm(direction))
+    assert other.phase == pytest.approx(item.period / len(item.nodes) / 2)
+    assert np.linalg.norm(carried) == pytest.approx(1.0)
+    check_jacobian(other, shifted)
+
+
+@lru_cache(maxsize=1)
+def resonant():
+    """The NS locus of the forced van der Pol oscillator, between two 1:1 resonances."""
+    branches = trace_response(VanDerPol(), "w", (1.0, 1.2))
+    window = ((0.85, 1.15), (0.15, 0.35))
+    (found,) = follow_loci(bifurcations(branches), ("w", "a"), window, switch=False)
+    return found
+
+
+@pytest.mark.parametrize("kind", ["LP", "NS"])
+def test_jacobian_at_a_strong_resonance(kind):
+    # Both multipliers are one: the two conditions are different ones, and both are met.
+    resonances = [p for p in resonant().special if p.type == "R1"]
+    assert resonances
+    for item in resonances:
+        assert np.abs(item.multipliers - 1).max() < 1e-4  # a double one: the root of 1e-9
+        problem = Equations(item.model, kind, ("w", "a"), 1, (0.2, 0.3), len(item.nodes))
+        check_jacobian(problem, problem.pack(item.nodes, np.array(item.values)))
+
+
+@pytest.mark.parametrize(("kind", "period", "f", "plane"), [POINTS[0], POINTS[3], POINTS[5]])
+def test_its_orbits_have_the_critical_multiplier_by_hand(kind, period, f, plane):
+    item = special(kind, period, f)
+    problem, z = problem_of(item, plane)
+    assert np.abs(problem.defect(z)).max() < 1e-9
+    p = {**BASE, **item.model.values}
+    state, scales = problem.nodes(z)[0], item.model.state_scales()
+    assert integrate(state, p, period) / scales == pytest.approx(state / scales, abs=1e-9)
+    matrix = np.transpose(
+        [integrate(state + 1e-30j * unit, p, period).imag / 1e-30 for unit in np.eye(4)]
+    )
+    values = np.linalg.eigvals(matrix)
+    if kind == "NS":
+        assert np.abs(np.abs(values[values.imag > 0]) - 1).min() < 1e-8
+    else:
+        assert np.abs(values - {"LP": 1, "PD": -1}[kind]).min() < 1e-7
+
+
+def test_unknowns_hold_an_orbit_and_two_parameters():
+    item = special("PD", 1, 12.5)
+    problem, z = problem_of(item, ("Nd", "f"))
+    assert z.shape == (problem.size + 2,)
+    assert problem.nodes(z) == pytest.approx(item.nodes, rel=1e-14)
+    assert problem.values(z) == pytest.approx([item.value, 12.5], rel=1e-14)
+    # What the model says of the two parameters plays no part.
+    other = Equations(
+        SlidingOscillator(f=11, Nd=0.3), "PD", ("Nd", "f"), 1, (0.98, 2.0), len(item.nodes)
+    )
+    other_z = other.pack(item.nodes, problem.values(z))
+    assert np.abs(other.defect(other_z)).max() < 1e-8
+    places = {place: ends for place, *ends in problem.bounds(((0, 1), (11, 13)))}
+    assert places == {-2: [0, 1 / 0.98], -1: [5.5, 6.5]}
+
+
+def test_an_orbit_that_meets_a_singularity_is_nan():
+    item = special("PD", 1, 12.5)
+    problem, z = problem_of(item, ("f", "Nd"))
+    nodes = problem.nodes(z)
+    nodes[3] = [0.0, -1.0, 0.0, 0.0]  # the spring has no length
+    z = problem.pack(nodes, problem.values(z))
+    assert np.isnan(problem.defect(z)).any()
+    assert np.isnan(problem.linearise(z).defect).any()
