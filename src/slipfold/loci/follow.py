@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.point import Point
+from slipfold.branches.search import Found
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.errors import InputError
@@ -184,6 +185,8 @@ class _Work:
                 watch=self._tell,
             )
             traces.append(trace)
+            if start.crosses and start is starts[0]:
+                trace.found[:0] = _crossed(trace, start.crosses)
             assert trace.end is not None
             if trace.end.kind == "interrupted":
                 self.interrupted = True
@@ -253,6 +256,15 @@ class _Work:
             }
             result.append(_as_locus(family, number + 1, leads))
         return tuple(result)
+
+
+def _crossed(trace: LocusTrace, kind: str) -> list[Found]:
+    """Return the point of codimension two that a locus was started from, as found on it."""
+    if kind not in trace.points[0].tests or len(trace.points) < 2:
+        return []
+    first, second = trace.points[:2]
+    slope = (second.tests[kind] - first.tests[kind]) / (second.arclength - first.arclength)
+    return [Found(kind, first, slope)]
 
 
 def _grouped(starts: Iterator[Start]) -> Iterator[list[Start]]:

@@ -51,15 +51,23 @@ class Start:
         Whether the locus begins there, at a point of codimension two.
     doubled
         Whether its orbits are there those of half the period, passed twice.
+    crosses
+        Type of the point of codimension two that it passes there; empty if it passes none.
     """
 
     def __init__(
-        self, problem: LocusProblem, point: Point, born: bool = False, doubled: bool = False
+        self,
+        problem: LocusProblem,
+        point: Point,
+        born: bool = False,
+        doubled: bool = False,
+        crosses: str = "",
     ) -> None:
         self.problem = problem
         self.point = point
         self.born = born
         self.doubled = doubled
+        self.crosses = crosses
 
     def reversed(self) -> Start:
         """Return the same place with the opposite direction."""
@@ -67,7 +75,7 @@ class Start:
         for name in ("first", "second"):
             tests[name] = -tests[name]
         point = replace(self.point, tangent=-self.point.tangent, tests=tests)
-        return Start(self.problem, point, self.born, self.doubled)
+        return Start(self.problem, point, self.born, self.doubled, self.crosses)
 
 
 def regular_start(problem: LocusProblem, z: Array, settings: Settings) -> Start:
@@ -91,7 +99,7 @@ def regular_start(problem: LocusProblem, z: Array, settings: Settings) -> Start:
     if not np.isfinite(bordered.matrix).all():
         raise _no_locus(problem, z, "its orbit cannot be integrated")
     jacobian = bordered.matrix[:-1]
-    if _is_singular(jacobian, problem.size):
+    if _is_singular(problem, jacobian, z):
         raise _no_locus(problem, z, "neither of them moves it")
     right = np.linalg.svd(jacobian)[2]
     newton = settings.newton
@@ -102,13 +110,14 @@ def regular_start(problem: LocusProblem, z: Array, settings: Settings) -> Start:
     return Start(problem, corrected_point(problem, correction, 0.0))
 
 
-def _is_singular(jacobian: Array, size: int) -> bool:
-    """Whether no curve is defined, judged in units of the parameters that suit them."""
-    effect = float(np.linalg.norm(jacobian[:, size:], axis=0).max())
-    if effect == 0.0:
+def _is_singular(problem: LocusProblem, jacobian: Array, z: Array) -> bool:
+    """Whether no curve is defined: neither parameter, changed by its window or itself, matters."""
+    size = problem.size
+    effects = np.linalg.norm(jacobian[:, size:], axis=0)
+    if float((effects * np.maximum(np.abs(z[size:]), 1.0)).max()) < SINGULAR:
         return True
     scaled = jacobian.copy()
-    scaled[:, size:] /= effect
+    scaled[:, size:] /= effects.max()
     values = np.linalg.svd(scaled, compute_uv=False)
     return bool(values[-1] < SINGULAR * values[0])
 
@@ -180,7 +189,7 @@ def starts_at(problem: LocusProblem, found: Found, settings: Settings) -> Iterat
         if found.type in ("R1", "R2") and other == "NS":
             yield from _complex_side(start, settings)
         else:
-            here = Start(crossing, start.point, born=True)
+            here = Start(crossing, start.point, born=True, crosses=found.type)
             yield from (here, here.reversed())
     if found.type == "R2" and kind == "PD":
         yield from _doubled(problem, found.point, "NS", settings)
