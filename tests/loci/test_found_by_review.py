@@ -1,0 +1,81 @@
+"""Cases that users and reviewers stumbled over."""
+
+import numpy as np
+import pytest
+
+import slipfold as sf
+from slipfold.models import model_named
+
+WINDOW = {"f": (11.5, 13.5), "Nd": (0.0, 0.98)}
+
+
+def special(frequency, kind, period):
+    diagram = sf.response(sf.SlidingOscillator(), vary="Nd", span=(0, 0.98), f=frequency)
+    return next(
+        item.point
+        for item in diagram.special
+        if item.point.type == kind and item.branch.period == period
+    )
+
+
+def test_a_fold_followed_to_its_birth_finds_the_period_doubling_it_was_born_at():
+    found = sf.locus(special(12.2, "LP", 2), ("f", "Nd"), WINDOW)
+    assert [(locus.type, locus.period) for locus in found.loci] == [("LP", 2), ("PD", 1)]
+    fold, doubling = found.loci
+    (birth,) = [point for point in doubling.special if point.type == "GPD"]
+    # tests/reference/loci.json
+    assert birth.values == pytest.approx((12.436208469546, 0.042015324815), abs=1e-10)
+    ends = [end for end in (fold.begun, fold.stopped) if end.kind == "codimension-2"]
+    assert [end.values for end in ends] == [birth.values]
+    assert birth.leads_to == (fold.id,)
+
+
+def test_the_fifth_order_coefficient_at_a_birth_says_where_the_fold_lies():
+    # Near the point b = -2 e a^2 on the fold, with the amplitude a of the doubled orbit.
+    found = sf.locus(special(12.5, "PD", 1), ("f", "Nd"), WINDOW)
+    doubling, fold = found.loci
+    (birth,) = [point for point in doubling.special if point.type == "GPD"]
+    halves = fold.nodes[:, :4] - fold.nodes[:, 4:]
+    scales = fold.model.state_scales()
+    amplitude = 0.5 * np.linalg.norm(halves[:, 0] / scales, axis=1)
+    near = int(np.flatnonzero((amplitude > 0.002) & (amplitude < 0.03))[0])
+    frequency = fold.values[near, 0]
+    order = np.argsort(doubling.values[:, 0])
+    known = np.append(doubling.values[order, 0], birth.values[0])
+    coefficients = np.append(doubling.coefficient[order], 0.0)
+    side = np.argsort(known)
+    b = np.interp(frequency, known[side], coefficients[side])
+    assert b < 0 < birth.coefficients["e"]
+    ratio = -b / (2 * birth.coefficients["e"] * amplitude[near] ** 2)
+    assert 0.3 < ratio < 3  # the projection on the critical vector is not made here
+
+
+def test_cascades_are_not_followed_for_ever():
+    window = {"f": (10, 14), "Nd": (0.0, 0.98)}
+    found = sf.locus(special(12.5, "PD", 1), ("f", "Nd"), window)
+    assert max(locus.period for locus in found.loci) == 2
+
+
+def test_two_stable_responses_of_one_period_are_told_from_one():
+    plane = sf.bifurcation_set(
+        model_named("duffing"), ("W", "F"), {"W": (0.8, 1.6), "F": (0.01, 0.3)}
+    )
+    kinds = {region.stable: region for region in plane.regions.regions}
+    assert set(kinds) == {(1,), (1, 1)}
+    assert kinds[1, 1].name == "2 of period 1"
+    assert len(kinds[1, 1].checks) == 3
+    assert all(check.agrees for region in kinds.values() for check in region.checks)
+
+
+def test_a_tiny_window_is_one_too():
+    point = special(12.5, "PD", 1)
+    near = {"f": (12.5 - 1e-9, 12.5 + 1e-9), "Nd": (point.value - 1e-9, point.value + 1e-9)}
+    (locus,) = sf.locus(point, ("f", "Nd"), near).loci
+    assert locus.begun.kind == locus.stopped.kind == "window"
+
+
+def test_where_parameters_contradict_each_other_is_no_region():
+    window = {"Ns": (0.5, 1.5), "Nd": (0.0, 1.4)}
+    plane = sf.bifurcation_set(sf.SlidingOscillator(f=12.5), ("Ns", "Nd"), window)
+    assert plane.regions.at(0.6, 1.2) is None
+    assert plane.regions.at(1.4, 0.5).stable == (2,)
