@@ -26,25 +26,45 @@ from slipfold.loci.progress import LocusProgress as LocusProgress
 from slipfold.loci.region_map import Region as Region
 from slipfold.loci.region_map import RegionCheck as RegionCheck
 from slipfold.loci.region_map import RegionMap as RegionMap
+from slipfold.models import BaseMotion as BaseMotion
 from slipfold.models import BoucWen as BoucWen
+from slipfold.models import ConstantLoad as ConstantLoad
+from slipfold.models import ContactLoad as ContactLoad
+from slipfold.models import Cost as Cost
 from slipfold.models import Coulomb as Coulomb
 from slipfold.models import CoulombViscous as CoulombViscous
+from slipfold.models import CraigBampton as CraigBampton
+from slipfold.models import CubicSpring as CubicSpring
 from slipfold.models import CubicStribeck as CubicStribeck
 from slipfold.models import Dahl as Dahl
+from slipfold.models import FrictionContact as FrictionContact
 from slipfold.models import FrictionLaw as FrictionLaw
+from slipfold.models import GapSpring as GapSpring
+from slipfold.models import GeometricSpring as GeometricSpring
+from slipfold.models import HarmonicForce as HarmonicForce
 from slipfold.models import Iwan as Iwan
 from slipfold.models import Jenkins as Jenkins
 from slipfold.models import Limit as Limit
+from slipfold.models import LinearSpring as LinearSpring
 from slipfold.models import LuGre as LuGre
+from slipfold.models import ModalDamping as ModalDamping
+from slipfold.models import ModalReduction as ModalReduction
 from slipfold.models import Model as Model
+from slipfold.models import ModulatedLoad as ModulatedLoad
+from slipfold.models import MultiHarmonicForce as MultiHarmonicForce
 from slipfold.models import Output as Output
 from slipfold.models import Parameter as Parameter
+from slipfold.models import PolynomialSpring as PolynomialSpring
+from slipfold.models import ProportionalDamping as ProportionalDamping
 from slipfold.models import RationalStribeck as RationalStribeck
+from slipfold.models import ReductionReport as ReductionReport
 from slipfold.models import Regularised as Regularised
 from slipfold.models import SlidingOscillator as SlidingOscillator
 from slipfold.models import State as State
 from slipfold.models import Stribeck as Stribeck
+from slipfold.models import Structure as Structure
 from slipfold.models import System as System
+from slipfold.models import TabulatedForce as TabulatedForce
 from slipfold.models import built_in_models as built_in_models
 from slipfold.orbits import Extrema as Extrema
 from slipfold.orbits import PeriodicOrbit as PeriodicOrbit
@@ -62,21 +82,32 @@ from slipfold.results import threshold_map as threshold_map
 from slipfold.thresholds.threshold_map import MapProgress as MapProgress
 
 __all__ = [
+    "BaseMotion",
     "BoucWen",
     "Branch",
+    "ConstantLoad",
+    "ContactLoad",
+    "Cost",
     "Coulomb",
     "CoulombViscous",
+    "CraigBampton",
+    "CubicSpring",
     "CubicStribeck",
     "Dahl",
     "Diagram",
     "End",
     "Event",
     "Extrema",
+    "FrictionContact",
     "FrictionLaw",
+    "GapSpring",
+    "GeometricSpring",
+    "HarmonicForce",
     "InputError",
     "Iwan",
     "Jenkins",
     "Limit",
+    "LinearSpring",
     "Locus",
     "LocusDiagram",
     "LocusEnd",
@@ -84,13 +115,20 @@ __all__ = [
     "LocusProgress",
     "LuGre",
     "MapProgress",
+    "ModalDamping",
+    "ModalReduction",
     "Model",
+    "ModulatedLoad",
+    "MultiHarmonicForce",
     "Newton",
     "Output",
     "Parameter",
     "PeriodicOrbit",
+    "PolynomialSpring",
     "Progress",
+    "ProportionalDamping",
     "RationalStribeck",
+    "ReductionReport",
     "Region",
     "RegionCheck",
     "RegionMap",
@@ -103,7 +141,9 @@ __all__ = [
     "State",
     "Steps",
     "Stribeck",
+    "Structure",
     "System",
+    "TabulatedForce",
     "ThresholdMap",
     "bifurcation_set",
     "built_in_models",

@@ -16,7 +16,10 @@ LOCUS = ["locus", "sliding", "--vary", "f=12.4:12.6", "--vary", "Nd=0:0.1"]
 def assert_refused(result, *words):
     assert result.exit_code == 2, result.output
     assert result.stdout == ""
-    assert result.stderr.count("\n") == 1
+    # One sentence; an excerpt of a file, with a mark below the place, may follow indented.
+    sentence, *excerpt = result.stderr.splitlines()
+    assert sentence.startswith("slipfold: ")
+    assert all(line.startswith("   ") for line in excerpt)
     assert result.stderr.startswith("slipfold: ")
     assert "Traceback" not in result.stderr
     for word in words:
@@ -122,6 +125,10 @@ CASES = {
         ["locus", "sliding", "--vary", "f=12:13", "--vary", "Nd=0.5:0.9", "--set", "Vd=1e-6"],
         "no response exists",
     ),
+    "label of a model": ([*LOCUS, "--label", "2"], "--label 2", "sliding is a model"),
+    "locus of a file that is not there": (
+        ["locus", "no.nc", "--vary", "f=12:13", "--vary", "Nd=0:1"], "no.nc cannot be read",
+    ),
     "case file missing": (["response", "no.toml", "--vary", "Nd=0:1"], "no.toml cannot be read"),
 }  # fmt: skip
 
@@ -218,6 +225,41 @@ def test_plot_of_files_that_are_no_results(tmp_path):
     assert_refused(run("plot", str(text)), "text.nc is not a netCDF-4 file")
     assert_refused(run("plot", str(tmp_path / "none.nc")), "none.nc cannot be read")
     assert os.listdir(tmp_path) == ["text.nc"]
+
+
+def test_locus_of_a_saved_response(tmp_path):
+    path = tmp_path / "x.nc"
+    made_diagram().save(path)
+    window = ("--vary", "f=12:13", "--vary", "Nd=0:0.5")
+    known = "are: 2 (PD of period 1), 6 (NS of period 2)"
+    for arguments, words in {
+        (*window, "--label", "9"): ("--label 9 is no bifurcation", known),
+        (*window, "--label", "1"): ("--label 1 is no bifurcation", known),  # an end
+        (*window, "--label", "3"): ("--label 3 is no bifurcation", known),  # an event
+        (*window, "--label", "PD"): ("--label PD is not a whole number",),
+        (*window, "--label", "2", "--type", "PD"): ("leave out --type and --period",),
+        (*window, "--set", "mu=0.3"): ("--set mu=0.3 is for a model", "leave out --set"),
+        (*window, "--regions"): ("--regions needs all loci", "leave out --regions"),
+        (*window, "--type", "HX"): ("no loci of type 'HX'", "LP, PD, NS"),
+        (*window, "--type", "LP"): ("no bifurcation of that type and period", known),
+        (*window, "--period", "3"): ("no bifurcation of that type and period", known),
+        ("--vary", "f=13:14", "--vary", "Nd=0:0.5"): ("inside the window", "f = 12.5 and Nd ="),
+        (*window[:2],): ("--vary is given once",),
+        (*window[:2], "--vary", "ND=0:1"): ("'ND'", "Nd?"),
+    }.items():
+        assert_refused(run("locus", str(path), *arguments), *words)
+    made_diagram(branches=()).save(path)
+    assert_refused(run("locus", str(path), *window), "x.nc has none")
+    assert os.listdir(tmp_path) == ["x.nc"]
+
+
+def test_locus_of_another_kind_of_result(tmp_path):
+    path = tmp_path / "x.nc"
+    made_locus_diagram().save(path)
+    arguments = ("locus", str(path), *LOCUS[2:])
+    assert_refused(run(*arguments), "x.nc holds a LocusDiagram", "slipfold response --out")
+    path.write_text("x,y\n")
+    assert_refused(run(*arguments), "x.nc is not a netCDF-4 file")
 
 
 def test_plot_of_what_there_is_not(tmp_path):

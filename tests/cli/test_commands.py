@@ -187,8 +187,8 @@ def test_types_and_periods_reach_the_computation(monkeypatch):
     )
     assert run(*LOCUS).exit_code == 0
     assert (asked["types"], asked["periods"], asked["regions"]) == (
-        ["LP", "PD", "NS"],
-        [1, 2],
+        ("LP", "PD", "NS"),
+        (1, 2),
         False,
     )
     assert run(*LOCUS, "--type", "NS", "--type", "LP", "--period", "2").exit_code == 0
@@ -234,6 +234,65 @@ def test_progress_of_loci_in_words():
     assert words(LocusProgress("responses", 3, 16, (12, 0), "")).startswith(
         "responses: 3 of 16 done  f = 12 Hz, mu = 0"
     )
+
+
+@pytest.fixture(scope="module")
+def saved_response(tmp_path_factory):
+    path = tmp_path_factory.mktemp("response") / "x.nc"
+    result = run(*SMALL, "--set", "f=12.5", "--event", "x=0.121", "--out", str(path))
+    assert result.exit_code == 0
+    return str(path)
+
+
+WINDOW = ("--vary", "f=12.45:12.55", "--vary", "Nd=60mN:0")
+
+
+def test_locus_of_a_saved_response_as_json(saved_response):
+    result = run("locus", saved_response, *WINDOW, "--json", "-")
+    assert result.exit_code == 0
+    assert result.stderr == ""
+    record = json.loads(result.stdout)
+    assert record["schema"] == "slipfold.locus/1"
+    assert record["window"] == [[12.45, 12.55], [0, 0.06]]
+    first = record["loci"][0]
+    assert (first["type"], first["period"]) == ("PD", 1)
+    gaps = [abs(f - 12.5) + abs(Nd - 0.043578911491) for f, Nd in first["values"]]
+    assert min(gaps) < 1e-9  # shared/reference/sliding.json
+
+
+def test_labels_are_those_of_the_printed_table(saved_response, tmp_path, monkeypatch):
+    asked = {}
+    module = importlib.import_module("slipfold.results.locus")
+    monkeypatch.setattr(
+        module, "locus", lambda points, *_, **__: asked.update(p=points) or made_locus_diagram()
+    )
+    lines = load(saved_response).summary().splitlines()
+    (label,) = [line.split()[4] for line in lines if line.split()[3:4] == ["PD"]]
+    assert run("locus", saved_response, *WINDOW, "--label", label).exit_code == 0
+    assert [point.type for point in asked["p"]] == ["PD"]
+    path = str(tmp_path / "x.nc")
+    made_diagram().save(path)
+    wide = ("--vary", "f=12:13", "--vary", "Nd=0:0.5")
+    for options, expected in {
+        (): [("PD", 1), ("NS", 2)],
+        ("--type", "ns"): [("NS", 2)],
+        ("--period", "1"): [("PD", 1)],
+    }.items():
+        assert run("locus", path, *wide, *options).exit_code == 0
+        assert [(point.type, point.period) for point in asked["p"]] == expected
+
+
+@pytest.mark.parametrize(
+    ("changes", "status"),
+    [
+        ({}, 0),
+        ({"loci": (doubling_locus(stopped=LocusEnd("failed", "lost", (12, 1))),)}, 3),
+        ({"interrupted": True}, 130),
+    ],
+)
+def test_status_of_loci_of_a_saved_response(changes, status, saved_response, monkeypatch):
+    replace_result(monkeypatch, made_locus_diagram(**changes), "locus")
+    assert run("locus", saved_response, *WINDOW).exit_code == status
 
 
 def test_plot_of_a_bifurcation_set(tmp_path):

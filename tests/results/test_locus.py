@@ -61,6 +61,19 @@ def test_an_item_of_a_diagram_will_do(doubling, found):
     assert [item.id for item in alone.loci] == [1]
 
 
+def test_any_iterable_of_special_points_will_do(diagram):
+    points = (item for item in diagram.special if item.point.type == "PD")
+    alone = locus(points, PLANE, WINDOW, switch=False)
+    assert [(item.type, item.period) for item in alone.loci] == [("PD", 1)]
+
+
+def test_no_window_is_one_sentence(doubling):
+    with pytest.raises(InputError, match="no window is given; give two values each for f and Nd"):
+        locus(doubling, PLANE)
+    with pytest.raises(InputError, match="no window is given; give two values each for f and Nd"):
+        bifurcation_set(SlidingOscillator(), PLANE)
+
+
 def test_settings_reach_the_computation(doubling):
     settings = Settings(steps=Steps(points=3))
     diagram = locus(doubling, PLANE, WINDOW, settings=settings)
@@ -89,7 +102,7 @@ def test_interrupted_by_the_observer_in_either_direction(doubling, side):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"special_point": "PD"}, "'P' is not a special point of a branch"),
+        ({"special_point": "PD"}, "'PD' is not a special point of a branch"),
         ({"special_point": None}, "None is not a special point of a branch; give e.g. diagram"),
         ({"special_point": ()}, "no special point is given"),
         ({"vary": ("f", "f")}, "f is given for both"),
@@ -97,7 +110,10 @@ def test_interrupted_by_the_observer_in_either_direction(doubling, side):
         ({"window": ((12.3, 12.4), (0, 0.1))}, "is outside the window"),
         ({"window": ((12.3, 12.6), (0, 1.2))}, "give Nd < Ns"),
         ({"window": ((12.3, 12.3), (0, 0.1))}, "empty"),
-        ({"settings": Settings(), "window": None}, "not a pair of pairs"),
+        ({"settings": Settings(), "window": None}, "no window is given; give two values each"),
+        ({"settings": 3}, "settings = 3 are not options of continuation; give e.g. Settings"),
+        ({"vary": (1, 2)}, "1 is not the name of a parameter; give two names"),
+        ({"window": ((12.3, 12.6), (False, True))}, "Nd holds False, which is not a number"),
     ],
 )
 def test_bad_input(doubling, changes, message):
@@ -137,7 +153,7 @@ def test_set_from_a_window(found):
 
 def test_one_type_and_one_period_need_no_list():
     diagram = bifurcation_set(
-        SlidingOscillator(), PLANE, ((12.45, 12.5), (0, 0.06)), types="PD", periods=1, regions=False
+        SlidingOscillator(), PLANE, ((12.45, 12.5), (0, 0.06)), types="pd", periods=1, regions=False
     )
     assert [(item.type, item.period) for item in diagram.loci] == [("PD", 1)]
 
@@ -169,6 +185,13 @@ def test_set_interrupted_while_loci_are_followed():
     ("changes", "message"),
     [
         ({"model": "sliding"}, "is not a model"),
+        ({"window": None}, "no window is given; give two values each for f and Nd"),
+        ({"plane": (1, 2)}, "1 is not the name of a parameter; give two names"),
+        ({"settings": 3}, "settings = 3 are not options of continuation"),
+        ({"types": 3, "regions": False}, "no loci of type 3; give LP, PD, NS"),
+        ({"periods": 3, "regions": False}, "period = 3 is neither 1 nor 2"),
+        ({"periods": 1.5, "regions": False}, "period = 1.5 is neither 1 nor 2"),
+        ({"periods": True, "regions": False}, "period = True is not a number of forcing periods"),
         ({"f": 12}, "f is varied, so it cannot be set to 12 as well; give it once, in the window"),
         ({"mu": -1}, "mu must be >= 0"),
         ({"mass": 1}, "no parameter 'mass'"),

@@ -22,6 +22,7 @@ from slipfold.errors import InputError
 from slipfold.loci.locus import LocusEnd
 from slipfold.loci.region_map import Region, RegionCheck
 from slipfold.models import SlidingOscillator
+from slipfold.models.friction import RationalStribeck
 from slipfold.results import load
 from slipfold.results.labelled_table import Variable
 from slipfold.results.locus_reader import read_locus_diagram
@@ -191,7 +192,18 @@ def test_a_model_of_ones_own_is_given_to_load(tmp_path):
     model = OtherModel(f=12.5)
     path = saved(tmp_path, made_locus_diagram(model=model, loci=()))
     assert load(path, kind=OtherModel).model == model
-    with pytest.raises(InputError, match="there is no model 'other'"):
+    with pytest.raises(InputError, match=r"its model 'other' is not a built-in one.*kind=TheClass"):
+        load(path)
+    with pytest.raises(InputError, match="kind = 'other' is not the class of a model"):
+        load(path, kind="other")
+
+
+def test_a_model_of_ones_own_keeps_its_friction_law(tmp_path):
+    model = OtherModel(f=12.5, friction=RationalStribeck(mu_s=0.4, d=2.0))
+    path = saved(tmp_path, made_locus_diagram(model=model, loci=()))
+    copy = load(path, kind=OtherModel).model
+    assert (copy, type(copy), copy.friction) == (model, OtherModel, model.friction)
+    with pytest.raises(InputError, match="its model 'other' is not a built-in one"):
         load(path)
 
 

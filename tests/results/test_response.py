@@ -91,6 +91,7 @@ def test_interrupted_by_the_observer():
         ({"span": (-0.1, 0.1)}, "Nd must be >= 0 N"),
         ({"span": (1.5, 0.1)}, "Nd = 1.5 N is not below Ns = 1 N"),
         ({"model": "sliding"}, "is not a model"),
+        ({"settings": 3}, "settings = 3 are not options of continuation"),
         ({"events": [Event("speed", 1)]}, "speed"),
     ],
 )

@@ -248,7 +248,9 @@ def test_a_parameter_called_like_a_column_survives(tmp_path):
     found = made_map(model=Awkward(), over=over)
     path = saved(tmp_path, found)
     assert_same(found, load(path, kind=Awkward))
-    with pytest.raises(InputError, match="there is no model 'awkward'"):
+    with pytest.raises(
+        InputError, match=r"its model 'awkward' is not a built-in one.*kind=TheClass"
+    ):
         load(path)
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from slipfold.cli.interruption import deferred_interrupts
-from slipfold.cli.options import Csv, Json, MaxPoints, MaxStep, ModelName, Out, Sets, Tolerance
+from slipfold.cli.options import Csv, Json, MaxPoints, MaxStep, Out, Sets, Tolerance
 from slipfold.cli.outputs import Outputs
 from slipfold.cli.parsing import (
     parse_assignments,
@@ -17,7 +19,9 @@ from slipfold.cli.parsing import (
 )
 from slipfold.cli.progress import live_line, locus_text
 from slipfold.cli.settings import parse_settings
+from slipfold.cli.special_points import labelled_points, load_response, matching_points
 from slipfold.cli.status import DONE, FAILED, INTERRUPTED, note
+from slipfold.errors import InputError
 
 if TYPE_CHECKING:
     from slipfold.loci.progress import LocusProgress
@@ -25,6 +29,15 @@ if TYPE_CHECKING:
 
 __all__ = ["locus"]
 
+Given = Annotated[
+    str,
+    typer.Argument(
+        metavar="MODEL|RESPONSE.nc",
+        help="Name of a built-in model (see slipfold models), or a case file, e.g. case.toml: all "
+        "bifurcations in the window. Or a file that slipfold response --out wrote: those that pass "
+        "its special points.",
+    ),
+]
 Vary = Annotated[
     list[str],
     typer.Option(
@@ -38,7 +51,7 @@ Types = Annotated[
         "--type",
         metavar="LP|PD|NS",
         help="Type of bifurcation to follow: fold, period doubling or Neimark-Sacker; all by "
-        "default. Repeatable.",
+        "default. With RESPONSE.nc, type of its points to start from. Repeatable.",
     ),
 ]
 Periods = Annotated[
@@ -46,7 +59,17 @@ Periods = Annotated[
     typer.Option(
         "--period",
         metavar="1|2",
-        help="Period of the orbits in forcing periods; both by default. Repeatable.",
+        help="Period of the orbits in forcing periods; both by default. With RESPONSE.nc, any "
+        "period of its points to start from; all by default. Repeatable.",
+    ),
+]
+Labels = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--label",
+        metavar="LAB",
+        help="With RESPONSE.nc, its special point to start from, by its number under LAB in the "
+        "printed table; all by default. Repeatable.",
     ),
 ]
 Regions = Annotated[
@@ -60,9 +83,10 @@ Regions = Annotated[
 
 
 def locus(
-    model: ModelName,
+    model: Given,
     vary: Vary,
     set_: Sets = None,
+    label: Labels = None,
     type_: Types = None,
     period: Periods = None,
     regions: Regions = False,
@@ -75,25 +99,55 @@ def locus(
 ) -> int:
     """Find all bifurcations in a window of two parameters, and follow them through it.
 
+    With a saved response, follow those that pass its special points, and what starts on them.
+
     Ctrl-C keeps what is finished. Exit status: 0 done, 2 bad input, 3 a locus could not be followed
     to its end, 130 interrupted.
     """
-    from slipfold.cli.case_file import find_model
     from slipfold.loci.bifurcation_set import PERIODS
     from slipfold.loci.follow import LOCUS_TYPES
-    from slipfold.results.bifurcation_set import bifurcation_set as compute
 
     outputs = Outputs(json, out, csv)
     outputs.check()
-    given = parse_assignments(set_)
-    chosen = find_model(model, given)
-    plane, window = parse_window(vary, chosen)
-    refuse_varied(given, plane)
-    types = [text.upper() for text in type_ or LOCUS_TYPES]
-    periods = [parse_whole(text, "--period") for text in period or map(str, PERIODS)]
+    types = [text.upper() for text in type_] if type_ else None
+    periods = [parse_whole(text, "--period") for text in period] if period else None
     settings = parse_settings(max_step, tolerance, max_points)
-    first, second = (chosen.parameter(name).unit for name in plane)
-    words = locus_text(plane, (first, second))
+    compute: partial[LocusDiagram]
+    if model.lower().endswith(".nc"):
+        from slipfold.results.locus import locus as follow
+
+        _refuse(model, set_, regions, bool(label and (types or periods)))
+        response = load_response(model)
+        chosen = response.model
+        plane, window = parse_window(vary, chosen)
+        if label:
+            points = labelled_points(response, model, label)
+        else:
+            points = matching_points(response, model, (plane, window), types, periods)
+        compute = partial(follow, points, plane, window)
+    else:
+        from slipfold.cli.case_file import find_model
+        from slipfold.results.bifurcation_set import bifurcation_set
+
+        if label:
+            raise InputError(
+                f"--label {label[0]} is for a saved response, but {model} is a model; give a file "
+                "that slipfold response --out wrote, or leave out --label"
+            )
+        given = parse_assignments(set_)
+        chosen = find_model(model, given)
+        plane, window = parse_window(vary, chosen)
+        refuse_varied(given, plane)
+        compute = partial(
+            bifurcation_set,
+            chosen,
+            plane,
+            window,
+            types=types or LOCUS_TYPES,
+            periods=periods or PERIODS,
+            regions=regions,
+        )
+    words = locus_text(plane, (chosen.parameter(plane[0]).unit, chosen.parameter(plane[1]).unit))
     with deferred_interrupts() as check:
         with live_line() as show:
 
@@ -101,18 +155,27 @@ def locus(
                 show(words(progress))
                 check()
 
-            diagram = compute(
-                chosen,
-                plane,
-                window,
-                types=types,
-                periods=periods,
-                regions=regions,
-                settings=settings,
-                observer=observer,
-            )
+            diagram = compute(settings=settings, observer=observer)
         outputs.write(diagram)
     return _conclude(diagram, outputs)
+
+
+def _refuse(path: str, sets: Sequence[str] | None, regions: bool, both: bool) -> None:
+    """Refuse what does not go with a saved response."""
+    if sets:
+        raise InputError(
+            f"--set {sets[0]} is for a model, but the parameters of {path} are those it was "
+            "computed with; leave out --set"
+        )
+    if regions:
+        raise InputError(
+            f"--regions needs all loci in the window, but only those of {path} are followed; give "
+            "a model, or leave out --regions"
+        )
+    if both:
+        raise InputError(
+            "--label says already which special points are meant; leave out --type and --period"
+        )
 
 
 def _conclude(diagram: LocusDiagram, outputs: Outputs) -> int:

@@ -11,6 +11,9 @@ __all__ = ["evaluate_tests"]
 
 Array = NDArray[np.float64]
 
+LARGEST = 690.0
+"""Largest logarithm of a double."""
+
 
 def evaluate_tests(monodromy: Array, multipliers: NDArray[np.complex128]) -> dict[str, float]:
     r"""Evaluate the test functions of period doubling, folds and tori.
@@ -42,8 +45,18 @@ def evaluate_tests(monodromy: Array, multipliers: NDArray[np.complex128]) -> dic
     return {
         "PD": float((1 + multipliers).prod().real / size),
         "fold": float((1 - multipliers).prod().real / size),
-        "NS": float(products.prod().real / size ** (n - 1)),
+        "NS": _scaled_product(products, size, n - 1),
     }
+
+
+def _scaled_product(factors: NDArray[np.complex128], size: float, power: int) -> float:
+    """Real product over a power of the size; with many states either alone would overflow."""
+    moduli = np.abs(factors)
+    if not moduli.all():
+        return 0.0
+    sign = float(np.sign((factors / moduli).prod().real))
+    exponent = float(np.log(moduli).sum()) - power * float(np.log(size))
+    return sign * float(np.exp(np.clip(exponent, -LARGEST, LARGEST)))
 
 
 @cache

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from time import perf_counter
+from typing import Any
+
+import numpy as np
 
 from slipfold.branches.settings import Settings
 from slipfold.errors import InputError
 from slipfold.loci.bifurcation_set import find_bifurcation_set
 from slipfold.loci.progress import LocusObserver
 from slipfold.models.model import Model
+from slipfold.results.given_settings import checked_settings
 from slipfold.results.locus_diagram import LocusDiagram
 from slipfold.results.plane import GivenWindow, corner_model, parse_plane
 from slipfold.results.provenance import provenance
@@ -20,10 +24,10 @@ __all__ = ["bifurcation_set"]
 def bifurcation_set(
     model: Model,
     plane: tuple[str, str],
-    window: GivenWindow,
+    window: GivenWindow | None = None,
     *,
-    types: str | Sequence[str] = ("LP", "PD", "NS"),
-    periods: int | Sequence[int] = (1, 2),
+    types: str | Iterable[str] = ("LP", "PD", "NS"),
+    periods: int | Iterable[int] = (1, 2),
     regions: bool = True,
     settings: Settings | None = None,
     observer: LocusObserver | None = None,
@@ -41,8 +45,8 @@ def bifurcation_set(
     plane
         Names of the two parameters.
     window
-        Two values of each: a pair of pairs in the order of `plane`, or pairs by name; numbers in
-        SI units, or text with a unit such as ``"20deg"``.
+        Two values of each, always to be given: a pair of pairs in the order of `plane`, or pairs
+        by name; numbers in SI units, or text with a unit such as ``"20deg"``.
     types
         Types of bifurcation to follow: of ``"LP"``, ``"PD"``, ``"NS"``.
     periods
@@ -88,15 +92,16 @@ def bifurcation_set(
                 f"{name} is varied, so it cannot be set to {parameters[name]} as well; "
                 "give it once, in the window"
             )
+    kinds, wanted = _types(types), _periods(periods)
     base = corner_model(model, names, spans, parameters)
-    chosen = Settings() if settings is None else settings
+    chosen = checked_settings(settings)
     started = perf_counter()
     found = find_bifurcation_set(
         base,
         names,
         spans,
-        types=(types,) if isinstance(types, str) else types,
-        periods=(periods,) if isinstance(periods, int) else periods,
+        types=kinds,
+        periods=wanted,
         regions=regions,
         settings=chosen,
         observer=observer,
@@ -111,3 +116,16 @@ def bifurcation_set(
         provenance(perf_counter() - started),
         interrupted=found.interrupted,
     )
+
+
+def _types(given: Any) -> tuple[Any, ...]:
+    items = (given,) if isinstance(given, str) or not isinstance(given, Iterable) else given
+    return tuple(item.upper() if isinstance(item, str) else item for item in items)
+
+
+def _periods(given: Any) -> tuple[Any, ...]:
+    items = tuple(given) if isinstance(given, Iterable) and not isinstance(given, str) else (given,)
+    for item in items:
+        if isinstance(item, bool | np.bool_):
+            raise InputError(f"period = {item} is not a number of forcing periods; give 1 or 2")
+    return items

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from time import perf_counter
 from typing import Any
 
@@ -12,6 +12,7 @@ from slipfold.errors import InputError
 from slipfold.loci.follow import follow_loci
 from slipfold.loci.progress import LocusObserver
 from slipfold.results.diagram import Labelled
+from slipfold.results.given_settings import checked_settings
 from slipfold.results.locus_diagram import LocusDiagram
 from slipfold.results.plane import GivenWindow, corner_model, parse_plane
 from slipfold.results.provenance import provenance
@@ -23,9 +24,9 @@ Given = SpecialPoint | Labelled
 
 
 def locus(
-    special_point: Given | Sequence[Given],
+    special_point: Given | Iterable[Given],
     vary: tuple[str, str],
-    window: GivenWindow,
+    window: GivenWindow | None = None,
     *,
     settings: Settings | None = None,
     observer: LocusObserver | None = None,
@@ -41,8 +42,8 @@ def locus(
     vary
         Names of the two parameters; that of the branch need not be among them.
     window
-        Two values of each: a pair of pairs in the order of `vary`, or pairs by name; numbers in SI
-        units, or text with a unit such as ``"20deg"``.
+        Two values of each, always to be given: a pair of pairs in the order of `vary`, or pairs by
+        name; numbers in SI units, or text with a unit such as ``"20deg"``.
     settings
         Options of continuation; the defaults of `slipfold.Settings` if None.
     observer
@@ -75,7 +76,7 @@ def locus(
     model = points[0].model
     plane, spans = parse_plane(model, vary, window)
     base = corner_model(model, plane, spans)
-    chosen = Settings() if settings is None else settings
+    chosen = checked_settings(settings)
     started = perf_counter()
     loci = follow_loci(points, plane, spans, settings=chosen, observer=observer, switch=switch)
     return LocusDiagram(
@@ -90,7 +91,7 @@ def locus(
     )
 
 
-def _points(given: Given | Sequence[Given]) -> list[SpecialPoint]:
+def _points(given: Given | Iterable[Given]) -> list[SpecialPoint]:
     items: list[Any] = [given] if isinstance(given, SpecialPoint | Labelled) else _listed(given)
     points = [item.point if isinstance(item, Labelled) else item for item in items]
     for point in points:
@@ -104,4 +105,4 @@ def _points(given: Given | Sequence[Given]) -> list[SpecialPoint]:
 
 
 def _listed(given: Any) -> list[Any]:
-    return list(given) if isinstance(given, Sequence) else [given]
+    return list(given) if isinstance(given, Iterable) and not isinstance(given, str) else [given]

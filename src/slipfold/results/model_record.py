@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from slipfold.errors import InputError
 from slipfold.models.friction import law_from_record, law_record
 from slipfold.models.model import Model
-from slipfold.models.registry import model_named
+from slipfold.models.registry import built_in_models, model_named
 from slipfold.models.sliding_oscillator import SlidingOscillator
 from slipfold.models.system import System
 
@@ -37,7 +38,12 @@ def structure_record(model: Model) -> dict[str, Any]:
     return {}
 
 
-def model_from_record(name: str, structure: Mapping[str, Any], values: Mapping[str, Any]) -> Model:
+def model_from_record(
+    name: str,
+    structure: Mapping[str, Any],
+    values: Mapping[str, Any],
+    kind: type[Model] | None = None,
+) -> Model:
     """Make a saved model again.
 
     Parameters
@@ -48,14 +54,35 @@ def model_from_record(name: str, structure: Mapping[str, Any], values: Mapping[s
         What `structure_record` made of it.
     values
         Parameter values by name.
+    kind
+        The class of the model, if it is not a built-in one.
 
     Raises
     ------
     InputError
         If there is no such model, or a value does not fit it.
     """
-    if "definition" in structure:
-        return System(str(structure["definition"]), **values)
+    if kind is not None:
+        _check_kind(kind)
+    given = dict(values)
     if "friction" in structure:
-        return SlidingOscillator(friction=law_from_record(structure["friction"]), **values)
-    return model_named(name, **values)
+        given["friction"] = law_from_record(structure["friction"])
+    if kind is not None and kind is not System:
+        return kind(**given)
+    if "definition" in structure:
+        return System(str(structure["definition"]), **given)
+    if name not in built_in_models():
+        raise InputError(
+            f"its model {name!r} is not a built-in one; read it in Python with the class of that "
+            "model, slipfold.load(..., kind=TheClass)"
+        )
+    if "friction" in structure:
+        return SlidingOscillator(**given)
+    return model_named(name, **given)
+
+
+def _check_kind(kind: Any) -> None:
+    if not (isinstance(kind, type) and issubclass(kind, Model)):
+        raise InputError(
+            f"kind = {kind!r} is not the class of a model; give a class, e.g. SlidingOscillator"
+        )

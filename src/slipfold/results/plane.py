@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeVar
 
+import numpy as np
+
 from slipfold.errors import InputError
 from slipfold.loci.window import Window, check_window
 from slipfold.models.model import Model
@@ -22,7 +24,7 @@ AnyModel = TypeVar("AnyModel", bound=Model)
 
 
 def parse_plane(
-    model: Model, vary: tuple[str, str], window: GivenWindow
+    model: Model, vary: tuple[str, str], window: GivenWindow | None
 ) -> tuple[tuple[str, str], Window]:
     """Return the names of two parameters and the window in them, in SI units, or raise.
 
@@ -52,9 +54,18 @@ def parse_plane(
         f'a locus is followed in two parameters, not in {vary!r}; give two names, e.g. ("f", "Nd")',
     )
     for name in (first, second):
+        if not isinstance(name, str):
+            raise InputError(
+                f'{name!r} is not the name of a parameter; give two names, e.g. ("f", "Nd")'
+            )
         model.parameter(name)
     if first == second:
         raise InputError(f"{first} is given for both parameters; give two different ones")
+    if window is None:
+        raise InputError(
+            f"no window is given; give two values each for {first} and {second}, e.g. "
+            f"window={{{first!r}: (least, largest), {second!r}: (least, largest)}}"
+        )
     ends = _in_order((first, second), window)
     spans = (_span(model, first, ends[0]), _span(model, second, ends[1]))
     return (first, second), check_window(model, (first, second), spans)
@@ -89,6 +100,9 @@ def _span(model: Model, name: str, ends: Ends) -> tuple[float, float]:
         f"the window of {name} is {ends!r}, which is not a pair; give its least and its largest "
         "value",
     )
+    for end in (first, last):
+        if isinstance(end, bool | np.bool_):
+            raise InputError(f"the window of {name} holds {end}, which is not a number; give one")
     return parse_quantity(first, unit, name), parse_quantity(last, unit, name)
 
 

@@ -11,9 +11,10 @@ from slipfold.branches.response import trace_response
 from slipfold.branches.settings import Settings
 from slipfold.errors import InputError
 from slipfold.models.model import Model
-from slipfold.models.system import System
 from slipfold.models.quantity import parse_quantity
+from slipfold.models.system import System
 from slipfold.results.diagram import Diagram
+from slipfold.results.given_settings import checked_settings
 from slipfold.results.provenance import provenance
 
 __all__ = ["response"]
@@ -78,7 +79,7 @@ def response(
     if not isinstance(model, Model):
         raise InputError(f"model = {model!r} is not a model; give e.g. SlidingOscillator()")
     parameters[vary], last = _ends(model, vary, span)
-    chosen = Settings() if settings is None else settings
+    chosen = checked_settings(settings)
     changed = model.replace(**parameters)
     watched = (*events, *_own_events(changed, vary))
     first = changed.values[vary]

@@ -165,7 +165,5 @@ def open_table(table: LabelledTable, kind: type[Model] | None = None) -> SavedTa
     """
     given = json.loads(table.attributes["input"])
     parameters = given["parameters"]
-    if kind is not None:
-        return SavedTable(table, given, kind(**parameters))
-    model = model_from_record(str(given["model"]), given.get("structure", {}), parameters)
+    model = model_from_record(str(given["model"]), given.get("structure", {}), parameters, kind)
     return SavedTable(table, given, model)

@@ -18,7 +18,7 @@ from slipfold.results.printed_table import PrintedTable, html_list, with_unit, w
 if TYPE_CHECKING:
     from slipfold.results.diagram import Diagram
 
-__all__ = ["Row", "summary_html", "summary_rows", "summary_text"]
+__all__ = ["Row", "points_by_label", "summary_html", "summary_rows", "summary_text"]
 
 SHOWN = 2
 """States shown where nobody says which."""
@@ -68,6 +68,23 @@ def summary_rows(diagram: Diagram) -> tuple[Row, ...]:
         The diagram.
     """
     return tuple(row for branch in diagram.branches for row in _rows_of(branch))
+
+
+def points_by_label(diagram: Diagram) -> dict[int, SpecialPoint]:
+    """Return the special points by their number under LAB in the table.
+
+    Parameters
+    ----------
+    diagram
+        The diagram.
+    """
+    found: dict[int, SpecialPoint] = {}
+    label = 1
+    for branch in diagram.branches:
+        if len(branch):  # both ends of a branch have labels, too
+            found |= dict(enumerate(branch.special, label + 1))
+            label += len(branch.special) + 2
+    return found
 
 
 def _rows_of(branch: Branch) -> list[Row]:

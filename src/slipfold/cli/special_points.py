@@ -1,0 +1,142 @@
+"""The special points of a saved response that a command starts from."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from typing import TYPE_CHECKING
+
+from slipfold.cli.parsing import parse_whole
+from slipfold.errors import InputError
+
+if TYPE_CHECKING:
+    from slipfold.branches.special_point import SpecialPoint
+    from slipfold.results.diagram import Diagram
+
+__all__ = ["labelled_points", "load_response", "matching_points"]
+
+
+def load_response(path: str) -> Diagram:
+    """Read a saved response.
+
+    Parameters
+    ----------
+    path
+        The file.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or holds another kind of result.
+    """
+    from slipfold.results.diagram import Diagram
+    from slipfold.results.load import load
+
+    found = load(path)
+    if not isinstance(found, Diagram):
+        raise InputError(
+            f"{path} holds a {type(found).__name__}, but loci start from the special points of a "
+            "response; give a file that slipfold response --out wrote"
+        )
+    return found
+
+
+def labelled_points(diagram: Diagram, path: str, labels: Sequence[str]) -> list[SpecialPoint]:
+    """Return the special points with these labels.
+
+    Parameters
+    ----------
+    diagram
+        The response.
+    path
+        Its file, for messages.
+    labels
+        Numbers under LAB in its printed table.
+
+    Raises
+    ------
+    InputError
+        If no bifurcation with a locus has the label.
+    """
+    known = _bifurcations(diagram)
+    chosen = []
+    for text in labels:
+        label = parse_whole(text, "--label")
+        if label not in known:
+            raise InputError(
+                f"--label {text} is no bifurcation with a locus; {_listed(path, known)}"
+            )
+        chosen.append(known[label])
+    return chosen
+
+
+def matching_points(
+    diagram: Diagram,
+    path: str,
+    window: tuple[tuple[str, str], tuple[tuple[float, float], tuple[float, float]]],
+    types: Collection[str] | None,
+    periods: Collection[int] | None,
+) -> list[SpecialPoint]:
+    """Return the special points inside the window that are of these types and periods.
+
+    Parameters
+    ----------
+    diagram
+        The response.
+    path
+        Its file, for messages.
+    window
+        Names of two parameters, and two values of each.
+    types, periods
+        Types and periods wanted; None for all.
+
+    Raises
+    ------
+    InputError
+        If there is none, or a type has no loci.
+    """
+    from slipfold.loci.follow import LOCUS_TYPES
+
+    for kind in types or ():
+        if kind not in LOCUS_TYPES:
+            raise InputError(f"there are no loci of type {kind!r}; give {', '.join(LOCUS_TYPES)}")
+    known = _bifurcations(diagram)
+    wanted = [
+        point
+        for point in known.values()
+        if (types is None or point.type in types) and (periods is None or point.period in periods)
+    ]
+    if not wanted:
+        listed = _listed(path, known)
+        raise InputError(f"no bifurcation of that type and period is in {path}; {listed}")
+    inside = [
+        point
+        for point in wanted
+        if all(
+            min(ends) <= point.model.values[name] <= max(ends)
+            for name, ends in zip(*window, strict=True)
+        )
+    ]
+    if not inside:
+        places = " and ".join(f"{name} = {wanted[0].model.values[name]:.6g}" for name in window[0])
+        raise InputError(
+            f"no special point of {path} is inside the window; the first is at {places}, give a "
+            "window that holds it"
+        )
+    return inside
+
+
+def _bifurcations(diagram: Diagram) -> dict[int, SpecialPoint]:
+    from slipfold.loci.follow import LOCUS_TYPES
+    from slipfold.results.summary import points_by_label
+
+    points = points_by_label(diagram)
+    return {label: point for label, point in points.items() if point.type in LOCUS_TYPES}
+
+
+def _listed(path: str, known: dict[int, SpecialPoint]) -> str:
+    if not known:
+        return f"{path} has none"
+    labels = ", ".join(
+        f"{label} ({point.type} of period {point.period})" for label, point in known.items()
+    )
+    return f"the labels of those in {path} are: {labels}"

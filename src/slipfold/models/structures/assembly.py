@@ -1,0 +1,396 @@
+"""A structure put together: reduced matrices, places of the components, symbolic equations."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.errors import InputError
+from slipfold.models.output import Expression, Limit, Symbols
+from slipfold.models.parameter import Parameter, State
+from slipfold.models.structures.component import Component, Motion
+from slipfold.models.structures.damping import Damping
+from slipfold.models.structures.definition import Definition
+from slipfold.models.structures.direction import Direction
+from slipfold.models.structures.eigenmodes import lowest_modes
+from slipfold.models.structures.reduction import Reduced, static_errors
+from slipfold.models.structures.sums import total, weighted_sum
+
+__all__ = ["GENERAL", "Assembly", "Placed", "assemble"]
+
+Array = NDArray[np.float64]
+
+LARGEST = 200
+"""Most degrees of freedom of a model: beyond it a flow takes minutes to compile and to run."""
+
+FREQUENCY = Parameter("f", 1.0, "Hz", "forcing frequency", 0, lower_open=True, symbol="$f$")
+LEVEL = Parameter("level", 1.0, "", "factor of everything that is periodic in time")
+DURATION = Parameter("duration", 1.0, "s", "unit of time, or period of a cycle", 0, lower_open=True)
+
+GENERAL = ("energy", "power_damping", "power_forcing", "power_contacts")
+"""Outputs of the structure as a whole; the energy needs a symmetric stiffness matrix."""
+
+ROUNDING = 1e-15
+"""Entry of the inverse mass times a matrix, over the largest of its row, that is rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """A component at its place in the structure.
+
+    Parameters
+    ----------
+    component
+        The component.
+    prefix
+        What its coefficients begin with.
+    rows
+        Weights of the kept coordinates in each of its directions, shape (n_directions, n_kept).
+    """
+
+    component: Component
+    prefix: str
+    rows: Array
+
+
+class Assembly:
+    """All that follows from a definition; shared by all models of it.
+
+    Parameters
+    ----------
+    definition
+        The structure.
+
+    Raises
+    ------
+    InputError
+        If its parts do not fit each other.
+    """
+
+    def __init__(self, definition: Definition) -> None:
+        self.definition = definition
+        self.reduced = self._reduce()
+        self.names = definition.names if self.reduced is None else self.reduced.names
+        self.size = len(self.names)
+        if self.size > LARGEST:
+            raise InputError(
+                f"the structure keeps {self.size} degrees of freedom; orbits of more than "
+                f"{LARGEST} take minutes each, so give reduction=CraigBampton(boundary, modes=10) "
+                "or ModalReduction(modes=20)"
+            )
+        self.mass = definition.M.dense() if self.reduced is None else self.reduced.mass
+        self.stiffness = definition.K.dense() if self.reduced is None else self.reduced.stiffness
+        self.damping = self._damping_terms()
+        self.placed = tuple(
+            Placed(component, f"{place}_", self._rows(component))
+            for place, component in enumerate(definition.components)
+        )
+        self.watched = tuple((name, self._row(item)) for name, item in definition.watch)
+        self.symmetric = definition.K.asymmetry[0] < 1e-9
+
+    # -- matrices ------------------------------------------------------------------------------
+
+    def _reduce(self) -> Reduced | None:
+        item = self.definition
+        if item.reduction is None:
+            return None
+        reduced = item.reduction.apply(item.M, item.K, item.names)
+        directions = [
+            direction
+            for component in item.components
+            for direction in component.directions
+            if direction is not None and not component.inertial
+        ]
+        lost = static_errors(item.K, reduced, item.names, directions)
+        return replace(reduced, report=replace(reduced.report, static_errors=lost))
+
+    def _damping_terms(self) -> tuple[tuple[str | None, Array], ...]:
+        damping = self.definition.C
+        if damping is None:
+            return ()
+        if isinstance(damping, Damping):
+            return damping.terms(self.mass, self.stiffness)
+        if self.reduced is None:
+            return ((None, damping.dense()),)
+        basis = self.reduced.basis
+        return ((None, basis.T @ np.asarray(damping.array() @ basis)),)
+
+    def _rows(self, component: Component) -> Array:
+        rows = [self._row(item, component.inertial) for item in component.directions]
+        return np.array(rows).reshape(len(rows), self.size)
+
+    def _row(self, direction: Direction | None, inertial: bool = False) -> Array:
+        names, mass = self.definition.names, self.definition.M
+        row = np.ones(len(names)) if direction is None else direction.vector(names)
+        if inertial:
+            row = np.asarray(mass.array() @ row)
+        return row if self.reduced is None else np.asarray(row @ self.reduced.basis)
+
+    def over_mass(self, matrix: Array) -> Array:
+        """Return the inverse mass matrix times a matrix; what is zero but for rounding is zero.
+
+        Parameters
+        ----------
+        matrix
+            Shape (n_kept, m).
+        """
+        if matrix is self.mass:
+            return np.eye(self.size)
+        diagonal = np.diag(self.mass)
+        if not np.any(self.mass - np.diag(diagonal)):
+            return matrix / diagonal[:, None]
+        result = np.asarray(np.linalg.solve(self.mass, matrix), dtype=float)
+        largest = np.abs(result).max(axis=1, keepdims=True, initial=0.0)
+        result[np.abs(result) < ROUNDING * largest] = 0.0
+        return result
+
+    @cached_property
+    def frequencies(self) -> Array:
+        """Natural frequencies of the linear structure without elements in Hz, shape (n_kept,)."""
+        squares = lowest_modes(self.stiffness, self.mass)[0]
+        return np.sqrt(np.maximum(squares, 0.0)) / (2 * np.pi)
+
+    # -- names ---------------------------------------------------------------------------------
+
+    @cached_property
+    def forced(self) -> bool:
+        """Whether anything is periodic in time."""
+        return bool(self._amplitudes)
+
+    @cached_property
+    def _amplitudes(self) -> tuple[str, ...]:
+        return tuple(
+            item.component.called(name)
+            for item in self.placed
+            for name in item.component.amplitudes
+        )
+
+    @property
+    def quiet(self) -> str | None:
+        """Name of the parameter that switches the forcing off."""
+        if len(self._amplitudes) > 1:
+            return LEVEL.name
+        return self._amplitudes[0] if self._amplitudes else None
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The structure's own, then those of the components."""
+        own = [FREQUENCY] if self.forced else [DURATION]
+        own += [LEVEL] if self.quiet == LEVEL.name else []
+        damping = self.definition.C
+        if isinstance(damping, Damping):
+            own += damping.own_parameters
+        for item in self.placed:
+            own += item.component.parameters
+        return tuple(own)
+
+    @cached_property
+    def states(self) -> tuple[State, ...]:
+        """Displacements, their rates, then the memories of contacts."""
+        scaled = self.definition.length_scale != 1
+        units = ("", "1/s") if scaled else ("m", "m/s")
+        over = " over the length scale" if scaled else ""
+        states = [State(name, units[0], f"displacement {name}{over}") for name in self.names]
+        states += [State(f"v{name}", units[1], f"rate of {name}") for name in self.names]
+        for item in self.placed:
+            states += [
+                replace(state, name=item.component.called(state.name))
+                for state in item.component.memory()
+            ]
+        return tuple(states)
+
+    @cached_property
+    def limits(self) -> tuple[Limit, ...]:
+        """Limits of all components."""
+        found = []
+        for item in self.placed:
+            called, name = item.component.called, item.component.name
+            for limit in item.component.limits():
+                title = f"{limit.name} of {name}" if name else limit.name
+                reason = f"{name}: {limit.reason}" if name else limit.reason
+                found.append(Limit(title, called(limit.output), limit.bound, reason))
+        return tuple(found)
+
+    # -- equations -----------------------------------------------------------------------------
+
+    def own_values(self, item: Placed, p: Symbols) -> dict[str, Expression]:
+        """Return a component's parameters by their own names, amplitudes times the level.
+
+        Parameters
+        ----------
+        item
+            The component.
+        p
+            The structure's parameters by name.
+        """
+        own = item.component.own(p)
+        if LEVEL.name in p and self.quiet == LEVEL.name:
+            for name in item.component.amplitudes:
+                own[name] = p[LEVEL.name] * own[name]
+        return own
+
+    def coefficients(self, p: Symbols) -> dict[str, Expression]:
+        """Return the coefficients of all components, and those of damping.
+
+        Parameters
+        ----------
+        p
+            The structure's parameters by name.
+        """
+        result: dict[str, Expression] = {key: p[key] for key, _ in self.damping if key is not None}
+        for item in self.placed:
+            own = self.own_values(item, p)
+            if self.forced:
+                own["f"] = p["f"]
+            found = item.component.coefficients(own)
+            result |= {f"{item.prefix}{key}": value for key, value in found.items()}
+        return result
+
+    def own_coefficients(self, item: Placed, c: Symbols) -> dict[str, Expression]:
+        """Return a component's coefficients by their own names.
+
+        Parameters
+        ----------
+        item
+            The component.
+        c
+            The structure's coefficients by name.
+        """
+        start = item.prefix
+        return {key[len(start) :]: value for key, value in c.items() if key.startswith(start)}
+
+    def motion(self, item: Placed, q: Symbols) -> Motion:
+        """Return how the structure moves where a component acts.
+
+        Parameters
+        ----------
+        item
+            The component.
+        q
+            The states by name.
+        """
+        component = item.component
+        memory = tuple(q[component.called(state.name)] for state in component.memory())
+        return Motion(
+            tuple(self.displacement(row, q) for row in item.rows),
+            tuple(self.displacement(row, q, "v") for row in item.rows),
+            memory,
+        )
+
+    def displacement(self, row: Array, q: Symbols, rate: str = "") -> Expression:
+        """Return a weighted sum of displacements in m, or of velocities in m/s.
+
+        Parameters
+        ----------
+        row
+            Weights of the kept coordinates, shape (n_kept,).
+        q
+            The states by name.
+        rate
+            ``"v"`` for velocities.
+        """
+        symbols = [q[f"{rate}{name}"] for name in self.names]
+        return total(weighted_sum(row * self.definition.length_scale, symbols))
+
+    def rates(self, q: Symbols, c: Symbols, phase: Expression) -> dict[str, Expression]:
+        """Return the time derivatives of the states.
+
+        Parameters
+        ----------
+        q
+            The states by name.
+        c
+            The coefficients by name.
+        phase
+            Time divided by the forcing period.
+        """
+        places = [q[name] for name in self.names]
+        speeds = [q[f"v{name}"] for name in self.names]
+        rates: dict[str, Expression] = dict(zip(self.names, speeds, strict=True))
+        terms = self._linear_terms(places, speeds, c)
+        memories: dict[str, Expression] = {}
+        for item in self.placed:
+            motion, own = self.motion(item, q), self.own_coefficients(item, c)
+            inputs = self.over_mass(item.rows.T) / self.definition.length_scale
+            for force, column in zip(
+                item.component.forces(motion, own, phase), inputs.T, strict=True
+            ):
+                if force is not None:
+                    for place in np.flatnonzero(column):
+                        terms[place] += weighted_sum([column[place]], [force])
+            names = [item.component.called(state.name) for state in item.component.memory()]
+            memories |= dict(zip(names, item.component.memory_rates(motion, own), strict=True))
+        rates |= {f"v{name}": total(terms[place]) for place, name in enumerate(self.names)}
+        return {**rates, **memories}
+
+    def _linear_terms(
+        self, places: list[Expression], speeds: list[Expression], c: Symbols
+    ) -> list[list[Expression]]:
+        """Return the linear terms of each acceleration; numbers stand in for the matrices."""
+        constant = sum((matrix for key, matrix in self.damping if key is None), np.zeros(1))
+        stiffness = self.over_mass(self.stiffness)
+        damping = self.over_mass(np.broadcast_to(constant, self.mass.shape))
+        scaled = [(key, self.over_mass(m)) for key, m in self.damping if key is not None]
+        terms = []
+        for row in range(self.size):
+            found = weighted_sum(-stiffness[row], places) + weighted_sum(-damping[row], speeds)
+            for key, matrix in scaled:
+                parts = weighted_sum(-matrix[row], speeds)
+                found += [c[key] * total(parts)] if parts else []
+            terms.append(found)
+        return terms
+
+    @cached_property
+    def nonzeros(self) -> int:
+        """Number of products in the linear part of the equations."""
+        matrices = [self.stiffness, *(matrix for _, matrix in self.damping)]
+        return sum(int(np.count_nonzero(self.over_mass(matrix))) for matrix in matrices)
+
+
+def assemble(definition: Definition) -> Assembly:
+    """Put a structure together; equal definitions share the result.
+
+    Parameters
+    ----------
+    definition
+        The structure.
+
+    Raises
+    ------
+    InputError
+        If its parts do not fit each other.
+    """
+    return _assembled(definition)
+
+
+@lru_cache(maxsize=64)
+def _assembled(definition: Definition) -> Assembly:
+    assembly = Assembly(definition)
+    _refuse_doubles(assembly)
+    return assembly
+
+
+def _refuse_doubles(assembly: Assembly) -> None:
+    """Refuse names that stand for two things."""
+    measured = [
+        item.component.called(measure.name)
+        for item in assembly.placed
+        for measure in item.component.measures()
+    ]
+    groups = {
+        "a state": [item.name for item in assembly.states],
+        "a parameter": [item.name for item in assembly.parameters],
+        "an output": [*measured, *(name for name, _ in assembly.watched), *GENERAL],
+    }
+    known: dict[str, str] = {}
+    for what, names in groups.items():
+        for name in names:
+            if name in known:
+                raise InputError(
+                    f"{name} is {known[name]} and {what}; give components of one kind different "
+                    'names, such as name="left", and degrees of freedom others than these'
+                )
+            known[name] = what

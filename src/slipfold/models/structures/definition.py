@@ -1,0 +1,216 @@
+"""All that the equations of a structure depend on, checked for form."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from slipfold.errors import InputError
+from slipfold.models.quantity import parse_quantity
+from slipfold.models.structures.component import NAME, Component
+from slipfold.models.structures.contacts import FrictionContact
+from slipfold.models.structures.damping import Damping
+from slipfold.models.structures.direction import Direction, as_direction
+from slipfold.models.structures.forcing import BaseMotion, HarmonicForce, MultiHarmonicForce
+from slipfold.models.structures.gap_spring import GapSpring
+from slipfold.models.structures.geometric_spring import GeometricSpring
+from slipfold.models.structures.matrices import Matrix, as_matrix, check_mass, require_symmetric
+from slipfold.models.structures.reduction import Reduction
+from slipfold.models.structures.shown import shown
+from slipfold.models.structures.springs import CubicSpring, LinearSpring, PolynomialSpring
+from slipfold.models.structures.tabulated_force import TabulatedForce
+
+__all__ = ["Definition", "define"]
+
+_ELEMENTS = (LinearSpring, CubicSpring, PolynomialSpring, GapSpring, GeometricSpring)
+_CONTACTS = (FrictionContact,)
+_FORCING = (HarmonicForce, MultiHarmonicForce, TabulatedForce, BaseMotion)
+
+_SYMBOLS = ("c_", "p_", "carried_")
+"""How the compiled equations begin the names of coefficients, parameters and variations."""
+
+
+@dataclass(frozen=True)
+class Definition:
+    """A structure without its parameter values.
+
+    Parameters
+    ----------
+    M, K
+        Mass and stiffness matrix, shape (n, n), in kg and N/m.
+    C
+        Damping matrix in N s/m, shape (n, n); a rule; None for no damping.
+    names
+        Names of the n degrees of freedom.
+    reduction
+        How it is reduced; None if not.
+    elements, contacts, forcing
+        What acts on it, with default values.
+    length_scale
+        Displacements of the model are in units of it, in m.
+    watch
+        Name and direction of displacements that are outputs.
+    """
+
+    M: Matrix
+    C: Matrix | Damping | None
+    K: Matrix
+    names: tuple[str, ...]
+    reduction: Reduction | None
+    elements: tuple[Component, ...]
+    contacts: tuple[FrictionContact, ...]
+    forcing: tuple[Component, ...]
+    length_scale: float
+    watch: tuple[tuple[str, Direction], ...]
+
+    @property
+    def components(self) -> tuple[Component, ...]:
+        """Elements, contacts and forcing."""
+        return (*self.elements, *self.contacts, *self.forcing)
+
+
+def define(
+    M: Any,
+    C: Any,
+    K: Any,
+    names: Any,
+    reduction: Any,
+    components: tuple[Any, Any, Any],
+    length_scale: Any,
+    watch: Any,
+) -> tuple[Definition, dict[str, float]]:
+    """Check the arguments of a structure, and part them from the values of their parameters.
+
+    Parameters
+    ----------
+    M, C, K, names, reduction, length_scale, watch
+        As for `Structure`.
+    components
+        Elements, contacts and forcing.
+
+    Returns
+    -------
+    definition : Definition
+        What the equations depend on.
+    values : dict
+        Values of parameters by name.
+
+    Raises
+    ------
+    InputError
+        If an argument cannot be used.
+    """
+    if K is None:
+        raise InputError("the structure has no stiffness matrix; give K, of zeros if it has none")
+    mass, stiffness = as_matrix(M, "M"), as_matrix(K, "K")
+    damping = C if C is None or isinstance(C, Damping) else as_matrix(C, "C")
+    for name, matrix in (("C", damping), ("K", stiffness)):
+        if isinstance(matrix, Matrix) and matrix.size != mass.size:
+            raise InputError(
+                f"{name} has {matrix.size} rows and M has {mass.size}; give matrices of one size"
+            )
+    if isinstance(damping, Damping):
+        require_symmetric(
+            stiffness, "K", f"{damping.title} needs a symmetric one, so give C as a matrix instead"
+        )
+    if reduction is not None and not isinstance(reduction, Reduction):
+        raise InputError(
+            f"reduction = {shown(reduction)} is none; give ModalReduction(modes=5) or "
+            'CraigBampton(["tip"], modes=5)'
+        )
+    given_names = _checked_names(names, mass.size)
+    if not isinstance(M, Matrix):  # a matrix that is frozen already was checked before
+        check_mass(mass, given_names)
+    several = [
+        _checked(items, classes, what)
+        for items, classes, what in zip(
+            components,
+            (_ELEMENTS, _CONTACTS, _FORCING),
+            ("elements", "contacts", "forcing"),
+            strict=True,
+        )
+    ]
+    values: dict[str, float] = dict(damping.own_values) if isinstance(damping, Damping) else {}
+    for component in (item for items in several for item in items):
+        values |= component.values
+    kinds = [tuple(item.kind for item in items) for items in several]
+    definition = Definition(
+        mass,
+        damping.kind if isinstance(damping, Damping) else damping,
+        stiffness,
+        given_names,
+        reduction,
+        kinds[0],
+        kinds[1],  # type: ignore[arg-type]
+        kinds[2],
+        _checked_length(length_scale),
+        _checked_watch(watch),
+    )
+    return definition, values
+
+
+def _checked_names(names: Any, size: int) -> tuple[str, ...]:
+    if names is None:
+        return tuple(f"q{place}" for place in range(1, size + 1))
+    if isinstance(names, str):
+        names = names.split()
+    given = tuple(_iterated(names))
+    if len(given) != size:
+        raise InputError(
+            f"{len(given)} names are given for {size} degrees of freedom; give one a row of M"
+        )
+    for name in given:
+        if not isinstance(name, str) or not NAME.fullmatch(name):
+            raise InputError(
+                f"{shown(name)} cannot name a degree of freedom; give at most 60 letters, "
+                "digits and _, a letter first"
+            )
+        if name == "phase" or name.startswith(_SYMBOLS):
+            raise InputError(
+                f"a degree of freedom cannot be called {name}: phase and names that begin with "
+                f"{', '.join(_SYMBOLS)} are used inside; call it e.g. q_{name}"
+            )
+        if given.count(name) > 1:
+            raise InputError(f"two degrees of freedom are called {name}; rename one")
+    return given
+
+
+def _checked(items: Any, classes: tuple[type, ...], what: str) -> tuple[Component, ...]:
+    given: Sequence[Any] = (items,) if isinstance(items, Component) else tuple(_iterated(items))
+    for item in given:
+        if not isinstance(item, classes):
+            known = ", ".join(cls.__name__ for cls in classes)
+            raise InputError(f"{shown(item)} is not known among {what}; give {known}")
+    return tuple(given)
+
+
+def _iterated(items: Any) -> Iterable[Any]:
+    return items if isinstance(items, Iterable) and not isinstance(items, str) else (items,)
+
+
+def _checked_length(value: Any) -> float:
+    length = parse_quantity(value, "m", "length_scale")
+    if not 0 < length < float("inf"):
+        raise InputError(
+            f"length_scale = {length:g} m; give a finite length > 0, about that of the motion"
+        )
+    return length
+
+
+def _checked_watch(watch: Any) -> tuple[tuple[str, Direction], ...]:
+    if isinstance(watch, tuple):
+        return watch
+    if watch is None:
+        return ()
+    if not isinstance(watch, Mapping):
+        raise InputError(
+            f"watch = {shown(watch)} is no mapping; give directions by the name of the output, "
+            'such as {"u_tip": "tip"}'
+        )
+    for name in watch:
+        if not isinstance(name, str) or not NAME.fullmatch(name):
+            raise InputError(
+                f"{shown(name)} cannot name an output; give letters, digits and _, a letter first"
+            )
+    return tuple((name, as_direction(item, f"the output {name}")) for name, item in watch.items())

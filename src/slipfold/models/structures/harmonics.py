@@ -1,0 +1,41 @@
+"""Numbers of harmonics of the forcing."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from slipfold.errors import InputError
+from slipfold.models.structures.shown import shown
+
+__all__ = ["HIGHEST", "checked_harmonic"]
+
+HIGHEST = 64
+"""Highest harmonic; each one takes a cosine and a sine at every step of the integration."""
+
+
+def checked_harmonic(value: Any, what: str, lowest: int = 1) -> int:
+    """Return the number of a harmonic, or raise if it is none.
+
+    Parameters
+    ----------
+    value
+        Candidate.
+    what
+        What has the harmonic, for the message.
+    lowest
+        Lowest number allowed: 0 for a mean, else 1.
+
+    Raises
+    ------
+    InputError
+        If it is not a whole number from `lowest` to 64.
+    """
+    whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
+    if not whole or not lowest <= value <= HIGHEST:
+        raise InputError(
+            f"a {what} has the harmonic {shown(value)}; give a whole number from {lowest} to "
+            f"{HIGHEST}"
+        )
+    return int(value)

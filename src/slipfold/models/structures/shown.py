@@ -1,0 +1,29 @@
+"""What a user gave, as a message shows it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+__all__ = ["shown"]
+
+LONGEST = 60
+
+
+def shown(value: Any) -> str:
+    """Return a value as it would be typed, on one line and not too long.
+
+    Parameters
+    ----------
+    value
+        Anything.
+
+    Examples
+    --------
+    >>> shown("tip")
+    "'tip'"
+    """
+    try:
+        text = " ".join(repr(value).split())
+    except ValueError:  # a whole number of more digits than Python prints
+        text = f"a {type(value).__name__}"
+    return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."

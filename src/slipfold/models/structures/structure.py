@@ -1,0 +1,362 @@
+"""A structure of mass, damping and stiffness matrices, with elements, contacts and forcing."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable, Mapping
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.errors import InputError
+from slipfold.models.evaluation import evaluation_of
+from slipfold.models.linear_modes import Modes, find_modes
+from slipfold.models.model import Model
+from slipfold.models.output import Expression, Output, Symbols
+from slipfold.models.static_point import find_static_point
+from slipfold.models.structures.assembly import Assembly, assemble
+from slipfold.models.structures.cost import Cost, estimate_cost
+from slipfold.models.structures.damping import Damping
+from slipfold.models.structures.definition import define
+from slipfold.models.structures.reduction import ReductionReport
+from slipfold.models.structures.structure_outputs import structure_outputs
+
+__all__ = ["Structure"]
+
+Array = NDArray[np.float64]
+
+_PARTS = (
+    *("M", "C", "K", "names", "reduction", "elements", "contacts", "forcing"),
+    *("length_scale", "watch"),
+)
+"""Arguments of the constructor that are no parameter values."""
+
+MOST_PRODUCTS = 2_000_000
+"""Products in the equations with derivatives at which compiling takes minutes and much memory."""
+
+
+class Structure(Model):
+    r"""A structure from matrices, with elements, friction contacts and periodic forcing.
+
+    .. math::
+
+        M \ddot q + C \dot q + K q = f_{elements}(q, \dot q) + f_{contacts}(q, \dot q, t)
+        + f_{forcing}(t)
+
+    The states are the displacements by their names, then their rates with a ``v`` before, then the
+    memories of friction laws that have one: ``x y vx vy``. The numbers of elements, contacts and
+    forcing are parameters, so that each may be varied: the amplitude ``F``, the static normal force
+    ``Ns``, the cubic stiffness ``k3_tip`` of an element with the name ``"tip"``. What is periodic
+    in time repeats with the frequency ``f`` or a multiple of it; with several such parts the
+    parameter ``level`` scales them all. A structure without any of them is autonomous, and has the
+    parameter ``duration`` instead of ``f``. Outputs are the measures of components, `watch`, and
+    the energy and powers ``energy power_damping power_forcing power_contacts``.
+
+    Parameters
+    ----------
+    M, K
+        Mass and stiffness matrix in kg and N/m: array of shape (n, n), SciPy sparse array, or path
+        of a ``.npz``, ``.npy``, ``.mat`` or Matrix Market file.
+    C
+        Damping matrix in N s/m; or `ProportionalDamping` or `ModalDamping`; None for none.
+    names
+        Names of the n degrees of freedom, a sequence or one text with blanks between; ``q1 q2 ...``
+        if None.
+    reduction
+        `ModalReduction` or `CraigBampton`; `reduction_report` then says how good it is. None keeps
+        all degrees of freedom.
+    elements
+        Springs: `LinearSpring`, `CubicSpring`, `PolynomialSpring`, `GapSpring`, `GeometricSpring`.
+    contacts
+        `FrictionContact` objects.
+    forcing
+        `HarmonicForce`, `MultiHarmonicForce`, `TabulatedForce`, `BaseMotion`.
+    length_scale
+        Displacements are in units of this length in m, rates in this length a second. Give about
+        the size of the motion: orbits are accepted at a residual of 1e-10 of it.
+    watch
+        Displacements in m that are outputs, as directions by name, such as ``{"u_tip": "tip"}``:
+        with a reduction they are how a displacement that is no state is seen.
+    **values
+        Parameter values; they go before those that the components hold. Numbers in SI units, or
+        text with a unit.
+
+    Raises
+    ------
+    InputError
+        If a matrix, a name, a component or a value cannot be used.
+
+    Examples
+    --------
+    A chain of two masses with a cubic spring and a force at its end:
+
+    >>> from slipfold.models.structures import CubicSpring, HarmonicForce, ProportionalDamping
+    >>> model = Structure(
+    ...     M=[[1, 0], [0, 1]],
+    ...     C=ProportionalDamping(beta_K=0.01),
+    ...     K=[[200, -100], [-100, 100]],
+    ...     names="root tip",
+    ...     elements=CubicSpring("tip", k3=1e4),
+    ...     forcing=HarmonicForce("tip", F=0.5),
+    ...     length_scale="10mm",
+    ... )
+    >>> model.replace(f=1.2)
+    Structure(root tip, f=1.2, beta_K=0.01, k3=10000, F=0.5)
+    >>> [round(float(f), 4) for f in model.natural_frequencies]
+    [0.9836, 2.5752]
+    """
+
+    name = "structure"
+    title = "structure from matrices"
+
+    _assembly: Assembly
+
+    def __init__(
+        self,
+        M: Any,
+        C: Any = None,
+        K: Any = None,
+        *,
+        names: Any = None,
+        reduction: Any = None,
+        elements: Any = (),
+        contacts: Any = (),
+        forcing: Any = (),
+        length_scale: float | str = 1.0,
+        watch: Any = None,
+        **values: float | str,
+    ) -> None:
+        definition, given = define(
+            M, C, K, names, reduction, (elements, contacts, forcing), length_scale, watch
+        )
+        self._become(assemble(definition), {**given, **values})
+
+    def _become(self, assembly: Assembly, values: Mapping[str, float | str]) -> None:
+        """Take the names of an assembly; a model has no other way of being changed."""
+        attributes = {
+            "_assembly": assembly,
+            "states": assembly.states,
+            "parameters": assembly.parameters,
+            "limits": assembly.limits,
+            "quiet": assembly.quiet,
+        }
+        for key, value in attributes.items():
+            object.__setattr__(self, key, value)
+        super().__init__(**values)
+
+    # -- what a model gives --------------------------------------------------------------------
+
+    @property
+    def structure(self) -> Mapping[str, Hashable]:
+        """Matrices and components with default values: parameter values are apart from them."""
+        return {name: getattr(self._assembly.definition, name) for name in _PARTS}
+
+    @property
+    def forced(self) -> bool:
+        """Whether anything is periodic in time."""
+        return self._assembly.forced
+
+    def check(self, values: Mapping[str, float]) -> None:
+        """Refuse parameter values that contradict each other.
+
+        Parameters
+        ----------
+        values
+            All parameter values by name.
+        """
+        for item in self._assembly.placed:
+            item.component.check(self._assembly.own_values(item, values))
+
+    def coefficients(self, p: Symbols) -> dict[str, Expression]:
+        """Return the coefficients of the components.
+
+        Parameters
+        ----------
+        p
+            The parameters by name, symbols or floats.
+        """
+        return self._assembly.coefficients(p)
+
+    def rates(self, q: Symbols, c: Symbols, phase: Expression) -> dict[str, Expression]:
+        """Return the time derivatives of the states, per second.
+
+        Parameters
+        ----------
+        q
+            The states by name.
+        c
+            The coefficients by name.
+        phase
+            Time divided by the forcing period.
+
+        Raises
+        ------
+        InputError
+            If the flow of these equations would be too large to compile.
+        """
+        cost = self.cost()
+        if cost.products > MOST_PRODUCTS:
+            raise InputError(
+                f"the structure is too large: {cost}; give reduction=CraigBampton(boundary, "
+                "modes=10) or ModalReduction(modes=20)"
+            )
+        return self._assembly.rates(q, c, phase)
+
+    def period(self, p: Symbols) -> Expression:
+        """Return the forcing period 1/f in seconds; without forcing the ``duration``.
+
+        Parameters
+        ----------
+        p
+            The parameters by name.
+        """
+        return 1.0 / p["f"] if self.forced else p["duration"]
+
+    def outputs(self) -> tuple[Output, ...]:
+        """Return displacements that are watched, measures of components, energy and powers."""
+        return structure_outputs(self._assembly)
+
+    def state_scales(self) -> Array:
+        """Displacements 1, rates the circular frequency, memories as the laws say."""
+        assembly = self._assembly
+        if self.forced:
+            rate = 2 * math.pi * self._values["f"]
+        else:
+            moving = assembly.frequencies[assembly.frequencies > 0]
+            rate = 2 * math.pi * float(moving[0]) if len(moving) else 1.0
+        scales = [1.0] * assembly.size + [rate] * assembly.size
+        for item in assembly.placed:
+            size = item.component.memory_scale(item.component.own(self._values))
+            scales += [size] * len(item.component.memory())
+        return np.array(scales)
+
+    def replace(self, **changes: Any) -> Self:
+        """Return a new structure with some parameters or parts changed.
+
+        Parameters
+        ----------
+        **changes
+            New values by name, numbers in SI units or text with a unit; or new parts such as
+            ``elements=...``, which come with their values.
+        """
+        parts = {name: changes.pop(name) for name in _PARTS if name in changes}
+        if not parts:
+            # Continuation does this at every point: what is put together already is shared.
+            changed = object.__new__(type(self))
+            changed._become(self._assembly, {**self._values, **changes})
+            return changed
+        other = type(self)(**{**self.structure, **parts})
+        fresh = self._values_of(parts)
+        known = {item.name for item in other.parameters}
+        kept = {
+            name: value
+            for name, value in self._values.items()
+            if name in known and name not in fresh
+        }
+        return other.replace(**{**kept, **changes})
+
+    def _values_of(self, parts: Mapping[str, Any]) -> set[str]:
+        """Return the names of the parameters that belong to parts that are replaced."""
+        definition = self._assembly.definition
+        replaced = [
+            item for name in ("elements", "contacts", "forcing") if name in parts
+            for item in getattr(definition, name)
+        ]  # fmt: skip
+        names = {parameter.name for item in replaced for parameter in item.parameters}
+        if "C" in parts and isinstance(definition.C, Damping):
+            names |= {parameter.name for parameter in definition.C.own_parameters}
+        return names
+
+    def __repr__(self) -> str:
+        """Names of the displacements and the parameters that differ from the defaults."""
+        names = self._assembly.names
+        shown = " ".join(names) if len(names) <= 6 else f"{len(names)} displacements"
+        changed = [
+            f"{item.name}={self._values[item.name]:.12g}"
+            for item in self.parameters
+            if self._values[item.name] != item.default
+        ]
+        return f"{type(self).__name__}({', '.join([shown, *changed])})"
+
+    # -- quantities that do not depend on the state --------------------------------------------
+
+    @property
+    def mass_matrix(self) -> Array:
+        """Mass matrix of the kept coordinates in kg, shape (n_kept, n_kept)."""
+        return self._assembly.mass.copy()
+
+    @property
+    def stiffness_matrix(self) -> Array:
+        """Stiffness matrix of the kept coordinates without elements in N/m."""
+        return self._assembly.stiffness.copy()
+
+    @property
+    def damping_matrix(self) -> Array:
+        """Damping matrix of the kept coordinates without elements in N s/m."""
+        result = np.zeros_like(self._assembly.mass)
+        for key, matrix in self._assembly.damping:
+            result += matrix if key is None else self._values[key] * matrix
+        return result
+
+    @property
+    def natural_frequencies(self) -> Array:
+        """Undamped natural frequencies of the matrices without elements in Hz, ascending."""
+        return self._assembly.frequencies.copy()
+
+    @property
+    def reduction_report(self) -> ReductionReport | None:
+        """How well the reduction keeps the natural frequencies; None without one."""
+        reduced = self._assembly.reduced
+        return None if reduced is None else reduced.report
+
+    @property
+    def basis(self) -> Array:
+        """Displacements of all n degrees of freedom by kept coordinate, shape (n, n_kept)."""
+        reduced = self._assembly.reduced
+        return np.eye(self._assembly.size) if reduced is None else reduced.basis.copy()
+
+    def cost(self) -> Cost:
+        """Estimate what the flow of the structure will cost, before it is compiled.
+
+        Returns
+        -------
+        Cost
+            Times to compile and to run; it prints as a sentence.
+        """
+        assembly = self._assembly
+        period = 1 / self._values["f"] if self.forced else self._values["duration"]
+        return estimate_cost(
+            states=len(self.states),
+            linear=assembly.nonzeros,
+            coupled=sum(int(np.count_nonzero(item.rows)) for item in assembly.placed),
+            directions=sum(len(item.rows) for item in assembly.placed),
+            cycles=float(assembly.frequencies[-1]) * period,
+        )
+
+    def static_point(self) -> Array:
+        """Return the state in which the structure rests without what is periodic in time.
+
+        Returns
+        -------
+        ndarray, shape (n_states,)
+            Displacements, rates of zero, and memories.
+
+        Raises
+        ------
+        InputError
+            If there is none to be found from rest.
+        """
+        return find_static_point(self)
+
+    def modes(self) -> Modes:
+        """Return the linear modes about the static point, contacts and elements included.
+
+        Returns
+        -------
+        Modes
+            One a pair of eigenvalues, the lowest natural frequency first.
+        """
+        point = self.static_point()
+        quiet = self if self.quiet is None else self.replace(**{self.quiet: 0.0})
+        return find_modes(evaluation_of(quiet).jacobian(quiet, point), self._assembly.names)

@@ -1,0 +1,199 @@
+"""Matrices, elements, contacts and forces that cannot be: one clear sentence each."""
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+from slipfold.errors import InputError
+from slipfold.models.friction import BoucWen, Coulomb, Jenkins, Regularised
+from slipfold.models.structures import (
+    BaseMotion,
+    ContactLoad,
+    CraigBampton,
+    CubicSpring,
+    FrictionContact,
+    GapSpring,
+    GeometricSpring,
+    HarmonicForce,
+    LinearSpring,
+    ModalDamping,
+    ModalReduction,
+    ModulatedLoad,
+    MultiHarmonicForce,
+    PolynomialSpring,
+    ProportionalDamping,
+    Structure,
+    TabulatedForce,
+)
+
+I2, K2 = np.eye(2), np.array([[2.0, -1.0], [-1.0, 1.0]])
+SKEW = np.array([[2.0, -1.0], [0.0, 1.0]])
+
+
+def make(M=I2, C=None, K=K2, **options):
+    return Structure(M, C, K, **options)
+
+
+BAD = {
+    "not square": (lambda: make(M=np.ones((3, 2))), "M has the shape 3 x 2; give a square"),
+    "a number": (lambda: make(K=3.0), "K has the shape of a number"),
+    "empty": (lambda: make(M=np.ones((0, 0))), "M has the shape 0 x 0"),
+    "ragged": (lambda: make(K=[[1, 2], [3]]), "K is no matrix of numbers"),
+    "words": (lambda: make(K=[["a", "b"], ["c", "d"]]), "K is no matrix of numbers"),
+    "complex": (lambda: make(K=K2 * 1j), "K is complex"),
+    "sizes": (lambda: make(K=np.eye(3)), "K has 3 rows and M has 2"),
+    "size of C": (lambda: make(C=np.eye(3)), "C has 3 rows and M has 2"),
+    "no K": (lambda: Structure(I2), "no stiffness matrix; give K"),
+    "NaN": (lambda: make(K=[[1, 0], [np.nan, 1]]), "entry nan in row 2, column 1"),
+    "sparse inf": (lambda: make(K=sparse.csr_array([[np.inf, 0], [0, 1]])), "inf in row 1, col"),
+    "mass not symmetric": (lambda: make(M=SKEW), "M is not symmetric: row 1, column 2 is -1"),
+    "no mass": (
+        lambda: make(M=np.diag([1.0, 0.0]), names="a tip"),
+        "singular or not positive definite: the mass of tip is 0 kg",
+    ),
+    "singular mass": (lambda: make(M=np.ones((2, 2))), "some motion has no mass"),
+    "negative mass": (lambda: make(M=np.array([[1, 2], [2, 1]])), "or a negative one"),
+    "large singular mass": (
+        lambda: make(M=sparse.block_diag([np.ones((2, 2))] * 400), K=sparse.eye_array(800)),
+        "some motion has no mass",
+    ),
+    "K for Rayleigh": (lambda: make(C=ProportionalDamping(1, 1), K=SKEW), "K is not symmetric"),
+    "K for modes": (lambda: make(K=SKEW, reduction=ModalReduction(1)), "needs a symmetric one"),
+    "ratios": (lambda: make(C=ModalDamping((0.1,) * 3)), "3 damping ratios are given for 2"),
+    "ratio": (lambda: make(C=ModalDamping(-0.1)), "zeta = -0.1 is outside its bounds"),
+    "alpha_M": (lambda: ProportionalDamping(-1), "alpha_M = -1 is outside"),
+    "two ratios": (
+        lambda: ProportionalDamping.from_ratios((1, 0.01), (2, 0.5)), "need a negative factor"
+    ),
+    "two frequencies": (
+        lambda: ProportionalDamping.from_ratios((1, 0.01), (1, 0.02)), "two different ones"
+    ),
+    "names": (lambda: make(names="a b c"), "3 names are given for 2 degrees of freedom"),
+    "same names": (lambda: make(names="a a"), "two degrees of freedom are called a"),
+    "bad name": (lambda: make(names=["a", "3"]), "'3' cannot name a degree of freedom"),
+    "state names": (lambda: make(names="x vx"), "vx is a state and a state"),
+    "no names": (lambda: make(names=5), "1 names are given for 2"),
+    "boundary number": (lambda: make(reduction=CraigBampton(3, 1)), "boundary = 3; give the names"),
+    "no pairs": (lambda: ProportionalDamping.from_ratios(1, 2), "two pairs of a frequency"),
+    "no triples": (lambda: MultiHarmonicForce("q1", (1, 2)), "is no periodic force"),
+    "pairs": (lambda: PolynomialSpring("q1", (1, 2)), "is no polynomial"),
+    "axis number": (lambda: GeometricSpring("q1", 3), "axis = 3 does not fit"),
+    "inner name": (lambda: make(names="p_a b"), "cannot be called p_a"),
+    "length": (lambda: make(length_scale=0), "length_scale = 0 m; give a finite length > 0"),
+    "length unit": (lambda: make(length_scale="5 kg"), "has the unit 'kg'"),
+    "modes": (lambda: make(reduction=ModalReduction(3)), "3 modes are wanted of 2"),
+    "no modes": (lambda: ModalReduction(), "needs modes, how many to keep, or up_to"),
+    "both": (lambda: ModalReduction(2, 5.0), "give one of the two"),
+    "up_to": (lambda: ModalReduction(up_to=-1), "up_to = -1 Hz"),
+    "nothing in band": (lambda: make(reduction=ModalReduction(up_to=1e-6)), "has no mode up to"),
+    "boundary": (
+        lambda: make(names="root tip", reduction=CraigBampton("tpi", 1)), "did you mean tip?"
+    ),
+    "no boundary": (lambda: CraigBampton((), 1), "boundary = (); give the names"),
+    "all boundary": (lambda: make(reduction=CraigBampton(("q1", "q2"), 0)), "nothing to reduce"),
+    "floating": (
+        lambda: make(K=np.diag([1.0, 0.0]), reduction=CraigBampton("q1", 1)),
+        "does not hold the rest of the structure",
+    ),
+    "reduction": (lambda: make(reduction="modal"), "reduction = 'modal' is none"),
+    "unknown dof": (
+        lambda: make(names="root tip", elements=CubicSpring("tpi")),
+        "no degree of freedom 'tpi'; did you mean tip? it has root, tip",
+    ),
+    "zero direction": (lambda: LinearSpring({"q1": 0.0}), "direction of a linear spring is zero"),
+    "empty direction": (lambda: LinearSpring({}), "direction of a linear spring is zero"),
+    "weight": (lambda: LinearSpring({"q1": np.nan}), "has the weight nan for q1"),
+    "no direction": (lambda: LinearSpring(3), "acts at 3, which is no direction"),
+    "negative damper": (lambda: LinearSpring("q1", c=-1), "c = -1 is outside its bounds"),
+    "NaN stiffness": (lambda: CubicSpring("q1", k3=np.nan), "k3 = nan is not a finite number"),
+    "unit": (lambda: LinearSpring("q1", k="5 Hz"), "k = '5 Hz' has the unit 'Hz'"),
+    "power": (lambda: PolynomialSpring("q1", {0: 1.0}), "whole numbers from 1 to 15"),
+    "no polynomial": (lambda: PolynomialSpring("q1", {}), "is no polynomial"),
+    "exact gap": (lambda: GapSpring("q1", k=1), "has a corner where it is touched"),
+    "gap stiffness": (lambda: GapSpring("q1", k=-1, e=1e-3), "k = -1 is outside its bounds"),
+    "side": (lambda: GapSpring("q1", e=1e-3, side="up"), "side = 'up' is not known"),
+    "axis": (lambda: GeometricSpring("q1", (0, 0)), "axis of a geometric spring is zero"),
+    "axis size": (lambda: GeometricSpring("q1", (1, 0, 0)), "give 1 finite components"),
+    "spring stiffness": (
+        lambda: GeometricSpring("q1", (1,), k=-1), "k = -1 is outside its bounds; k must be >= 0"
+    ),
+    "same parameters": (
+        lambda: make(elements=[LinearSpring("q1"), LinearSpring("q2")]),
+        "k is a parameter and a parameter; give components of one kind different names",
+    ),
+    "component name": (lambda: LinearSpring("q1", name="a b"), "'a b' cannot name a linear spring"),
+    "no element": (lambda: make(elements=[3]), "3 is not known among elements"),
+    "force among elements": (
+        lambda: make(elements=HarmonicForce("q1")), "is not known among elements; give LinearSpring"
+    ),
+    "law": (lambda: FrictionContact("q1", 0.4), "law = 0.4 is not a friction law"),
+    "Jenkins": (lambda: FrictionContact("q1", Jenkins()), "switches between stick and slip"),
+    "load": (lambda: FrictionContact("q1", load=[1]), "is no normal force; give a number in N"),
+    "no load": (lambda: FrictionContact("q1", load=0), "Ns = 0 is outside its bounds"),
+    "opens": (lambda: ModulatedLoad(Ns=1, Nd=1), "Nd = 1 N is not below Ns = 1 N"),
+    "normal": (lambda: ContactLoad(None), "needs the direction that it depends on"),
+    "at rest": (lambda: FrictionContact("q1", Vd=0), "Vd = 0 is outside its bounds"),
+    "angle": (lambda: FrictionContact("q1", alpha=1.0), "alpha = 1.0 has no meaning"),
+    "three directions": (
+        lambda: FrictionContact(("a", "b", "c")), "acts along 3 directions; give 1 to 2"
+    ),
+    "harmonic": (lambda: HarmonicForce("q1", harmonic=1.5), "has the harmonic 1.5"),
+    "harmonics": (lambda: MultiHarmonicForce("q1", {0: 1.0}), "is no periodic force"),
+    "amplitude": (lambda: MultiHarmonicForce("q1", {1: np.inf}), "F1 = inf is not a finite"),
+    "samples": (lambda: TabulatedForce("q1", [1, 2]), "at least 3 finite numbers"),
+    "constant table": (lambda: TabulatedForce("q1", [1, 1, 1]), "all the same"),
+    "long table": (
+        lambda: TabulatedForce("q1", np.sign(np.arange(400) - 200.0)),
+        "has harmonics up to 200; give harmonics, at most 64",
+    ),
+    "base": (lambda: make(forcing=BaseMotion({"q9": 1})), "no degree of freedom 'q9'"),
+    "watch": (lambda: make(watch="q1"), "watch = 'q1' is no mapping"),
+    "watch name": (lambda: make(watch={"1": "q1"}), "'1' cannot name an output"),
+    "watched state": (lambda: make(watch={"q1": "q2"}), "q1 is a state and an output"),
+    "parameter": (
+        lambda: make(elements=CubicSpring("q1")).replace(K3=1), "did you mean k3?"
+    ),
+    "too many": (lambda: make(M=np.eye(201), K=np.eye(201)), "keeps 201 degrees of freedom"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", BAD.values(), ids=BAD)
+def test_one_sentence(case):
+    function, part = case
+    with pytest.raises(InputError) as caught:
+        function()
+    message = str(caught.value)
+    assert part in message
+    assert "\n" not in message
+    assert len(message) < 400
+
+
+def test_what_is_too_large_to_compile_says_what_it_would_cost():
+    full = np.eye(150) + 1.0
+    model = make(M=np.eye(150), K=full, forcing=HarmonicForce("q1", F=1.0))
+    assert model.cost().products > 2e6
+    with pytest.raises(InputError, match=r"300 states: .* products; compiled once in about"):
+        model.rates({}, {}, 0.0)
+
+
+def test_a_level_cannot_lift_the_contact():
+    model = make(
+        contacts=FrictionContact("q1", load=ModulatedLoad(Ns=1, Nd=0.6)),
+        forcing=HarmonicForce("q2", F=1.0),
+    )
+    assert model.quiet == "level"
+    with pytest.raises(InputError, match="is not below Ns"):
+        model.replace(level=2)
+
+
+def test_a_regularised_law_may_rest_and_a_memory_gives_states():
+    resting = FrictionContact("q1", Regularised(Coulomb()), Vd=0)
+    assert make(contacts=resting).values["Vd"] == 0
+    model = make(contacts=FrictionContact("q1", BoucWen(), name="pad"))
+    assert [state.name for state in model.states] == ["q1", "q2", "vq1", "vq2", "z_pad"]
+
+
+def test_matrices_without_symmetry_are_taken_where_they_may_be():
+    model = make(C=SKEW, K=SKEW)
+    assert "energy" not in [output.name for output in model.outputs()]
+    assert model.stiffness_matrix == pytest.approx(SKEW)

@@ -1,0 +1,191 @@
+"""Chains with elements and contacts against a version written by hand, integrated by SciPy."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from slipfold.models.evaluation import evaluation_of
+from slipfold.models.friction import Coulomb, LuGre, Stribeck
+from slipfold.models.structures import (
+    ConstantLoad,
+    ContactLoad,
+    CubicSpring,
+    FrictionContact,
+    GapSpring,
+    GeometricSpring,
+    HarmonicForce,
+    LinearSpring,
+    ModulatedLoad,
+    PolynomialSpring,
+    ProportionalDamping,
+    Structure,
+)
+from slipfold.orbits import periodic_orbit
+
+RNG = np.random.default_rng(20260104)
+
+
+def chain(size):
+    k = 100.0 * (2 * np.eye(size) - np.eye(size, k=1) - np.eye(size, k=-1))
+    k[-1, -1] = 100.0
+    return np.eye(size), k
+
+
+def test_ten_masses_with_a_cubic_spring_and_a_belt():
+    m, k = chain(10)
+    model = Structure(
+        m,
+        ProportionalDamping(alpha_M=0.3, beta_K=0.002),
+        k,
+        elements=CubicSpring({"q5": 1, "q4": -1}, k3=40.0),
+        contacts=FrictionContact(
+            "q10", Stribeck(mu_s=0.4, mu_k=0.3, vs=0.5), ModulatedLoad(Ns=5, Nd=1), Vd=2.0
+        ),
+        forcing=HarmonicForce("q3", F=2.0, name="shaker"),
+        f=0.4,
+    )
+    c = 0.3 * m + 0.002 * k
+
+    def rhs(time, state):
+        q, v = state[:10], state[10:]
+        force = -k @ q - c @ v
+        stretch = q[4] - q[3]
+        force[4] -= 40.0 * stretch**3
+        force[3] += 40.0 * stretch**3
+        slip = 2.0 - v[9]
+        mu = 0.3 + 0.1 * np.exp(-abs(slip) / 0.5)
+        force[9] += (5 + np.cos(2 * np.pi * 0.4 * time)) * mu * np.sign(slip)
+        force[2] += 2.0 * np.cos(2 * np.pi * 0.4 * time)
+        return np.concatenate([v, force])
+
+    orbit = periodic_orbit(model)
+    time, states = orbit.sample(64)
+    found = solve_ivp(rhs, (0, 2.5), orbit.state, "DOP853", t_eval=time, rtol=1e-12, atol=1e-13)
+    expected = pytest.approx(states, abs=1e-9)
+    assert np.asarray(found.y.T) == expected
+    # It repeats, so it is the steady response and not only a motion of the same equations.
+    end = solve_ivp(rhs, (0, 2.5), orbit.state, "DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+    assert end == pytest.approx(orbit.state, abs=1e-9)
+    power = {name: orbit.output(name)[1].mean() for name in
+             ("power_forcing", "power_contacts", "power_damping")}  # fmt: skip
+    given = power["power_forcing"] + power["power_contacts"]
+    assert given == pytest.approx(power["power_damping"], rel=1e-10)
+
+
+def full_house():
+    m, k = chain(4)
+    return Structure(
+        m + 0.2 * (np.eye(4, k=1) + np.eye(4, k=-1)),
+        ProportionalDamping(0.1, 0.001),
+        k,
+        names="a b c d",
+        elements=[
+            LinearSpring({"a": 1, "c": -1}, k=7.0, c=0.2, name="link"),
+            CubicSpring("b", k3=9.0),
+            PolynomialSpring("c", {1: -3.0, 2: 4.0, 5: 11.0}),
+            GapSpring("d", k=30.0, gap=0.2, e=0.05, name="stop"),
+            GapSpring("a", k=20.0, gap=0.1, e=0.05, side="both", name="both"),
+            GeometricSpring(("a", "b"), (1, 2), k=50.0, L=0.8, stretch=1.1, name="tie"),
+            GeometricSpring("d", (0, 1), k=50.0, L=0.8, name="across"),
+        ],
+        contacts=[
+            FrictionContact(
+                ("a", "b"), Coulomb(), ContactLoad("c", Ns=8, kn=12, cn=0.1), Vd=3.0, alpha=0.4
+            ),
+            FrictionContact("d", LuGre(), ConstantLoad(2.0, normal="c"), name="belt"),
+        ],
+        forcing=HarmonicForce("d", F=2.0, harmonic=2),
+        length_scale=0.5,
+        f=0.7,
+    )
+
+
+def test_energy_balance_at_every_instant():
+    model = full_house()
+    functions = evaluation_of(model)
+    for _ in range(10):
+        state = RNG.normal(size=len(model.states)) * 0.3
+        state[-1] *= 1e-4
+        phase = RNG.uniform()
+        time = phase / model.f
+        rates = functions.rates(model, state, phase)
+        step = 1e-4 / np.abs(rates).max()
+        ahead, behind = (model.evaluate("energy", state + s * step * rates) for s in (1, -1))
+        given = model.evaluate("power_forcing", state, time)
+        given += model.evaluate("power_contacts", state, time)
+        given -= model.evaluate("power_damping", state, time)
+        assert (ahead - behind) / (2 * step) == pytest.approx(given, rel=1e-6, abs=1e-6)
+
+
+def test_elements_by_hand():
+    model = full_house()
+    a, b, c, d = 0.3, -0.2, 0.1, 0.25  # metres
+    state = np.zeros(len(model.states))
+    state[:4] = np.array([a, b, c, d]) / 0.5
+
+    def stop(w):
+        return 0.5 * (w + np.hypot(w, 0.05))
+
+    force = -model.stiffness_matrix @ [a, b, c, d]
+    force += np.array([-7 * (a - c), 0, 7 * (a - c), 0])
+    force[1] -= 9 * b**3
+    force[2] -= -3 * c + 4 * c**2 + 11 * c**5
+    force[3] -= 30 * stop(d - 0.2)
+    force[0] -= 20 * (stop(a - 0.1) - stop(-a - 0.1))
+    arrow = np.array([a, b]) + 0.88 * np.array([1, 2]) / np.sqrt(5)
+    length = np.linalg.norm(arrow)
+    force[:2] -= 50 * (length - 0.8) * arrow / length
+    length = np.hypot(d, 0.8)
+    force[3] -= 50 * (length - 0.8) * d / length
+    normal = 8 - 12 * c
+    force[:2] += 0.5 * normal * np.array([np.cos(0.4), np.sin(0.4)])
+    force[2] += normal + 2.0
+    law = LuGre()
+    force[3] += 2.0 * law.force((1.0,), 1.0, (0.0,))[0]
+    force[3] += 2.0 * np.cos(2 * np.pi * 2 * 0.3)
+    expected = np.linalg.solve(model.mass_matrix, force) / 0.5
+    found = evaluation_of(model).rates(model, state, 0.3)
+    assert found[4:8] == pytest.approx(expected, rel=1e-12)
+    assert found[8] == pytest.approx(1.0, rel=1e-12)
+    assert model.evaluate("N", state) == pytest.approx(normal)
+    assert model.evaluate("l_tie", state) == pytest.approx(np.linalg.norm(arrow) / 0.8)
+
+
+def test_mode_coupling_by_contact_stiffness():
+    # Hoffmann et al. 2002: two masses' degrees of freedom coupled by friction; the stiffness
+    # matrix is not symmetric, and above a friction coefficient the two modes lock and grow.
+    k = np.array([[2.0, -0.5], [-0.5, 1.0]])
+
+    def belt(mu):
+        return Structure(
+            np.eye(2),
+            None,
+            k,
+            names="x y",
+            contacts=FrictionContact(
+                "x", Coulomb(mu_s=mu, mu_k=mu), ContactLoad("y", Ns=0.1, kn=1.0), Vd=5.0
+            ),
+        )
+
+    for mu in (0.2, 0.9):
+        model = belt(mu)
+        coupled = k + np.array([[0, mu], [0, 1.0]])
+        expected = np.sort_complex(np.sqrt(np.linalg.eigvals(coupled).astype(complex)) * 1j)
+        found = model.modes().eigenvalues
+        grown = np.sort_complex(np.abs(found.real) + 1j * found.imag)
+        assert grown == pytest.approx(
+            np.sort_complex(np.abs(expected.real) + 1j * np.abs(expected.imag)), abs=1e-7
+        )
+    assert not belt(0.2).forced
+    assert belt(0.2).parameters[0].name == "duration"
+
+
+def test_a_rounded_stop_tends_to_the_stop():
+    # The exact stop is max(u - g, 0): the difference is e/2 at the touch, e^2/(4|w|) away from it.
+    def force(e, u):
+        model = Structure([[1.0]], None, [[0.0]], elements=GapSpring("q1", k=1.0, gap=1.0, e=e))
+        return -evaluation_of(model).rates(model, np.array([u, 0.0]))[1]
+
+    assert force(1e-3, 1.0) == pytest.approx(0.5e-3, rel=1e-9)
+    assert force(1e-3, 1.5) - 0.5 == pytest.approx(1e-6 / (4 * 0.5), rel=1e-3)
+    assert force(1e-3, 0.5) == pytest.approx(1e-6 / (4 * 0.5), rel=1e-3)

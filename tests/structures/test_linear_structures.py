@@ -1,0 +1,243 @@
+"""Linear structures against closed forms: responses, damping, reductions."""
+
+import numpy as np
+import pytest
+from scipy import sparse
+from scipy.linalg import eigh
+
+from slipfold.models.structures import (
+    BaseMotion,
+    CraigBampton,
+    HarmonicForce,
+    LinearSpring,
+    ModalDamping,
+    ModalReduction,
+    MultiHarmonicForce,
+    ProportionalDamping,
+    Structure,
+    TabulatedForce,
+)
+from slipfold.orbits import periodic_orbit
+
+RNG = np.random.default_rng(20260103)
+ROOT = RNG.normal(size=(3, 3))
+M = np.eye(3) + 0.1 * (ROOT + ROOT.T)
+K = 100 * (ROOT @ ROOT.T + np.eye(3))
+C = 0.05 * M + 0.002 * K
+
+
+def chain(size, stiffness=1.0, mass=1.0):
+    """Fixed at its root, free at its tip."""
+    k = 2 * np.eye(size) - np.eye(size, k=1) - np.eye(size, k=-1)
+    k[-1, -1] = 1
+    return mass * np.eye(size), stiffness * k
+
+
+def chain_frequencies(size):
+    """Closed form in Hz for unit masses and stiffnesses."""
+    modes = np.arange(1, size + 1)
+    return 2 * np.sin((2 * modes - 1) * np.pi / (2 * (2 * size + 1))) / (2 * np.pi)
+
+
+def cantilever(elements, length=1.0):
+    """Euler-Bernoulli beam of unit stiffness and density: deflections and rotations."""
+    h = length / elements
+    k = np.array([[12, 6 * h, -12, 6 * h], [6 * h, 4 * h**2, -6 * h, 2 * h**2],
+                  [-12, -6 * h, 12, -6 * h], [6 * h, 2 * h**2, -6 * h, 4 * h**2]])  # fmt: skip
+    m = np.array([[156, 22 * h, 54, -13 * h], [22 * h, 4 * h**2, 13 * h, -3 * h**2],
+                  [54, 13 * h, 156, -22 * h], [-13 * h, -3 * h**2, -22 * h, 4 * h**2]])  # fmt: skip
+    size = 2 * elements + 2
+    stiffness, mass = np.zeros((size, size)), np.zeros((size, size))
+    for place in range(elements):
+        part = slice(2 * place, 2 * place + 4)
+        stiffness[part, part] += k / h**3
+        mass[part, part] += m * h / 420
+    names = [f"{kind}{node}" for node in range(1, elements + 1) for kind in "wr"]
+    return mass[2:, 2:], stiffness[2:, 2:], names
+
+
+def steady(model, load):
+    """State at phase zero under a harmonic load with the complex amplitude at the frequency f."""
+    w = 2 * np.pi * model.f
+    m, c, k = model.mass_matrix, model.damping_matrix, model.stiffness_matrix
+    x = np.linalg.solve(k + 1j * w * c - w**2 * m, load)
+    return np.concatenate([x.real, (1j * w * x).real])
+
+
+@pytest.mark.parametrize("frequency", [0.7, 1.9, 3.3])
+def test_frequency_response(frequency):
+    force = HarmonicForce({"q1": 0.6, "q3": -0.8}, F=2.0, phi=0.4)
+    model = Structure(M, C, K, forcing=force, f=frequency, length_scale=0.01)
+    orbit = periodic_orbit(model)
+    expected = steady(model, 2.0 * np.exp(0.4j) * np.array([0.6, 0, -0.8])) / 0.01
+    assert orbit.state == pytest.approx(expected, rel=1e-10, abs=1e-10 * np.abs(expected).max())
+
+
+def test_several_harmonics_and_their_level():
+    force = MultiHarmonicForce("q2", {0: 3.0, 1: 1.0, 3: (0.5, 0.7)})
+    model = Structure(M, C, K, forcing=force, f=0.9)
+    assert model.quiet == "level"
+    load = np.array([0, 1.0, 0])
+    third = model.replace(f=2.7)
+    for level in (1.0, 0.5):
+        found = periodic_orbit(model.replace(level=level)).state
+        expected = level * (steady(model, load) + steady(third, 0.5 * np.exp(0.7j) * load))
+        expected[:3] += np.linalg.solve(K, 3 * load)
+        assert found == pytest.approx(expected, rel=1e-10, abs=1e-12)
+
+
+def test_base_motion():
+    model = Structure(M, C, K, forcing=BaseMotion(A=0.2), f=1.1)
+    expected = steady(model, 0.2 * (2 * np.pi * 1.1) ** 2 * M @ np.ones(3))
+    assert periodic_orbit(model).state == pytest.approx(expected, rel=1e-10, abs=1e-11)
+    along = Structure(M, C, K, forcing=BaseMotion({"q2": 1.0}, A=0.2), f=1.1)
+    expected = steady(along, 0.2 * (2 * np.pi * 1.1) ** 2 * M[:, 1])
+    assert periodic_orbit(along).state == pytest.approx(expected, rel=1e-10, abs=1e-11)
+
+
+def test_table_is_its_fourier_series():
+    angle = 2 * np.pi * np.arange(16) / 16
+    samples = 1.5 + np.cos(angle) - 0.5 * np.sin(2 * angle)
+    table = TabulatedForce("q1", samples)
+    assert [h for h, _, _ in table.series] == [0, 1, 2]
+    assert table.residual < 1e-14
+    same = MultiHarmonicForce("q1", {0: 1.5, 1: 1.0, 2: (0.5, np.pi / 2)})
+    found, expected = (
+        periodic_orbit(Structure(M, C, K, forcing=force, f=0.8)).state for force in (table, same)
+    )
+    assert found == pytest.approx(expected, abs=1e-12)
+
+
+def test_table_says_what_truncation_leaves_out():
+    square = np.where(np.arange(200) < 100, 1.0, -1.0)
+    table = TabulatedForce("q1", square, harmonics=9)
+    assert 0.1 < table.residual <= 1.0
+    odd = [(h, b) for h, _, b in table.series]
+    assert [h for h, _ in odd] == [1, 3, 5, 7, 9]
+    assert odd[0][1] == pytest.approx(4 / np.pi, rel=1e-3)
+
+
+def test_proportional_damping_has_its_ratios():
+    damping = ProportionalDamping.from_ratios((1.0, 0.02), (4.0, 0.03))
+    model = Structure(M, damping, K)
+    squares = eigh(K, M, eigvals_only=True)
+    w = np.sqrt(squares)
+    expected = 0.5 * (damping.alpha_M / w + damping.beta_K * w)
+    assert model.modes().damping_ratio == pytest.approx(expected, rel=1e-10)
+    assert model.natural_frequencies == pytest.approx(w / (2 * np.pi), rel=1e-12)
+    at = 2 * np.pi * np.array([1.0, 4.0])
+    ratios = 0.5 * (damping.alpha_M / at + damping.beta_K * at)
+    assert ratios == pytest.approx([0.02, 0.03], rel=1e-12)
+    assert model.replace(beta_K=0.0).modes().damping_ratio == pytest.approx(
+        0.5 * damping.alpha_M / w, rel=1e-10
+    )
+
+
+@pytest.mark.parametrize("ratios", [0.01, (0.01, 0.02, 0.05)])
+def test_modal_damping_has_its_ratios(ratios):
+    modes = Structure(M, ModalDamping(ratios), K).modes()
+    assert modes.damping_ratio == pytest.approx(np.broadcast_to(ratios, 3), rel=1e-10)
+    stiffness = np.diag([9.0, 1.0, 4.0])
+    modes = Structure(np.eye(3), ModalDamping(ratios), stiffness).modes()
+    assert modes.damping_ratio == pytest.approx(np.broadcast_to(ratios, 3), rel=1e-12)
+
+
+def test_modal_reduction_is_exact_for_the_kept_modes():
+    m, k = chain(12)
+    squares, shapes = eigh(k, m)
+    # A load that only the first three modes feel: the reduced structure must answer as the whole.
+    load = m @ shapes[:, :3] @ [1.0, 2.0, -1.0]
+    direction = {f"q{place + 1}": value for place, value in enumerate(load)}
+    common = {"forcing": HarmonicForce(direction, F=1.0), "watch": {"tip": "q12"}, "f": 0.03}
+    whole = Structure(m, ProportionalDamping(beta_K=0.05), k, **common)
+    small = Structure(m, ProportionalDamping(beta_K=0.05), k, reduction=ModalReduction(3), **common)
+    assert small.natural_frequencies == pytest.approx(np.sqrt(squares[:3]) / (2 * np.pi))
+    assert [state.name for state in small.states[:3]] == ["mode1", "mode2", "mode3"]
+    assert small.reduction_report.error == 0
+    # The load is made of the kept modes, so that nothing of its compliance is lost.
+    assert small.reduction_report.static_errors[0][1] == pytest.approx(0, abs=1e-12)
+    found, expected = (model.evaluate("tip", periodic_orbit(model).state)
+                       for model in (small, whole))  # fmt: skip
+    assert found == pytest.approx(expected, rel=1e-9)
+    assert np.abs(small.basis).max(axis=0) == pytest.approx(np.ones(3))
+
+
+def test_modal_reduction_says_what_compliance_it_cuts_off():
+    m, k = chain(12)
+    squares, shapes = eigh(k, m)
+    small = Structure(m, None, k, forcing=HarmonicForce("q12"), reduction=ModalReduction(3))
+    # The compliance of a mode of unit modal mass is phi^2/w^2; that of twelve springs in a row 12.
+    lost = 1 - np.sum(shapes[-1, :3] ** 2 / squares[:3]) / 12
+    assert small.reduction_report.static_errors == (("q12", pytest.approx(lost, rel=1e-9)),)
+    assert "static compliance lost along q12: 0.0" in str(small.reduction_report)
+    held = Structure(m, None, k, forcing=HarmonicForce("q12"), reduction=CraigBampton("q12", 0))
+    assert held.reduction_report.static_errors[0][1] == pytest.approx(0, abs=1e-12)
+    free = np.diag([1.0, 0.0])
+    model = Structure(
+        np.eye(2), None, free, forcing=HarmonicForce("q2"), reduction=ModalReduction(2)
+    )
+    assert model.reduction_report.static_errors == ()
+
+
+def test_modal_reduction_of_a_spring_between_any_two_degrees_of_freedom():
+    m, k = chain(8)
+    spring = LinearSpring({"q2": 1, "q7": -1}, k=0.3)
+    whole = Structure(m, None, k, elements=spring)
+    small = Structure(m, None, k, elements=spring, reduction=ModalReduction(8))
+    assert small.modes().frequency == pytest.approx(whole.modes().frequency, rel=1e-10)
+
+
+def test_cantilever_by_craig_bampton():
+    m, k, names = cantilever(20)
+    roots = np.array([1.87510406871196, 4.69409113297418, 7.85475743823761])
+    model = Structure(m, None, k, names=names, reduction=CraigBampton(["w20", "r20"], modes=5))
+    assert [state.name for state in model.states[:3]] == ["w20", "r20", "mode1"]
+    found = model.natural_frequencies[:3]
+    assert found == pytest.approx(roots**2 / (2 * np.pi), rel=5e-4)
+    assert found[0] == pytest.approx(roots[0] ** 2 / (2 * np.pi), rel=1e-5)
+    report = model.reduction_report
+    assert report.exact[:3] == pytest.approx(roots**2 / (2 * np.pi), rel=2e-5)
+    # By Rayleigh's principle no frequency is below the exact one.
+    assert np.all(report.frequencies >= report.exact * (1 - 1e-9))
+    assert 0 < report.error < 0.02
+    assert "42 degrees" not in str(report)
+    assert "40 degrees of freedom reduced to 7" in str(report)
+
+
+def test_craig_bampton_with_all_modes_is_exact_and_guyan_is_static():
+    m, k = chain(7)
+    whole = CraigBampton(["q3", "q7"], modes=5)
+    model = Structure(m, None, k, reduction=whole)
+    assert model.natural_frequencies == pytest.approx(chain_frequencies(7), rel=1e-12)
+    guyan = Structure(m, None, k, reduction=CraigBampton("q7", modes=0))
+    # Seven springs in a row, and a linear deflection: sum (i/7)^2.
+    assert guyan.stiffness_matrix == pytest.approx(np.array([[1 / 7]]), rel=1e-12)
+    assert guyan.mass_matrix == pytest.approx(np.array([[140 / 49]]), rel=1e-12)
+
+
+@pytest.mark.parametrize("reduction", [
+    ModalReduction(modes=4), ModalReduction(up_to=4e-3), CraigBampton("q1000", modes=6),
+])  # fmt: skip
+def test_large_sparse_structures(reduction):
+    size = 1000
+    diagonals = [-np.ones(size), np.append(2 * np.ones(size - 1), 1.0), -np.ones(size)]
+    k = sparse.dia_array((diagonals, [-1, 0, 1]), shape=(size, size)).tocsr()
+    model = Structure(sparse.eye_array(size), None, k, reduction=reduction)
+    report = model.reduction_report
+    exact = chain_frequencies(size)
+    assert report.exact == pytest.approx(exact[: len(report.exact)], rel=1e-7)
+    assert report.error < 2e-2
+    assert report.whole == size
+    if reduction == ModalReduction(up_to=4e-3):
+        assert len(model.states) == 2 * np.sum(exact <= 4e-3)
+
+
+def test_sparse_and_dense_matrices_are_one_structure():
+    m, k = chain(5)
+    dense = Structure(m, None, k)
+    for form in (sparse.csr_matrix, sparse.coo_array, sparse.csc_array):
+        assert Structure(form(m), None, form(k)) == dense
+    assert hash(Structure(m.tolist(), None, k.astype(int))) == hash(dense)
+    k[0, 0] += 1e-12
+    assert Structure(m, None, k) != dense
+    assert dense.stiffness_matrix[0, 0] == 2.0

@@ -1,0 +1,56 @@
+"""The estimate of what a structure costs, against what it does cost."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from slipfold.flow import flow_of
+from slipfold.models.structures import CubicSpring, HarmonicForce, ProportionalDamping, Structure
+
+
+def chain(size):
+    k = 100.0 * (2 * np.eye(size) - np.eye(size, k=1) - np.eye(size, k=-1))
+    return Structure(
+        np.eye(size),
+        ProportionalDamping(0.1, 0.001),
+        k,
+        elements=CubicSpring(f"q{size}", k3=10.0),
+        forcing=HarmonicForce("q1", F=1.0),
+    )
+
+
+@pytest.mark.parametrize("size", [2, 10, 20])
+def test_products_are_those_of_the_compiled_flow(size):
+    model = chain(size)
+    cost = model.cost()
+    compiled = len(flow_of(model)._code.linear(1).decomposition)
+    assert cost.equations == 2 * size * (2 * size + 2)
+    assert compiled / 1.6 < cost.products < 1.6 * compiled
+
+
+def test_cost_grows_with_the_square_of_the_size():
+    small, large = (chain(size).cost() for size in (40, 80))
+    assert 3.5 < large.products / small.products < 4.5
+    assert str(small).startswith("80 states: 6560 differential equations with ")
+    assert small.period_seconds < 0.1
+
+
+def test_a_stiff_structure_takes_more_steps():
+    model = chain(5)
+    assert model.replace(f=0.1).cost().steps == pytest.approx(10 * model.cost().steps, rel=0.1)
+
+
+def test_small_structures_do_without_scipy():
+    # SciPy's sparse matrices take longer to load than all the rest.
+    program = (
+        "import sys\n"
+        "from slipfold.models.structures import Structure, ModalDamping, CraigBampton\n"
+        "model = Structure([[1, 0], [0, 1]], ModalDamping(0.1), [[2, -1], [-1, 1]],\n"
+        "    reduction=CraigBampton('q2', 1))\n"
+        "model.modes()\n"
+        "print('scipy' in sys.modules)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert done.stdout.strip() == "False", done.stderr
