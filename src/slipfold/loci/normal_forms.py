@@ -40,9 +40,10 @@ def codimension_two_coefficients(
     dict
         CPC: cubic ``c``. R1: ``a`` and ``b`` of the Bogdanov-Takens form. R2: cubic ``c`` and
         ``d``. R3: quadratic ``b`` (modulus) and ``c``, the real part of the cubic one over the
-        multiplier; the sign of c - b^2 decides. R4: ``a`` and ``b``, real and imaginary part of :math:`A = -i c / |d|`. LPPD:
-        quadratic ``a``, ``b``, ``e``. LPNS: ``a``, ``b`` and the real ``e``. Empty for the others,
-        whose coefficients are of fifth order or for two pairs at once.
+        multiplier; the sign of c - b^2 decides. R4: ``a`` and ``b``, real and imaginary part of
+        :math:`A = -i c / |d|`. LPPD: quadratic ``a``, ``b``, ``e``. LPNS: ``a``, ``b`` and the
+        real ``e``. Empty for the others, whose coefficients are of fifth order or for two pairs at
+        once.
     """
     form = _FORMS.get(kind)
     return {} if form is None else form(map_, monodromy)
