@@ -8,148 +8,35 @@ Kuznetsov and Meijer, SIAM J. Sci. Comput. 26 (2005) 1932-1954, with the map's d
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.branches.jet_map import JetMap
 from slipfold.branches.point import Point
-from slipfold.flow.flow import Constants
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.linearisation import Linearisation
-from slipfold.orbits.shooting import Shooting
 
-__all__ = ["StroboscopicMap", "critical_coefficient", "criticality_of", "normal_form"]
+__all__ = ["MapDerivatives", "critical_coefficient", "criticality_of", "normal_form"]
 
 Array = NDArray[np.float64]
 Vector = NDArray[Any]
 
-SPANNED = 1e-7
-"""Share of a direction outside the span of others below which it is a combination of them."""
 
+class MapDerivatives(Protocol):
+    """Second and third derivatives B and C of a map, in scaled states."""
 
-class StroboscopicMap:
-    r"""Second and third derivatives of the map over one period of an orbit, in scaled states.
-
-    They are put together from those of the segments, integrated side by side: with
-    :math:`b_j = B_j(v, v)` and :math:`c_j = C_j(v, v, v)` of the map up to the end of segment j,
-
-    .. math:: b_j = D^2\phi_j[v_j, v_j] + A_j b_{j-1}, \quad
-              c_j = D^3\phi_j[v_j, v_j, v_j] + 3 D^2\phi_j[v_j, b_{j-1}] + A_j c_{j-1}
-
-    where v_j is v carried to segment j.
-
-    Parameters
-    ----------
-    problem
-        How the orbit is described.
-    z
-        The orbit.
-    constants
-        Coefficients of the flow there.
-    linearisation
-        Its derivatives, in the problem's scaled states.
-    scales
-        Scales of the states that directions and results are in; those of the problem if None.
-    """
-
-    def __init__(
-        self,
-        problem: Shooting,
-        z: Array,
-        constants: Constants,
-        linearisation: Linearisation,
-        scales: Array | None = None,
-    ) -> None:
-        self._problem = problem
-        self._nodes = problem.nodes(z)
-        self._constants = constants
-        self._blocks = linearisation.blocks
-        self.rescaling = problem.scales / (problem.scales if scales is None else scales)
-        known, bent = linearisation.conditions.carried, linearisation.conditions.bent
-        self._carried = np.empty((0, *self._nodes.shape)) if known is None else known
-        self._bent = np.empty((0, *self._blocks.shape)) if bent is None else bent
+    rescaling: Array
 
     def rescaled(self, monodromy: Array) -> Array:
-        """Return a monodromy matrix in the map's scales.
-
-        Parameters
-        ----------
-        monodromy
-            In the scales of the boundary-value problem, shape (n, n).
-        """
-        return monodromy * self.rescaling[:, None] / self.rescaling
+        """Return the map's matrix in its scales."""
 
     def powers(self, directions: Array) -> tuple[Array, Array]:
-        """Return B(v, v) and C(v, v, v) for real directions.
-
-        Parameters
-        ----------
-        directions
-            Shape (r, n).
-
-        Returns
-        -------
-        second, third : ndarray, shape (r, n)
-            The forms.
-        """
-        along = directions / self.rescaling
-        forward, bent = self._curvatures(along)
-        cubes = self._problem.cubes(self._nodes, self._constants, forward)
-        second, third = np.zeros_like(along), np.zeros_like(along)
-        for j, block in enumerate(self._blocks):
-            mixed = np.einsum("rab,rb->ra", bent[:, j], second)
-            third = cubes[:, j] + 3 * mixed + third @ block.T
-            second = np.einsum("rab,rb->ra", bent[:, j], forward[:, j]) + second @ block.T
-        return second * self.rescaling, third * self.rescaling
+        """Return B(v, v) and C(v, v, v) for real directions, each of shape (r, n)."""
 
     def second(self, pairs: list[tuple[Vector, Vector]]) -> list[Vector]:
-        """Return B(u, v) for complex vectors.
-
-        Parameters
-        ----------
-        pairs
-            Vectors of shape (n,).
-        """
-        return [self._bilinear(u.real, v) + 1j * self._bilinear(u.imag, v) for u, v in pairs]
-
-    def _bilinear(self, u: Array, v: Vector) -> Vector:
-        """B(u, v) for a real u."""
-        if not u.any():
-            return np.zeros(len(v), dtype=complex)
-        bent = self._curvatures((u / self.rescaling)[None])[1][0]
-        carried, result = v / self.rescaling, np.zeros(len(v), dtype=complex)
-        for block, matrix in zip(self._blocks, bent, strict=True):
-            result = matrix @ carried + block @ result
-            carried = block @ carried
-        return result * self.rescaling
-
-    def _curvatures(self, along: Array) -> tuple[Array, Array]:
-        """Directions carried along the orbit, (r, m, n), and D^2 phi_j along each, (r, m, n, n).
-
-        Both are linear in the direction: no more than n of them are ever integrated.
-        """
-        for direction in along:
-            known = self._carried[:, 0].T
-            share = np.linalg.lstsq(known, direction, rcond=None)[0]
-            rest = direction - known @ share
-            if np.linalg.norm(rest) > SPANNED * np.linalg.norm(direction):
-                self._integrate(rest / np.linalg.norm(rest))
-        shares = np.linalg.lstsq(self._carried[:, 0].T, along.T, rcond=None)[0].T
-        return (
-            np.einsum("rk,kmn->rmn", shares, self._carried),
-            np.einsum("rk,kmab->rmab", shares, self._bent),
-        )
-
-    def _integrate(self, direction: Array) -> None:
-        """Add a direction to those along which second derivatives are known."""
-        forward = [direction]
-        for block in self._blocks[:-1]:
-            forward.append(block @ forward[-1])
-        carried = np.array(forward)[None]
-        bent, _ = self._problem.curvatures(self._nodes, self._constants, [0], carried)
-        self._carried = np.concatenate([self._carried, carried])
-        self._bent = np.concatenate([self._bent, bent])
+        """Return B(u, v) for complex vectors."""
 
 
 def normal_form(problem: PeriodicProblem, point: Point, kind: str) -> tuple[float, str | None]:
@@ -177,18 +64,16 @@ def normal_form(problem: PeriodicProblem, point: Point, kind: str) -> tuple[floa
     # The orbit's own scales: those of a branch in f are the scales where it began, and a
     # coefficient must not depend on that.
     own = problem.model_at(point.z).state_scales()
-    linearisation = problem.linearise(point.z)
-    constants = problem.constants(point.z)
-    map_ = StroboscopicMap(problem, point.z, constants, linearisation, own)
+    map_ = JetMap(problem, point.z, problem.constants(point.z), own)
     matrix = map_.rescaled(point.monodromy)
     if kind == "LP":
-        pull = _parameter_pull(linearisation) * map_.rescaling
+        pull = _parameter_pull(problem.linearise(point.z)) * map_.rescaling
         return _fold(map_, matrix, pull), None
     coefficient = critical_coefficient(map_, matrix, kind)
     return coefficient, criticality_of(kind, coefficient)
 
 
-def critical_coefficient(map_: StroboscopicMap, monodromy: Array, kind: str) -> float:
+def critical_coefficient(map_: MapDerivatives, monodromy: Array, kind: str) -> float:
     """Return the coefficient that tells soft from hard.
 
     Parameters
@@ -232,13 +117,13 @@ def _parameter_pull(linearisation: Linearisation) -> Array:
     return pull
 
 
-def _fold(map_: StroboscopicMap, matrix: Array, pull: Array) -> float:
+def _fold(map_: MapDerivatives, matrix: Array, pull: Array) -> float:
     q, p, _ = _critical_vectors(matrix, lambda values: np.abs(values - 1))
     second, _ = map_.powers(q.real[None])
     return float(0.5 * (p.real @ second[0]) * np.sign(p.real @ pull))
 
 
-def _doubling(map_: StroboscopicMap, matrix: Array) -> float:
+def _doubling(map_: MapDerivatives, matrix: Array) -> float:
     q, p, _ = _critical_vectors(matrix, lambda values: np.abs(values + 1))
     second, third = map_.powers(q.real[None])
     bent = np.linalg.solve(np.eye(len(q)) - matrix, second[0])
@@ -246,7 +131,7 @@ def _doubling(map_: StroboscopicMap, matrix: Array) -> float:
     return float(p.real @ (third[0] + 3 * mixed.real) / 6)
 
 
-def _torus(map_: StroboscopicMap, matrix: Array) -> float:
+def _torus(map_: MapDerivatives, matrix: Array) -> float:
     q, p, value = _critical_vectors(
         matrix, lambda values: np.where(values.imag > 0, np.abs(np.abs(values) - 1), np.inf)
     )
@@ -266,7 +151,7 @@ def _torus(map_: StroboscopicMap, matrix: Array) -> float:
     return float(0.5 * (value.conjugate() / abs(value) * inner).real)
 
 
-_FORMS: dict[str, Callable[[StroboscopicMap, Array], float]] = {
+_FORMS: dict[str, Callable[[MapDerivatives, Array], float]] = {
     "PD": _doubling,
     "NS": _torus,
 }

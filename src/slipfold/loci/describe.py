@@ -6,13 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.location import STILL
-from slipfold.branches.normal_form import StroboscopicMap
 from slipfold.branches.point import Point, corrected_point
 from slipfold.branches.search import Found
 from slipfold.loci.locus import CODIMENSION_TWO, LocusPoint
 from slipfold.loci.locus_problem import LocusProblem, critical_places
 from slipfold.loci.normal_forms import codimension_two_coefficients
 from slipfold.loci.quintic import quintic_coefficient
+from slipfold.loci.segment_map import SegmentMap
 from slipfold.orbits.newton import correct
 
 __all__ = ["coefficient_at", "describe_point"]
@@ -46,7 +46,7 @@ def _own_scales(problem: LocusProblem, point: Point) -> Array:
     return problem.model.replace(**values).state_scales()
 
 
-def own_map(problem: LocusProblem, point: Point) -> tuple[StroboscopicMap, Array]:
+def own_map(problem: LocusProblem, point: Point) -> tuple[SegmentMap, Array]:
     """Return the stroboscopic map and its matrix in the scales of the orbit's own model.
 
     Parameters
@@ -56,7 +56,7 @@ def own_map(problem: LocusProblem, point: Point) -> tuple[StroboscopicMap, Array
     point
         A point of it.
     """
-    map_ = StroboscopicMap(
+    map_ = SegmentMap(
         problem,
         point.z,
         problem.constants(point.z),

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.normal_form import StroboscopicMap, critical_coefficient
+from slipfold.branches.normal_form import critical_coefficient
+from slipfold.loci.segment_map import SegmentMap
 from slipfold.orbits.critical_problem import CriticalProblem
 from slipfold.orbits.degeneracy import critical_pair
 from slipfold.orbits.linearisation import Linearisation
@@ -110,7 +111,7 @@ class LocusProblem(CriticalProblem):
         return tests["CH"] / poles if poles else np.nan
 
     def _coefficient(self, z: Array, linearisation: Linearisation) -> float:
-        map_ = StroboscopicMap(self, z, self.constants(z), linearisation)
+        map_ = SegmentMap(self, z, self.constants(z), linearisation)
         try:
             return critical_coefficient(map_, linearisation.monodromy, self.kind)
         except np.linalg.LinAlgError:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.normal_form import StroboscopicMap
+from slipfold.branches.normal_form import MapDerivatives
 
 __all__ = ["codimension_two_coefficients"]
 
@@ -22,7 +22,7 @@ Vector = NDArray[Any]
 
 
 def codimension_two_coefficients(
-    map_: StroboscopicMap, monodromy: Array, kind: str
+    map_: MapDerivatives, monodromy: Array, kind: str
 ) -> dict[str, float]:
     r"""Return the coefficients that decide what happens near a point of codimension two.
 
@@ -52,7 +52,7 @@ def codimension_two_coefficients(
 # -- one critical multiplier -----------------------------------------------------------------------
 
 
-def _cusp(map_: StroboscopicMap, matrix: Array) -> dict[str, float]:
+def _cusp(map_: MapDerivatives, matrix: Array) -> dict[str, float]:
     q, p = _eigenvectors(matrix, 1.0)
     second, third = map_.powers(q.real[None])
     # The quadratic part has no component along q here; the border keeps it so.
@@ -64,13 +64,13 @@ def _cusp(map_: StroboscopicMap, matrix: Array) -> dict[str, float]:
 # -- a double multiplier ---------------------------------------------------------------------------
 
 
-def _first_resonance(map_: StroboscopicMap, matrix: Array) -> dict[str, float]:
+def _first_resonance(map_: MapDerivatives, matrix: Array) -> dict[str, float]:
     q0, q1, p0, p1 = _chain(matrix, 1.0)
     b00, b01 = map_.second([(q0, q0), (q0, q1)])
     return {"a": float((p0 @ b00).real / 2), "b": float((p0 @ b01 + p1 @ b00).real)}
 
 
-def _second_resonance(map_: StroboscopicMap, matrix: Array) -> dict[str, float]:
+def _second_resonance(map_: MapDerivatives, matrix: Array) -> dict[str, float]:
     q0, q1, p0, p1 = _chain(matrix, -1.0)
     still = np.eye(len(q0)) - matrix
     b00, b01 = map_.second([(q0, q0), (q0, q1)])
@@ -85,7 +85,7 @@ def _second_resonance(map_: StroboscopicMap, matrix: Array) -> dict[str, float]:
 # -- a pair ----------------------------------------------------------------------------------------
 
 
-def _third_resonance(map_: StroboscopicMap, matrix: Array) -> dict[str, float]:
+def _third_resonance(map_: MapDerivatives, matrix: Array) -> dict[str, float]:
     value = np.exp(2j * np.pi / 3)
     q, p = _eigenvectors(matrix, value)
     qq, q_q, bar = map_.second([(q, q), (q, q.conj()), (q.conj(), q.conj())])
@@ -98,7 +98,7 @@ def _third_resonance(map_: StroboscopicMap, matrix: Array) -> dict[str, float]:
     return {"b": float(abs(quadratic)), "c": float((cubic / value).real)}
 
 
-def _fourth_resonance(map_: StroboscopicMap, matrix: Array) -> dict[str, float]:
+def _fourth_resonance(map_: MapDerivatives, matrix: Array) -> dict[str, float]:
     q, p = _eigenvectors(matrix, 1j)
     qq, q_q = map_.second([(q, q), (q, q.conj())])
     h11 = np.linalg.solve(np.eye(len(q)) - matrix, q_q)
@@ -110,7 +110,7 @@ def _fourth_resonance(map_: StroboscopicMap, matrix: Array) -> dict[str, float]:
     return {"a": float(ratio.real), "b": float(ratio.imag)}
 
 
-def _pair_cubic(map_: StroboscopicMap, q: Vector, p: Vector, h11: Vector, h20: Vector) -> complex:
+def _pair_cubic(map_: MapDerivatives, q: Vector, p: Vector, h11: Vector, h20: Vector) -> complex:
     with_h11, with_h20 = map_.second([(q, h11), (q.conj(), h20)])
     inner = _third(map_, q, q, q.conj()) + 2 * with_h11 + with_h20
     return complex(np.vdot(p, inner) / 2)
@@ -119,7 +119,7 @@ def _pair_cubic(map_: StroboscopicMap, q: Vector, p: Vector, h11: Vector, h20: V
 # -- two different multipliers ---------------------------------------------------------------------
 
 
-def _fold_flip(map_: StroboscopicMap, matrix: Array) -> dict[str, float]:
+def _fold_flip(map_: MapDerivatives, matrix: Array) -> dict[str, float]:
     (q1, p1), (q2, p2) = _eigenvectors(matrix, 1.0), _eigenvectors(matrix, -1.0)
     b11, b22, b12 = map_.second([(q1, q1), (q2, q2), (q1, q2)])
     return {
@@ -129,7 +129,7 @@ def _fold_flip(map_: StroboscopicMap, matrix: Array) -> dict[str, float]:
     }
 
 
-def _fold_torus(map_: StroboscopicMap, matrix: Array) -> dict[str, float]:
+def _fold_torus(map_: MapDerivatives, matrix: Array) -> dict[str, float]:
     values = np.linalg.eigvals(matrix)
     upper = values[values.imag > 0]
     value = upper[np.abs(np.abs(upper) - 1).argmin()]
@@ -142,7 +142,7 @@ def _fold_torus(map_: StroboscopicMap, matrix: Array) -> dict[str, float]:
     }
 
 
-_FORMS: dict[str, Callable[[StroboscopicMap, Array], dict[str, float]]] = {
+_FORMS: dict[str, Callable[[MapDerivatives, Array], dict[str, float]]] = {
     "CPC": _cusp,
     "R1": _first_resonance,
     "R2": _second_resonance,
@@ -194,7 +194,7 @@ def _bordered_solve(singular: Array, left: Vector, right: Vector, side: Vector) 
     return np.linalg.solve(matrix, np.append(side, 0.0))[:n].astype(complex)
 
 
-def _third(map_: StroboscopicMap, u: Vector, v: Vector, w: Vector) -> Vector:
+def _third(map_: MapDerivatives, u: Vector, v: Vector, w: Vector) -> Vector:
     """Return C(u, v, w) for complex vectors, by polarisation of the cubic form."""
     result = np.zeros(len(u), dtype=complex)
     parts = [

@@ -1,0 +1,107 @@
+"""The stroboscopic map's second and third derivatives from Taylor jets along directions."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.flow.flow import Constants
+from slipfold.orbits.shooting import Shooting
+
+__all__ = ["JetMap"]
+
+Array = NDArray[np.float64]
+Vector = NDArray[Any]
+
+
+class JetMap:
+    """Derivatives of the stroboscopic map from Taylor jets over the whole period, in scaled states.
+
+    Jets along directions need no more than a plain flow to be compiled: for the few special points
+    of a branch that is what costs most.
+
+    Parameters
+    ----------
+    problem
+        How the orbit is described.
+    z
+        The orbit.
+    constants
+        Coefficients of the flow there.
+    scales
+        Scales of the states; those of the problem if None.
+    """
+
+    def __init__(
+        self, problem: Shooting, z: Array, constants: Constants, scales: Array | None = None
+    ) -> None:
+        self._flow = problem.flow
+        self._state = problem.nodes(z)[0]
+        self._constants = constants
+        self._scales = problem.scales if scales is None else scales
+        self.rescaling = problem.scales / self._scales
+        self._start = problem.phase
+        self._end = problem.phase + problem.period
+
+    def rescaled(self, monodromy: Array) -> Array:
+        """Return a monodromy matrix in the map's scales.
+
+        Parameters
+        ----------
+        monodromy
+            In the scales of the boundary-value problem, shape (n, n).
+        """
+        return monodromy * self.rescaling[:, None] / self.rescaling
+
+    def powers(self, directions: Array) -> tuple[Array, Array]:
+        """Return B(v, v) and C(v, v, v) for real directions.
+
+        Parameters
+        ----------
+        directions
+            Shape (m, n).
+
+        Returns
+        -------
+        second, third : ndarray, shape (m, n)
+            The forms.
+        """
+        jets = self._flow.jet(
+            self._state, self._start, self._end, self._constants, directions * self._scales
+        )
+        return jets[:, 1] / self._scales, jets[:, 2] / self._scales
+
+    def second(self, pairs: list[tuple[Vector, Vector]]) -> list[Vector]:
+        """Return B(u, v) for complex vectors, by polarisation.
+
+        Parameters
+        ----------
+        pairs
+            Vectors of shape (n,).
+        """
+        parts = [
+            (place, factor, left, right)
+            for place, (u, v) in enumerate(pairs)
+            for factor, left, right in (
+                (1, u.real, v.real),
+                (-1, u.imag, v.imag),
+                (1j, u.real, v.imag),
+                (1j, u.imag, v.real),
+            )
+            if left.any() and right.any()
+        ]
+        result = [np.zeros(len(self._scales), dtype=complex) for _ in pairs]
+        if not parts:  # a symmetric orbit has no quadratic terms
+            return result
+        sizes = [(np.linalg.norm(left), np.linalg.norm(right)) for _, _, left, right in parts]
+        sums = [
+            left / a + sign * right / b
+            for (_, _, left, right), (a, b) in zip(parts, sizes, strict=True)
+            for sign in (1, -1)
+        ]
+        squares = self.powers(np.array(sums))[0]
+        for i, ((place, factor, _, _), (a, b)) in enumerate(zip(parts, sizes, strict=True)):
+            result[place] += factor * a * b / 4 * (squares[2 * i] - squares[2 * i + 1])
+        return result

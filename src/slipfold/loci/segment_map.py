@@ -1,0 +1,144 @@
+"""The stroboscopic map's second and third derivatives, put together from those of the segments."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.flow.flow import Constants
+from slipfold.orbits.linearisation import Linearisation
+from slipfold.orbits.shooting import Shooting
+
+__all__ = ["SegmentMap"]
+
+Array = NDArray[np.float64]
+Vector = NDArray[Any]
+
+SPANNED = 1e-7
+"""Share of a direction outside the span of others below which it is a combination of them."""
+
+
+class SegmentMap:
+    r"""Second and third derivatives of the map over one period of an orbit, in scaled states.
+
+    They are put together from those of the segments, integrated side by side: with
+    :math:`b_j = B_j(v, v)` and :math:`c_j = C_j(v, v, v)` of the map up to the end of segment j,
+
+    .. math:: b_j = D^2\phi_j[v_j, v_j] + A_j b_{j-1}, \quad
+              c_j = D^3\phi_j[v_j, v_j, v_j] + 3 D^2\phi_j[v_j, b_{j-1}] + A_j c_{j-1}
+
+    where v_j is v carried to segment j.
+
+    Parameters
+    ----------
+    problem
+        How the orbit is described.
+    z
+        The orbit.
+    constants
+        Coefficients of the flow there.
+    linearisation
+        Its derivatives, in the problem's scaled states.
+    scales
+        Scales of the states that directions and results are in; those of the problem if None.
+    """
+
+    def __init__(
+        self,
+        problem: Shooting,
+        z: Array,
+        constants: Constants,
+        linearisation: Linearisation,
+        scales: Array | None = None,
+    ) -> None:
+        self._problem = problem
+        self._nodes = problem.nodes(z)
+        self._constants = constants
+        self._blocks = linearisation.blocks
+        self.rescaling = problem.scales / (problem.scales if scales is None else scales)
+        known, bent = linearisation.conditions.carried, linearisation.conditions.bent
+        self._carried = np.empty((0, *self._nodes.shape)) if known is None else known
+        self._bent = np.empty((0, *self._blocks.shape)) if bent is None else bent
+
+    def rescaled(self, monodromy: Array) -> Array:
+        """Return a monodromy matrix in the map's scales.
+
+        Parameters
+        ----------
+        monodromy
+            In the scales of the boundary-value problem, shape (n, n).
+        """
+        return monodromy * self.rescaling[:, None] / self.rescaling
+
+    def powers(self, directions: Array) -> tuple[Array, Array]:
+        """Return B(v, v) and C(v, v, v) for real directions.
+
+        Parameters
+        ----------
+        directions
+            Shape (r, n).
+
+        Returns
+        -------
+        second, third : ndarray, shape (r, n)
+            The forms.
+        """
+        along = directions / self.rescaling
+        forward, bent = self._curvatures(along)
+        cubes = self._problem.cubes(self._nodes, self._constants, forward)
+        second, third = np.zeros_like(along), np.zeros_like(along)
+        for j, block in enumerate(self._blocks):
+            mixed = np.einsum("rab,rb->ra", bent[:, j], second)
+            third = cubes[:, j] + 3 * mixed + third @ block.T
+            second = np.einsum("rab,rb->ra", bent[:, j], forward[:, j]) + second @ block.T
+        return second * self.rescaling, third * self.rescaling
+
+    def second(self, pairs: list[tuple[Vector, Vector]]) -> list[Vector]:
+        """Return B(u, v) for complex vectors.
+
+        Parameters
+        ----------
+        pairs
+            Vectors of shape (n,).
+        """
+        return [self._bilinear(u.real, v) + 1j * self._bilinear(u.imag, v) for u, v in pairs]
+
+    def _bilinear(self, u: Array, v: Vector) -> Vector:
+        """B(u, v) for a real u."""
+        if not u.any():
+            return np.zeros(len(v), dtype=complex)
+        bent = self._curvatures((u / self.rescaling)[None])[1][0]
+        carried, result = v / self.rescaling, np.zeros(len(v), dtype=complex)
+        for block, matrix in zip(self._blocks, bent, strict=True):
+            result = matrix @ carried + block @ result
+            carried = block @ carried
+        return result * self.rescaling
+
+    def _curvatures(self, along: Array) -> tuple[Array, Array]:
+        """Directions carried along the orbit, (r, m, n), and D^2 phi_j along each, (r, m, n, n).
+
+        Both are linear in the direction: no more than n of them are ever integrated.
+        """
+        for direction in along:
+            known = self._carried[:, 0].T
+            share = np.linalg.lstsq(known, direction, rcond=None)[0]
+            rest = direction - known @ share
+            if np.linalg.norm(rest) > SPANNED * np.linalg.norm(direction):
+                self._integrate(rest / np.linalg.norm(rest))
+        shares = np.linalg.lstsq(self._carried[:, 0].T, along.T, rcond=None)[0].T
+        return (
+            np.einsum("rk,kmn->rmn", shares, self._carried),
+            np.einsum("rk,kmab->rmab", shares, self._bent),
+        )
+
+    def _integrate(self, direction: Array) -> None:
+        """Add a direction to those along which second derivatives are known."""
+        forward = [direction]
+        for block in self._blocks[:-1]:
+            forward.append(block @ forward[-1])
+        carried = np.array(forward)[None]
+        bent, _ = self._problem.curvatures(self._nodes, self._constants, [0], carried)
+        self._carried = np.concatenate([self._carried, carried])
+        self._bent = np.concatenate([self._bent, bent])
