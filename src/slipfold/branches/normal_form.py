@@ -18,7 +18,13 @@ from slipfold.branches.point import Point
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.linearisation import Linearisation
 
-__all__ = ["MapDerivatives", "critical_coefficient", "criticality_of", "normal_form"]
+__all__ = [
+    "MapDerivatives",
+    "critical_coefficient",
+    "critical_vectors",
+    "criticality_of",
+    "normal_form",
+]
 
 Array = NDArray[np.float64]
 Vector = NDArray[Any]
@@ -103,7 +109,7 @@ def criticality_of(kind: str, coefficient: float) -> str | None:
     coefficient
         Of its normal form.
     """
-    if kind == "LP" or not np.isfinite(coefficient):
+    if kind == "LP" or not np.isfinite(coefficient) or coefficient == 0:
         return None
     soft = coefficient > 0 if kind == "PD" else coefficient < 0
     return "supercritical" if soft else "subcritical"
@@ -118,13 +124,13 @@ def _parameter_pull(linearisation: Linearisation) -> Array:
 
 
 def _fold(map_: MapDerivatives, matrix: Array, pull: Array) -> float:
-    q, p, _ = _critical_vectors(matrix, lambda values: np.abs(values - 1))
+    q, p, _ = critical_vectors(matrix, lambda values: np.abs(values - 1))
     second, _ = map_.powers(q.real[None])
     return float(0.5 * (p.real @ second[0]) * np.sign(p.real @ pull))
 
 
 def _doubling(map_: MapDerivatives, matrix: Array) -> float:
-    q, p, _ = _critical_vectors(matrix, lambda values: np.abs(values + 1))
+    q, p, _ = critical_vectors(matrix, lambda values: np.abs(values + 1))
     second, third = map_.powers(q.real[None])
     bent = np.linalg.solve(np.eye(len(q)) - matrix, second[0])
     (mixed,) = map_.second([(q, bent.astype(complex))])
@@ -132,7 +138,7 @@ def _doubling(map_: MapDerivatives, matrix: Array) -> float:
 
 
 def _torus(map_: MapDerivatives, matrix: Array) -> float:
-    q, p, value = _critical_vectors(
+    q, p, value = critical_vectors(
         matrix, lambda values: np.where(values.imag > 0, np.abs(np.abs(values) - 1), np.inf)
     )
     a, b = q.real, q.imag
@@ -157,10 +163,25 @@ _FORMS: dict[str, Callable[[MapDerivatives, Array], float]] = {
 }
 
 
-def _critical_vectors(
+def critical_vectors(
     matrix: Array, distance: Callable[[Vector], Array]
 ) -> tuple[Vector, Vector, complex]:
-    """Right eigenvector of unit length, left one with <p, q> = 1, and their eigenvalue."""
+    """Return the eigenvectors of the eigenvalue that lies nearest to where it should.
+
+    Parameters
+    ----------
+    matrix
+        Shape (n, n).
+    distance
+        Function of the eigenvalues, shape (n,), that is smallest for the one wanted.
+
+    Returns
+    -------
+    q, p : ndarray, shape (n,)
+        Right eigenvector of unit length, left one with <p, q> = 1.
+    value : complex
+        Their eigenvalue.
+    """
     values, vectors = np.linalg.eig(matrix)
     index = int(np.argmin(distance(values)))
     value, q = complex(values[index]), vectors[:, index].astype(complex)

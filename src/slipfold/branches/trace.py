@@ -35,10 +35,10 @@ from slipfold.branches.settings import Settings
 from slipfold.branches.walk import Failure, walk
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 
-__all__ = ["Trace", "trace_branch"]
+__all__ = ["BIRTH", "MEMORY", "RESOLVED", "RETREAT", "Trace", "trace_branch"]
 
 BIRTH = 3e-3
-"""First step away from a period doubling, in scaled states: the branch is singular at zero."""
+"""First step away from where another curve passes, in scaled states: this one is singular there."""
 
 FIRST = 0.02
 """First step of a response."""

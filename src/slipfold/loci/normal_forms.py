@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.normal_form import MapDerivatives
+from slipfold.branches.normal_form import MapDerivatives, critical_vectors
 
 __all__ = ["codimension_two_coefficients"]
 
@@ -158,13 +158,8 @@ _FORMS: dict[str, Callable[[MapDerivatives, Array], dict[str, float]]] = {
 
 def _eigenvectors(matrix: Array, value: complex) -> tuple[Vector, Vector]:
     """Right vector of unit length and left one with <p, q> = 1, of the nearest eigenvalue."""
-    values, vectors = np.linalg.eig(matrix)
-    nearest = int(np.abs(values - value).argmin())
-    q = vectors[:, nearest].astype(complex)
-    q = q * np.exp(-0.5j * np.angle(np.sum(q * q)))
-    others, left = np.linalg.eig(matrix.T)
-    p = left[:, np.abs(others - values[nearest]).argmin()].astype(complex).conj()
-    return q, p / np.vdot(q, p)
+    q, p, _ = critical_vectors(matrix, lambda values: np.abs(values - value))
+    return q, p
 
 
 def _chain(matrix: Array, value: float) -> tuple[Vector, Vector, Vector, Vector]:

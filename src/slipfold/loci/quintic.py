@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.branches.normal_form import critical_vectors
 from slipfold.branches.point import Point
 from slipfold.loci.locus_problem import LocusProblem
 
@@ -75,7 +76,8 @@ def _shift(problem: LocusProblem, point: Point, scales: Array, amplitude: float)
     n = len(scales)
     constants = problem.constants(point.z)
     matrix = point.monodromy * (problem.scales / scales)[:, None] / (problem.scales / scales)
-    q, p = _critical_vectors(matrix)
+    right, left, _ = critical_vectors(matrix, lambda values: np.abs(values + 1))
+    q, p = right.real, left.real
     centre = problem.nodes(point.z)[0] / scales
     unknown = np.concatenate([centre + amplitude * q, centre - amplitude * q, [0.0]])
     start = np.full(2, problem.phase)
@@ -106,12 +108,3 @@ def _shift(problem: LocusProblem, point: Point, scales: Array, amplitude: float)
         if np.abs(step).max() < CONVERGED:
             return float(unknown[-1])
     return None
-
-
-def _critical_vectors(matrix: Array) -> tuple[Array, Array]:
-    values, vectors = np.linalg.eig(matrix)
-    q = vectors[:, np.abs(values + 1).argmin()].real
-    q = q / np.linalg.norm(q)
-    others, left = np.linalg.eig(matrix.T)
-    p = left[:, np.abs(others + 1).argmin()].real
-    return q, p / (p @ q)

@@ -12,10 +12,10 @@ from slipfold.branches.closing import asymmetry
 from slipfold.branches.point import Point, corrected_point
 from slipfold.branches.search import Found
 from slipfold.branches.settings import Settings
+from slipfold.branches.trace import BIRTH
 from slipfold.branches.walk import Failure, walk
 from slipfold.errors import InputError
 from slipfold.loci.locus_problem import LocusProblem
-from slipfold.loci.trace import BIRTH
 from slipfold.orbits.newton import correct
 
 __all__ = ["Start", "parent_starts", "regular_start", "starts_at"]

@@ -21,6 +21,7 @@ from slipfold.branches.location import LostBranchError, orbit_at
 from slipfold.branches.point import Point
 from slipfold.branches.search import Found
 from slipfold.branches.settings import Settings
+from slipfold.branches.trace import BIRTH, MEMORY, RESOLVED, RETREAT
 from slipfold.branches.walk import Failure, walk
 from slipfold.loci.detection import find_special_points
 from slipfold.loci.locus import LocusEnd
@@ -34,20 +35,8 @@ Array = NDArray[np.float64]
 FIRST = 0.01
 """First step from a regular point."""
 
-BIRTH = 3e-3
-"""First step from a point where another locus crosses: this one is singular there."""
-
-MEMORY = 6
-"""Points behind the current one that serve interpolation."""
-
-RETREAT = 0.3
-"""Share of a step that is taken instead where the locus between its ends was not found."""
-
 EDGE = 1e-9
 """Distance from the window's edge, in its own width, that counts as none."""
-
-RESOLVED = 1e7
-"""Largest multiplier beside which those near the unit circle are still known to five digits."""
 
 
 @dataclass(eq=False)

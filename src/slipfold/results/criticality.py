@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from slipfold.branches.normal_form import criticality_of
 from slipfold.loci.locus import CODIMENSION_TWO, Locus, LocusPoint
 
 __all__ = ["criticalities", "point_criticality"]
@@ -24,7 +25,7 @@ def criticalities(locus: Locus) -> list[str | None]:
         ``"supercritical"``, ``"subcritical"``, or None where that has no meaning or is not known:
         folds, and points where the normal form degenerates.
     """
-    return [_word(locus.type, float(value)) for value in locus.coefficient]
+    return [criticality_of(locus.type, float(value)) for value in locus.coefficient]
 
 
 def point_criticality(locus: Locus, point: LocusPoint) -> str | None:
@@ -40,11 +41,4 @@ def point_criticality(locus: Locus, point: LocusPoint) -> str | None:
     name = COEFFICIENT.get(locus.type, "")
     if point.type in CODIMENSION_TWO or name not in point.coefficients:
         return None
-    return _word(locus.type, point.coefficients[name])
-
-
-def _word(kind: str, coefficient: float) -> str | None:
-    # The cubic coefficient of PD is positive where the doubled orbits are stable, the real part of
-    # that of NS is negative where the torus is.
-    sign = {"PD": 1.0, "NS": -1.0}.get(kind, 0.0) * coefficient
-    return "supercritical" if sign > 0 else "subcritical" if sign < 0 else None
+    return criticality_of(locus.type, point.coefficients[name])

@@ -90,8 +90,9 @@ class FrictionContact(Component):
             )
         if self.law.refusal:
             raise InputError(f"{self.law.refusal}")
-        if isinstance(self.load, int | float | str):
-            object.__setattr__(self, "load", ConstantLoad(self.load))  # type: ignore[arg-type]
+        load: Any = self.load
+        if isinstance(load, int | float | str):
+            object.__setattr__(self, "load", ConstantLoad(load))
         if not isinstance(self.load, NormalLoad):
             raise InputError(
                 f"load = {shown(self.load)} is no normal force; give a number in N, or one such as "

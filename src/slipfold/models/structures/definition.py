@@ -134,7 +134,7 @@ def define(
     values: dict[str, float] = dict(damping.own_values) if isinstance(damping, Damping) else {}
     for component in (item for items in several for item in items):
         values |= component.values
-    kinds = [tuple(item.kind for item in items) for items in several]
+    kinds: list[Any] = [tuple(item.kind for item in items) for items in several]
     definition = Definition(
         mass,
         damping.kind if isinstance(damping, Damping) else damping,
@@ -142,7 +142,7 @@ def define(
         given_names,
         reduction,
         kinds[0],
-        kinds[1],  # type: ignore[arg-type]
+        kinds[1],
         kinds[2],
         _checked_length(length_scale),
         _checked_watch(watch),
