@@ -90,9 +90,9 @@ class FrictionContact(Component):
             )
         if self.law.refusal:
             raise InputError(f"{self.law.refusal}")
-        load: Any = self.load
-        if isinstance(load, int | float | str):
-            object.__setattr__(self, "load", ConstantLoad(load))
+        if isinstance(self.load, int | float | str):
+            force: Any = self.load  # also text with a unit
+            object.__setattr__(self, "load", ConstantLoad(force))
         if not isinstance(self.load, NormalLoad):
             raise InputError(
                 f"load = {shown(self.load)} is no normal force; give a number in N, or one such as "
