@@ -118,3 +118,17 @@ def test_only_files_are_shown(name):
     result = run("models", "--show", name)
     assert result.exit_code == 2
     assert "duffing" in result.stderr
+
+
+def test_the_orbit_that_a_motion_settles_to_is_followed():
+    # The symmetric cycle of the Lorenz system at large rho, which no Hopf point leads to.
+    result = run("response", "lorenz", "--vary", "rho=350:320", "--settled", "--json", "-")
+    assert result.exit_code == 0
+    (branch,) = json.loads(result.stdout)["branches"]
+    assert (branch["kind"], branch["special"]) == ("periodic", [])
+
+
+def test_a_motion_that_settles_on_nothing_is_refused():
+    result = run("response", "lorenz", "--vary", "rho=10:20", "--settled")
+    assert result.exit_code == 2
+    assert "comes to rest or does not come back" in result.stderr

@@ -20,6 +20,7 @@ from slipfold.branches.start import (
     doubled_start,
     equilibrium_start,
     hopf_start,
+    orbit_start,
     response_start,
 )
 from slipfold.branches.trace import Trace, trace_branch
@@ -28,6 +29,7 @@ from slipfold.flow import flow_of
 from slipfold.models.model import Model
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.cycle_problem import CycleProblem
+from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
 __all__ = ["trace_response"]
 
@@ -46,6 +48,7 @@ def trace_response(
     settings: Settings | None = None,
     events: Sequence[Event] = (),
     observer: Observer | None = None,
+    start: PeriodicOrbit | None = None,
 ) -> tuple[Branch, ...]:
     """Follow the periodic response in one parameter, and all branches of doubled period.
 
@@ -65,6 +68,8 @@ def trace_response(
         Values to be located.
     observer
         Called after every point; may raise `KeyboardInterrupt` to stop with what is done.
+    start
+        An orbit at the first value of the span; it is followed instead.
 
     Returns
     -------
@@ -78,10 +83,8 @@ def trace_response(
     """
     settings = settings or Settings()
     model, first, last = _checked(model, vary, span, events)
-    begin = _first_point if model.forced else _first_equilibrium
-    problem, start, begun = begin(model, vary, first, last)
     branches: list[Branch] = []
-    waiting: list[_Waiting] = [_Waiting(problem, start, begun, None, ())]
+    waiting = [_first(model, vary, first, last, start)]
     while waiting:
         item = waiting.pop(0)
         if item.is_reached(branches):
@@ -152,6 +155,17 @@ def _checked(
                 f"no output {event.name!r} for an event; there are {', '.join(outputs)}"
             )
     return model.replace(**{vary: first}), first, last
+
+
+def _first(
+    model: Model, vary: str, first: float, last: float, orbit: PeriodicOrbit | None
+) -> _Waiting:
+    """Return the first branch: from the orbit given, or the response, or the equilibrium."""
+    if orbit is not None:
+        problem, start = orbit_start(orbit, vary, first, last)
+        return _Waiting(problem, start, _span_begin(vary, first), None, ())
+    begin = _first_point if model.forced else _first_equilibrium
+    return _Waiting(*begin(model, vary, first, last), None, ())
 
 
 def _first_point(

@@ -19,8 +19,9 @@ from slipfold.orbits.equilibrium_problem import EquilibriumProblem, unit_of_time
 from slipfold.orbits.find import guess_orbit, hold_parameter
 from slipfold.orbits.limits import broken_limit
 from slipfold.orbits.newton import correct
+from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
-__all__ = ["doubled_start", "equilibrium_start", "hopf_start", "response_start"]
+__all__ = ["doubled_start", "equilibrium_start", "hopf_start", "orbit_start", "response_start"]
 
 Array = NDArray[np.float64]
 
@@ -142,6 +143,46 @@ def equilibrium_start(
         raise InputError(
             f"no equilibrium of {model.name} was found at {vary} = {first:g}: "
             f"{correction.failure}; start the span elsewhere"
+        )
+    broken = broken_limit(problem, correction.z)
+    if broken is not None:
+        raise InputError(f"the span cannot start at {vary} = {first:g}: {broken}")
+    return problem, corrected_point(problem, correction, 0.0)
+
+
+def orbit_start(
+    orbit: PeriodicOrbit, vary: str, first: float, last: float
+) -> tuple[PeriodicProblem, Point]:
+    """Return a given orbit as the first point of a branch.
+
+    Parameters
+    ----------
+    orbit
+        The orbit; its model has the value of `vary` at the start of the span.
+    vary
+        Name of the parameter.
+    first, last
+        The span.
+
+    Raises
+    ------
+    InputError
+        If Newton's method does not converge from it or it breaks a limit of the model.
+    """
+    width, segments = abs(last - first), len(orbit.nodes)
+    if orbit.model.forced:
+        problem = PeriodicProblem(orbit.model, vary, orbit.period, width, segments)
+        guess = problem.pack(orbit.nodes, first)
+    else:
+        problem = CycleProblem(orbit.model, vary, orbit.period, width, segments)
+        guess = problem.pack_cycle(orbit.nodes, orbit.model.values["duration"], first)
+    row = np.zeros(len(guess))
+    row[-1] = np.sign(last - first)
+    correction = correct(problem, guess, row)
+    if not correction.converged:
+        raise InputError(
+            f"the orbit given could not be taken up at {vary} = {first:g}: {correction.failure}; "
+            "give one that is closed"
         )
     broken = broken_limit(problem, correction.z)
     if broken is not None:

@@ -21,9 +21,14 @@ from slipfold.cli.status import DONE, FAILED, INTERRUPTED, note
 
 if TYPE_CHECKING:
     from slipfold.branches.progress import Progress
+    from slipfold.models.model import Model
+    from slipfold.orbits.periodic_orbit import PeriodicOrbit
     from slipfold.results.diagram import Diagram
 
 __all__ = ["response"]
+
+MOTION = 2000
+"""Forcing periods of the motion that is to settle."""
 
 Vary = Annotated[
     list[str],
@@ -49,6 +54,14 @@ LargestPeriod = Annotated[
     str | None,
     typer.Option(metavar="K", help="Follow doubled branches up to this many forcing periods."),
 ]
+Settled = Annotated[
+    bool,
+    typer.Option(
+        "--settled",
+        help="Follow the orbit that a motion from rest settles to at the start of the span, "
+        "instead of the response (of an autonomous system: the equilibrium).",
+    ),
+]
 
 
 def response(
@@ -64,6 +77,7 @@ def response(
     tolerance: Tolerance = None,
     max_points: MaxPoints = None,
     largest_period: LargestPeriod = None,
+    settled: Settled = False,
 ) -> int:
     """Follow the periodic response over a parameter; find every bifurcation and go on past it.
 
@@ -83,6 +97,7 @@ def response(
     events += [parse_event(text, chosen, name, stop=True) for text in stop_at or ()]
     settings = parse_settings(max_step, tolerance, max_points, largest_period)
     words = response_text(name, chosen.parameter(name).unit)
+    first = settled_orbit(chosen.replace(**{name: span[0]})) if settled else chosen
     with deferred_interrupts() as check:
         with live_line() as show:
 
@@ -91,10 +106,38 @@ def response(
                 check()
 
             diagram = compute(
-                chosen, name, span, settings=settings, events=events, observer=observer
+                first, name, span, settings=settings, events=events, observer=observer
             )
         outputs.write(diagram)
     return _conclude(diagram, outputs)
+
+
+def settled_orbit(model: Model) -> PeriodicOrbit:
+    """Return the orbit that a motion from rest settles to.
+
+    Parameters
+    ----------
+    model
+        The model.
+
+    Raises
+    ------
+    InputError
+        If the motion does not settle on a periodic orbit.
+    """
+    from slipfold.errors import InputError
+    from slipfold.orbits.find import periodic_orbit
+    from slipfold.results.simulation import simulate
+
+    if not model.forced:
+        return periodic_orbit(model)
+    motion = simulate(model, periods=MOTION)
+    if motion.settlement.period is None:
+        raise InputError(
+            f"a motion from rest does not settle on a periodic orbit in {MOTION} forcing periods "
+            f"({motion.settlement}); leave out --settled, or start the span elsewhere"
+        )
+    return periodic_orbit(model, motion.settlement.period, motion.strobe[-1])
 
 
 def _conclude(diagram: Diagram, outputs: Outputs) -> int:

@@ -11,6 +11,7 @@ from slipfold.errors import InputError
 from slipfold.flow import flow_of
 from slipfold.models.model import Model
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.orbits.find_cycle import find_cycle
 from slipfold.orbits.floquet import floquet_multipliers
 from slipfold.orbits.linear_response import linear_response
 from slipfold.orbits.newton import Correction, correct
@@ -68,15 +69,19 @@ def periodic_orbit(
     *,
     tolerance: float = 1e-10,
     settle: int = 400,
+    duration: float | None = None,
 ) -> PeriodicOrbit:
     """Find a periodic orbit of a model.
+
+    Of an autonomous model it is a cycle: the one that a motion from the model's start settles to,
+    or one near a given state.
 
     Parameters
     ----------
     model
         The model.
     period
-        Period in forcing periods.
+        Period in forcing periods; 1 for an autonomous model.
     state
         State near the orbit at phase zero, shape (n_states,) or by name. Without it the linear
         response is the guess for period 1, and what a motion from rest settles to for longer
@@ -84,7 +89,10 @@ def periodic_orbit(
     tolerance
         Largest mismatch of the accepted orbit, in scaled states.
     settle
-        Forcing periods that a motion from rest is given to settle.
+        Forcing periods that a motion from rest is given to settle; of an autonomous model, turns.
+    duration
+        Duration of a cycle of an autonomous model in seconds, about; without it the time after
+        which the motion comes back.
 
     Returns
     -------
@@ -103,12 +111,27 @@ def periodic_orbit(
     >>> orbit = periodic_orbit(SlidingOscillator(f=12.2, Nd=0.15), period=2)
     >>> orbit.stable
     True
+
+    Van der Pol's cycle:
+
+    >>> from slipfold.models import model_named
+    >>> cycle = periodic_orbit(model_named("vanderpol-free"))
+    >>> round(cycle.duration, 9)
+    6.663286859
     """
     if period not in range(1, LONGEST + 1):
         raise InputError(
             f"period = {period!r} is not a whole number from 1 to {LONGEST}; give e.g. 2"
         )
     vary = model.parameters[0].name
+    if not model.forced:
+        near = None if state is None else _checked_state(model, state)
+        return _cycle(model, vary, int(period), near, duration, tolerance, settle)
+    if duration is not None:
+        raise InputError(
+            f"duration = {duration!r} does not fit: {model.name} is forced, its orbits last whole "
+            "forcing periods; leave it out, or give period"
+        )
     problem = PeriodicProblem(model, vary, int(period), 1.0)
     if state is None and period == 1:
         return _as_orbit(problem, model, _response(problem, model, tolerance))
@@ -122,6 +145,28 @@ def periodic_orbit(
     orbit = _as_orbit(problem, model, correction)
     _refuse_shorter(problem, orbit)
     return orbit
+
+
+def _cycle(
+    model: Model,
+    vary: str,
+    period: int,
+    state: Array | None,
+    duration: float | None,
+    tolerance: float,
+    settle: int,
+) -> PeriodicOrbit:
+    if period != 1:
+        raise InputError(
+            f"period = {period} counts forcing periods, and {model.name} is autonomous; leave it "
+            "out, and give a state near the cycle and its duration"
+        )
+    if duration is not None and not 0 < duration < np.inf:
+        raise InputError(f"duration = {duration!r} s is not positive; give the cycle's, about")
+    problem, correction = find_cycle(
+        model, vary, 1.0, state, duration, tolerance=tolerance, settle=settle
+    )
+    return _as_orbit(problem, problem.model_at(correction.z), correction)
 
 
 def _checked_state(model: Model, state: ArrayLike | Mapping[str, float]) -> Array:
@@ -202,6 +247,6 @@ def _as_orbit(problem: PeriodicProblem, model: Model, correction: Correction) ->
         model,
         problem.period,
         problem.nodes(correction.z),
-        floquet_multipliers(monodromy),
+        problem.all_multipliers(floquet_multipliers(monodromy)),
         correction.residual,
     )

@@ -18,7 +18,7 @@ __all__ = ["PeriodicOrbit"]
 
 @dataclass(frozen=True, eq=False)
 class PeriodicOrbit:
-    """A periodic orbit of a forced model; frozen.
+    """A periodic orbit, forced or a cycle of an autonomous model; frozen.
 
     Parameters
     ----------

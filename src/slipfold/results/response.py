@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from time import perf_counter
 
 from slipfold.branches.event import Event
@@ -13,6 +13,7 @@ from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.system import System
+from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.results.diagram import Diagram
 from slipfold.results.given_settings import checked_settings
 from slipfold.results.provenance import provenance
@@ -21,7 +22,7 @@ __all__ = ["response"]
 
 
 def response(
-    model: Model,
+    model: Model | PeriodicOrbit,
     vary: str,
     span: tuple[float | str, float | str],
     *,
@@ -37,7 +38,9 @@ def response(
     Parameters
     ----------
     model
-        The model, e.g. ``SlidingOscillator()``.
+        The model, e.g. ``SlidingOscillator()``. Or a periodic orbit of it, at the first value of
+        the span: the branch through that orbit is followed, whether or not the response leads to
+        it.
     vary
         Name of the parameter to follow.
     span
@@ -70,7 +73,19 @@ def response(
     >>> diagram = sf.response(sf.SlidingOscillator(), vary="Nd", span=(0, 0.98), f=12.5)
     >>> round(diagram.branches[0].special[0].value, 9)
     0.043578911
+
+    The cycle of the Lorenz system at a large Rayleigh number loses its symmetry, then doubles:
+
+    >>> lorenz = sf.built_in_models()["lorenz"]()
+    >>> cycle = sf.periodic_orbit(lorenz.replace(rho=350))
+    >>> settings = sf.Settings(largest_period=1)
+    >>> diagram = sf.response(cycle, vary="rho", span=(350, 310), settings=settings)
+    >>> diagram.branches[0].special[0].type
+    'BP'
     """
+    start = model if isinstance(model, PeriodicOrbit) else None
+    if start is not None:
+        model = _model_of(start, vary, span, parameters)
     if vary in parameters:
         raise InputError(
             f"{vary} is varied, so it cannot be set to {parameters[vary]} as well; "
@@ -85,7 +100,13 @@ def response(
     first = changed.values[vary]
     started = perf_counter()
     branches = trace_response(
-        changed, vary, (first, last), settings=chosen, events=watched, observer=observer
+        changed,
+        vary,
+        (first, last),
+        settings=chosen,
+        events=watched,
+        observer=observer,
+        start=start,
     )
     return Diagram(
         changed,
@@ -96,6 +117,30 @@ def response(
         watched,
         provenance(perf_counter() - started),
     )
+
+
+def _model_of(
+    orbit: PeriodicOrbit,
+    vary: str,
+    span: tuple[float | str, float | str],
+    parameters: Mapping[str, float | str],
+) -> Model:
+    """Return the model of an orbit that is to be followed; refuse what would not be its own."""
+    if parameters:
+        names = ", ".join(parameters)
+        raise InputError(
+            f"{names} cannot be changed, since the branch begins at a given orbit; find the orbit "
+            "with the values wanted"
+        )
+    model = orbit.model
+    first, _ = _ends(model, vary, span)
+    own = model.values[vary]
+    if first != own:
+        raise InputError(
+            f"the span begins at {vary} = {first:g} but the orbit given lies at {vary} = {own:g}; "
+            "begin the span there"
+        )
+    return model
 
 
 def _own_events(model: Model, vary: str) -> tuple[Event, ...]:

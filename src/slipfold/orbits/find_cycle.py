@@ -1,0 +1,157 @@
+"""A cycle of an autonomous model from a motion that passes near it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.errors import InputError
+from slipfold.flow import flow_of
+from slipfold.models.evaluation import evaluation_of
+from slipfold.models.model import Model
+from slipfold.orbits.cycle_problem import CycleProblem
+from slipfold.orbits.equilibrium_problem import unit_of_time
+from slipfold.orbits.newton import Correction, correct
+
+__all__ = ["find_cycle"]
+
+Array = NDArray[np.float64]
+
+SAMPLES = 8
+"""Samples in a unit of time, which is about an eighth of the fastest turn."""
+
+WINDOW = 800
+"""Units of time looked at first, then twice as many: about a hundred of the fastest turns."""
+
+WINDOWS = 8
+"""Windows after which a motion counts as one that does not come back."""
+
+NEAREST = 3.0
+"""The first return that is no farther than this many times the nearest one is taken."""
+
+CLOSE = 0.2
+"""A return is nearer to where the motion began than this share of the motion's extent."""
+
+SAME = 1e-5
+"""Returns within this share of the extent are one: what interpolation between samples is good
+for."""
+
+NUDGE = 0.01
+"""How far beside an equilibrium a motion is begun, in scaled states."""
+
+STILL = 1e-6
+"""Motion smaller than this, in scaled states, is an equilibrium."""
+
+
+def find_cycle(
+    model: Model,
+    vary: str,
+    width: float,
+    state: Array | None,
+    duration: float | None,
+    *,
+    tolerance: float = 1e-10,
+    settle: int = 400,
+) -> tuple[CycleProblem, Correction]:
+    """Return a cycle of an autonomous model near a motion of it.
+
+    Parameters
+    ----------
+    model
+        The model.
+    vary, width
+        Free parameter of the problem returned, and its scale; the parameter keeps its value.
+    state
+        A state near the cycle; None for what a motion from the model's start settles to.
+    duration
+        Duration of the cycle in seconds, about; None for the time of the motion's first return.
+    tolerance
+        Largest mismatch of the accepted cycle, in scaled states.
+    settle
+        Turns that a motion from the model's start is given to settle, about.
+
+    Raises
+    ------
+    InputError
+        If the motion comes to rest, does not come back, or leaves the model.
+    """
+    unit = unit_of_time(model, _jacobian(model, model.start if state is None else state))
+    paced = model.replace(duration=unit)
+    if state is None:
+        state = _motion(paced, _start(paced), WINDOW * max(1, settle // 100))[-1]
+    if duration is None:
+        duration = unit * _first_return(paced, state)
+    cycle = model.replace(duration=duration)
+    problem = CycleProblem(cycle, vary, 1, width)
+    zero = np.zeros(1)
+    constants = problem.flow.constants(cycle.vector)
+    nodes = problem.flow.sample(state[None], zero, zero + 1, problem.segments, constants)[0]
+    guess = problem.pack_cycle(nodes, duration, problem.value_of(model))
+    row = np.eye(1, len(guess), len(guess) - 1)[0]  # the parameter is held
+    return problem, correct(problem, guess, row, tolerance=tolerance, iterations=20)
+
+
+def _jacobian(model: Model, state: Array) -> Array:
+    return evaluation_of(model).jacobian(model, state)
+
+
+def _start(model: Model) -> Array:
+    """Return where a motion begins that is to find a cycle: not at an equilibrium."""
+    functions = evaluation_of(model)
+    moving = functions.rates(model, model.start) * model.values["duration"] / model.state_scales()
+    if float(np.abs(moving).max()) > STILL:
+        return model.start
+    return model.start + NUDGE * model.state_scales()
+
+
+def _motion(paced: Model, state: Array, units: int) -> Array:
+    """Sample a motion over units of time; refuse one that leaves the model."""
+    flow = flow_of(paced)
+    grid = np.linspace(0, units, units * SAMPLES + 1)
+    motion = flow.trajectory(state, flow.constants(paced.vector), grid)
+    if not np.isfinite(motion).all():
+        raise InputError(
+            f"the motion of {paced.name} from {state.tolist()} does not stay finite; give a state "
+            "nearer to a cycle"
+        )
+    return motion
+
+
+def _first_return(paced: Model, state: Array) -> float:
+    """Return after how many units of time a motion first comes back near where it began."""
+    scales = paced.state_scales()
+    flow = flow_of(paced)
+    constants = flow.constants(paced.vector)
+    for window in range(WINDOWS):  # each begins where the motion has come to: it may still settle
+        units = WINDOW * 2**window
+        motion = _motion(paced, state, units)
+        if float(np.abs((motion - state) / scales).max()) < STILL:
+            break
+        grid = np.linspace(0, units, len(motion))
+        rates = flow.rates(motion, grid, constants)
+        place = _nearest_passage(grid, (motion - state) / scales, rates / scales)
+        if place is not None:
+            return place
+        state = motion[-1]
+    raise InputError(
+        f"the motion of {paced.name} comes to rest or does not come back to where it was; give a "
+        "state near a cycle and its duration"
+    )
+
+
+def _nearest_passage(grid: Array, away: Array, rates: Array) -> float | None:
+    """Return the first time at which a motion passes near its begin again, in the same sense."""
+    from scipy.interpolate import CubicHermiteSpline  # slow to import, and seldom needed
+
+    extent = float(np.linalg.norm(away, axis=1).max())
+    forward = rates[0]
+    ahead = CubicHermiteSpline(grid, away @ forward, rates @ forward)
+    places = ahead.roots(extrapolate=False)
+    places = places[(places > grid[1]) & (ahead(places, 1) > 0)]
+    if not len(places):
+        return None
+    distances = np.linalg.norm(CubicHermiteSpline(grid, away, rates)(places), axis=1)
+    if distances.min() > CLOSE * extent:
+        return None
+    near = max(NEAREST * distances.min(), SAME * extent)
+    return float(places[np.flatnonzero(distances <= near)[0]])
