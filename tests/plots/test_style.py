@@ -5,7 +5,8 @@ from matplotlib.colors import to_rgb
 
 from slipfold.plots.locus_style import LOCUS_COLOURS
 from slipfold.plots.regions import PALE
-from slipfold.plots.style import KINDS, LINES, figure_style, palette
+from slipfold.plots.style import LINES, figure_style, palette
+from slipfold.results.stretches import KINDS
 
 # Machado, Oliveira & Fernandes 2009, doi:10.1109/TVCG.2009.113, severity 1, in linear RGB.
 BLINDNESS = {

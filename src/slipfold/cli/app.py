@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from slipfold.cli.commands import Commands
+from slipfold.cli.explore import explore
 from slipfold.cli.locus import locus
 from slipfold.cli.models import models
 from slipfold.cli.paper import paper
@@ -42,5 +43,5 @@ def start(context: typer.Context, version: Version = False) -> None:
         raise typer.Exit
 
 
-for command in (response, locus, simulate, paper, models, plot):
+for command in (response, locus, simulate, paper, models, plot, explore):
     app.command()(command)

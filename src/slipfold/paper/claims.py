@@ -14,7 +14,7 @@ from slipfold.paper.cases import Row
 from slipfold.paper.findings import Findings, NotComputed, band, first, on_branches, reached
 from slipfold.paper.tables import number, table
 from slipfold.plots.response import HasBranches
-from slipfold.plots.stretches import stretches_of
+from slipfold.results.stretches import stretches_of
 
 __all__ = ["CLAIMS", "Claim", "claims_markdown", "judge_claims"]
 

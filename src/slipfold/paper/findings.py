@@ -14,7 +14,7 @@ from slipfold.branches.special_point import SpecialPoint
 from slipfold.models.sliding_oscillator import SlidingOscillator
 from slipfold.paper.cases import Cases, Curve, Row, Steady
 from slipfold.plots.response import HasBranches
-from slipfold.plots.stretches import stretches_of
+from slipfold.results.stretches import stretches_of
 
 __all__ = ["Findings", "NotComputed", "band", "first", "on_branches", "reached"]
 

@@ -10,8 +10,8 @@ import numpy as np
 from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.models.model import Model
-from slipfold.plots.stretches import measure_of
 from slipfold.plots.style import MARKERS
+from slipfold.results.stretches import measure_of
 
 __all__ = ["Mark", "limit_name", "marks_of"]
 
@@ -49,7 +49,7 @@ def marks_of(branch: Branch, output: str, measure: str = "max") -> tuple[Mark, .
     output
         A state or output of the model.
     measure
-        What the figure shows of it, see `slipfold.plots.stretches.measure_of`.
+        What the figure shows of it, see `slipfold.results.stretches.measure_of`.
 
     Raises
     ------

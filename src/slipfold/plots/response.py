@@ -14,8 +14,8 @@ from slipfold.errors import InputError
 from slipfold.plots.axes import axes_or_new, label_of, settle
 from slipfold.plots.labels import Label, place_labels
 from slipfold.plots.marks import marks_of
-from slipfold.plots.stretches import stretches_of
 from slipfold.plots.style import LINES, MARKERS, palette
+from slipfold.results.stretches import stretches_of
 
 __all__ = ["HasBranches", "draw_family", "draw_response", "name_family"]
 

@@ -11,13 +11,10 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.colors import to_hex
 
-__all__ = ["COLUMN", "KINDS", "LINES", "MARKERS", "figure_style", "palette"]
+__all__ = ["COLUMN", "LINES", "MARKERS", "figure_style", "palette"]
 
 COLUMN = 3.45
 """Width of a journal column in inches."""
-
-KINDS = ("stable", "period doubling", "fold or torus")
-"""How an orbit stands: stable, or unstable by what."""
 
 LINES: Mapping[str, Mapping[str, Any]] = MappingProxyType(
     {

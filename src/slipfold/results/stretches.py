@@ -13,9 +13,8 @@ from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import BIFURCATIONS
 from slipfold.errors import InputError
 from slipfold.orbits.extrema import Extrema
-from slipfold.plots.style import KINDS
 
-__all__ = ["MEASURES", "Stretch", "measure_of", "stretches_of"]
+__all__ = ["KINDS", "MEASURES", "Stretch", "measure_of", "stretches_of"]
 
 Array = NDArray[np.float64]
 
@@ -25,7 +24,8 @@ MEASURES = ("max", "min", "peak_to_peak", "modulus")
 PIECES = 8
 """Straight pieces drawn between neighbouring points of a branch."""
 
-STABLE, DOUBLED, OTHER = KINDS
+KINDS = STABLE, DOUBLED, OTHER = ("stable", "period doubling", "fold or torus")
+"""How an orbit stands: stable, or unstable by what."""
 
 BORN, CLOSED = "born", "closed"
 """Kinds of ends of a branch that lie on its parent."""
@@ -41,12 +41,13 @@ class Stretch:
     Parameters
     ----------
     kind
-        One of `slipfold.plots.style.KINDS`.
-    parameter, value
+        One of `KINDS`.
+    arclength, parameter, value
         The line, each of shape (n,).
     """
 
     kind: str
+    arclength: Array
     parameter: Array
     value: Array
 
@@ -118,7 +119,7 @@ def stretches_of(branch: Branch, output: str, measure: str = "max") -> tuple[Str
         if i < len(kinds) and kinds[i] == kinds[first]:
             continue
         s = _dense(knots.s[first : i + 1])
-        result.append(Stretch(kinds[first], parameter(s), value(s)))
+        result.append(Stretch(kinds[first], s, parameter(s), value(s)))
         first = i
     return tuple(result)
 

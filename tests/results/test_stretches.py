@@ -13,7 +13,7 @@ from helpers.hand_drawn import (
 )
 from slipfold.branches.settings import Settings, Steps
 from slipfold.errors import InputError
-from slipfold.plots.stretches import MEASURES, measure_of, stretches_of
+from slipfold.results.stretches import MEASURES, measure_of, stretches_of
 
 
 def kinds(branch):

@@ -1,0 +1,120 @@
+"""The models that a client can ask for: built-in ones, and a file given on the command line."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from slipfold.errors import InputError
+from slipfold.explorer.views.labels import axis_of
+from slipfold.models.model import Model
+from slipfold.models.parameter import Parameter
+from slipfold.models.registry import built_in_models
+from slipfold.models.suggestion import suggest
+
+__all__ = ["Catalogue"]
+
+SLIDER_STEPS = 1000
+"""Steps of a slider from end to end."""
+
+
+class Catalogue:
+    """Models by name; a client names one of them and nothing else is ever opened.
+
+    Parameters
+    ----------
+    given
+        A model to offer first, e.g. that of a file; None for the built-in ones alone.
+
+    Examples
+    --------
+    >>> Catalogue().model("sliding", {"Nd": 0.1})
+    SlidingOscillator(Nd=0.1)
+    """
+
+    def __init__(self, given: Model | None = None) -> None:
+        built_in = {name: make() for name, make in built_in_models().items()}
+        first = {} if given is None else {given.name: given}
+        self._models: Mapping[str, Model] = {**first, **built_in, **first}
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the models, a given one first."""
+        return tuple(self._models)
+
+    def model(self, name: str, values: Mapping[str, float]) -> Model:
+        """Return a model with some values of its own.
+
+        Parameters
+        ----------
+        name
+            Name of the model.
+        values
+            Values that differ from those of the model, SI units.
+
+        Raises
+        ------
+        InputError
+            If there is no such model or parameter, or a value is outside its bounds.
+        """
+        if name not in self._models:
+            raise InputError(
+                f"there is no model {name!r}; {suggest(name, self.names)}"
+                f"there are {', '.join(self.names)}"
+            )
+        return self._models[name].replace(**values)
+
+    def describe(self) -> list[dict[str, Any]]:
+        """Return all models as plain data for the page."""
+        return [_described(model) for model in self._models.values()]
+
+
+def _described(model: Model) -> dict[str, Any]:
+    vary = _varied(model)
+    return {
+        "name": model.name,
+        "title": model.title,
+        "forced": model.forced,
+        "states": [axis_of(model, item.name) for item in model.states],
+        "outputs": [axis_of(model, item.name) for item in model.outputs()],
+        "parameters": [_parameter(model, item) for item in model.parameters],
+        "vary": [item.name for item in model.parameters if model.forced or item.name != "duration"],
+        "default": _default(model, vary),
+        "plane": None,
+    }
+
+
+def _varied(model: Model) -> str:
+    return model.quiet or model.parameters[0].name
+
+
+def _default(model: Model, vary: str) -> dict[str, Any]:
+    low, high = _range(model.parameter(vary), model.values[vary])
+    span = [0.0, 0.98] if model.name == "sliding" else [low, high]
+    return {"vary": vary, "span": span, "show": model.states[0].name, "parameters": {}}
+
+
+def _parameter(model: Model, item: Parameter) -> dict[str, Any]:
+    value = model.values[item.name]
+    low, high = _range(item, value)
+    return {
+        **axis_of(model, item.name),
+        "value": value,
+        "display_unit": "deg" if item.unit == "rad" else item.unit,
+        "low": low,
+        "high": high,
+        "step": (high - low) / SLIDER_STEPS,
+    }
+
+
+def _range(item: Parameter, value: float) -> tuple[float, float]:
+    """Ends of a slider: around the value, within the bounds of what is allowed."""
+    if item.unit == "rad":
+        return -math.pi, math.pi
+    size = abs(value) or 1.0
+    low, high = value - size, value + size
+    margin = 1e-3 * size
+    low = max(low, item.lower + margin if item.lower_open else item.lower)
+    high = min(high, item.upper - margin if item.upper_open else item.upper)
+    return low, high

@@ -1,0 +1,279 @@
+"""What a client may ask for: every field named, typed and bounded; anything else is refused."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, TypeAdapter, model_validator
+
+__all__ = [
+    "CancelRequest",
+    "DiagramRequest",
+    "ExportRequest",
+    "OnBranch",
+    "OrbitRequest",
+    "OrbitThrough",
+    "PlaneAxis",
+    "PlaneRequest",
+    "Request",
+    "SimulationRequest",
+    "ViewRequest",
+    "parse_request",
+]
+
+LARGEST = 1e12
+"""Largest modulus of a number from a client; no parameter in SI units comes near."""
+
+MOST_NAMES = 64
+"""Most parameters or states of one request."""
+
+Name = Annotated[str, Field(min_length=1, max_length=48, pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")]
+"""A parameter, state or output."""
+
+ModelName = Annotated[str, Field(min_length=1, max_length=64, pattern=r"^[\w.-]+$")]
+"""A model of the catalogue; it is looked up there and nowhere else."""
+
+Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False, strict=True)]
+
+Slot = Annotated[str, Field(pattern=r"^(live|pin:[0-9]{1,3})$")]
+"""Where the page shows an answer; the newest request of each kind and slot wins."""
+
+Values = Annotated[dict[Name, Number], Field(max_length=MOST_NAMES)]
+
+
+class _Message(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class _Request(_Message):
+    id: Annotated[int, Field(ge=0, le=2**53, strict=True)]
+    slot: Slot = "live"
+
+
+class _ModelRequest(_Request):
+    model: ModelName
+    parameters: Values = {}
+
+
+class _ResponseRequest(_ModelRequest):
+    """The response that a view is about: what is varied, from where to where."""
+
+    vary: Name
+    span: tuple[Number, Number]
+
+
+class DiagramRequest(_ResponseRequest):
+    """The response over a parameter, with its bifurcations.
+
+    Parameters
+    ----------
+    kind
+        ``"diagram"``.
+    id
+        Number that the answers carry.
+    slot
+        ``"live"`` or ``"pin:1"``.
+    model
+        Name of the model.
+    parameters
+        Values that differ from the defaults, SI units.
+    vary
+        Parameter to follow.
+    span
+        Its first and last value.
+    show
+        State or output to draw.
+    statistic
+        What to draw of it.
+    """
+
+    kind: Literal["diagram"]
+    show: Name
+    statistic: Literal["max", "min", "peak_to_peak", "modulus"] = "max"
+
+
+class OnBranch(_Message):
+    """A place on a branch of a diagram.
+
+    Parameters
+    ----------
+    branch
+        Id of the branch.
+    arclength
+        Position on it.
+    """
+
+    branch: Annotated[int, Field(ge=1, le=10_000, strict=True)]
+    arclength: Number
+
+
+class OrbitThrough(_Message):
+    """An orbit near a state at phase zero.
+
+    Parameters
+    ----------
+    value
+        Value of the parameter that is varied.
+    state
+        States at phase zero by name.
+    period
+        Period in forcing periods.
+    """
+
+    value: Number
+    state: Values
+    period: Annotated[int, Field(ge=1, le=64, strict=True)] = 1
+
+
+class OrbitRequest(_ResponseRequest):
+    """One periodic orbit: a place on a branch of a diagram, or an orbit near a state.
+
+    Parameters
+    ----------
+    kind
+        ``"orbit"``.
+    id, slot, model, parameters, vary, span
+        As of the diagram.
+    at
+        Which orbit.
+    """
+
+    kind: Literal["orbit"]
+    at: OnBranch | OrbitThrough
+
+
+class PlaneAxis(_Message):
+    """One of the two parameters of a plane.
+
+    Parameters
+    ----------
+    name
+        The parameter.
+    span
+        Its first and last value.
+    """
+
+    name: Name
+    span: tuple[Number, Number]
+
+
+class PlaneRequest(_ModelRequest):
+    """The bifurcations in a window of two parameters, and the regions between them.
+
+    Parameters
+    ----------
+    kind
+        ``"plane"``.
+    id, slot, model, parameters
+        As of a diagram.
+    x, y
+        The two axes.
+    """
+
+    kind: Literal["plane"]
+    x: PlaneAxis
+    y: PlaneAxis
+
+    @model_validator(mode="after")
+    def _two_parameters(self) -> Self:
+        if self.x.name == self.y.name:
+            raise ValueError(f"{self.x.name} is on both axes; give two different parameters")
+        return self
+
+
+class SimulationRequest(_ModelRequest):
+    """A motion from rest or from a state, streamed while it is computed.
+
+    Parameters
+    ----------
+    kind
+        ``"simulation"``.
+    id, slot, model, parameters
+        As of a diagram.
+    start
+        ``"rest"``, or states at phase zero by name.
+    nudge
+        Added to the states, by name.
+    periods
+        Forcing periods to integrate.
+    """
+
+    kind: Literal["simulation"]
+    start: Literal["rest"] | Values = "rest"
+    nudge: Values = {}
+    periods: Annotated[int, Field(ge=1, le=20_000, strict=True)] = 400
+
+
+class CancelRequest(_Request):
+    """Stop what is being computed.
+
+    Parameters
+    ----------
+    kind
+        ``"cancel"``.
+    id
+        Number of this request.
+    slot
+        The slot of what is to stop.
+    of
+        Its kind.
+    """
+
+    kind: Literal["cancel"]
+    of: Literal["diagram", "orbit", "plane", "simulation"]
+
+
+ViewRequest = Annotated[
+    DiagramRequest | OrbitRequest | PlaneRequest | SimulationRequest, Discriminator("kind")
+]
+"""A request that is answered with something to look at."""
+
+Request = Annotated[
+    DiagramRequest | OrbitRequest | PlaneRequest | SimulationRequest | CancelRequest,
+    Discriminator("kind"),
+]
+"""Any request over the WebSocket."""
+
+_ANY: TypeAdapter[Any] = TypeAdapter(Request)
+
+
+class ExportRequest(_Message):
+    """A view as a file, or as the text that makes it.
+
+    Parameters
+    ----------
+    view
+        The request that made the view.
+    format
+        ``"python"``, ``"toml"``, ``"csv"`` or ``"nc"``.
+    """
+
+    view: ViewRequest
+    format: Literal["python", "toml", "csv", "nc"]
+
+
+def parse_request(text: str | bytes) -> Request:
+    """Read one request of a client.
+
+    Parameters
+    ----------
+    text
+        JSON.
+
+    Returns
+    -------
+    Request
+        The request, checked.
+
+    Raises
+    ------
+    pydantic.ValidationError
+        If it is not one.
+
+    Examples
+    --------
+    >>> request = parse_request('{"kind": "cancel", "id": 3, "of": "plane"}')
+    >>> request.of, request.slot
+    ('plane', 'live')
+    """
+    return _ANY.validate_json(text)

@@ -1,0 +1,201 @@
+"""Who may speak to the explorer: the token, the addresses it answers to, what a page may load."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Awaitable, Callable, MutableMapping
+from dataclasses import dataclass, field
+from http.cookies import CookieError, SimpleCookie
+from typing import Any
+from urllib.parse import parse_qs, urlsplit
+
+__all__ = ["Access", "Guard"]
+
+Scope = MutableMapping[str, Any]
+Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]
+Send = Callable[[MutableMapping[str, Any]], Awaitable[None]]
+Application = Callable[[Scope, Receive, Send], Awaitable[None]]
+
+LARGEST_BODY = 64 * 1024
+"""Largest request in bytes; the page's are below 4 kB."""
+
+WAY_IN = "open the address that slipfold explore printed, with its token"
+
+POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; "
+    "img-src 'self' data: blob:; font-src 'self'; connect-src 'self' {sockets}; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
+"""What the page may load: itself alone. plotly.js writes style elements, hence the exception."""
+
+
+@dataclass(frozen=True)
+class Access:
+    """Who is let in.
+
+    Parameters
+    ----------
+    port
+        Port the explorer listens on.
+    hosts
+        Names and addresses under which it may be reached.
+    token
+        The secret of this run; a random one by default.
+
+    Examples
+    --------
+    >>> access = Access(8000)
+    >>> access.knows_host("localhost:8000"), access.knows_host("attacker.example:8000")
+    (True, False)
+    """
+
+    port: int
+    hosts: tuple[str, ...] = ("127.0.0.1", "localhost", "[::1]")
+    token: str = field(default_factory=lambda: secrets.token_urlsafe(32), repr=False)
+
+    @property
+    def cookie(self) -> str:
+        """Name of the cookie; cookies of one host are shared by its ports."""
+        return f"slipfold-{self.port}"
+
+    def is_token(self, given: str) -> bool:
+        """Whether this is the token, in a time that does not depend on how much of it is right.
+
+        Parameters
+        ----------
+        given
+            What a client sent.
+        """
+        return secrets.compare_digest(given.encode(), self.token.encode())
+
+    def knows_host(self, header: str) -> bool:
+        """Whether a Host header names this server; a rebound name of another site does not.
+
+        Parameters
+        ----------
+        header
+            Host and port.
+        """
+        return header.lower() in {f"{host}:{self.port}" for host in self.hosts}
+
+    def knows_origin(self, header: str) -> bool:
+        """Whether a request comes from a page of this server.
+
+        Parameters
+        ----------
+        header
+            Value of the Origin header.
+        """
+        parts = urlsplit(header)
+        return parts.scheme in ("http", "https") and self.knows_host(parts.netloc)
+
+
+class Guard:
+    """Lets requests through to the application that come from its own page; adds the headers.
+
+    Parameters
+    ----------
+    application
+        The ASGI application.
+    access
+        Who is let in.
+    """
+
+    def __init__(self, application: Application, access: Access) -> None:
+        self.application = application
+        self.access = access
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer one request or one WebSocket.
+
+        Parameters
+        ----------
+        scope, receive, send
+            As ASGI says.
+        """
+        if scope["type"] not in ("http", "websocket"):
+            await self.application(scope, receive, send)
+            return
+        headers = {
+            key.decode("latin-1").lower(): value.decode("latin-1")
+            for key, value in scope["headers"]
+        }
+        refusal = self._refusal(scope, headers)
+        if refusal is not None:
+            await _refuse(scope, receive, send, *refusal)
+            return
+        await self.application(scope, receive, self._with_headers(scope, headers, send))
+
+    def _refusal(self, scope: Scope, headers: dict[str, str]) -> tuple[int, str] | None:
+        """Return status and sentence if the request must not pass."""
+        access = self.access
+        if not access.knows_host(headers.get("host", "")):
+            return 421, "this address is not one that slipfold explore answers to"
+        origin = headers.get("origin")
+        if origin is not None and not access.knows_origin(origin):
+            return 403, "the request comes from another site"
+        if origin is None and scope["type"] == "websocket":
+            return 403, "a WebSocket without an Origin is refused"
+        if not self._has_token(scope, headers):
+            return 401, WAY_IN
+        length = headers.get("content-length", "0")
+        if not length.isdecimal() or int(length) > LARGEST_BODY:
+            return 413, f"the request is larger than {LARGEST_BODY} bytes"
+        if "transfer-encoding" in headers:
+            return 411, "a request must say how long it is"
+        return None
+
+    def _has_token(self, scope: Scope, headers: dict[str, str]) -> bool:
+        try:
+            cookie = SimpleCookie(headers.get("cookie", "")).get(self.access.cookie)
+        except CookieError:
+            cookie = None
+        if cookie is not None and self.access.is_token(cookie.value):
+            return True
+        return self._brings_token(scope)
+
+    def _brings_token(self, scope: Scope) -> bool:
+        """Whether the address of the page carries the token; no other address may."""
+        if scope["type"] != "http" or scope["path"] != "/" or scope["method"] != "GET":
+            return False
+        given = parse_qs(scope["query_string"].decode("latin-1")).get("token", [""])
+        return self.access.is_token(given[0])
+
+    def _with_headers(self, scope: Scope, headers: dict[str, str], send: Send) -> Send:
+        host = headers["host"]
+        added = {
+            "content-security-policy": POLICY.format(sockets=f"ws://{host} wss://{host}"),
+            "cross-origin-opener-policy": "same-origin",
+            "cross-origin-resource-policy": "same-origin",
+            "permissions-policy": "camera=(), geolocation=(), microphone=()",
+            "referrer-policy": "no-referrer",
+            "x-content-type-options": "nosniff",
+            "x-frame-options": "DENY",
+        }
+        if self._brings_token(scope):
+            added["set-cookie"] = (
+                f"{self.access.cookie}={self.access.token}; HttpOnly; SameSite=Strict; Path=/"
+            )
+
+        async def sending(message: MutableMapping[str, Any]) -> None:
+            if message["type"] == "http.response.start":
+                pairs = [(name.encode(), value.encode()) for name, value in added.items()]
+                message = {**message, "headers": [*message.get("headers", []), *pairs]}
+            await send(message)
+
+        return sending
+
+
+async def _refuse(scope: Scope, receive: Receive, send: Send, status: int, sentence: str) -> None:
+    if scope["type"] == "websocket":
+        await receive()
+        await send({"type": "websocket.close", "code": 1008, "reason": sentence})
+        return
+    body = sentence.encode()
+    headers = [
+        (b"content-type", b"text/plain; charset=utf-8"),
+        (b"content-length", str(len(body)).encode()),
+        (b"x-content-type-options", b"nosniff"),
+    ]
+    await send({"type": "http.response.start", "status": status, "headers": headers})
+    await send({"type": "http.response.body", "body": body})

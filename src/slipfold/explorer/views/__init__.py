@@ -1,0 +1,1 @@
+"""What a client sees: results of the package as plain data for JSON."""
