@@ -139,6 +139,6 @@ class SegmentMap:
         for block in self._blocks[:-1]:
             forward.append(block @ forward[-1])
         carried = np.array(forward)[None]
-        bent, _ = self._problem.curvatures(self._nodes, self._constants, [0], carried)
+        bent, _ = self._problem.curvatures(self._nodes, self._constants, carried)
         self._carried = np.concatenate([self._carried, carried])
         self._bent = np.concatenate([self._bent, bent])

@@ -7,7 +7,6 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.flow.flow import Constants
 from slipfold.models.model import Model
 from slipfold.orbits.linearisation import NO_CONDITIONS, Linearisation, defect_of
 from slipfold.orbits.shooting import SEGMENTS, Shooting
@@ -55,10 +54,16 @@ class PeriodicProblem(Shooting):
         segments: int = SEGMENTS,
         offset: float = 0.0,
     ) -> None:
-        super().__init__(model, period, segments, offset)
+        super().__init__(
+            model, period, *self._free(model, vary, width), segments=segments, offset=offset
+        )
         self.vary = vary
         self.width = width
-        self.index = model.parameter_index(vary)
+
+    @staticmethod
+    def _free(model: Model, vary: str, width: float) -> tuple[list[str], list[float]]:
+        """Names and scales of the free parameters, `vary` last."""
+        return [vary], [width]
 
     # -- what z means --------------------------------------------------------------------------
 
@@ -72,7 +77,7 @@ class PeriodicProblem(Shooting):
         value
             Value of the parameter.
         """
-        return np.append(self.flat(nodes), value / self.width)
+        return self.join(nodes, [value])
 
     def value(self, z: Array) -> float:
         """Return the parameter value.
@@ -94,28 +99,6 @@ class PeriodicProblem(Shooting):
         """
         return model.values[self.vary]
 
-    def vector(self, z: Array) -> Array:
-        """Return the model's parameter vector.
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        """
-        vector = self.model.vector.copy()
-        vector[self.index] = self.value(z)
-        return vector
-
-    def model_at(self, z: Array) -> Model:
-        """Return the model with the parameter values of an unknown.
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        """
-        return self.model.replace(**{self.vary: self.value(z)})
-
     def with_period(self, period: int) -> Self:
         """Return the same problem for orbits of another period.
 
@@ -126,6 +109,10 @@ class PeriodicProblem(Shooting):
         """
         return type(self)(self.model, self.vary, period, self.width, self.segments)
 
+    def begun_later(self) -> Self:
+        """Return the same problem with its nodes half a segment later."""
+        return type(self)(self.model, self.vary, self.period, self.width, self.segments, offset=0.5)
+
     def all_multipliers(self, multipliers: NDArray[np.complex128]) -> NDArray[np.complex128]:
         """Return the multipliers with those that are the same for all orbits, shape (n,).
 
@@ -135,16 +122,6 @@ class PeriodicProblem(Shooting):
             Eigenvalues of the monodromy matrix that the test functions are made of.
         """
         return multipliers
-
-    def constants(self, z: Array) -> Constants:
-        """Return the coefficients of the flow.
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        """
-        return self.flow.constants(self.vector(z))
 
     # -- residual and derivatives --------------------------------------------------------------
 
@@ -167,8 +144,7 @@ class PeriodicProblem(Shooting):
         z
             The unknown.
         """
-        residual, blocks, along = self.transitions(self.nodes(z), self.constants(z), [self.index])
-        return Linearisation(residual, blocks, along * (self.width / np.sqrt(self.segments)))
+        return Linearisation(*self.transitions(self.nodes(z), self.constants(z)))
 
     def bounds(self, span: tuple[float, float]) -> list[tuple[int, float, float]]:
         """Return the place of the parameter in the unknown with its scaled bounds.
@@ -202,38 +178,3 @@ class PeriodicProblem(Shooting):
         """
         tests = evaluate_tests(linearisation.monodromy, multipliers)
         return {**tests, "LP": float(tangent[-1])}
-
-    def shifted(self, z: Array, tangent: Array) -> tuple[Self, Array, Array]:
-        """Return the same orbit with its nodes half a segment later.
-
-        The steps of the integrator then fall elsewhere, so that what differs is its error.
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        tangent
-            Tangent of the branch at `z`.
-
-        Returns
-        -------
-        problem : PeriodicProblem
-            The shifted problem.
-        z, tangent : ndarray
-            In the shifted problem.
-        """
-        other = type(self)(
-            self.model, self.vary, self.period, self.width, self.segments, offset=0.5
-        )
-        constants = self.constants(z)
-        ends, matrices, vectors = self.flow.linearise(
-            self.nodes(z), self._start, other._start, constants, constants.rates[:, [self.index]]
-        )
-        moved = np.einsum("jab,jb->ja", matrices, self.nodes(tangent))
-        moved += vectors[:, :, 0] * (tangent[-1] * self.width)
-        direction = np.append(moved.ravel() / self._node_scales, tangent[-1])
-        return (
-            other,
-            other.pack(ends, self.value(z)),
-            direction / np.linalg.norm(direction),
-        )

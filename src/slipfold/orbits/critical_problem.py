@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Self
 
 import numpy as np
@@ -53,11 +54,10 @@ class CriticalProblem(Shooting):
         segments: int = SEGMENTS,
         offset: float = 0.0,
     ) -> None:
-        super().__init__(model, period, segments, offset)
+        super().__init__(model, period, vary, widths, segments, offset)
         self.kind = kind
         self.vary = vary
         self.widths = np.array(widths)
-        self._indices = [model.parameter_index(name) for name in vary]
 
     # -- what z means --------------------------------------------------------------------------
 
@@ -71,7 +71,7 @@ class CriticalProblem(Shooting):
         values
             Values of the parameters, shape (2,).
         """
-        return np.concatenate([self.flat(nodes), np.asarray(values) / self.widths])
+        return self.join(nodes, values)
 
     def values(self, z: Array) -> Array:
         """Return the values of the free parameters, shape (2,).
@@ -81,29 +81,14 @@ class CriticalProblem(Shooting):
         z
             The unknown.
         """
-        return z[-2:] * self.widths
+        return self.free_values(z)[-2:]
 
-    def vector(self, z: Array) -> Array:
-        """Return the model's parameter vector.
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        """
-        vector = self.model.vector.copy()
-        vector[self._indices] = self.values(z)
-        return vector
-
-    def constants(self, z: Array) -> Constants:
-        """Return the coefficients of the flow.
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        """
-        return self.flow.constants(self.vector(z))
+    def begun_later(self) -> Self:
+        """Return the same problem with its nodes half a segment later."""
+        first, second = map(float, self.widths)
+        return type(self)(
+            self.model, self.kind, self.vary, self.period, (first, second), self.segments, 0.5
+        )
 
     def bounds(
         self, window: tuple[tuple[float, float], tuple[float, float]]
@@ -130,9 +115,8 @@ class CriticalProblem(Shooting):
         z
             The unknown.
         """
-        residual, blocks, along = self.transitions(self.nodes(z), self.constants(z), self._indices)
-        found = self._degeneracy(Linearisation(residual, blocks, along))
-        return defect_of(residual, np.array([found.value]))
+        plain = Linearisation(*self.transitions(self.nodes(z), self.constants(z)))
+        return defect_of(plain.residual, np.array([self._degeneracy(plain).value]))
 
     def linearise(self, z: Array) -> Linearisation:
         """Return the mismatch and its derivatives.
@@ -143,45 +127,9 @@ class CriticalProblem(Shooting):
             The unknown.
         """
         nodes, constants = self.nodes(z), self.constants(z)
-        residual, blocks, along = self.transitions(nodes, constants, self._indices)
-        plain = Linearisation(residual, blocks, along)
+        plain = Linearisation(*self.transitions(nodes, constants))
         found = self._degeneracy(plain)
-        conditions = self._condition(found, plain, nodes, constants)
-        scaled = along * (self.widths / np.sqrt(self.segments))
-        return Linearisation(residual, blocks, scaled, conditions)
-
-    def shifted(self, z: Array, tangent: Array) -> tuple[Self, Array, Array]:
-        """Return the same orbit with its nodes half a segment later.
-
-        The steps of the integrator then fall elsewhere, so that what differs is its error.
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        tangent
-            Tangent of the locus at `z`.
-
-        Returns
-        -------
-        problem : CriticalProblem
-            The shifted problem.
-        z, tangent : ndarray
-            In the shifted problem.
-        """
-        first, second = self.widths
-        other = type(self)(
-            self.model, self.kind, self.vary, self.period, (float(first), float(second)),
-            self.segments, offset=0.5,
-        )  # fmt: skip
-        constants = self.constants(z)
-        ends, matrices, vectors = self.flow.linearise(
-            self.nodes(z), self._start, other._start, constants, constants.rates[:, self._indices]
-        )
-        moved = np.einsum("jab,jb->ja", matrices, self.nodes(tangent))
-        moved += vectors @ (tangent[-2:] * self.widths)
-        direction = np.concatenate([self.flat(moved), tangent[-2:]])
-        return other, other.pack(ends, self.values(z)), direction / np.linalg.norm(direction)
+        return replace(plain, conditions=self._condition(found, plain, nodes, constants))
 
     def _degeneracy(self, linearisation: Linearisation) -> Degeneracy:
         n = len(self.scales)
@@ -202,11 +150,10 @@ class CriticalProblem(Shooting):
         if not np.isfinite(found.value):
             return Conditions(np.array([found.value]), np.full_like(gradient, np.nan)[None])
         forward, backward = _carried(plain.blocks, found.left, found.right)
-        bent, pulled = self.curvatures(nodes, constants, self._indices, forward)
+        bent, pulled = self.curvatures(nodes, constants, forward)
         gradient[: self.size] = np.einsum("rja,rjab->jb", backward, bent).ravel()
         gradient[self.size :] = np.einsum("rja,rjak->k", backward, pulled)
         gradient[: self.size] *= np.sqrt(self.segments)
-        gradient[self.size :] *= self.widths
         return Conditions(np.array([found.value]), gradient[None], forward, bent)
 
 

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from slipfold.models.model import Model
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.linearisation import Conditions, Linearisation, defect_of
-from slipfold.orbits.shooting import SEGMENTS
 
 __all__ = ["CycleProblem"]
 
@@ -47,18 +46,10 @@ class CycleProblem(PeriodicProblem):
 
     kind = "cycle"
 
-    def __init__(
-        self,
-        model: Model,
-        vary: str,
-        period: int,
-        width: float,
-        segments: int = SEGMENTS,
-        offset: float = 0.0,
-    ) -> None:
-        super().__init__(model, vary, period, width, segments, offset)
-        self._time = model.values["duration"]
-        self._time_index = model.parameter_index("duration")
+    @staticmethod
+    def _free(model: Model, vary: str, width: float) -> tuple[list[str], list[float]]:
+        """The duration of one round, then the parameter."""
+        return ["duration", vary], [model.values["duration"], width]
 
     def duration(self, z: Array) -> float:
         """Return the duration of one round in seconds.
@@ -68,7 +59,7 @@ class CycleProblem(PeriodicProblem):
         z
             The unknown.
         """
-        return float(z[-2] * self._time)
+        return float(self.free_values(z)[-2])
 
     def pack_cycle(self, nodes: Array, duration: float, value: float) -> Array:
         """Scale a cycle and a parameter value into an unknown.
@@ -82,29 +73,7 @@ class CycleProblem(PeriodicProblem):
         value
             Value of the parameter.
         """
-        return np.concatenate([self.flat(nodes), [duration / self._time, value / self.width]])
-
-    def vector(self, z: Array) -> Array:
-        """Return the model's parameter vector.
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        """
-        vector = super().vector(z)
-        vector[self._time_index] = self.duration(z)
-        return vector
-
-    def model_at(self, z: Array) -> Model:
-        """Return the model with the parameter values of an unknown.
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        """
-        return super().model_at(z).replace(duration=self.duration(z))
+        return self.join(nodes, [duration, value])
 
     def all_multipliers(self, multipliers: NDArray[np.complex128]) -> NDArray[np.complex128]:
         """Return the multipliers with that of the flow's own direction, shape (n,).
@@ -137,48 +106,12 @@ class CycleProblem(PeriodicProblem):
             The unknown.
         """
         nodes, constants = self.nodes(z), self.constants(z)
-        indices = [self._time_index, self.index]
-        residual, blocks, along = self.transitions(nodes, constants, indices)
+        residual, blocks, along = self.transitions(nodes, constants)
         flow = self.flow.rates(nodes, self._start, constants) / self.scales
         size = float(np.linalg.norm(flow)) or 1.0
         gauge = np.concatenate([flow.ravel() / size, np.zeros(2)])
-        widths = np.array([self._time, self.width]) / np.sqrt(self.segments)
         conditions = Conditions(np.zeros(1), gauge[None])
-        return CycleLinearisation(residual, blocks, along * widths, conditions)
-
-    def shifted(self, z: Array, tangent: Array) -> tuple[CycleProblem, Array, Array]:
-        """Return the same cycle with its nodes half a segment later.
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        tangent
-            Tangent of the branch at `z`.
-
-        Returns
-        -------
-        problem : CycleProblem
-            The shifted problem.
-        z, tangent : ndarray
-            In the shifted problem.
-        """
-        other = CycleProblem(
-            self.model, self.vary, self.period, self.width, self.segments, offset=0.5
-        )
-        constants = self.constants(z)
-        indices = [self._time_index, self.index]
-        ends, matrices, vectors = self.flow.linearise(
-            self.nodes(z), self._start, other._start, constants, constants.rates[:, indices]
-        )
-        moved = np.einsum("jab,jb->ja", matrices, self.nodes(tangent))
-        moved += vectors @ (tangent[-2:] * [self._time, self.width])
-        direction = np.concatenate([self.flat(moved), tangent[-2:]])
-        return (
-            other,
-            other.pack_cycle(ends, self.duration(z), self.value(z)),
-            direction / np.linalg.norm(direction),
-        )
+        return CycleLinearisation(residual, blocks, along, conditions)
 
 
 class CycleLinearisation(Linearisation):

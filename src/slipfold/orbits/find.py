@@ -55,7 +55,7 @@ def guess_orbit(problem: PeriodicProblem, value: float) -> Correction:
         Value of its parameter.
     """
     vector = problem.model.vector.copy()
-    vector[problem.index] = value
+    vector[problem.indices[-1]] = value
     constants = problem.flow.constants(vector)
     nodes = linear_response(problem.flow, constants, problem.scales, problem.segments)
     guess = problem.pack(nodes, value)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +27,8 @@ class Shooting(ABC):
 
     A subclass says which equations the orbits meet and what is watched along the curve. An unknown
     ``z`` begins with the scaled states, :math:`(x_0, ..., x_{m-1}) / (s \sqrt{m})` with the model's
-    state scales s, so that its Euclidean length does not depend on m. What follows in it are the
-    free parameters.
+    state scales s, so that its Euclidean length does not depend on m. The free parameters follow,
+    each over its scale.
 
     Parameters
     ----------
@@ -34,15 +36,30 @@ class Shooting(ABC):
         The model.
     period
         Period in forcing periods.
+    free
+        Names of the free parameters.
+    units
+        Their scales, in their own units.
     segments
         Number of segments m.
     offset
         Phase of the first node, in segments.
     """
 
-    def __init__(self, model: Model, period: int, segments: int, offset: float = 0.0) -> None:
+    def __init__(
+        self,
+        model: Model,
+        period: int,
+        free: Sequence[str],
+        units: Sequence[float],
+        segments: int,
+        offset: float = 0.0,
+    ) -> None:
         self.model = model
         self.period = period
+        self.free = tuple(free)
+        self.units = np.array(units, dtype=float)
+        self.indices = [model.parameter_index(name) for name in free]
         self.segments = segments
         self.flow: Flow = flow_of(model)
         self.scales = model.state_scales()
@@ -59,8 +76,8 @@ class Shooting(ABC):
         return float(self._start[0])
 
     @abstractmethod
-    def constants(self, z: Array) -> Constants:
-        """Return the coefficients of the flow at an unknown."""
+    def begun_later(self) -> Self:
+        """Return the same problem with its nodes half a segment later."""
 
     @abstractmethod
     def defect(self, z: Array) -> Array:
@@ -79,6 +96,64 @@ class Shooting(ABC):
         tangent: Array,
     ) -> dict[str, float]:
         """Return the functions that change sign at special points of the curve, by name."""
+
+    # -- what z means --------------------------------------------------------------------------
+
+    def join(self, nodes: Array, values: Sequence[float] | Array) -> Array:
+        """Scale an orbit and the values of the free parameters into an unknown.
+
+        Parameters
+        ----------
+        nodes
+            States at the nodes, shape (m, n).
+        values
+            Values of the free parameters.
+        """
+        return np.concatenate([self.flat(nodes), np.asarray(values) / self.units])
+
+    def free_values(self, z: Array) -> Array:
+        """Return the values of the free parameters.
+
+        Parameters
+        ----------
+        z
+            The unknown.
+        """
+        return z[self.size :] * self.units
+
+    def vector(self, z: Array) -> Array:
+        """Return the model's parameter vector.
+
+        Parameters
+        ----------
+        z
+            The unknown.
+        """
+        vector = self.model.vector.copy()
+        vector[self.indices] = self.free_values(z)
+        return vector
+
+    def model_at(self, z: Array) -> Model:
+        """Return the model with the parameter values of an unknown.
+
+        Parameters
+        ----------
+        z
+            The unknown.
+        """
+        return self.model.replace(
+            **dict(zip(self.free, map(float, self.free_values(z)), strict=True))
+        )
+
+    def constants(self, z: Array) -> Constants:
+        """Return the coefficients of the flow.
+
+        Parameters
+        ----------
+        z
+            The unknown.
+        """
+        return self.flow.constants(self.vector(z))
 
     def flat(self, nodes: Array) -> Array:
         """Scale states at the nodes, shape (m, n), into the first part of an unknown.
@@ -99,6 +174,8 @@ class Shooting(ABC):
             The unknown.
         """
         return (z[: self.size] * self._node_scales).reshape(self.segments, -1)
+
+    # -- derivatives ---------------------------------------------------------------------------
 
     def halved(self, nodes: Array, constants: Constants) -> Array:
         """Return the states at twice as many phases, shape (2 m, n).
@@ -126,9 +203,7 @@ class Shooting(ABC):
         ends = self.flow.advance(nodes, self._start, self._end, constants)
         return (ends - nodes[self._following]) / self.scales
 
-    def transitions(
-        self, nodes: Array, constants: Constants, indices: list[int]
-    ) -> tuple[Array, Array, Array]:
+    def transitions(self, nodes: Array, constants: Constants) -> tuple[Array, Array, Array]:
         """Return the mismatch and the derivatives of the segments' ends, all in scaled states.
 
         Parameters
@@ -137,8 +212,6 @@ class Shooting(ABC):
             States, shape (m, n).
         constants
             Coefficients of the flow.
-        indices
-            Places of k parameters in the model's parameter vector.
 
         Returns
         -------
@@ -147,17 +220,45 @@ class Shooting(ABC):
         blocks : ndarray, shape (m, n, n)
             Derivatives with respect to the states at their beginning.
         along : ndarray, shape (m, n, k)
-            Derivatives with respect to the parameters.
+            Derivatives with respect to the k scaled parameters of ``z / sqrt(m)``.
         """
         ends, matrices, vectors = self.flow.linearise(
-            nodes, self._start, self._end, constants, constants.rates[:, indices]
+            nodes, self._start, self._end, constants, constants.rates[:, self.indices]
         )
         mismatch = (ends - nodes[self._following]) / self.scales
-        return mismatch, matrices * self._ratios, vectors / self.scales[:, None]
+        units = self.units / np.sqrt(self.segments)
+        return mismatch, matrices * self._ratios, vectors * (units / self.scales[:, None])
 
-    def curvatures(
-        self, nodes: Array, constants: Constants, indices: list[int], vectors: Array
-    ) -> tuple[Array, Array]:
+    def shifted(self, z: Array, tangent: Array) -> tuple[Self, Array, Array]:
+        """Return the same orbit with its nodes half a segment later.
+
+        The steps of the integrator then fall elsewhere, so that what differs is its error.
+
+        Parameters
+        ----------
+        z
+            The unknown.
+        tangent
+            Tangent of the curve at `z`.
+
+        Returns
+        -------
+        problem : Shooting
+            The shifted problem.
+        z, tangent : ndarray
+            In the shifted problem.
+        """
+        other = self.begun_later()
+        constants = self.constants(z)
+        ends, matrices, vectors = self.flow.linearise(
+            self.nodes(z), self._start, other._start, constants, constants.rates[:, self.indices]
+        )
+        moved = np.einsum("jab,jb->ja", matrices, self.nodes(tangent))
+        moved += vectors @ self.free_values(tangent)
+        direction = self.join(moved, self.free_values(tangent))
+        return other, other.join(ends, self.free_values(z)), direction / np.linalg.norm(direction)
+
+    def curvatures(self, nodes: Array, constants: Constants, vectors: Array) -> tuple[Array, Array]:
         """Return the derivatives of ``blocks @ vectors``, all in scaled states.
 
         Parameters
@@ -166,8 +267,6 @@ class Shooting(ABC):
             States, shape (m, n).
         constants
             Coefficients of the flow.
-        indices
-            Places of k parameters in the model's parameter vector.
         vectors
             Scaled perturbations of the states at the nodes, shape (r, m, n): r at each node.
 
@@ -176,7 +275,7 @@ class Shooting(ABC):
         bent : ndarray, shape (r, m, n, n)
             With respect to the states at the beginning of each segment.
         pulled : ndarray, shape (r, m, n, k)
-            With respect to the parameters.
+            With respect to the scaled parameters.
         """
         r, m, n = vectors.shape
         matrices, pulls = self.flow.curve(
@@ -184,11 +283,12 @@ class Shooting(ABC):
             np.tile(self._start, r),
             np.tile(self._end, r),
             constants,
-            constants.rates[:, indices],
+            constants.rates[:, self.indices],
             (vectors * self.scales).reshape(-1, n),
         )
         bent = (matrices * self._ratios).reshape(r, m, n, n)
-        return bent, (pulls / self.scales[:, None]).reshape(r, m, n, -1)
+        pulled = (pulls * (self.units / self.scales[:, None])).reshape(r, m, n, -1)
+        return bent, pulled
 
     def cubes(self, nodes: Array, constants: Constants, vectors: Array) -> Array:
         """Return the third derivatives of the segments' ends along vectors, in scaled states.
