@@ -65,6 +65,7 @@ from slipfold.models import Stribeck as Stribeck
 from slipfold.models import Structure as Structure
 from slipfold.models import System as System
 from slipfold.models import TabulatedForce as TabulatedForce
+from slipfold.models import Unforced as Unforced
 from slipfold.models import built_in_models as built_in_models
 from slipfold.orbits import Extrema as Extrema
 from slipfold.orbits import PeriodicOrbit as PeriodicOrbit
@@ -145,6 +146,7 @@ __all__ = [
     "System",
     "TabulatedForce",
     "ThresholdMap",
+    "Unforced",
     "bifurcation_set",
     "built_in_models",
     "find_spectrum",

@@ -327,6 +327,18 @@ def test_simulation_that_meets_a_limit_says_so():
     assert result.stderr.startswith("slipfold: stopped early: stick")
 
 
+def test_steady_sliding_is_an_equilibrium():
+    result = run("response", "steady-sliding", "--vary", "mu=0:1", "--set", "Vd=0.4", "--json", "-")
+    assert result.exit_code == 0
+    record = json.loads(result.stdout)
+    assert record["model"] == "steady-sliding"
+    (branch,) = record["branches"]
+    assert (branch["kind"], branch["special"]) == ("equilibrium", [])
+    result = run("response", "steady-sliding", "--vary", "Nd=0:0.1")
+    assert result.exit_code == 2
+    assert "steady-sliding has no parameter 'Nd'" in result.stderr
+
+
 def test_models():
     result = run("models")
     assert result.exit_code == 0

@@ -11,7 +11,8 @@ from slipfold.models import built_in_models, model_named
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.registry import built_in_text
 
-SYSTEMS = [name for name in built_in_models() if name != "sliding"]
+WRITTEN_IN_PYTHON = {"sliding", "steady-sliding"}
+SYSTEMS = [name for name in built_in_models() if name not in WRITTEN_IN_PYTHON]
 
 
 def only(diagram, kind):

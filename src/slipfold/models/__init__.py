@@ -42,3 +42,4 @@ from slipfold.models.structures import ReductionReport as ReductionReport
 from slipfold.models.structures import Structure as Structure
 from slipfold.models.structures import TabulatedForce as TabulatedForce
 from slipfold.models.system import System as System
+from slipfold.models.unforced import Unforced as Unforced

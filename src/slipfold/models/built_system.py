@@ -13,12 +13,8 @@ from slipfold.models.definition_reader import read_definition
 from slipfold.models.expression_tree import Tree, format_tree, names_in
 from slipfold.models.expression_values import as_symbol
 from slipfold.models.output import Expression, Output, Symbols
-from slipfold.models.parameter import Parameter
-from slipfold.models.system_equations import (
-    DURATION,
-    SystemEquations,
-    build_system_equations,
-)
+from slipfold.models.parameter import DURATION, Parameter
+from slipfold.models.system_equations import SystemEquations, build_system_equations
 from slipfold.models.system_formulas import parse_formulas
 from slipfold.models.system_repetition import always_repeats, find_unrepeated
 from slipfold.models.system_source import Source, source_of_text

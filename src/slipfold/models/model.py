@@ -106,6 +106,10 @@ class Model(ABC):
         """Typical sizes of the states, shape (n_states,); residuals are measured in them."""
         return np.ones(len(self.states))
 
+    def quiet_scales(self) -> NDArray[np.float64]:
+        """Typical sizes of the states where the forcing is off and its frequency means nothing."""
+        return self.state_scales()
+
     def check(self, values: Mapping[str, float]) -> None:  # noqa: B027 (optional hook)
         """Raise `InputError` if the parameter values contradict each other.
 

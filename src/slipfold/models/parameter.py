@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from slipfold.errors import InputError
 
-__all__ = ["Parameter", "State"]
+__all__ = ["DURATION", "Parameter", "State"]
 
 
 @dataclass(frozen=True)
@@ -87,6 +87,12 @@ class Parameter:
                 f"{self.name} = {value:g} is outside its bounds; {self.name} must be {self.bounds}"
             )
         return value
+
+
+DURATION = Parameter(
+    "duration", 1.0, "s", "period of a cycle; elsewhere a unit of time", 0, lower_open=True
+)
+"""What every autonomous model has besides its own parameters; it takes the place of the period."""
 
 
 @dataclass(frozen=True)

@@ -29,6 +29,7 @@ def built_in_models() -> dict[str, Callable[..., Model]]:
     System('duffing', W=1.2)
     """
     classes: dict[str, Callable[..., Model]] = {kind.name: kind for kind in _KINDS}
+    classes["steady-sliding"] = _steady_sliding
     return {**classes, **{name: partial(_system, name) for name in _system_names()}}
 
 
@@ -106,3 +107,7 @@ def _default(name: str) -> System:
 
 def _system(name: str, **values: Any) -> Model:
     return _default(name).replace(**values)
+
+
+def _steady_sliding(**values: Any) -> Model:
+    return SlidingOscillator().steady().replace(**values)

@@ -24,6 +24,7 @@ from slipfold.models.sliding_outputs import (
     spring_length_squared,
 )
 from slipfold.models.static_point import find_static_point
+from slipfold.models.unforced import Unforced
 
 __all__ = ["SlidingOscillator"]
 
@@ -382,6 +383,30 @@ class SlidingOscillator(Model):
             If the drag is more than the structure can hold.
         """
         return find_static_point(self)
+
+    def steady(self, **values: float | str) -> Unforced:
+        """Return the oscillator under a constant normal force, as an autonomous model.
+
+        Its equilibrium is steady sliding, to be followed in ``Vd``, ``Ns``, ``alpha``, ``mu`` or
+        the parameters of the friction law. Where the friction of the law falls fast enough with
+        the speed it loses its stability in a Hopf point, at which a vibration is born.
+
+        Parameters
+        ----------
+        **values
+            Parameter values that differ from those of this oscillator; there are no ``f`` and
+            ``Nd`` any more, but a ``duration``.
+
+        Examples
+        --------
+        >>> from slipfold.branches import trace_response
+        >>> from slipfold.models import Stribeck
+        >>> law = Stribeck(mu_s=0.9, mu_k=0.3, vs=0.3)
+        >>> model = SlidingOscillator(friction=law).steady()
+        >>> [point.type for point in trace_response(model, "Vd", (1.5, 0.6))[0].special]
+        ['HB']
+        """
+        return Unforced(self, **values)
 
     def modes(self, friction: bool = True) -> Modes:
         """Return the linear modes about the loaded static point.

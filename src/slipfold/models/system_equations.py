@@ -14,16 +14,11 @@ from slipfold.models.expression_tokens import FormulaError
 from slipfold.models.expression_tree import Name, Tree, names_in
 from slipfold.models.expression_values import value_of
 from slipfold.models.output import Expression, Symbols
-from slipfold.models.parameter import Parameter
+from slipfold.models.parameter import DURATION
 from slipfold.models.system_formulas import Formulas
 from slipfold.models.system_source import Source
 
-__all__ = ["DURATION", "SystemEquations", "build_system_equations"]
-
-DURATION = Parameter(
-    "duration", 1.0, "s", "period of a cycle; elsewhere a unit of time", 0, lower_open=True
-)
-"""What every autonomous system has besides its own parameters; it takes the place of the period."""
+__all__ = ["SystemEquations", "build_system_equations"]
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from slipfold.models.model import Model
 from slipfold.models.registry import built_in_models, model_named
 from slipfold.models.sliding_oscillator import SlidingOscillator
 from slipfold.models.system import System
+from slipfold.models.unforced import Unforced
 
 __all__ = ["model_from_record", "structure_record"]
 
@@ -27,7 +28,7 @@ def structure_record(model: Model) -> dict[str, Any]:
     -------
     dict
         Empty where the class says it all; the TOML text of a system, the friction law of an
-        oscillator.
+        oscillator, the forced model of which one without forcing was made.
     """
     if not model.structure:
         return {}
@@ -35,7 +36,17 @@ def structure_record(model: Model) -> dict[str, Any]:
         return {"definition": model.to_toml()}
     if isinstance(model, SlidingOscillator):
         return {"friction": law_record(model.friction)}
+    if isinstance(model, Unforced):
+        return {"forced": _whole_record(model.forced_model)}
     return {}
+
+
+def _whole_record(model: Model) -> dict[str, Any]:
+    return {
+        "model": model.name,
+        "structure": structure_record(model),
+        "parameters": dict(model.values),
+    }
 
 
 def model_from_record(
@@ -55,13 +66,18 @@ def model_from_record(
     values
         Parameter values by name.
     kind
-        The class of the model, if it is not a built-in one.
+        The class of the model, or of the forced model of which it was made, if it is not a
+        built-in one.
 
     Raises
     ------
     InputError
         If there is no such model, or a value does not fit it.
     """
+    if "forced" in structure:
+        whole = structure["forced"]
+        forced = model_from_record(whole["model"], whole["structure"], whole["parameters"], kind)
+        return Unforced(forced, **values)
     if kind is not None:
         _check_kind(kind)
     given = dict(values)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from slipfold.errors import InputError
 from slipfold.models.output import Expression, Limit, Symbols
-from slipfold.models.parameter import Parameter, State
+from slipfold.models.parameter import DURATION, Parameter, State
 from slipfold.models.structures.component import Component, Motion
 from slipfold.models.structures.damping import Damping
 from slipfold.models.structures.definition import Definition
@@ -28,7 +28,6 @@ LARGEST = 200
 
 FREQUENCY = Parameter("f", 1.0, "Hz", "forcing frequency", 0, lower_open=True, symbol="$f$")
 LEVEL = Parameter("level", 1.0, "", "factor of everything that is periodic in time")
-DURATION = Parameter("duration", 1.0, "s", "unit of time, or period of a cycle", 0, lower_open=True)
 
 GENERAL = ("energy", "power_damping", "power_forcing", "power_contacts")
 """Outputs of the structure as a whole; the energy needs a symmetric stiffness matrix."""

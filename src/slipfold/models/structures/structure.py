@@ -21,6 +21,7 @@ from slipfold.models.structures.damping import Damping
 from slipfold.models.structures.definition import define
 from slipfold.models.structures.reduction import ReductionReport
 from slipfold.models.structures.structure_outputs import structure_outputs
+from slipfold.models.unforced import Unforced
 
 __all__ = ["Structure"]
 
@@ -219,13 +220,16 @@ class Structure(Model):
 
     def state_scales(self) -> Array:
         """Displacements 1, rates the circular frequency, memories as the laws say."""
+        return self._scales(self._values["f"]) if self.forced else self.quiet_scales()
+
+    def quiet_scales(self) -> Array:
+        """Return `state_scales` with the lowest natural frequency for that of the forcing."""
+        moving = self._assembly.frequencies[self._assembly.frequencies > 0]
+        return self._scales(float(moving[0]) if len(moving) else 0.5 / math.pi)
+
+    def _scales(self, frequency: float) -> Array:
         assembly = self._assembly
-        if self.forced:
-            rate = 2 * math.pi * self._values["f"]
-        else:
-            moving = assembly.frequencies[assembly.frequencies > 0]
-            rate = 2 * math.pi * float(moving[0]) if len(moving) else 1.0
-        scales = [1.0] * assembly.size + [rate] * assembly.size
+        scales = [1.0] * assembly.size + [2 * math.pi * frequency] * assembly.size
         for item in assembly.placed:
             size = item.component.memory_scale(item.component.own(self._values))
             scales += [size] * len(item.component.memory())
@@ -348,6 +352,24 @@ class Structure(Model):
             If there is none to be found from rest.
         """
         return find_static_point(self)
+
+    def steady(self, **values: float | str) -> Unforced:
+        """Return the structure without what is periodic in time, as an autonomous model.
+
+        Its equilibrium is steady sliding, to be followed with its Hopf points and their cycles. A
+        structure with nothing periodic in time is autonomous by itself and needs no such view.
+
+        Parameters
+        ----------
+        **values
+            Parameter values that differ from those of this structure.
+
+        Raises
+        ------
+        InputError
+            If the structure is autonomous.
+        """
+        return Unforced(self, **values)
 
     def modes(self) -> Modes:
         """Return the linear modes about the static point, contacts and elements included.

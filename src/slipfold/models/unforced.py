@@ -1,0 +1,273 @@
+"""A forced model with its forcing switched off for good: steady motion as an equilibrium."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from inspect import signature
+from typing import Any, Self
+
+import heyoka as hy
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.errors import InputError
+from slipfold.models.model import Kind, Model
+from slipfold.models.output import Expression, Output, Symbols
+from slipfold.models.parameter import DURATION, Parameter
+from slipfold.models.static_point import find_static_point
+
+__all__ = ["Unforced"]
+
+_REST = hy.expression(0.0)
+"""The phase, and the parameter that switches the forcing off."""
+
+
+class Unforced(Model):
+    """An autonomous model: a forced one whose forcing is zero.
+
+    Its equilibria are the static points of the forced model, and can be followed in any parameter
+    with their Hopf points and the cycles born there. Parameters that only the forcing knows, such
+    as its amplitude and frequency, are left out; ``duration`` takes their place.
+
+    Parameters
+    ----------
+    model
+        The forced model; its values are taken over.
+    **values
+        Parameter values that differ from those of `model`: numbers in SI units, or text with a
+        unit.
+
+    Raises
+    ------
+    InputError
+        If `model` is autonomous already or has no parameter that switches its forcing off, for an
+        unknown parameter or a value that cannot be used.
+
+    Examples
+    --------
+    >>> from slipfold.models.sliding_oscillator import SlidingOscillator
+    >>> model = Unforced(SlidingOscillator(mu=0.4))
+    >>> model.replace(Vd=0.3)
+    SlidingOscillator(mu=0.4, Vd=0.3).steady()
+    >>> [item.name for item in model.parameters][-5:]
+    ['Ns', 'mu', 'alpha', 'Vd', 'duration']
+    """
+
+    _base: Model
+    """The forced model with default values."""
+    _terms: _Terms
+
+    def __init__(self, model: Model, **values: float | str) -> None:
+        quiet = _checked(model)
+        terms = _terms_of(model.kind, quiet)
+        kept = {item.name for item in terms.parameters}
+        taken = {name: value for name, value in model.values.items() if name in kept}
+        attributes = {
+            "_base": model.kind.make(**{quiet: 0.0}),
+            "_terms": terms,
+            "name": f"steady-{model.name}",
+            "title": f"{model.title}; without forcing, autonomous".removeprefix("; "),
+            "states": model.states,
+            "parameters": terms.parameters,
+            "limits": model.limits,
+        }
+        for key, value in attributes.items():
+            object.__setattr__(self, key, value)
+        super().__init__(**{**taken, **values})
+
+    @property
+    def structure(self) -> Mapping[str, Hashable]:
+        """The forced model with default values."""
+        return {"model": self._base}
+
+    @property
+    def forced(self) -> bool:
+        """No: time does not appear."""
+        return False
+
+    @property
+    def forced_model(self) -> Model:
+        """The forced model at the present values; the forcing is zero, its parameters default."""
+        values = {name: value for name, value in self._values.items() if name != DURATION.name}
+        return self._base.replace(**values)
+
+    def replace(self, **changes: Any) -> Self:
+        """Return a new model with some parameters changed, or parts of the forced one exchanged.
+
+        Parameters
+        ----------
+        **changes
+            New values by name, numbers in SI units or text with a unit; or what the forced model
+            exchanges, such as ``friction=Stribeck()``.
+        """
+        parts = set(signature(type(self._base)).parameters) & set(changes)
+        exchanged = {name: changes.pop(name) for name in parts}
+        if not exchanged:
+            return super().replace(**changes)
+        other = type(self)(self.forced_model.replace(**exchanged), duration=self.duration)
+        return other.replace(**changes) if changes else other
+
+    def check(self, values: Mapping[str, float]) -> None:
+        """Refuse what the forced model refuses.
+
+        Parameters
+        ----------
+        values
+            All parameter values by name.
+        """
+        self._base.check({**self._base.values, **values})
+
+    def coefficients(self, p: Symbols) -> dict[str, Expression]:
+        """Coefficients of the forced model, without those that the forcing alone needs.
+
+        Parameters
+        ----------
+        p
+            The parameters by name, symbols or floats.
+        """
+        found = self._base.coefficients({**self._base.values, **p})
+        return {name: found[name] for name in self._terms.coefficients}
+
+    def rates(self, q: Symbols, c: Symbols, phase: Expression) -> dict[str, Expression]:
+        """Time derivatives of the states, per second.
+
+        Parameters
+        ----------
+        q
+            The states by name.
+        c
+            The coefficients by name.
+        phase
+            Plays no part.
+        """
+        return self._base.rates(q, {**self._terms.others, **c}, _REST)
+
+    def period(self, p: Symbols) -> Expression:
+        """Return the ``duration`` in seconds.
+
+        Parameters
+        ----------
+        p
+            The parameters by name.
+        """
+        return p[DURATION.name]
+
+    def outputs(self) -> tuple[Output, ...]:
+        """Those of the forced model."""
+        return tuple(
+            Output(item.name, _Quiet(item, self._terms.others), item.unit, item.doc, item.label)
+            for item in self._base.outputs()
+        )
+
+    @property
+    def start(self) -> NDArray[np.float64]:
+        """That of the forced model."""
+        return self.forced_model.start
+
+    def state_scales(self) -> NDArray[np.float64]:
+        """Those of the forced model at rest."""
+        return self.forced_model.quiet_scales()
+
+    def static_point(self) -> NDArray[np.float64]:
+        """Return the equilibrium that is reached from the model's start.
+
+        Returns
+        -------
+        ndarray, shape (n_states,)
+            The state.
+
+        Raises
+        ------
+        InputError
+            If none is found.
+        """
+        return find_static_point(self)
+
+    def __repr__(self) -> str:
+        """The forced model's, and what makes the steady one of it."""
+        duration = self._values[DURATION.name]
+        given = "" if duration == DURATION.default else f"duration={duration:.12g}"
+        return f"{self.forced_model!r}.steady({given})"
+
+
+@dataclass(frozen=True)
+class _Quiet:
+    """An output's expression at phase zero, with the coefficients that are no longer any."""
+
+    output: Output
+    others: Symbols
+
+    def __call__(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
+        return self.output.expression(q, {**self.others, **c}, _REST)
+
+
+@dataclass(frozen=True, eq=False)
+class _Terms:
+    """What is left of a forced model's equations when its forcing is zero.
+
+    Parameters
+    ----------
+    parameters
+        The parameters in them, and ``duration``.
+    coefficients
+        Names of the coefficients in them.
+    others
+        The other coefficients by name: constants, or symbols that do not matter.
+    """
+
+    parameters: tuple[Parameter, ...]
+    coefficients: tuple[str, ...]
+    others: Symbols
+
+
+def _checked(model: Model) -> str:
+    """Return the name of the parameter that switches the forcing off."""
+    if not isinstance(model, Model):
+        raise InputError(f"{model!r} is no model; give one such as SlidingOscillator()")
+    if not model.forced:
+        raise InputError(
+            f"{model.name} is autonomous already; its steady states are followed as they are"
+        )
+    if model.quiet is None:
+        raise InputError(
+            f"{model.name} does not say which parameter switches its forcing off, so it has no "
+            "steady state; name it as quiet in the table [forcing]"
+        )
+    if any(item.name == DURATION.name for item in model.parameters):
+        raise InputError(
+            f"{model.name} has a parameter {DURATION.name!r}, the name of the unit of time of "
+            "autonomous models; give it another name"
+        )
+    return model.quiet
+
+
+@lru_cache(maxsize=64)
+def _terms_of(kind: Kind, quiet: str) -> _Terms:
+    model = kind.make()
+    p = {item.name: hy.expression(f"p_{item.name}") for item in model.parameters}
+    found = model.coefficients({**p, quiet: _REST})
+    constants = {
+        name: value
+        for name, value in found.items()
+        if not isinstance(value, hy.expression) or not hy.get_variables(value)
+    }
+    c = {name: constants.get(name, hy.expression(f"c_{name}")) for name in found}
+    q = {state.name: hy.expression(state.name) for state in model.states}
+    outputs = [item.expression(q, c, _REST) for item in model.outputs()]
+    used = _variables([*model.rates(q, c, _REST).values(), *outputs])
+    coefficients = tuple(name for name in found if f"c_{name}" in used)
+    known = _variables(found[name] for name in coefficients)
+    parameters = tuple(item for item in model.parameters if f"p_{item.name}" in known)
+    others = {name: value for name, value in c.items() if name not in coefficients}
+    return _Terms((*parameters, DURATION), coefficients, others)
+
+
+def _variables(expressions: Iterable[Expression]) -> set[str]:
+    return {
+        name
+        for item in expressions
+        if isinstance(item, hy.expression)
+        for name in hy.get_variables(item)
+    }

@@ -1,0 +1,237 @@
+"""Steady sliding as an equilibrium: eigenvalues, onset of squeal, the cycles born there."""
+
+import pickle
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+import slipfold as sf
+from helpers.sliding_by_hand import BASE, rhs
+from slipfold.errors import InputError
+from slipfold.models import Coulomb, LuGre, SlidingOscillator, Stribeck, Unforced, model_named
+from slipfold.models.evaluation import evaluation_of
+
+SINGLE = sf.Settings(largest_period=1)
+FALLING = Stribeck(mu_s=0.9, mu_k=0.3, vs=0.3)
+BELT = Stribeck(mu_s=1.0, mu_k=0.5, vs=0.5)
+ONSET = 0.5 * np.log(10)
+"""Textbook, system 11: 0.1 + mu'(vd) = 0."""
+
+
+def eigenvalues(model, point=None):
+    at = model.static_point() if point is None else point
+    return np.linalg.eigvals(evaluation_of(model).jacobian(model, at))
+
+
+def rates_by_hand(time, state, p):
+    """The sliding oscillator with exponential Stribeck friction; complex steps differentiate it."""
+    slip_x = p["Vd"] * np.cos(p["alpha"]) - p["L"] * state[2]
+    slip_y = p["Vd"] * np.sin(p["alpha"]) - p["L"] * state[3]
+    speed = np.sqrt(slip_x**2 + slip_y**2)
+    mu = p["mu_k"] + (p["mu_s"] - p["mu_k"]) * np.exp(-speed / p["vs"])
+    return rhs(time, state, {**p, "mu": mu, "Nd": 0.0})
+
+
+def growth_by_hand(values, point):
+    """Largest real part of the eigenvalues at a point, by complex steps and SciPy's solver."""
+    step = 1e-30
+    columns = [rates_by_hand(0, point + 1j * step * e, values).imag / step for e in np.eye(4)]
+    return np.linalg.eigvals(np.transpose(columns)).real.max()
+
+
+def belt(load=1.0, **others):
+    """System 11 of the textbook as a structure."""
+    contact = sf.FrictionContact("x", BELT, load=load, Vd=1.5)
+    return sf.Structure(M=[[1.0]], C=[[0.1]], K=[[1.0]], names="x", contacts=contact, **others)
+
+
+def test_eigenvalues_of_the_base_case_are_those_of_the_design():
+    model = model_named("steady-sliding")
+    assert model == SlidingOscillator().steady()
+    assert model.static_point()[:2] == pytest.approx([0.117402977126, 0.061106649797], abs=1e-12)
+    found = eigenvalues(model)
+    expected = [-1.898259036 + 44.811184307j, -0.530528347 + 78.291272945j]
+    assert found[found.imag > 0][np.argsort(found.imag[found.imag > 0])] == pytest.approx(
+        expected, abs=1e-8
+    )
+
+
+def test_the_forcing_leaves_no_parameter_behind():
+    forced = SlidingOscillator(friction=FALLING, f=11.0, Nd=0.3, Vd=0.7)
+    model = forced.steady()
+    assert not model.forced
+    assert {item.name for item in forced.parameters} - {item.name for item in model.parameters} == {
+        "f",
+        "Nd",
+    }
+    assert model.parameters[-1].name == "duration"
+    assert model.states == forced.states
+    assert model == forced.replace(f=12.5, Nd=0.0).steady()
+    assert model.static_point() == pytest.approx(forced.static_point(), abs=1e-14)
+    state, quiet = np.array([0.2, -0.1, 3.0, -5.0]), forced.replace(Nd=0.0)
+    assert evaluation_of(model).rates(model, state) == pytest.approx(
+        evaluation_of(quiet).rates(quiet, state, 0.3), rel=1e-14
+    )
+    for output in forced.outputs():
+        assert model.evaluate(output.name, state) == pytest.approx(
+            quiet.evaluate(output.name, state, 0.01), rel=1e-12, abs=1e-15
+        )
+
+
+@pytest.mark.parametrize(
+    ("vary", "span"), [("Vd", (2.0, 0.05)), ("mu", (0, 2)), ("Ns", (0.2, 3)), ("alpha", (-3, 3))]
+)
+def test_sliding_under_coulomb_friction_is_followed_and_stays_stable(vary, span):
+    model = SlidingOscillator().steady()
+    [branch] = sf.response(model, vary, span).branches
+    assert branch.kind == "equilibrium"
+    assert branch.special == ()
+    assert branch.stopped.kind == "span"
+    assert np.all(branch.stable)
+    for index in (0, len(branch) // 2, -1):
+        there = SlidingOscillator(**{vary: branch.parameter[index]})
+        assert branch.states[index] == pytest.approx(there.static_point(), abs=1e-10)
+
+
+def test_onset_of_squeal_by_falling_friction():
+    diagram = sf.response(
+        SlidingOscillator(friction=FALLING).steady(), "Vd", (1.5, 0.62), settings=SINGLE
+    )
+    [(_, hopf), *_] = diagram.special
+    assert (hopf.type, hopf.criticality) == ("HB", "supercritical")
+
+    def growth(speed):
+        model = SlidingOscillator(friction=FALLING, Vd=speed)
+        point, p = model.static_point(), {**BASE, **model.values}
+        assert rates_by_hand(0, point, p) / [1, 1, 78, 78] == pytest.approx(np.zeros(4), abs=1e-10)
+        return growth_by_hand(p, point)
+
+    assert hopf.value == pytest.approx(brentq(growth, 0.5, 0.8, xtol=1e-13), abs=1e-9)
+    found = eigenvalues(SlidingOscillator(friction=FALLING, Vd=hopf.value).steady())
+    turn = np.abs(found[np.abs(found.real).argmin()])
+    assert hopf.duration == pytest.approx(2 * np.pi / turn, rel=1e-9)
+    # The cycle born there, closed by an integrator and equations that share no code.
+    cycles = diagram.branches[1]
+    orbit = cycles.orbit(-1)
+    p = {**BASE, **orbit.model.values}
+    run = solve_ivp(
+        rates_by_hand,
+        (0, p["duration"]),
+        orbit.nodes[0],
+        "DOP853",
+        args=(p,),
+        rtol=1e-12,
+        atol=1e-12,
+    )
+    assert run.y[:, -1] == pytest.approx(orbit.nodes[0], abs=1e-8)
+    # Supercritical: it lives where steady sliding is unstable, and its amplitude grows as a root.
+    assert np.all(cycles.parameter[1:] < hopf.value)
+
+
+@pytest.mark.parametrize(
+    "model",
+    [
+        model_named("stribeck"),
+        belt(),
+        belt(load=sf.ModulatedLoad(Ns=1.0, Nd=0.2)).steady(),
+        belt(forcing=sf.HarmonicForce("x", F=0.3), f=2.0).steady(),
+    ],
+    ids=["equations", "structure", "modulated structure", "forced structure"],
+)
+def test_belt_of_the_textbook(model):
+    # System 11, however it is made.
+    vary = "vd" if model.name == "stribeck" else "Vd"
+    assert not model.forced
+    diagram = sf.response(model, vary, (1.5, 1.1), settings=SINGLE)
+    [hopf] = [point for _, point in diagram.special if point.type == "HB"]
+    assert hopf.value == pytest.approx(ONSET, abs=1e-10)
+    assert hopf.value == pytest.approx(1.151292546497, abs=1e-11)
+    assert hopf.duration == pytest.approx(2 * np.pi, rel=1e-10)
+    # x'' + x = 0.1 v^2 + v^3/15 to third order; in Kuznetsov's measure l1 = 3/4 of the cubic term.
+    assert hopf.criticality == "subcritical"
+    assert hopf.coefficient == pytest.approx(0.05, rel=1e-8)
+
+
+def test_a_structure_under_constant_loads_is_autonomous_by_itself():
+    model = belt()
+    assert not model.forced
+    assert model.parameters[0].name == "duration"
+    with pytest.raises(InputError, match="structure is autonomous already"):
+        model.steady()
+
+
+def onset(law):
+    """Speed at which steady sliding loses its stability, from the eigenvalues alone."""
+    model = SlidingOscillator(friction=law).steady()
+
+    def growth(speed):
+        return eigenvalues(model.replace(Vd=speed)).real.max()
+
+    return brentq(growth, 0.5, 1.6, xtol=1e-13)
+
+
+def test_friction_with_a_fast_memory_loses_stability_where_its_steady_law_does():
+    falling = Stribeck(mu_s=0.9, mu_k=0.3, vs=0.5, exponent=2)
+    law = LuGre(mu_s=0.9, mu_k=0.3, vs=0.5, s1=0.0, e=1e-9)
+    errors = [abs(onset(law.replace(s0=s0)) - onset(falling)) for s0 in (1e4, 1e5, 1e6)]
+    assert errors[0] < 0.01
+    assert errors[0] / errors[1] == pytest.approx(10, rel=0.1)
+    assert errors[1] / errors[2] == pytest.approx(10, rel=0.1)
+
+
+def test_onset_of_squeal_under_friction_with_memory():
+    law = LuGre(mu_s=0.9, mu_k=0.3, vs=0.5, s0=500.0, s1=0.0)
+    diagram = sf.response(
+        SlidingOscillator(friction=law).steady(), "Vd", (1.5, 0.8), settings=SINGLE
+    )
+    hopf = next(point for _, point in diagram.special if point.type == "HB")
+    assert hopf.value == pytest.approx(onset(law), abs=1e-9)
+
+
+def test_models_are_values(tmp_path):
+    model = SlidingOscillator(friction=FALLING).steady(Vd="600 mm/s")
+    assert model.Vd == 0.6
+    assert pickle.loads(pickle.dumps(model)) == model
+    assert hash(pickle.loads(pickle.dumps(model))) == hash(model)
+    assert eval(repr(model)) == model
+    assert eval(repr(model.replace(duration=0.2))) == model.replace(duration=0.2)
+    assert model.replace(friction=LuGre(), Vd=0.4).forced_model == SlidingOscillator(
+        friction=LuGre(), Vd=0.4
+    )
+    assert model.replace(friction=None) == SlidingOscillator().steady()
+    diagram = sf.response(model, "Vd", (0.8, 0.62), settings=SINGLE)
+    diagram.save(tmp_path / "steady.nc")
+    again = sf.load(tmp_path / "steady.nc")
+    assert again.model == diagram.model
+    assert again.to_json()["model"] == "steady-sliding"
+    assert again.to_json() == diagram.to_json()
+
+
+def test_any_model_that_knows_its_forcing_has_a_steady_one():
+    model = Unforced(model_named("duffing", g=-0.1))
+    assert [item.name for item in model.parameters] == ["d", "k", "g", "duration"]
+    assert model.name == "steady-duffing"
+    found = eigenvalues(model)
+    assert found.real == pytest.approx([-model.d / 2] * 2, abs=1e-12)
+    assert np.abs(found) == pytest.approx([1.0, 1.0], abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Unforced(0.3), "0.3 is no model"),
+        (lambda: Unforced(model_named("lorenz")), "lorenz is autonomous already"),
+        (lambda: Unforced(SlidingOscillator().steady()), "steady-sliding is autonomous already"),
+        (lambda: SlidingOscillator().steady(Nd=0.1), "steady-sliding has no parameter 'Nd'"),
+        (lambda: SlidingOscillator().steady(Vd=0), "Vd must be > 0 m/s"),
+        (lambda: SlidingOscillator().steady().replace(friction=0.3), "is not a friction law"),
+        (lambda: SlidingOscillator(friction=Coulomb()).steady(mu_k=0.6), "give mu_s >= mu_k"),
+    ],
+)
+def test_bad_input_gets_one_sentence(make, message):
+    with pytest.raises(InputError) as error:
+        make()
+    assert message in str(error.value)
+    assert "\n" not in str(error.value)
