@@ -6,7 +6,6 @@ from matplotlib.figure import Figure
 from helpers.hand_drawn_loci_plots import WINDOW, drawn_regions, valley
 from slipfold.loci.region_map import Region, RegionMap
 from slipfold.plots.labels import place_labels
-from slipfold.plots.locus_stretches import locus_stretches
 from slipfold.plots.regions import (
     PALE,
     PIXELS,
@@ -15,6 +14,7 @@ from slipfold.plots.regions import (
     sharpen,
     shown_regions,
 )
+from slipfold.results.locus_stretches import locus_stretches
 
 LINES = [stretch.points for stretch in locus_stretches(valley())]
 

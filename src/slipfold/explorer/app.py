@@ -5,19 +5,16 @@ from __future__ import annotations
 import asyncio
 import json
 from importlib.resources import files
-from time import perf_counter
 from typing import Any
 
 from fastapi import FastAPI, WebSocket, WebSocketDisconnect
 from fastapi.responses import FileResponse, Response
 from pydantic import ValidationError
 
-from slipfold.errors import InputError
+from slipfold.explorer.answering import Answering
 from slipfold.explorer.catalogue import Catalogue
-from slipfold.explorer.messages import DiagramRequest, parse_request
+from slipfold.explorer.messages import CancelRequest, parse_request
 from slipfold.explorer.security import Access, Application, Guard
-from slipfold.explorer.views.diagram import diagram_view
-from slipfold.results.response import response
 
 __all__ = ["make_app"]
 
@@ -70,34 +67,24 @@ def make_app(catalogue: Catalogue, access: Access) -> Application:
     def models() -> list[dict[str, Any]]:
         return catalogue.describe()
 
+    answering = Answering(catalogue)
+
     @app.websocket("/ws")
     async def talk(socket: WebSocket) -> None:
         await socket.accept()
         try:
             while True:
                 text = await socket.receive_text()
-                answer = await asyncio.to_thread(_answer, catalogue, text)
-                await socket.send_text(json.dumps(answer, allow_nan=False, separators=(",", ":")))
+                answers: list[dict[str, Any]] = []
+                try:
+                    request = parse_request(text)
+                    if not isinstance(request, CancelRequest):
+                        await asyncio.to_thread(answering.answer, request, answers.append)
+                except ValidationError as error:
+                    answers.append({"kind": "error", "id": None, "error": str(error)})
+                for answer in answers:
+                    await socket.send_text(json.dumps(answer, allow_nan=False))
         except WebSocketDisconnect:
             pass
 
     return Guard(app, access)
-
-
-def _answer(catalogue: Catalogue, text: str) -> dict[str, Any]:
-    started = perf_counter()
-    try:
-        request = parse_request(text)
-    except ValidationError as error:
-        return {"kind": "error", "id": None, "error": str(error)}
-    head = {"kind": request.kind, "id": request.id, "slot": request.slot}
-    if not isinstance(request, DiagramRequest):
-        return {**head, "error": f"{request.kind} is not answered yet"}
-    try:
-        model = catalogue.model(request.model, request.parameters)
-        view = diagram_view(
-            response(model, request.vary, request.span), request.show, request.statistic
-        )
-    except InputError as error:
-        return {**head, "error": str(error)}
-    return {**head, **view, "done": True, "elapsed_ms": 1e3 * (perf_counter() - started)}

@@ -14,7 +14,7 @@ from slipfold.paper.planes import Plane, PlaneFigure
 from slipfold.paper.tables import table
 from slipfold.plots.angles import quantity_text
 from slipfold.plots.loci import HasLoci
-from slipfold.plots.locus_stretches import locus_stretches
+from slipfold.results.locus_stretches import locus_stretches
 
 __all__ = ["planes_markdown"]
 

@@ -18,9 +18,9 @@ from slipfold.plots.axes import axes_or_new, settle
 from slipfold.plots.labels import Label, place_labels
 from slipfold.plots.locus_legend import legend_options
 from slipfold.plots.locus_marks import locus_marks
-from slipfold.plots.locus_stretches import locus_stretches
 from slipfold.plots.locus_style import LOCUS_COLOURS, line_style, mark_style
 from slipfold.plots.regions import draw_regions, region_labels, sharpen
+from slipfold.results.locus_stretches import locus_stretches
 
 __all__ = ["HasLoci", "draw_loci", "name_loci"]
 

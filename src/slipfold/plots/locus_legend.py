@@ -13,9 +13,9 @@ from matplotlib.patches import Patch
 from slipfold.loci.locus import CODIMENSION_TWO, Locus
 from slipfold.loci.region_map import RegionMap
 from slipfold.plots.locus_marks import locus_marks
-from slipfold.plots.locus_stretches import CRITICALITIES, locus_stretches
 from slipfold.plots.locus_style import LOCUS_COLOURS, line_style, mark_style
 from slipfold.plots.regions import PALE, UNNAMED, shown_regions
+from slipfold.results.locus_stretches import CRITICALITIES, locus_stretches
 
 __all__ = ["legend_options"]
 

@@ -1,0 +1,95 @@
+"""Orbits of a branch between its points."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.branches.branch import Branch
+from slipfold.errors import InputError
+from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.orbits.floquet import floquet_multipliers
+from slipfold.orbits.newton import correct
+from slipfold.orbits.periodic_orbit import PeriodicOrbit
+
+__all__ = ["orbit_between"]
+
+NEAR = 1e-6
+"""A place this near to a known orbit, over the length of the branch, is that orbit."""
+
+Array = NDArray[np.float64]
+
+
+def orbit_between(branch: Branch, arclength: float) -> PeriodicOrbit:
+    """Find the orbit at any place of a branch.
+
+    The chord between the two nearest known orbits is the guess; Newton's method corrects it across
+    the chord, so that it works at folds too.
+
+    Parameters
+    ----------
+    branch
+        The branch.
+    arclength
+        Position on it; what lies outside is taken to be the nearer end.
+
+    Returns
+    -------
+    PeriodicOrbit
+        The orbit. Of equilibria and of the cycles of autonomous models: the nearest known one.
+
+    Raises
+    ------
+    InputError
+        If the branch is empty or Newton's method does not converge.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> diagram = sf.response(sf.SlidingOscillator(), "Nd", (0, 0.1))
+    >>> branch = diagram.branches[0]
+    >>> orbit = orbit_between(branch, 0.5 * (branch.arclength[2] + branch.arclength[3]))
+    >>> bool(branch.parameter[2] < orbit.model.Nd < branch.parameter[3])
+    True
+    """
+    known = _known(branch)
+    if not known:
+        raise InputError(f"branch {branch.id} has 0 points, so there is no orbit on it")
+    places = np.array([place for place, _ in known])
+    nearest = int(np.abs(places - arclength).argmin())
+    exact = abs(places[nearest] - arclength) <= NEAR * float(np.ptp(places))
+    outside = not places[0] < arclength < places[-1]
+    if exact or outside or branch.durations is not None or branch.kind == "equilibrium":
+        return known[nearest][1]
+    after = int(np.searchsorted(places, arclength))
+    share = (arclength - places[after - 1]) / (places[after] - places[after - 1])
+    return _corrected(branch, known[after - 1][1], known[after][1], float(share))
+
+
+def _known(branch: Branch) -> list[tuple[float, PeriodicOrbit]]:
+    """Points and special points with their places, each place once."""
+    orbits = [(float(s), branch.orbit(i)) for i, s in enumerate(branch.arclength)]
+    orbits += [(point.arclength, point.orbit) for point in branch.special]
+    return sorted({place: (place, orbit) for place, orbit in orbits}.values(), key=lambda p: p[0])
+
+
+def _corrected(
+    branch: Branch, before: PeriodicOrbit, after: PeriodicOrbit, share: float
+) -> PeriodicOrbit:
+    width = float(np.ptp(branch.parameter)) or 1.0
+    problem = PeriodicProblem(branch.model, branch.vary, branch.period, width, len(before.nodes))
+    ends = [problem.pack(item.nodes, problem.value_of(item.model)) for item in (before, after)]
+    chord = ends[1] - ends[0]
+    found = correct(problem, ends[0] + share * chord, chord / np.linalg.norm(chord))
+    if not found.converged:
+        raise InputError(
+            f"no orbit was found between two points of branch {branch.id}: {found.failure}; "
+            "choose a place nearer to a point"
+        )
+    return PeriodicOrbit(
+        problem.model_at(found.z),
+        branch.period,
+        problem.nodes(found.z),
+        floquet_multipliers(problem.linearise(found.z).monodromy),
+        found.residual,
+    )

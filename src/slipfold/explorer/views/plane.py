@@ -1,0 +1,83 @@
+"""Bifurcations in two parameters as lines, and the regions between them as a raster."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from slipfold.explorer.views.labels import axis_of
+from slipfold.explorer.views.numbers import number, short
+from slipfold.loci.locus import Locus, LocusPoint
+from slipfold.loci.region_map import RegionMap
+from slipfold.results.locus_diagram import LocusDiagram
+from slipfold.results.locus_stretches import locus_stretches
+
+__all__ = ["plane_view"]
+
+
+def plane_view(found: LocusDiagram) -> dict[str, Any]:
+    """Return a bifurcation set as plain data.
+
+    Parameters
+    ----------
+    found
+        The bifurcation set.
+
+    Returns
+    -------
+    dict
+        ``x`` and ``y`` that describe the axes, ``loci`` and ``regions``, None without any.
+    """
+    first, second = found.vary
+    return {
+        "x": {**axis_of(found.model, first), "span": list(found.window[0])},
+        "y": {**axis_of(found.model, second), "span": list(found.window[1])},
+        "loci": [_locus(locus) for locus in found.loci],
+        "regions": None if found.regions is None else _regions(found.regions),
+    }
+
+
+def _locus(locus: Locus) -> dict[str, Any]:
+    return {
+        "id": locus.id,
+        "type": locus.type,
+        "period": locus.period,
+        "stretches": [
+            {
+                "criticality": line.criticality,
+                "x": short(line.points[:, 0]),
+                "y": short(line.points[:, 1]),
+            }
+            for line in locus_stretches(locus)
+        ],
+        "special": [_special(locus, point) for point in locus.special],
+        "begun": {"kind": locus.begun.kind, "reason": locus.begun.reason},
+        "stopped": {"kind": locus.stopped.kind, "reason": locus.stopped.reason},
+    }
+
+
+def _special(locus: Locus, point: LocusPoint) -> dict[str, Any]:
+    places = [
+        f"{name} = {value:.6g} {point.model.parameter(name).unit}".rstrip()
+        for name, value in zip(point.vary, point.values, strict=True)
+    ]
+    name = point.name[0].upper() + point.name[1:]
+    return {
+        "type": point.type,
+        "x": number(point.values[0]),
+        "y": number(point.values[1]),
+        "sentence": f"{name} on the {locus.type} of period {locus.period} at {', '.join(places)}",
+    }
+
+
+def _regions(regions: RegionMap) -> dict[str, Any]:
+    return {
+        "x": short(regions.first),
+        "y": short(regions.second),
+        "labels": np.asarray(regions.labels).tolist(),
+        "names": {str(item.id): item.name for item in regions.regions},
+        "stable": {str(item.id): list(item.stable) for item in regions.regions},
+        "anchors": {str(item.id): list(item.place) for item in regions.regions},
+        "consistent": {str(item.id): item.consistent for item in regions.regions},
+    }
