@@ -22,6 +22,10 @@ CLOSE = 1e-12
 """Arclength to which a zero is found; the parameter then is right to 1e-12 of the span."""
 
 EVALUATIONS = 40
+"""Orbits after which a zero counts as not found; 8 are seldom needed."""
+
+ALONG = 0.3
+"""A branch whose tangent makes a smaller cosine than this with a chord is halved first."""
 
 
 PATIENCE = 8
@@ -61,7 +65,11 @@ def _placed(known: Sequence[Point], point: Point) -> Point:
     after = bisect([item.arclength for item in known], point.arclength)
     if not 0 < after < len(known):
         return point
-    a, b = known[after - 1], known[after]
+    return _between(known[after - 1], point, known[after])
+
+
+def _between(a: Point, point: Point, b: Point) -> Point:
+    """Give a point its place between two others, by its distances from them."""
     left, right = arc_between(a, point), arc_between(point, b)
     share = left / (left + right) if left + right > 0 else 0.5
     return replace(point, arclength=a.arclength + share * (b.arclength - a.arclength))
@@ -111,24 +119,99 @@ def locate(
     -------
     Point
         The point where the function is zero.
+
+    Raises
+    ------
+    LostBranchError
+        If Newton's method fails on the way or the zero is not found.
     """
-    tried = [(a.arclength, function(a)), (b.arclength, function(b))]
-    (low, f_low), (high, _) = tried
+    values = function(a), function(b)
+    while not (chord := _Chord(curve, a, b)).is_crossed_once:
+        middle = orbit_at(curve, known, 0.5 * (a.arclength + b.arclength))
+        if not a.arclength < middle.arclength < b.arclength:
+            raise LostBranchError("the branch turns too sharply between two points")
+        insert(known, middle)
+        value = function(middle)
+        if (value > 0) == (values[0] > 0):
+            a, values = middle, (value, values[1])
+        else:
+            b, values = middle, (values[0], value)
+    tried = [(0.0, values[0]), (chord.length, values[1])]
+    low, high = 0.0, chord.length
     for count in range(EVALUATIONS):
         at = _inverse_interpolation(tried, low, high)
         if not low < at < high or (count > PATIENCE and count % 2):
             at = 0.5 * (low + high)
-        point = orbit_at(curve, known, at)
-        at, value = point.arclength, function(point)
+        point = chord.orbit_at(at)
+        value = function(point)
         if value == 0.0 or _error(tried, at, value) <= close or high - low <= close:
             return point
         insert(known, point)
         tried.append((at, value))
-        if (value > 0) == (f_low > 0):
+        if (value > 0) == (values[0] > 0):
             low = at
         else:
             high = at
-    return point
+    raise LostBranchError(f"a zero was not found in {EVALUATIONS} orbits")
+
+
+class _Chord:
+    """The part of a branch between two points, over its place along the chord.
+
+    The place of an orbit is that of its projection. Unlike the arclength, which is summed from one
+    guess to the next, it belongs to the orbit alone, so that an interpolated zero stays where it
+    is as more orbits become known.
+
+    Parameters
+    ----------
+    curve
+        The equations.
+    a, b
+        The ends.
+    """
+
+    def __init__(self, curve: Shooting, a: Point, b: Point) -> None:
+        self._curve = curve
+        self._a, self._b = a, b
+        difference = b.z - a.z
+        self.length = float(np.linalg.norm(difference)) or 1.0
+        self._row = difference / self.length
+        self._known: list[Point] = []
+        if self.is_crossed_once:
+            self._known = [self._projected(a, 0.0), self._projected(b, self.length)]
+
+    @property
+    def is_crossed_once(self) -> bool:
+        """Whether the branch runs along the chord at both ends, not back or across."""
+        return all(float(item.tangent @ self._row) > ALONG for item in (self._a, self._b))
+
+    def orbit_at(self, place: float) -> Point:
+        """Return the orbit at a place along the chord.
+
+        Parameters
+        ----------
+        place
+            Distance from the first end.
+
+        Raises
+        ------
+        LostBranchError
+            If Newton's method fails there.
+        """
+        guess, _ = hermite(well_spaced(self._known, place, place, POINTS), place)
+        guess = guess + (place - float((guess - self._a.z) @ self._row)) * self._row
+        correction = correct(self._curve, guess, self._row, still=STILL)
+        if not correction.converged:
+            raise LostBranchError(correction.failure)
+        point = corrected_point(self._curve, correction, place)
+        if float(point.tangent @ self._row) <= 0:
+            raise LostBranchError("the branch turns too sharply between two points")
+        self._known.append(self._projected(point, place))
+        return _between(self._a, point, self._b)
+
+    def _projected(self, point: Point, place: float) -> Point:
+        """Return a point with its place along the chord and the derivative with respect to it."""
+        return replace(point, arclength=place, tangent=point.tangent / (point.tangent @ self._row))
 
 
 def _error(tried: list[tuple[float, float]], at: float, value: float) -> float:
