@@ -8,12 +8,14 @@ from typing import Annotated
 import typer
 
 from slipfold.cli.case_file import find_model
-from slipfold.cli.status import say
+from slipfold.cli.status import note, say
 from slipfold.errors import InputError
 
 __all__ = ["explore"]
 
 NEEDED = ("fastapi", "uvicorn", "websockets", "plotly")
+
+MOST_WORKERS = 64
 
 File = Annotated[
     str | None,
@@ -21,24 +23,58 @@ File = Annotated[
 ]
 Port = Annotated[str, typer.Option(metavar="N", help="Port to listen on; 0 is any free one.")]
 Browser = Annotated[bool, typer.Option("--no-browser", help="Do not open the page.")]
+Workers = Annotated[
+    str | None,
+    typer.Option(metavar="N", help="Processes that compute; one a core, 2 to 4, by default."),
+]
+Public = Annotated[
+    str | None,
+    typer.Option(
+        metavar="ADDRESS",
+        help="Listen on this address of the machine instead of 127.0.0.1. Everyone who gets the "
+        "printed address, with its token, can then use this machine's processors; nothing is "
+        "encrypted, so that others on the network can read the token.",
+    ),
+]
 
 
-def explore(file: File = None, port: Port = "0", no_browser: Browser = False) -> None:
-    """Open a local page on which the analysis is live; Ctrl-C ends it."""
+def explore(
+    file: File = None,
+    port: Port = "0",
+    no_browser: Browser = False,
+    workers: Workers = None,
+    public_bind: Public = None,
+) -> None:
+    """Open a page on which the analysis is live, for this machine alone; Ctrl-C ends it."""
     missing = [name for name in NEEDED if find_spec(name) is None]
     if missing:
         raise InputError(
-            f"slipfold explore needs {', '.join(missing)}, not installed here; "
-            'install the extra with: pip install "slipfold[explore]"'
+            f"slipfold explore needs {', '.join(missing)}, which the extra brings: "
+            'pip install "slipfold[explore]"'
         )
-    from slipfold.explorer.catalogue import Catalogue
-    from slipfold.explorer.serve import serve
+    from slipfold.explorer.serve import default_workers, serve
 
     given = None if file is None else find_model(file, {})
-    serve(Catalogue(given), _port(port), not no_browser, say)
+    if public_bind is not None:
+        note(
+            f"listening on {public_bind} for other machines: whoever has the address with its "
+            "token can compute here, and nothing is encrypted"
+        )
+    serve(
+        given,
+        port=_whole(port, "--port", 0, 2**16 - 1),
+        public=public_bind,
+        workers=default_workers()
+        if workers is None
+        else _whole(workers, "--workers", 1, MOST_WORKERS),
+        browser=not no_browser,
+        say=say,
+    )
 
 
-def _port(text: str) -> int:
-    if not (text.isdecimal() and int(text) < 2**16):
-        raise InputError(f"--port {text} is not a port; give a whole number from 0 to 65535")
+def _whole(text: str, option: str, least: int, most: int) -> int:
+    if not (text.isdecimal() and least <= int(text) <= most):
+        raise InputError(
+            f"{option} {text} cannot be used; give a whole number from {least} to {most}"
+        )
     return int(text)

@@ -6,26 +6,23 @@ from collections.abc import Callable
 from time import perf_counter
 from typing import Any
 
-from slipfold.branches.orbit_between import orbit_between
 from slipfold.errors import InputError
+from slipfold.explorer.asked import asked_model
 from slipfold.explorer.catalogue import Catalogue
+from slipfold.explorer.computing import Check, Computing
+from slipfold.explorer.export.files import export_view
 from slipfold.explorer.messages import (
     DiagramRequest,
-    OnBranch,
+    ExportRequest,
     OrbitRequest,
     PlaneRequest,
-    SimulationRequest,
     ViewRequest,
 )
-from slipfold.explorer.recent import RecentDiagrams
 from slipfold.explorer.views.diagram import diagram_view
 from slipfold.explorer.views.orbit import orbit_view
 from slipfold.explorer.views.plane import plane_view
 from slipfold.explorer.views.simulation import stream_simulation
 from slipfold.loci.progress import LocusProgress
-from slipfold.orbits.find import periodic_orbit
-from slipfold.orbits.periodic_orbit import PeriodicOrbit
-from slipfold.results.bifurcation_set import bifurcation_set
 
 __all__ = ["Answering"]
 
@@ -36,7 +33,7 @@ Emit = Callable[[dict[str, Any]], None]
 
 
 class Answering:
-    """Answers requests, one after the other, and remembers the last diagrams.
+    """Answers requests, one after the other.
 
     Parameters
     ----------
@@ -45,10 +42,22 @@ class Answering:
     """
 
     def __init__(self, catalogue: Catalogue) -> None:
-        self.catalogue = catalogue
-        self.diagrams = RecentDiagrams(catalogue)
+        self._catalogue = catalogue
+        self._computing = Computing(catalogue)
 
-    def answer(self, request: ViewRequest, emit: Emit) -> None:
+    def warm_up(self) -> None:
+        """Compile or load the flows of the first model, so that the first request does not wait."""
+        described = self._catalogue.describe()[0]
+        default = described["default"]
+        request = {
+            "kind": "diagram",
+            "id": 0,
+            "model": described["name"],
+            **{name: default[name] for name in ("parameters", "vary", "span", "show")},
+        }
+        self.answer(DiagramRequest.model_validate(request), lambda view: None, lambda: None)
+
+    def answer(self, request: ViewRequest, emit: Emit, check: Check) -> None:
         """Compute what a request asks for.
 
         Parameters
@@ -58,64 +67,62 @@ class Answering:
         emit
             Takes each answer: plain data for JSON; the last has ``done``. What cannot be computed
             is answered with ``error``, a sentence.
+        check
+            Called as the computation goes on; may raise to end it.
         """
         started = perf_counter()
         head = {"kind": request.kind, "id": request.id, "slot": request.slot}
 
         def tell(view: dict[str, Any]) -> None:
-            elapsed = 1e3 * (perf_counter() - started)
-            emit({**head, "done": True, **view, "elapsed_ms": round(elapsed, 1)})
+            check()
+            elapsed = round(1e3 * (perf_counter() - started), 1)
+            emit({**head, "done": True, **view, "elapsed_ms": elapsed})
 
         try:
-            if isinstance(request, DiagramRequest):
-                tell(self._diagram(request))
-            elif isinstance(request, OrbitRequest):
-                tell(orbit_view(self._orbit(request), request.vary))
-            elif isinstance(request, PlaneRequest):
-                self._plane(request, tell)
-            else:
-                self._simulation(request, tell)
+            self._answer(request, tell, check)
         except InputError as error:
             tell({"error": str(error)})
 
-    def _diagram(self, request: DiagramRequest) -> dict[str, Any]:
-        diagram = self.diagrams.of(request)
-        return {"draft": False, **diagram_view(diagram, request.show, request.statistic)}
+    def export(self, request: ExportRequest, check: Check) -> bytes:
+        """Make a file of a view, or the text that makes it.
 
-    def _orbit(self, request: OrbitRequest) -> PeriodicOrbit:
-        if isinstance(request.at, OnBranch):
-            branches = self.diagrams.of(request).branches
-            if request.at.branch > len(branches):
-                raise InputError(
-                    f"there is no branch {request.at.branch}; there are {len(branches)}"
-                )
-            return orbit_between(branches[request.at.branch - 1], request.at.arclength)
-        values = {**request.parameters, request.vary: request.at.value}
-        model = self.catalogue.model(request.model, values)
-        return periodic_orbit(model, request.at.period, request.at.state)
+        Parameters
+        ----------
+        request
+            The request.
+        check
+            Called as the computation goes on; may raise to end it.
 
-    def _plane(self, request: PlaneRequest, tell: Emit) -> None:
-        model = self.catalogue.model(request.model, request.parameters)
+        Raises
+        ------
+        InputError
+            If there is no such file.
+        """
+        return export_view(self._catalogue, self._computing, request, check)
+
+    def _answer(self, request: ViewRequest, tell: Emit, check: Check) -> None:
+        if isinstance(request, DiagramRequest):
+            diagram = self._computing.diagram(request, check)
+            tell({"draft": False, **diagram_view(diagram, request.show, request.statistic)})
+        elif isinstance(request, OrbitRequest):
+            tell(orbit_view(self._computing.orbit(request, check), request.vary))
+        elif isinstance(request, PlaneRequest):
+            tell(plane_view(self._computing.plane(request, check, _progress_teller(tell))))
+        else:
+            stream_simulation(asked_model(self._catalogue, request), request, tell)
+
+
+def _progress_teller(tell: Emit) -> Callable[[LocusProgress], None]:
+    """Return what tells progress now and then."""
+    told = perf_counter()
+
+    def observer(progress: LocusProgress) -> None:
+        nonlocal told
+        if perf_counter() - told < BETWEEN:
+            return
         told = perf_counter()
+        total = "" if progress.total is None else f" of {progress.total}"
+        sentence = f"{progress.stage}: {progress.done}{total} done, {progress.text}"
+        tell({"progress": sentence, "done": False})
 
-        def observer(progress: LocusProgress) -> None:
-            nonlocal told
-            if perf_counter() - told < BETWEEN:
-                return
-            told = perf_counter()
-            total = "" if progress.total is None else f" of {progress.total}"
-            sentence = f"{progress.stage}: {progress.done}{total} done, {progress.text}"
-            tell({"progress": sentence, "done": False})
-
-        found = bifurcation_set(
-            model,
-            (request.x.name, request.y.name),
-            (request.x.span, request.y.span),
-            observer=observer,
-        )
-        tell(plane_view(found))
-
-    def _simulation(self, request: SimulationRequest, tell: Emit) -> None:
-        model = self.catalogue.model(request.model, request.parameters)
-        start = None if request.start == "rest" else request.start
-        stream_simulation(model, start, request.nudge, request.periods, tell)
+    return observer

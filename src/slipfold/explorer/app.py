@@ -1,33 +1,42 @@
-"""The application: the page, its files, the models, and the WebSocket."""
+"""The application: the page, its files, the models, exports, and the WebSocket."""
 
 from __future__ import annotations
 
 import asyncio
-import json
+import itertools
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
-from fastapi import FastAPI, WebSocket, WebSocketDisconnect
-from fastapi.responses import FileResponse, Response
-from pydantic import ValidationError
+from fastapi import FastAPI, WebSocket
+from fastapi.responses import FileResponse, PlainTextResponse, Response
 
-from slipfold.explorer.answering import Answering
 from slipfold.explorer.catalogue import Catalogue
-from slipfold.explorer.messages import CancelRequest, parse_request
+from slipfold.explorer.export.files import MEDIA_TYPES, SUFFIXES
+from slipfold.explorer.job import Job
+from slipfold.explorer.limits import Allowance, Limits
+from slipfold.explorer.messages import ExportRequest
 from slipfold.explorer.security import Access, Application, Guard
+from slipfold.explorer.session import TRY_AGAIN, Session
+from slipfold.explorer.worker import Reply
+from slipfold.explorer.workers import Workers
 
 __all__ = ["make_app"]
 
-TYPES = {
-    ".html": "text/html",
+PAGE_TYPES = {
     ".css": "text/css",
+    ".html": "text/html",
     ".js": "text/javascript",
-    ".mjs": "text/javascript",
     ".svg": "image/svg+xml",
 }
+"""Media types of the page's files; nothing else is served."""
+
+DAY = "private, max-age=86400"
 
 
-def make_app(catalogue: Catalogue, access: Access) -> Application:
+def make_app(catalogue: Catalogue, access: Access, workers: Workers, limits: Limits) -> Application:
     """Return the application, guarded.
 
     Parameters
@@ -36,55 +45,108 @@ def make_app(catalogue: Catalogue, access: Access) -> Application:
         The models to offer.
     access
         Who is let in.
+    workers
+        Who computes; started and stopped with the application.
+    limits
+        Bounds on what is asked for.
     """
-    app = FastAPI(title="slipfold explore", docs_url=None, redoc_url=None)
-    page = {
-        item.name: item
-        for item in (files("slipfold.explorer") / "page").iterdir()
-        if item.is_file()
+
+    @asynccontextmanager
+    async def running(app: FastAPI) -> AsyncIterator[None]:
+        await workers.start()
+        yield
+        await workers.stop()
+
+    app = FastAPI(title="slipfold explore", docs_url=None, redoc_url=None, lifespan=running)
+    _add_files(app)
+    _add_interface(app, catalogue, workers, limits)
+    _add_socket(app, workers, limits)
+    return Guard(app, access, limits)
+
+
+def _add_files(app: FastAPI) -> None:
+    # The files are looked up among those that are there now: no path of a client is opened.
+    folder = Path(str(files("slipfold.explorer") / "page"))
+    page = {item.name: item for item in folder.iterdir() if item.suffix in PAGE_TYPES}
+    plotly_file = Path(str(files("plotly") / "package_data" / "plotly.min.js"))
+
+    @app.get("/", include_in_schema=False)
+    async def index() -> Response:
+        return FileResponse(page["index.html"], media_type="text/html", headers=_fresh())
+
+    @app.get("/page/{name}", include_in_schema=False)
+    async def page_file(name: str) -> Response:
+        if name not in page:
+            return PlainTextResponse("the page has no such file", 404)
+        kind = PAGE_TYPES[page[name].suffix]
+        return FileResponse(page[name], media_type=kind, headers=_fresh())
+
+    @app.get("/plotly.min.js", include_in_schema=False)
+    async def plotly() -> Response:
+        headers = {"cache-control": DAY}
+        return FileResponse(plotly_file, media_type="text/javascript", headers=headers)
+
+
+def _fresh() -> dict[str, str]:
+    return {"cache-control": "no-cache"}
+
+
+def _add_interface(app: FastAPI, catalogue: Catalogue, workers: Workers, limits: Limits) -> None:
+    described = catalogue.describe()
+    allowance = Allowance(limits.requests_per_second, limits.burst)
+    answers: dict[int | str, dict[str, Any]] = {
+        200: {"content": {kind: {} for kind in MEDIA_TYPES.values()}, "description": "the file"},
+        400: {"content": {"text/plain": {}}, "description": "why there is none"},
+        429: {"content": {"text/plain": {}}, "description": "too many requests"},
     }
 
-    @app.get("/")
-    def index() -> Response:
-        return FileResponse(str(page["index.html"]), media_type="text/html")
-
-    @app.get("/page/{name:path}")
-    def page_file(name: str) -> Response:
-        if name not in page:
-            return Response("there is no such file", 404)
-        suffix = name[name.rfind(".") :]
-        return FileResponse(
-            str(page[name]), media_type=TYPES.get(suffix, "application/octet-stream")
-        )
-
-    @app.get("/plotly.min.js")
-    def plotly() -> Response:
-        return FileResponse(
-            str(files("plotly") / "package_data" / "plotly.min.js"), media_type="text/javascript"
-        )
-
     @app.get("/api/models")
-    def models() -> list[dict[str, Any]]:
-        return catalogue.describe()
+    async def models() -> list[dict[str, Any]]:
+        return described
 
-    answering = Answering(catalogue)
+    @app.post("/api/export", responses=answers, response_class=PlainTextResponse)
+    async def export(request: ExportRequest) -> Response:
+        if not allowance.take():
+            return PlainTextResponse("too many requests a second; wait a little", 429)
+        reply = await _computed(workers, request)
+        if isinstance(reply, str) or reply.refused:
+            sentence = reply if isinstance(reply, str) else reply.body.decode()
+            return PlainTextResponse(sentence, 400)
+        name = f"{request.view.kind}.{SUFFIXES[request.format]}"
+        headers = {"content-disposition": f'attachment; filename="{name}"'}
+        return Response(reply.body, media_type=MEDIA_TYPES[request.format], headers=headers)
+
+
+async def _computed(workers: Workers, request: ExportRequest) -> Reply | str:
+    """Return the reply of a worker, or why there is none."""
+    arrived: asyncio.Future[Reply | str] = asyncio.get_running_loop().create_future()
+
+    def arrive(reply: Reply | str) -> None:
+        if not arrived.done():
+            arrived.set_result(reply)
+
+    job = Job(request, 0, arrive, arrive)
+    workers.submit(job)
+    try:
+        return await arrived
+    except asyncio.CancelledError:  # the client has gone
+        workers.cancel(job)
+        raise
+
+
+def _add_socket(app: FastAPI, workers: Workers, limits: Limits) -> None:
+    numbers = itertools.count()
+    here: set[int] = set()
 
     @app.websocket("/ws")
     async def talk(socket: WebSocket) -> None:
         await socket.accept()
+        if len(here) >= limits.clients:
+            await socket.close(TRY_AGAIN, f"{limits.clients} pages are open; close one")
+            return
+        number = next(numbers)
+        here.add(number)
         try:
-            while True:
-                text = await socket.receive_text()
-                answers: list[dict[str, Any]] = []
-                try:
-                    request = parse_request(text)
-                    if not isinstance(request, CancelRequest):
-                        await asyncio.to_thread(answering.answer, request, answers.append)
-                except ValidationError as error:
-                    answers.append({"kind": "error", "id": None, "error": str(error)})
-                for answer in answers:
-                    await socket.send_text(json.dumps(answer, allow_nan=False))
-        except WebSocketDisconnect:
-            pass
-
-    return Guard(app, access)
+            await Session(socket, workers, limits, number).run()
+        finally:
+            here.discard(number)

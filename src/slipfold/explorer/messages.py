@@ -2,9 +2,18 @@
 
 from __future__ import annotations
 
+import json
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, TypeAdapter, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Discriminator,
+    Field,
+    TypeAdapter,
+    ValidationError,
+    model_validator,
+)
 
 __all__ = [
     "CancelRequest",
@@ -19,6 +28,7 @@ __all__ = [
     "SimulationRequest",
     "ViewRequest",
     "parse_request",
+    "refusal_of",
 ]
 
 LARGEST = 1e12
@@ -26,6 +36,10 @@ LARGEST = 1e12
 
 MOST_NAMES = 64
 """Most parameters or states of one request."""
+
+KINDS = ("diagram", "orbit", "plane", "simulation", "cancel")
+
+LONGEST_SLOT = 8
 
 Name = Annotated[str, Field(min_length=1, max_length=48, pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")]
 """A parameter, state or output."""
@@ -277,3 +291,46 @@ def parse_request(text: str | bytes) -> Request:
     ('plane', 'live')
     """
     return _ANY.validate_json(text)
+
+
+def refusal_of(text: str | bytes, error: ValidationError | None = None) -> dict[str, Any]:
+    """Return the answer to a request that cannot be used.
+
+    Parameters
+    ----------
+    text
+        What the client sent.
+    error
+        What is wrong with it.
+
+    Returns
+    -------
+    dict
+        ``kind``, ``id`` and ``slot`` of the request, as far as it has them, and ``error``, a
+        sentence if something is wrong.
+
+    Examples
+    --------
+    >>> refusal_of('{"kind": "plane", "id": 7}')
+    {'kind': 'plane', 'id': 7, 'slot': 'live', 'done': True, 'error': ''}
+    """
+    try:
+        given = json.loads(text)
+    except (ValueError, RecursionError):
+        given = None
+    read = given if isinstance(given, dict) else {}
+    kind, number, slot = read.get("kind"), read.get("id"), read.get("slot")
+    return {
+        "kind": kind if kind in KINDS else "error",
+        "id": number if isinstance(number, int) and abs(number) <= 2**53 else None,
+        "slot": slot if isinstance(slot, str) and len(slot) <= LONGEST_SLOT else "live",
+        "done": True,
+        "error": "" if error is None else _sentence(error),
+    }
+
+
+def _sentence(error: ValidationError) -> str:
+    first = error.errors(include_url=False, include_input=False, include_context=False)[0]
+    place = ".".join(str(item) for item in first["loc"])
+    what = first["msg"].removeprefix("Value error, ")
+    return f"the request cannot be used: {place + ': ' if place else ''}{what}"

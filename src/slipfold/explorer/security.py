@@ -9,15 +9,17 @@ from http.cookies import CookieError, SimpleCookie
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
-__all__ = ["Access", "Guard"]
+from slipfold.explorer.limits import Limits
+
+__all__ = ["LOCAL", "Access", "Application", "Guard"]
 
 Scope = MutableMapping[str, Any]
 Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]
 Send = Callable[[MutableMapping[str, Any]], Awaitable[None]]
 Application = Callable[[Scope, Receive, Send], Awaitable[None]]
 
-LARGEST_BODY = 64 * 1024
-"""Largest request in bytes; the page's are below 4 kB."""
+LOCAL = ("127.0.0.1", "localhost", "[::1]")
+"""Names of this machine, to itself."""
 
 WAY_IN = "open the address that slipfold explore printed, with its token"
 
@@ -50,7 +52,7 @@ class Access:
     """
 
     port: int
-    hosts: tuple[str, ...] = ("127.0.0.1", "localhost", "[::1]")
+    hosts: tuple[str, ...] = LOCAL
     token: str = field(default_factory=lambda: secrets.token_urlsafe(32), repr=False)
 
     @property
@@ -99,11 +101,14 @@ class Guard:
         The ASGI application.
     access
         Who is let in.
+    limits
+        Bounds on what is asked for.
     """
 
-    def __init__(self, application: Application, access: Access) -> None:
+    def __init__(self, application: Application, access: Access, limits: Limits) -> None:
         self.application = application
         self.access = access
+        self.limits = limits
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer one request or one WebSocket.
@@ -139,8 +144,8 @@ class Guard:
         if not self._has_token(scope, headers):
             return 401, WAY_IN
         length = headers.get("content-length", "0")
-        if not length.isdecimal() or int(length) > LARGEST_BODY:
-            return 413, f"the request is larger than {LARGEST_BODY} bytes"
+        if not length.isdecimal() or int(length) > self.limits.request_bytes:
+            return 413, f"the request is larger than {self.limits.request_bytes} bytes"
         if "transfer-encoding" in headers:
             return 411, "a request must say how long it is"
         return None

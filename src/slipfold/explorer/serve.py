@@ -2,38 +2,111 @@
 
 from __future__ import annotations
 
+import ipaddress
+import os
 import socket
 import webbrowser
 from collections.abc import Callable
 
 import uvicorn
 
+from slipfold.errors import InputError
 from slipfold.explorer.app import make_app
 from slipfold.explorer.catalogue import Catalogue
-from slipfold.explorer.security import Access
+from slipfold.explorer.limits import Limits
+from slipfold.explorer.security import LOCAL, Access
+from slipfold.explorer.workers import Workers
+from slipfold.models.model import Model
 
-__all__ = ["serve"]
+__all__ = ["default_workers", "serve"]
+
+MOST_WORKERS = 4
+"""Processes by default; more gain one user nothing."""
 
 
-def serve(catalogue: Catalogue, port: int, browser: bool, say: Callable[[str], None]) -> None:
+def default_workers() -> int:
+    """Return the number of worker processes: one a core, and two at least."""
+    return min(max(os.cpu_count() or 1, 2), MOST_WORKERS)
+
+
+def serve(
+    given: Model | None,
+    *,
+    port: int,
+    public: str | None,
+    workers: int,
+    browser: bool,
+    say: Callable[[str], None],
+) -> None:
     """Serve the explorer until it is interrupted.
 
     Parameters
     ----------
-    catalogue
-        The models to offer.
+    given
+        A model to offer before the built-in ones.
     port
         Port to listen on; 0 for any free one.
+    public
+        Address to listen on for other machines; None for this machine alone.
+    workers
+        Number of worker processes.
     browser
         Whether to open the page.
     say
         Prints a line.
+
+    Raises
+    ------
+    InputError
+        If the address or the port cannot be listened on.
     """
-    listener = socket.create_server(("127.0.0.1", port))
-    access = Access(listener.getsockname()[1])
-    address = f"http://127.0.0.1:{access.port}/?token={access.token}"
-    config = uvicorn.Config(make_app(catalogue, access), log_level="warning", server_header=False)
+    listener = _listen(public or "127.0.0.1", port)
+    shown = _bracketed(public) if public else "127.0.0.1"
+    access = Access(listener.getsockname()[1], (shown,) if public else LOCAL)
+    limits = Limits()
+    pool = Workers(given, workers, limits)
+    app = make_app(Catalogue(given), access, pool, limits)
+    config = uvicorn.Config(
+        app,
+        log_level="warning",
+        server_header=False,
+        proxy_headers=False,
+        ws="websockets-sansio",
+        ws_max_size=limits.request_bytes,
+        ws_per_message_deflate=False,
+        limit_concurrency=4 * limits.clients,
+        timeout_graceful_shutdown=2,
+    )
+    address = f"http://{shown}:{access.port}/?token={access.token}"
     say(address)
     if browser:
         webbrowser.open(address)
     uvicorn.Server(config).run(sockets=[listener])
+
+
+def _listen(address: str, port: int) -> socket.socket:
+    if _is_every(address):
+        raise InputError(
+            f"--public-bind {address} means every address of this machine, but requests are "
+            "checked against one; give that by which other machines reach this one"
+        )
+    family = socket.AF_INET6 if ":" in address else socket.AF_INET
+    try:
+        return socket.create_server((address, port), family=family)
+    except OSError as error:
+        why = (error.strerror or str(error)).lower()
+        raise InputError(
+            f"{address} port {port} cannot be listened on ({why}); give another port, or --port 0 "
+            "for any free one"
+        ) from error
+
+
+def _is_every(address: str) -> bool:
+    try:
+        return ipaddress.ip_address(address).is_unspecified
+    except ValueError:
+        return False
+
+
+def _bracketed(address: str) -> str:
+    return f"[{address}]" if ":" in address else address

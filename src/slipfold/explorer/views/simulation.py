@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.explorer.messages import SimulationRequest
+from slipfold.explorer.start import start_of
 from slipfold.explorer.views.numbers import short
 from slipfold.flow import flow_of
 from slipfold.flow.flow import Constants, Flow
@@ -34,11 +36,7 @@ TOLERANCE = 1e-9
 
 
 def stream_simulation(
-    model: Model,
-    start: Mapping[str, float] | None,
-    nudge: Mapping[str, float],
-    periods: int,
-    emit: Callable[[dict[str, Any]], None],
+    model: Model, request: SimulationRequest, emit: Callable[[dict[str, Any]], None]
 ) -> None:
     """Integrate a motion and tell it piece by piece.
 
@@ -46,19 +44,15 @@ def stream_simulation(
     ----------
     model
         The model.
-    start
-        States at phase zero by name; the model's start if None.
-    nudge
-        Added to them, by name.
-    periods
-        Forcing periods.
+    request
+        Says where it starts and how long it lasts.
     emit
         Takes each piece: ``t`` in s and ``states`` by name to draw; ``sections``: for each forcing
         period its number, extrema and the states at its start; the last piece has ``done`` and the
         ``verdict``.
     """
-    state = model.start if start is None else initial_state(model, start)
-    state = state + initial_state(model, nudge)
+    periods = request.periods
+    state = initial_state(model, start_of(model, request))
     constants = flow_of(model).constants(model.vector)
     every = _step_between_samples(periods)
     strobe = [state[None]]

@@ -1,0 +1,45 @@
+"""The model that a request is about, without values of what it varies."""
+
+from __future__ import annotations
+
+from slipfold.explorer.catalogue import Catalogue
+from slipfold.explorer.messages import PlaneRequest, SimulationRequest, ViewRequest
+from slipfold.models.model import Model
+
+__all__ = ["asked_model", "varied"]
+
+
+def varied(request: ViewRequest) -> tuple[str, ...]:
+    """Return the parameters that a request varies.
+
+    Parameters
+    ----------
+    request
+        The request.
+    """
+    if isinstance(request, PlaneRequest):
+        return request.x.name, request.y.name
+    return () if isinstance(request, SimulationRequest) else (request.vary,)
+
+
+def asked_model(catalogue: Catalogue, request: ViewRequest) -> Model:
+    """Return the model that a request is about.
+
+    A page tells the values of all its sliders; that of a parameter which is varied plays no part,
+    and must not contradict the others.
+
+    Parameters
+    ----------
+    catalogue
+        The models.
+    request
+        The request.
+
+    Raises
+    ------
+    InputError
+        If there is no such model or parameter, or a value is outside its bounds.
+    """
+    names = varied(request)
+    values = {name: value for name, value in request.parameters.items() if name not in names}
+    return catalogue.model(request.model, values)

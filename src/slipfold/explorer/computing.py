@@ -1,0 +1,129 @@
+"""Results of requests; the diagrams computed last are remembered, so that a click is quick."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable, Hashable
+
+from slipfold.branches.orbit_between import orbit_between
+from slipfold.errors import InputError
+from slipfold.explorer.asked import asked_model
+from slipfold.explorer.catalogue import Catalogue
+from slipfold.explorer.messages import (
+    DiagramRequest,
+    OnBranch,
+    OrbitRequest,
+    PlaneRequest,
+)
+from slipfold.loci.progress import LocusProgress
+from slipfold.orbits.find import periodic_orbit
+from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.results.bifurcation_set import bifurcation_set
+from slipfold.results.diagram import Diagram
+from slipfold.results.locus_diagram import LocusDiagram
+from slipfold.results.response import response
+
+__all__ = ["Computing"]
+
+KEPT = 16
+"""Diagrams kept, each below a megabyte."""
+
+Check = Callable[[], None]
+
+
+class Computing:
+    """Computes what requests are about.
+
+    Parameters
+    ----------
+    catalogue
+        The models.
+    """
+
+    def __init__(self, catalogue: Catalogue) -> None:
+        self._catalogue = catalogue
+        self._kept: OrderedDict[Hashable, Diagram] = OrderedDict()
+
+    def diagram(self, request: DiagramRequest | OrbitRequest, check: Check) -> Diagram:
+        """Return the diagram that a request is about.
+
+        Parameters
+        ----------
+        request
+            Names the model, its parameters, and what is varied.
+        check
+            Called after every point; may raise to end the computation.
+
+        Raises
+        ------
+        InputError
+            If it cannot be computed as asked.
+        """
+        model = asked_model(self._catalogue, request)
+        key = (model, request.vary, request.span)
+        if key not in self._kept:
+            self._kept[key] = response(
+                model, request.vary, request.span, observer=lambda progress: check()
+            )
+        self._kept.move_to_end(key)
+        while len(self._kept) > KEPT:
+            self._kept.popitem(last=False)
+        return self._kept[key]
+
+    def orbit(self, request: OrbitRequest, check: Check) -> PeriodicOrbit:
+        """Return the orbit that a request is about.
+
+        Parameters
+        ----------
+        request
+            Names a place on a branch, or a state.
+        check
+            Called as the computation goes on; may raise to end it.
+
+        Raises
+        ------
+        InputError
+            If there is no such orbit.
+        """
+        at = request.at
+        if not isinstance(at, OnBranch):
+            model = asked_model(self._catalogue, request).replace(**{request.vary: at.value})
+            return periodic_orbit(model, at.period, at.state)
+        branches = self.diagram(request, check).branches
+        if at.branch > len(branches):
+            raise InputError(
+                f"there is no branch {at.branch}; give a number from 1 to {len(branches)}"
+            )
+        return orbit_between(branches[at.branch - 1], at.arclength)
+
+    def plane(
+        self,
+        request: PlaneRequest,
+        check: Check,
+        observer: Callable[[LocusProgress], None] | None = None,
+    ) -> LocusDiagram:
+        """Return the bifurcation set that a request is about.
+
+        Parameters
+        ----------
+        request
+            Names the two parameters and their spans.
+        check
+            Called as the computation goes on; may raise to end it.
+        observer
+            Called likewise, with the progress.
+
+        Raises
+        ------
+        InputError
+            If it cannot be computed as asked.
+        """
+
+        def watch(progress: LocusProgress) -> None:
+            check()
+            if observer is not None:
+                observer(progress)
+
+        plane = (request.x.name, request.y.name)
+        window = (request.x.span, request.y.span)
+        return bifurcation_set(asked_model(self._catalogue, request), plane, window, observer=watch)

@@ -1,0 +1,1 @@
+"""What is shown, as a file or as the text that makes it."""

@@ -1,0 +1,115 @@
+"""The Python that makes a view."""
+
+from __future__ import annotations
+
+from slipfold.explorer.messages import (
+    DiagramRequest,
+    PlaneRequest,
+    SimulationRequest,
+    ViewRequest,
+)
+from slipfold.explorer.start import start_of
+from slipfold.models.model import Model
+from slipfold.models.registry import built_in_models
+from slipfold.models.sliding_oscillator import SlidingOscillator
+from slipfold.models.system import System
+from slipfold.orbits.periodic_orbit import PeriodicOrbit
+
+__all__ = ["python_text"]
+
+
+def python_text(model: Model, view: ViewRequest, orbit: PeriodicOrbit | None) -> str:
+    """Return a script that computes and draws what a view shows.
+
+    Parameters
+    ----------
+    model
+        The model with its parameter values.
+    view
+        The request that made the view.
+    orbit
+        The orbit, if one is shown.
+
+    Examples
+    --------
+    >>> from slipfold.explorer.messages import parse_request
+    >>> view = parse_request(
+    ...     '{"kind": "diagram", "id": 1, "model": "sliding", "vary": "Nd", "span": [0, 0.98],'
+    ...     ' "show": "x"}'
+    ... )
+    >>> print(python_text(SlidingOscillator(), view, None))
+    import slipfold as sf
+    <BLANKLINE>
+    model = sf.SlidingOscillator()
+    diagram = sf.response(model, vary="Nd", span=(0.0, 0.98))
+    print(diagram.summary())
+    diagram.plot("x", measure="max").figure.savefig("diagram.svg")
+    <BLANKLINE>
+    """
+    shown = model if orbit is None else orbit.model
+    lines = ["import slipfold as sf", "", f"model = {_model(shown)}", *_steps(shown, view, orbit)]
+    return "\n".join(lines) + "\n"
+
+
+def _steps(model: Model, view: ViewRequest, orbit: PeriodicOrbit | None) -> list[str]:
+    if isinstance(view, DiagramRequest):
+        span = f"({view.span[0]!r}, {view.span[1]!r})"
+        return [
+            f'diagram = sf.response(model, vary="{view.vary}", span={span})',
+            "print(diagram.summary())",
+            f'diagram.plot("{view.show}", measure="{view.statistic}")'
+            '.figure.savefig("diagram.svg")',
+        ]
+    if isinstance(view, PlaneRequest):
+        window = (
+            f"(({view.x.span[0]!r}, {view.x.span[1]!r}), ({view.y.span[0]!r}, {view.y.span[1]!r}))"
+        )
+        return [
+            f'found = sf.bifurcation_set(model, ("{view.x.name}", "{view.y.name}"), {window})',
+            "print(found.summary())",
+            'found.plot().figure.savefig("plane.svg")',
+        ]
+    if isinstance(view, SimulationRequest):
+        return [
+            f"motion = sf.simulate(model, periods={view.periods}, state={start_of(model, view)!r})",
+            "print(motion.summary())",
+            f'motion.plot("{model.states[0].name}").figure.savefig("motion.svg")',
+        ]
+    assert orbit is not None  # what is left is an orbit
+    names = [item.name for item in model.states]
+    state = dict(zip(names, orbit.state.tolist(), strict=True))
+    return [
+        f"orbit = sf.periodic_orbit(model, period={orbit.period}, state={state!r})",
+        "print(orbit.multipliers, orbit.stable)",
+        "time, states = orbit.sample()",
+    ]
+
+
+def _model(model: Model) -> str:
+    """Return an expression that makes a model; numbers are exact when read back."""
+    changed = {
+        item.name: model.values[item.name]
+        for item in model.parameters
+        if model.values[item.name] != item.default
+    }
+    values = ", ".join(f"{name}={value!r}" for name, value in changed.items())
+    if isinstance(model, System):
+        built_in = built_in_models().get(model.name)
+        if built_in is not None and built_in() == model.replace(**_defaults(model)):
+            return f'sf.built_in_models()["{model.name}"]({values})'
+        made = f"sf.System.from_toml({_quoted(model.to_toml())})"
+        return f"{made}.replace({values})" if values else made
+    if isinstance(model, SlidingOscillator) and not model.structure:
+        return f"sf.SlidingOscillator({values})"
+    return f"sf.{model!r}"
+
+
+def _defaults(model: Model) -> dict[str, float]:
+    return {item.name: item.default for item in model.parameters}
+
+
+def _quoted(text: str) -> str:
+    """Return a literal of a text of several lines; quotes and backslashes stay what they are."""
+    if "'''" in text or text.endswith("'"):
+        return repr(text)
+    return f"r'''\n{text}'''"

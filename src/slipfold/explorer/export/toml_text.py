@@ -1,0 +1,88 @@
+"""The case file that makes a view, with the command that reads it."""
+
+from __future__ import annotations
+
+from slipfold.errors import InputError
+from slipfold.explorer.messages import (
+    DiagramRequest,
+    OrbitRequest,
+    PlaneRequest,
+    SimulationRequest,
+    ViewRequest,
+)
+from slipfold.explorer.start import start_of
+from slipfold.models.model import Model
+from slipfold.models.system import System
+from slipfold.orbits.periodic_orbit import PeriodicOrbit
+
+__all__ = ["toml_text"]
+
+
+def toml_text(model: Model, view: ViewRequest, orbit: PeriodicOrbit | None) -> str:
+    """Return a case file; its first line is the command that computes what the view shows.
+
+    Parameters
+    ----------
+    model
+        The model with its parameter values.
+    view
+        The request that made the view.
+    orbit
+        Plays no part.
+
+    Raises
+    ------
+    InputError
+        For an orbit, which no command computes, and for a model that no file can hold.
+
+    Examples
+    --------
+    >>> from slipfold.explorer.messages import parse_request
+    >>> from slipfold.models import SlidingOscillator
+    >>> view = parse_request(
+    ...     '{"kind": "diagram", "id": 1, "model": "sliding", "vary": "Nd", "span": [0, 0.98],'
+    ...     ' "show": "x"}'
+    ... )
+    >>> print(toml_text(SlidingOscillator(f=12.2), view, None))
+    # slipfold response case.toml --vary Nd=0.0:0.98
+    model = "sliding"
+    <BLANKLINE>
+    [parameters]
+    f = 12.2
+    <BLANKLINE>
+    """
+    if isinstance(view, OrbitRequest):
+        raise InputError(
+            "no command computes a single orbit from a case file; copy it as Python instead"
+        )
+    changed = {
+        item.name: model.values[item.name]
+        for item in model.parameters
+        if model.values[item.name] != item.default
+    }
+    command = _command(model, view)
+    if isinstance(model, System):
+        # The values of a definition are its own, so the command changes them.
+        sets = "".join(f" --set {name}={value!r}" for name, value in changed.items())
+        return f"# {command}{sets}\n{model.to_toml()}"
+    if model.structure:
+        raise InputError(f"a case file cannot hold {model!r}; copy it as Python instead")
+    values = "".join(f"{name} = {value!r}\n" for name, value in changed.items())
+    table = f"\n[parameters]\n{values}" if values else ""
+    return f'# {command}\nmodel = "{model.name}"\n{table}'
+
+
+def _command(model: Model, view: ViewRequest) -> str:
+    if isinstance(view, DiagramRequest):
+        return f"slipfold response case.toml --vary {_span(view.vary, view.span)}"
+    if isinstance(view, PlaneRequest):
+        axes = " ".join(f"--vary {_span(axis.name, axis.span)}" for axis in (view.x, view.y))
+        return f"slipfold locus case.toml {axes} --regions"
+    assert isinstance(view, SimulationRequest)  # orbits were refused
+    start = start_of(model, view)
+    states = "".join(f" --state {name}={value!r}" for name, value in start.items())
+    return f"slipfold simulate case.toml --periods {view.periods}{states}"
+
+
+def _span(name: str, span: tuple[float, float]) -> str:
+    return f"{name}={span[0]!r}:{span[1]!r}"

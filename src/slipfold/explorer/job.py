@@ -1,0 +1,55 @@
+"""A request on its way from a client to a worker and back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from slipfold.explorer.messages import DiagramRequest, ExportRequest, ViewRequest
+from slipfold.explorer.worker import Reply
+
+__all__ = ["Job"]
+
+RANK = {"orbit": 0, "diagram": 1, "simulation": 2, "export": 2, "plane": 3}
+"""Quick answers first."""
+
+OVERTAKEN = 40
+"""Later jobs that may go before one of the next rank, so that no job waits for ever."""
+
+
+@dataclass(eq=False)
+class Job:
+    """A request on its way.
+
+    Parameters
+    ----------
+    request
+        What is asked for.
+    home
+        Number of the client, whose jobs go to one worker where possible: it remembers its diagrams.
+    deliver
+        Takes the replies, and last of all one that is marked so, unless the job is cancelled.
+    fail
+        Takes a sentence if the job ends without a last reply.
+    """
+
+    request: ViewRequest | ExportRequest
+    home: int
+    deliver: Callable[[Reply], None]
+    fail: Callable[[str], None]
+    number: int = 0
+    place: int = 0
+    cancelled: bool = False
+
+    @property
+    def kind(self) -> str:
+        """Kind of the request."""
+        return "export" if isinstance(self.request, ExportRequest) else self.request.kind
+
+    @property
+    def order(self) -> int:
+        """Position in the queue."""
+        rank = RANK[self.kind]
+        if isinstance(self.request, DiagramRequest) and self.request.slot != "live":
+            rank += 1
+        return self.place + OVERTAKEN * rank

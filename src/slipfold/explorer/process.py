@@ -1,0 +1,136 @@
+"""A worker process as the server sees it."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, field
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+from slipfold.explorer.job import Job
+from slipfold.explorer.worker import Reply, Task, run_worker
+from slipfold.models.model import Model
+
+__all__ = ["GRACE", "WorkerProcess"]
+
+GRACE = 2.0
+"""Seconds that a worker has to drop what has taken too long, before it is ended."""
+
+
+@dataclass(eq=False)
+class WorkerProcess:
+    """One worker process as the server sees it.
+
+    Parameters
+    ----------
+    index
+        Its place among the workers.
+    context
+        Makes processes.
+    given
+        A model beside the built-in ones.
+    heard
+        Called in the event loop with every reply.
+    ended
+        Called in the event loop when the process has ended.
+    job
+        What it computes now.
+    ready
+        Whether it has started up.
+    dropping
+        Whether it has been told to drop its job.
+    timer
+        Fires when the job takes too long.
+    """
+
+    index: int
+    context: Any
+    given: Model | None
+    heard: Callable[[WorkerProcess, Reply], None]
+    ended: Callable[[WorkerProcess], None]
+    job: Job | None = None
+    ready: bool = False
+    dropping: bool = False
+    timer: asyncio.TimerHandle | None = None
+    wanted: Any = field(init=False)
+    process: Any = field(init=False)
+    connection: Connection = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Start the process, and a thread that listens to it."""
+        self.connection, theirs = self.context.Pipe()
+        self.wanted = self.context.Value("q", 0, lock=False)
+        self.process = self.context.Process(
+            target=run_worker, args=(theirs, self.wanted, self.given), daemon=True
+        )
+        self.process.start()
+        theirs.close()
+        loop = asyncio.get_running_loop()
+        threading.Thread(target=self._listen, args=(loop,), daemon=True).start()
+
+    @property
+    def idle(self) -> bool:
+        """Whether it waits for a job."""
+        return self.ready and self.job is None
+
+    def give(self, job: Job) -> None:
+        """Let it compute a job.
+
+        Parameters
+        ----------
+        job
+            The job.
+        """
+        self.job = job
+        self.wanted.value = job.number
+        with suppress(OSError):  # it may just have ended: the listener will say so
+            self.connection.send(Task(job.number, job.request))
+
+    def drop(self) -> None:
+        """Let it drop its job at the next point of a branch."""
+        self.dropping = True
+        self.wanted.value = 0
+
+    def finish(self) -> None:
+        """Note that it has no job any more."""
+        self.job, self.dropping = None, False
+        if self.timer is not None:
+            self.timer.cancel()
+            self.timer = None
+
+    def kill(self) -> None:
+        """End it at once."""
+        self.process.kill()
+
+    def ask_to_stop(self) -> None:
+        """Let it end when it has dropped its job."""
+        self.wanted.value = 0
+        with suppress(OSError):
+            self.connection.send(None)
+
+    def end(self) -> None:
+        """Wait until it has ended; end it if it does not."""
+        self.process.join(GRACE)
+        if self.process.is_alive():
+            self.process.kill()
+            self.process.join()
+
+    def resident_bytes(self) -> int:
+        """Memory in use; 0 where the system does not tell."""
+        try:
+            pages = Path(f"/proc/{self.process.pid}/statm").read_text().split()[1]
+        except OSError:
+            return 0
+        return int(pages) * 4096
+
+    def _listen(self, loop: asyncio.AbstractEventLoop) -> None:
+        with suppress(EOFError, OSError):
+            while True:
+                reply = self.connection.recv()
+                loop.call_soon_threadsafe(self.heard, self, reply)
+        with suppress(RuntimeError):  # the event loop may have ended
+            loop.call_soon_threadsafe(self.ended, self)

@@ -1,0 +1,155 @@
+"""A worker process: computes one request at a time, and drops it when it is no longer wanted."""
+
+from __future__ import annotations
+
+import json
+import logging
+import signal
+import sys
+from multiprocessing.connection import Connection
+from typing import Any, NamedTuple
+
+from slipfold.errors import InputError
+from slipfold.explorer.answering import Answering
+from slipfold.explorer.catalogue import Catalogue
+from slipfold.explorer.messages import ExportRequest, ViewRequest
+from slipfold.models.model import Model
+
+__all__ = ["READY", "Reply", "Superseded", "Task", "run_worker"]
+
+READY = 0
+"""Number of the reply that says that the worker is ready."""
+
+DATA_BYTES = 2 * 2**30
+"""Most data memory of a worker in bytes: what asks for more fails, and not the machine."""
+
+
+class Task(NamedTuple):
+    """What a worker is given.
+
+    Parameters
+    ----------
+    number
+        Number of the job.
+    request
+        What is asked for.
+    """
+
+    number: int
+    request: ViewRequest | ExportRequest
+
+
+class Reply(NamedTuple):
+    """What a worker gives back.
+
+    Parameters
+    ----------
+    number
+        Number of the job.
+    body
+        JSON, or the file of an export.
+    last
+        Whether nothing more comes.
+    refused
+        Whether the body of an export is a sentence that says why there is none.
+    """
+
+    number: int
+    body: bytes
+    last: bool = True
+    refused: bool = False
+
+
+class Superseded(Exception):
+    """The request is no longer wanted."""
+
+
+def run_worker(connection: Connection, wanted: Any, given: Model | None) -> None:
+    """Compute until told to stop; the main function of a worker process.
+
+    Parameters
+    ----------
+    connection
+        Brings tasks, None at the end; takes replies.
+    wanted
+        Shared number of the job that is wanted.
+    given
+        A model beside the built-in ones.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the server says when to stop
+    _bound_memory()
+    answering = Answering(Catalogue(given))
+    answering.warm_up()
+    connection.send(Reply(READY, b""))
+    while True:
+        try:
+            task: Task | None = connection.recv()
+        except EOFError:
+            return  # the server is gone
+        if task is None:
+            return
+        try:
+            connection.send(_reply(answering, task, connection, wanted))
+        except (BrokenPipeError, ConnectionResetError):
+            return
+
+
+def _reply(answering: Answering, task: Task, connection: Connection, wanted: Any) -> Reply:
+    """Compute one task; return its last reply."""
+    number, request = task
+    held = b""
+
+    def check() -> None:
+        if wanted.value != number:
+            raise Superseded
+
+    def emit(view: dict[str, Any]) -> None:
+        nonlocal held
+        body = json.dumps(view, allow_nan=False, separators=(",", ":")).encode()
+        if view["done"]:
+            held = body
+        else:
+            connection.send(Reply(number, body, last=False))
+
+    try:
+        if isinstance(request, ExportRequest):
+            return Reply(number, answering.export(request, check))
+        answering.answer(request, emit, check)
+        return Reply(number, held)
+    except Superseded:
+        return Reply(number, b"")
+    except InputError as error:
+        return _failure(task, str(error))
+    except MemoryError:
+        return _failure(task, "the computation needs more memory than a worker may take")
+    except Exception as error:
+        logging.getLogger("slipfold.explorer").exception("a request failed: %r", request)
+        return _failure(
+            task,
+            f"this is a defect of slipfold ({type(error).__name__}: {error}); the terminal in "
+            "which slipfold explore runs says more",
+        )
+
+
+def _failure(task: Task, sentence: str) -> Reply:
+    request = task.request
+    if isinstance(request, ExportRequest):
+        return Reply(task.number, sentence.encode(), refused=True)
+    answer = {
+        "kind": request.kind,
+        "id": request.id,
+        "slot": request.slot,
+        "done": True,
+        "error": sentence,
+    }
+    return Reply(task.number, json.dumps(answer).encode())
+
+
+def _bound_memory() -> None:
+    if sys.platform == "win32":
+        return
+    import resource
+
+    hard = resource.getrlimit(resource.RLIMIT_DATA)[1]
+    most = DATA_BYTES if hard == resource.RLIM_INFINITY else min(hard, DATA_BYTES)
+    resource.setrlimit(resource.RLIMIT_DATA, (most, hard))
