@@ -68,6 +68,7 @@ from slipfold.models import TabulatedForce as TabulatedForce
 from slipfold.models import Unforced as Unforced
 from slipfold.models import built_in_models as built_in_models
 from slipfold.orbits import Extrema as Extrema
+from slipfold.orbits import OrbitCheck as OrbitCheck
 from slipfold.orbits import PeriodicOrbit as PeriodicOrbit
 from slipfold.orbits import periodic_orbit as periodic_orbit
 from slipfold.results import Diagram as Diagram
@@ -122,6 +123,7 @@ __all__ = [
     "ModulatedLoad",
     "MultiHarmonicForce",
     "Newton",
+    "OrbitCheck",
     "Output",
     "Parameter",
     "PeriodicOrbit",

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.event import Event
-from slipfold.branches.location import CLOSE, STILL
+from slipfold.branches.location import CLOSE
 from slipfold.branches.normal_form import normal_form
 from slipfold.branches.point import Point, corrected_point
 from slipfold.branches.search import Found
@@ -135,7 +135,7 @@ def _anew(problem: PeriodicProblem, point: Point) -> Point | None:
     None if that fails: nothing is known of the uncertainty then.
     """
     other, guess, row = problem.shifted(point.z, point.tangent)
-    correction = correct(other, guess, row, still=STILL)
+    correction = correct(other, guess, row)
     if not correction.converged:
         return None
     return corrected_point(other, correction, point.arclength)

@@ -15,9 +15,6 @@ from slipfold.orbits.shooting import Shooting
 
 __all__ = ["LostBranchError", "insert", "locate", "orbit_at"]
 
-STILL = 1e-9
-"""Located orbits: derivatives taken within this distance, ten times closer than on the way."""
-
 CLOSE = 1e-12
 """Arclength to which a zero is found; the parameter then is right to 1e-12 of the span."""
 
@@ -54,7 +51,7 @@ def orbit_at(curve: Shooting, known: Sequence[Point], arclength: float) -> Point
         If Newton's method fails there.
     """
     guess, row = hermite(well_spaced(known, arclength, arclength, POINTS), arclength)
-    correction = correct(curve, guess, row, still=STILL)
+    correction = correct(curve, guess, row)
     if not correction.converged:
         raise LostBranchError(correction.failure)
     return _placed(known, corrected_point(curve, correction, arclength))
@@ -200,7 +197,7 @@ class _Chord:
         """
         guess, _ = hermite(well_spaced(self._known, place, place, POINTS), place)
         guess = guess + (place - float((guess - self._a.z) @ self._row)) * self._row
-        correction = correct(self._curve, guess, self._row, still=STILL)
+        correction = correct(self._curve, guess, self._row)
         if not correction.converged:
             raise LostBranchError(correction.failure)
         point = corrected_point(self._curve, correction, place)

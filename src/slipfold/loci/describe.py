@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.location import STILL
 from slipfold.branches.point import Point, corrected_point
 from slipfold.branches.search import Found
 from slipfold.loci.locus import CODIMENSION_TWO, LocusPoint
@@ -120,7 +119,7 @@ def _uncertainty(problem: LocusProblem, found: Found) -> tuple[float, float]:
     """How far the point moves when orbit and derivatives are integrated anew with other steps."""
     point = found.point
     other, guess, row = problem.shifted(point.z, point.tangent)
-    correction = correct(other, guess, row, still=STILL)
+    correction = correct(other, guess, row)
     if not correction.converged:
         return np.inf, np.inf
     again = corrected_point(other, correction, point.arclength)

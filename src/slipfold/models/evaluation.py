@@ -102,8 +102,34 @@ class Evaluation:
         phase
             Time over the forcing period.
         """
+        return self.linear(model, state, np.asarray(phase))[1]
+
+    def linear(self, model: Model, states: Array, phases: Array) -> tuple[Array, Array]:
+        """Evaluate the rates and their derivatives at many states, in one call.
+
+        Parameters
+        ----------
+        model
+            Gives the parameter values.
+        states
+            Shape (..., n).
+        phases
+            Shape (...): time over the forcing period.
+
+        Returns
+        -------
+        rates : ndarray, shape (..., n)
+            Time derivatives of the states, per second.
+        jacobians : ndarray, shape (..., n, n)
+            Their derivatives with respect to the states.
+        """
         n = len(self._q)
-        return self._call(self._jacobian, model, state, np.asarray(phase)).reshape(n, n)
+        entries, function = self._linear
+        values = self._call(function, model, states, phases)
+        jacobians = np.zeros((*values.shape[1:], n * n))
+        jacobians[..., entries] = np.moveaxis(values[n:], 0, -1)
+        rates = np.moveaxis(values[:n], 0, -1)
+        return rates, jacobians.reshape(*values.shape[1:], n, n)
 
     # -- compiled functions, made when first needed ---------------------------------------------
 
@@ -120,19 +146,20 @@ class Evaluation:
         return self._compile(self._rate_expressions)
 
     @cached_property
-    def _jacobian(self) -> Any:
-        return self._compile(
-            [hy.diff(rate, state) for rate in self._rate_expressions for state in self._q.values()]
-        )
+    def _linear(self) -> tuple[NDArray[np.intp], Any]:
+        """Places of the Jacobian that are not always zero; rates and these entries, compiled."""
+        rates = [_as_expression(rate) for rate in self._rate_expressions]
+        states = list(self._q.values())
+        slopes = hy.diff_tensors(rates, diff_args=states, diff_order=1).jacobian.ravel()
+        zero = hy.expression(0.0)
+        entries = np.array([i for i, slope in enumerate(slopes) if slope != zero], dtype=np.intp)
+        return entries, self._compile([*rates, *slopes[entries]])
 
     def _compile(self, expressions: Sequence[Expression]) -> Any:
         # heyoka's own disk cache is unchecked and shared by all programs: keep out of it.
         hy.llvm_state.set_diskcache_enabled(False)
         arguments = [*self._q.values(), self._phase, *self._p.values()]
-        symbols = [
-            item if isinstance(item, hy.expression) else hy.expression(float(item))
-            for item in expressions
-        ]
+        symbols = [_as_expression(item) for item in expressions]
         return hy.cfunc(symbols, vars=arguments, compact_mode=True)
 
     def _call(self, function: Any, model: Model, states: Array, phases: Array) -> Array:
@@ -165,3 +192,7 @@ def evaluation_of(model: Model) -> Evaluation:
 @lru_cache(maxsize=64)
 def _shared_evaluation(kind: Kind) -> Evaluation:
     return Evaluation(kind.make())
+
+
+def _as_expression(value: Expression) -> Expression:
+    return value if isinstance(value, hy.expression) else hy.expression(float(value))

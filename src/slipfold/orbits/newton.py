@@ -14,8 +14,9 @@ __all__ = ["Correction", "correct"]
 
 Array = NDArray[np.float64]
 
-STILL = 1e-8
-"""Derivatives are those of the orbit once it has moved by less than this since they were taken."""
+STILL = 1e-10
+"""Derivatives are those of the orbit once it has moved by less than this since they were taken:
+multipliers, which may move a hundred times as far, are then right to 1e-8."""
 
 GROWTH = 10.0
 """A correction this many times the one before means divergence."""
@@ -78,7 +79,6 @@ def correct(
     row: Array,
     tolerance: float = 1e-10,
     iterations: int = 8,
-    still: float = STILL,
     reach: float = np.inf,
 ) -> Correction:
     """Find the orbit nearest a guess in the hyperplane through it.
@@ -95,8 +95,6 @@ def correct(
         Largest mismatch of an accepted orbit, in scaled states, measured on the result itself.
     iterations
         Linearisations before giving up.
-    still
-        Distance within which the derivatives count as those of the orbit.
     reach
         A first correction longer than this is given up at once.
     """
@@ -123,13 +121,16 @@ def correct(
             break
         z = z + step
         at_rounding = moved < ROUNDING and moved > 0.3 * previous
-        if moved <= still or at_rounding:
+        if moved <= STILL or at_rounding:
             mismatch = float(np.abs(problem.defect(z)).max()) * np.sqrt(problem.segments)
             if mismatch <= tolerance:
                 failure = ""
+                if moved > STILL:
+                    linearisation = problem.linearise(z)
+                    bordered, moved = linearisation.bordered(row), 0.0
                 break
         elif moved < CHORD:
-            z, moved = _chord_steps(problem, bordered, z, float(row @ (guess - z)), moved, still)
+            z, moved = _chord_steps(problem, bordered, z, float(row @ (guess - z)), moved)
     return Correction(
         z,
         linearisation,
@@ -148,7 +149,6 @@ def _chord_steps(
     z: Array,
     constraint: float,
     moved: float,
-    still: float,
 ) -> tuple[Array, float]:
     """Go on with the old derivatives, which cost a third of new ones, while that gains digits.
 
@@ -163,6 +163,6 @@ def _chord_steps(
         if length > CHORD_GAIN * moved:
             break
         z, moved, constraint = z + step, length, 0.0
-        if moved <= still:
+        if moved <= STILL:
             break
     return z, moved

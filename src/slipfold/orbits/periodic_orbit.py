@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from slipfold.flow import flow_of
 from slipfold.models.model import Model
+from slipfold.orbits.check import OrbitCheck, check_orbit
 from slipfold.orbits.extrema import Extrema, find_extrema
 from slipfold.orbits.uncertainty import multiplier_uncertainty
 
@@ -111,6 +112,27 @@ class PeriodicOrbit:
         constants = flow.constants(self.model.vector)
         values = flow.outputs(states, time / constants.period, constants)
         return time, values[:, flow.output_index(name)]
+
+    def check(self, tolerance: float = 1e-8) -> OrbitCheck:
+        """Compute the orbit again by collocation, which shares no code with what found it.
+
+        Parameters
+        ----------
+        tolerance
+            What is allowed of each difference: of states (scaled), duration and multipliers.
+
+        Returns
+        -------
+        OrbitCheck
+            The differences and the orbit by collocation; it prints as a sentence.
+
+        Examples
+        --------
+        >>> import slipfold as sf
+        >>> sf.periodic_orbit(sf.SlidingOscillator(f=12.5, Nd=0.05)).check().passed
+        True
+        """
+        return check_orbit(self, tolerance)
 
     @cached_property
     def multiplier_uncertainty(self) -> NDArray[np.float64]:

@@ -1,0 +1,233 @@
+"""Collocation of an orbit on a mesh that adapts itself until halving it changes nothing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.collocation.collocated_orbit import CollocatedOrbit
+from slipfold.collocation.condensation import Iterate
+from slipfold.collocation.gauss import gauss_points
+from slipfold.collocation.mesh import equidistribute, halve, uniform
+from slipfold.collocation.multipliers import cycle_multipliers, product_eigenvalues
+from slipfold.collocation.newton import Solution, solve
+from slipfold.collocation.reference import Reference, reference_of
+from slipfold.collocation.vector_field import VectorField
+from slipfold.models.model import Model
+
+__all__ = ["Collocated", "Guess", "collocate", "on_mesh"]
+
+Array = NDArray[np.float64]
+
+DEGREE = 6
+"""Gauss points an interval: errors at its ends fall with the 12th power of its length, so that
+1e-10 needs few intervals, and the blocks to be solved stay small."""
+
+INTERVALS = 16
+"""Intervals a forcing period to begin with."""
+
+LARGEST = 1024
+"""Intervals a forcing period at most."""
+
+TOLERANCE = 1e-10
+"""Difference to the result on half as many intervals, whose error is 2^12 times as large."""
+
+
+@dataclass(frozen=True, eq=False)
+class Guess:
+    """A periodic function near the orbit.
+
+    Parameters
+    ----------
+    period
+        Period of the orbit in units of phase.
+    samples
+        Scaled states at equidistant phases, shape (count, n).
+    time
+        Seconds in a unit of phase.
+    """
+
+    period: int
+    samples: Array
+    time: float
+
+    def on(self, edges: Array, degree: int) -> Iterate:
+        """Interpolate to a mesh.
+
+        Parameters
+        ----------
+        edges
+            Shape (N + 1,).
+        degree
+            Gauss points an interval.
+        """
+        from scipy.interpolate import CubicSpline
+
+        phases = np.linspace(0.0, self.period, len(self.samples) + 1)
+        closed = np.concatenate([self.samples, self.samples[:1]])
+        spline = CubicSpline(phases, closed, bc_type="periodic")
+        inside = edges[:-1, None] + np.diff(edges)[:, None] * gauss_points(degree).points
+        return Iterate(edges, spline(edges[:-1]), spline(inside), self.time)
+
+
+@dataclass(frozen=True, eq=False)
+class Collocated:
+    """The solution on one mesh with what follows from it.
+
+    Parameters
+    ----------
+    solution
+        What Newton's method came to.
+    multipliers
+        Shape (n,), largest modulus first.
+    """
+
+    solution: Solution
+    multipliers: NDArray[np.complex128]
+
+    def difference(self, other: Collocated) -> float:
+        """Return how far the result on twice as many intervals is from this one.
+
+        Parameters
+        ----------
+        other
+            The solution on the mesh of halved intervals.
+        """
+        coarse, fine = self.solution.iterate, other.solution.iterate
+        size = max(1.0, float(np.abs(other.multipliers).max()))
+        return max(
+            float(np.abs(coarse.nodes - fine.nodes[::2]).max()),
+            abs(coarse.time / fine.time - 1),
+            _distance(self.multipliers, other.multipliers) / size,
+        )
+
+
+def on_mesh(field: VectorField, guess: Iterate, reference: Reference) -> Collocated:
+    """Solve on one mesh.
+
+    Parameters
+    ----------
+    field
+        The right-hand side.
+    guess
+        Start, which brings the mesh.
+    reference
+        Settles what the equations leave open.
+    """
+    solution = solve(field, guess, reference)
+    if reference.rates is None:
+        return Collocated(solution, product_eigenvalues(solution.matrices))
+    iterate = solution.iterate
+    rates = field.linear(iterate.nodes, iterate.edges[:-1])[0]
+    trivial, others = cycle_multipliers(solution.matrices, rates)
+    larger = int(np.count_nonzero(np.abs(others) > 1))
+    return Collocated(solution, np.insert(others, larger, trivial))
+
+
+def collocate(
+    model: Model,
+    samples: Array,
+    period: int = 1,
+    *,
+    anchors: int = 8,
+    degree: int = DEGREE,
+    singular: bool = False,
+) -> CollocatedOrbit:
+    """Find the periodic orbit near a guess, and its multipliers.
+
+    Polynomials of degree m on each interval meet the equations at its m Gauss points (de Boor and
+    Swartz, SIAM Journal on Numerical Analysis 10 (1973) 582-606): the states at the edges, the
+    duration and the multipliers have errors of order 2 m. The mesh is adapted, then halved until
+    that no longer changes the result.
+
+    Parameters
+    ----------
+    model
+        The model; of an autonomous one a cycle is sought, and ``duration`` is the guess of the
+        duration of one round.
+    samples
+        States near the orbit at equidistant phases from zero, shape (count, n_states); the end of
+        the period is left out.
+    period
+        Period in forcing periods, or rounds of a cycle.
+    anchors
+        Number of equidistant phases at which states are wanted; must divide the count of samples.
+        The phase of a cycle is that of the guess in the mean over these.
+    degree
+        Gauss points m of an interval.
+    singular
+        Whether the orbit is at a fold or branch point, where the equations at fixed parameters
+        leave its position along the branch open: then it is that of the guess.
+
+    Returns
+    -------
+    CollocatedOrbit
+        The orbit; see its `converged`.
+
+    Examples
+    --------
+    >>> from slipfold.models import model_named
+    >>> angles = 2 * np.pi * np.arange(16)[:, None] / 16
+    >>> circle = np.hstack([np.cos(angles), np.sin(angles)])
+    >>> orbit = collocate(model_named("stuart-landau", r=1, w=1, duration=6), circle)
+    >>> round(orbit.duration / np.pi, 10)
+    2.0
+    """
+    field = VectorField(model)
+    guess = Guess(period, samples / field.scales, field.period)
+    reference = reference_of(field, guess.samples[:: len(samples) // anchors], singular)
+    edges = uniform(period, INTERVALS * period, anchors)
+    fine, best = on_mesh(field, guess.on(edges, degree), reference), np.inf
+    while True:
+        if fine.solution.converged:
+            edges = _adapted(field, fine, len(edges) - 1, anchors)
+        coarse = on_mesh(field, guess.on(edges, degree), reference)
+        edges = halve(edges)
+        fine = on_mesh(field, guess.on(edges, degree), reference)
+        both = coarse.solution.converged and fine.solution.converged
+        error = coarse.difference(fine) if both else np.inf
+        settled = error < TOLERANCE
+        stalled = both and error > best / 2
+        if settled or stalled or len(edges) > LARGEST * period:
+            return _as_orbit(fine, field, reference, period, error, settled)
+        best = error
+
+
+def _adapted(field: VectorField, collocated: Collocated, count: int, anchors: int) -> Array:
+    iterate = collocated.solution.iterate
+    slopes = iterate.time * field.linear(iterate.stages, iterate.phases)[0]
+    gauss = gauss_points(iterate.stages.shape[1])
+    return equidistribute(iterate.edges, slopes, gauss, count, anchors)
+
+
+def _as_orbit(
+    collocated: Collocated,
+    field: VectorField,
+    reference: Reference,
+    period: int,
+    error: float,
+    settled: bool,
+) -> CollocatedOrbit:
+    solution = collocated.solution
+    iterate = solution.iterate
+    states = iterate.nodes * field.scales
+    return CollocatedOrbit(
+        field.model,
+        period,
+        iterate.edges,
+        states,
+        states[reference.places(iterate.edges)],
+        iterate.time * period,
+        collocated.multipliers,
+        solution.mismatch,
+        error,
+        settled,
+    )
+
+
+def _distance(values: NDArray[np.complex128], others: NDArray[np.complex128]) -> float:
+    """Return the largest distance of one set of multipliers from the other."""
+    gaps = np.abs(values[:, None] - others[None, :])
+    return float(max(gaps.min(axis=0).max(), gaps.min(axis=1).max()))

@@ -1,0 +1,60 @@
+"""A periodic orbit as collocation finds it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.models.model import Model
+
+__all__ = ["CollocatedOrbit"]
+
+
+@dataclass(frozen=True, eq=False)
+class CollocatedOrbit:
+    """A periodic orbit by piecewise polynomials; frozen.
+
+    Parameters
+    ----------
+    model
+        The model; of a cycle, its ``duration`` is that of the guess.
+    period
+        Period in forcing periods, or rounds of a cycle.
+    edges
+        Phases at which the N intervals begin and end, shape (N + 1,).
+    states
+        States at the beginning of each interval, shape (N, n_states).
+    anchors
+        States at `period` * j / M, shape (M, n_states).
+    duration
+        Duration of the whole orbit in seconds.
+    multipliers
+        Floquet multipliers, largest modulus first, shape (n_states,); the one of a cycle's own
+        direction stands where the modulus falls below one.
+    mismatch
+        Largest violation of a collocation equation, in scaled states.
+    error
+        How much states at the edges (in scaled states), duration and multipliers (relative to the
+        larger of one and the largest) differ from those on a mesh of half as many intervals. Their
+        own error is smaller. Infinite where Newton's method did not converge.
+    converged
+        Whether that is within the tolerance.
+    """
+
+    model: Model
+    period: int
+    edges: NDArray[np.float64]
+    states: NDArray[np.float64]
+    anchors: NDArray[np.float64]
+    duration: float
+    multipliers: NDArray[np.complex128]
+    mismatch: float
+    error: float
+    converged: bool
+
+    def __post_init__(self) -> None:
+        """Lock the arrays."""
+        for values in (self.edges, self.states, self.anchors, self.multipliers):
+            values.setflags(write=False)

@@ -1,0 +1,80 @@
+"""An equilibrium and its multipliers from the equations alone, without any flow."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.collocation.collocated_orbit import CollocatedOrbit
+from slipfold.collocation.vector_field import VectorField
+from slipfold.models.model import Model
+
+__all__ = ["exact_equilibrium"]
+
+ITERATIONS = 20
+
+STILL = 1e-13
+"""Steps this short, in scaled states, are rounding."""
+
+SINGULAR = 1e-4
+"""Singular values below this share of the largest are not divided by at a fold."""
+
+CLOSED = 1e-9
+"""The state may change by this in the time of the multipliers, in scaled states."""
+
+
+def exact_equilibrium(
+    model: Model,
+    guess: NDArray[np.float64],
+    anchors: int,
+    period: int = 1,
+    *,
+    singular: bool = False,
+) -> CollocatedOrbit:
+    r"""Find the equilibrium near a guess; it needs no mesh.
+
+    Its multipliers over the time :math:`\tau` are :math:`e^{\lambda \tau}` with the eigenvalues
+    of the Jacobian.
+
+    Parameters
+    ----------
+    model
+        An autonomous model; ``duration`` is the time :math:`\tau`.
+    guess
+        State, shape (n_states,).
+    anchors
+        How many times the state is repeated in the result.
+    period
+        How many times :math:`\tau` the multipliers belong to.
+    singular
+        Whether it is at a fold or branch point: then its place along the branch is that of the
+        guess.
+    """
+    field = VectorField(model)
+    state, step = guess / field.scales, np.inf
+    zero = np.zeros(())
+    least = SINGULAR if singular else None
+    for _ in range(ITERATIONS):
+        rates, jacobian = field.linear(state, zero)
+        move = -np.linalg.lstsq(jacobian, rates, rcond=least)[0]
+        previous, step = step, float(np.abs(move).max())
+        state = state + move
+        if step < STILL or step > previous:
+            break
+    rates, jacobian = field.linear(state, zero)
+    duration = period * field.period
+    values = np.exp(np.linalg.eigvals(jacobian).astype(complex) * duration)
+    states = np.tile(state * field.scales, (anchors, 1))
+    mismatch = float(np.abs(rates).max() * duration)
+    return CollocatedOrbit(
+        model,
+        period,
+        np.linspace(0.0, period, anchors + 1),
+        states,
+        states.copy(),
+        duration,
+        values[np.argsort(-np.abs(values), kind="stable")],
+        mismatch,
+        step,
+        mismatch < CLOSED,
+    )

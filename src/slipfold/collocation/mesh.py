@@ -1,0 +1,96 @@
+"""Where the intervals of a collocated orbit end: the same error on each of them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.collocation.gauss import GaussPoints
+
+__all__ = ["equidistribute", "halve", "uniform"]
+
+Array = NDArray[np.float64]
+
+FLOOR = 0.1
+"""Density of the mesh where nothing happens, as a share of the mean: the estimate may miss what
+the mesh is too coarse to show."""
+
+NEAR = 0.4
+"""An edge nearer to an anchor than this share of an interval gives way to it."""
+
+
+def uniform(period: int, count: int, anchors: int) -> Array:
+    """Return the edges of equal intervals, shape (N + 1,).
+
+    Parameters
+    ----------
+    period
+        Period of the orbit in forcing periods.
+    count
+        Least number of intervals N, rounded up to a multiple of `anchors`.
+    anchors
+        Number of equidistant phases that must be edges.
+    """
+    return np.linspace(0.0, period, -(-count // anchors) * anchors + 1)
+
+
+def halve(edges: Array) -> Array:
+    """Return a mesh with each interval cut in two.
+
+    Parameters
+    ----------
+    edges
+        Shape (N + 1,).
+    """
+    return np.sort(np.concatenate([edges, (edges[:-1] + edges[1:]) / 2]))
+
+
+def equidistribute(
+    edges: Array, slopes: Array, gauss: GaussPoints, count: int, anchors: int
+) -> Array:
+    r"""Return a mesh on which the estimated error is the same on each interval.
+
+    The error on an interval of length h is :math:`h^{m + 1} |x^{(m + 1)}|` for polynomials of
+    degree m. Their highest derivative is constant on an interval; the next one is estimated from
+    how it differs between neighbours (de Boor 1973; Russell and Christiansen, SIAM Journal on
+    Numerical Analysis 15 (1978) 59-80).
+
+    Parameters
+    ----------
+    edges
+        Shape (N + 1,).
+    slopes
+        Derivatives of the scaled states at the Gauss points, shape (N, m, n).
+    gauss
+        The Gauss points.
+    count
+        Number of intervals wanted.
+    anchors
+        Number of equidistant phases that must be edges.
+
+    Returns
+    -------
+    ndarray, shape (N' + 1,)
+        Edges; N' is about `count`.
+    """
+    m = len(gauss.points)
+    lengths = np.diff(edges)
+    highest = np.einsum("k,ikn->in", gauss.highest, slopes) / lengths[:, None] ** (m - 1)
+    # The orbit is closed: the last interval is the neighbour of the first.
+    gaps = (lengths + np.roll(lengths, -1)) / 2
+    jumps = np.abs(np.roll(highest, -1, axis=0) - highest).max(axis=1) / gaps
+    density = np.maximum(jumps, np.roll(jumps, 1)) ** (1 / (m + 1))
+    mean = float(density @ lengths) / (edges[-1] - edges[0])
+    density = density + (FLOOR * mean if mean > 0 else 1.0)
+    cumulated = np.concatenate([[0.0], np.cumsum(density * lengths)])
+    shares = np.linspace(0.0, cumulated[-1], count + 1)
+    return _anchored(np.interp(shares, cumulated, edges), anchors)
+
+
+def _anchored(edges: Array, anchors: int) -> Array:
+    """Add the anchors, and take away edges of the mesh that come too near to them."""
+    kept = np.linspace(edges[0], edges[-1], anchors + 1)
+    inner = edges[1:-1]
+    spacing = np.minimum(np.diff(edges)[:-1], np.diff(edges)[1:])
+    distance = np.abs(inner[:, None] - kept[None, :]).min(axis=1)
+    return np.sort(np.concatenate([kept, inner[distance > NEAR * spacing]]))

@@ -1,0 +1,129 @@
+"""Floquet multipliers from the transition matrices of all intervals, small ones included."""
+
+from __future__ import annotations
+
+from functools import reduce
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["cycle_multipliers", "product_eigenvalues"]
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+BLOCKS = 16
+"""Factors that are kept apart. A product of more loses digits of small multipliers, one of fewer
+takes longer: the ratio of two multipliers is spread over as many factors."""
+
+SWEEPS = 60
+"""Sweeps at most; what they leave together has moduli within a factor of two."""
+
+GAP = 100.0
+"""Moduli this far apart are separated: what is left together loses two digits at most."""
+
+TINY = 1e-300
+"""Keeps logarithms finite."""
+
+SEPARATE = 1e-13
+"""Invariant subspaces are told apart once the basis turns by no more than this."""
+
+
+def product_eigenvalues(matrices: Array) -> Complex:
+    """Return the eigenvalues of a product of matrices, largest modulus first.
+
+    The product itself would bury the small ones under the rounding of the large ones. Simultaneous
+    iteration with a QR decomposition after every factor brings the product to block triangular
+    form, with a factor of each diagonal block from each matrix (periodic Schur form: Bojanczyk,
+    Golub and Van Dooren, SPIE 1770 (1992) 31-42).
+
+    Parameters
+    ----------
+    matrices
+        Factors, the one that acts first in front, shape (N, n, n).
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        NaN where a factor is not finite.
+
+    Examples
+    --------
+    >>> rotated = np.linalg.qr(np.array([[1.0, 2.0], [3.0, 1.0]]))[0]
+    >>> factor = rotated @ np.diag([1e-8, 1.0]) @ rotated.T
+    >>> product_eigenvalues(np.array([factor] * 4)).real * [1, 1e32]
+    array([1., 1.])
+    """
+    if not np.isfinite(matrices).all():
+        return np.full(matrices.shape[1], np.nan + 0j)
+    factors = [_product(part) for part in np.array_split(matrices, min(BLOCKS, len(matrices)))]
+    basis = _dominant_first(_product(np.array(factors)))
+    groups = [slice(None)]
+    for _ in range(SWEEPS):
+        start, triangles = basis, []
+        for factor in factors:
+            basis, triangle = np.linalg.qr(factor @ basis)
+            triangles.append(triangle)
+        turn = start.T @ basis
+        groups = _groups(turn)
+        growth = np.sum([np.log(np.abs(np.diag(item)) + TINY) for item in triangles], axis=0)
+        if all(np.ptp(growth[group]) < np.log(GAP) for group in groups):
+            break
+    values = [
+        np.linalg.eigvals(
+            turn[group, group] @ _product(np.array([item[group, group] for item in triangles]))
+        )
+        for group in groups
+    ]
+    found = np.concatenate(values).astype(complex)
+    return found[np.lexsort((-found.imag, -np.round(np.log(np.abs(found) + TINY), 10)))]
+
+
+def cycle_multipliers(matrices: Array, rates: Array) -> tuple[complex, Complex]:
+    """Return the multiplier of a cycle's own direction and the others.
+
+    The direction of motion is carried around the cycle. In bases that begin with it the transition
+    matrices are block triangular; the others are eigenvalues of what is left. So a fold, where
+    another multiplier meets this one, does not cost half of the digits.
+
+    Parameters
+    ----------
+    matrices
+        Transition matrices of the intervals, shape (N, n, n).
+    rates
+        Direction of motion at the beginning of each interval, shape (N, n).
+
+    Returns
+    -------
+    trivial : complex
+        One, but for the error of the discretisation.
+    others : ndarray, shape (n - 1,)
+        Largest modulus first.
+    """
+    n = rates.shape[1]
+    eye = np.broadcast_to(np.eye(n)[:, : n - 1], (len(rates), n, n - 1))
+    bases = np.linalg.qr(np.concatenate([rates[:, :, None], eye], axis=2))[0]
+    turned = np.roll(bases, -1, axis=0).transpose(0, 2, 1) @ matrices @ bases
+    return complex(np.prod(turned[:, 0, 0])), product_eigenvalues(turned[:, 1:, 1:])
+
+
+def _product(matrices: Array) -> Array:
+    return reduce(lambda product, matrix: matrix @ product, matrices)
+
+
+def _dominant_first(product: Array) -> Array:
+    """Return an orthonormal basis whose first vectors span the dominant eigenspaces."""
+    values, vectors = np.linalg.eig(product)
+    order = np.lexsort((values.imag < 0, -np.round(np.abs(values), 12)))
+    values, vectors = values[order], vectors[:, order]
+    real = np.where(values.imag < 0, vectors.imag, vectors.real)
+    # What depends on the others, in a defective matrix, is replaced by something that does not.
+    return np.linalg.qr(real + 1e-14 * np.eye(len(values)))[0]
+
+
+def _groups(turn: Array) -> list[slice]:
+    """Return the parts of the basis that span subspaces which are mapped into themselves."""
+    n = len(turn)
+    inner = [i for i in range(1, n) if np.abs(turn[i:, :i]).max() < SEPARATE]
+    return [slice(first, last) for first, last in pairwise([0, *inner, n])]

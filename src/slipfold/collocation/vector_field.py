@@ -1,0 +1,59 @@
+"""The right-hand side of a model at all collocation points, in scaled states."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.models.evaluation import evaluation_of
+from slipfold.models.model import Model
+
+__all__ = ["VectorField"]
+
+Array = NDArray[np.float64]
+
+
+class VectorField:
+    """Rates of the scaled states and their Jacobians, each many at a time.
+
+    Parameters
+    ----------
+    model
+        The model with its parameter values.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        self.scales = model.state_scales()
+        self.forced = model.forced
+        self._evaluation = evaluation_of(model)
+        self._ratios = self.scales[None, :] / self.scales[:, None]
+
+    @cached_property
+    def period(self) -> float:
+        """Forcing period in seconds, or the model's value of the duration of one round."""
+        return self._evaluation.period(self.model)
+
+    def linear(self, states: Array, phases: Array) -> tuple[Array, Array]:
+        """Evaluate rates and Jacobians.
+
+        Parameters
+        ----------
+        states
+            Scaled, shape (..., n).
+        phases
+            Time in forcing periods, shape (...).
+
+        Returns
+        -------
+        rates : ndarray, shape (..., n)
+            Of the scaled states, per second.
+        jacobians : ndarray, shape (..., n, n)
+            Their derivatives.
+        """
+        rates, jacobians = self._evaluation.linear(
+            self.model, states * self.scales, phases - np.floor(phases)
+        )
+        return rates / self.scales, jacobians * self._ratios

@@ -1,0 +1,141 @@
+"""An orbit computed again by a method that shares no code with the first."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.collocation import CollocatedOrbit, collocate, exact_equilibrium
+from slipfold.flow import flow_of
+
+if TYPE_CHECKING:
+    from slipfold.orbits.periodic_orbit import PeriodicOrbit
+
+__all__ = ["OrbitCheck", "check_orbit"]
+
+Complex = NDArray[np.complex128]
+
+SAMPLES = 128
+"""Samples a forcing period that make the guess; Newton's method does the rest."""
+
+REST = 1e-8
+"""Where the scaled states of an autonomous model change by less than this in a unit of phase, the
+orbit is an equilibrium."""
+
+SINGULAR = 1e-4
+"""With a multiplier this near to one, orbits a residual of 1e-12 apart differ by 1e-8 and more:
+then the equations are made regular as at a fold."""
+
+CLOSE = 1e-5
+"""Multipliers nearer than this may be one that is double. Each of two is then known to no more
+than the square root of the precision, their mean to all of it."""
+
+
+@dataclass(frozen=True, eq=False)
+class OrbitCheck:
+    """How far an orbit is from the same one by collocation; frozen.
+
+    Parameters
+    ----------
+    collocated
+        The orbit by collocation, with its mesh and multipliers.
+    states
+        Largest difference of the states at the orbit's nodes, in scaled states.
+    duration
+        Difference of the durations, as a share.
+    multipliers
+        Largest difference of the multipliers, as a share of the largest or of one; those that
+        coincide are compared by their mean.
+    tolerance
+        What is allowed of each.
+    """
+
+    collocated: CollocatedOrbit
+    states: float
+    duration: float
+    multipliers: float
+    tolerance: float
+
+    @property
+    def passed(self) -> bool:
+        """Whether collocation converged and every difference is within the tolerance."""
+        return self.collocated.converged and self._largest <= self.tolerance
+
+    @property
+    def _largest(self) -> float:
+        differences = [self.states, self.duration, self.multipliers, self.collocated.mismatch]
+        return float(np.max(differences))  # NaN if any is
+
+    def __str__(self) -> str:
+        """Say it in a sentence."""
+        found = self.collocated
+        differences = (
+            f"states differ by {self.states:.1e}, the duration by {self.duration:.1e}, "
+            f"multipliers by {self.multipliers:.1e}"
+        )
+        intervals = f"{len(found.edges) - 1} intervals"
+        if not found.converged:
+            return (
+                f"collocation did not settle on {intervals}, where halving them still changes "
+                f"{found.error:.1e}; {differences}"
+            )
+        verdict = "within" if self.passed else "not within"
+        return f"collocation on {intervals}: {differences}, {verdict} {self.tolerance:.0e}"
+
+
+def check_orbit(orbit: PeriodicOrbit, tolerance: float = 1e-8) -> OrbitCheck:
+    """Compute an orbit by collocation and compare.
+
+    Parameters
+    ----------
+    orbit
+        A periodic orbit or equilibrium.
+    tolerance
+        What is allowed of each difference.
+    """
+    model, anchors = orbit.model, len(orbit.nodes)
+    scales = model.state_scales()
+    distance = np.sort(np.abs(orbit.multipliers - 1))
+    if _rests(orbit):
+        singular = bool(distance[0] < SINGULAR)
+        found = exact_equilibrium(model, orbit.state, anchors, orbit.period, singular=singular)
+    else:
+        own = 0 if model.forced else 1  # one multiplier of a cycle is always one
+        singular = len(distance) > own and bool(distance[own] < SINGULAR)
+        _, samples = orbit.sample(SAMPLES * orbit.period)
+        found = collocate(model, samples, orbit.period, anchors=anchors, singular=singular)
+    size = max(1.0, float(np.abs(orbit.multipliers).max()))
+    return OrbitCheck(
+        found,
+        float(np.abs((found.anchors - orbit.nodes) / scales).max()),
+        abs(found.duration / orbit.duration - 1),
+        _difference(orbit.multipliers, found.multipliers) / size,
+        tolerance,
+    )
+
+
+def _rests(orbit: PeriodicOrbit) -> bool:
+    if orbit.model.forced:
+        return False
+    flow = flow_of(orbit.model)
+    constants = flow.constants(orbit.model.vector)
+    rates = flow.rates(orbit.nodes, np.zeros(len(orbit.nodes)), constants)
+    return bool(np.abs(rates / orbit.model.state_scales()).max() < REST)
+
+
+def _difference(values: Complex, others: Complex) -> float:
+    """Return the largest distance between multipliers and their counterparts."""
+    if not np.isfinite(others).all():
+        return np.nan
+    rest, distances = list(others), []
+    for value in values:
+        nearest = int(np.argmin(np.abs(np.array(rest) - _mean_near(value, values))))
+        distances.append(abs(_mean_near(rest.pop(nearest), others) - _mean_near(value, values)))
+    return float(max(distances))
+
+
+def _mean_near(value: complex, values: Complex) -> complex:
+    return complex(values[np.abs(values - value) < CLOSE].mean())

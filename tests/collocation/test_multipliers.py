@@ -1,0 +1,68 @@
+"""Eigenvalues of products whose moduli span more than the precision."""
+
+import numpy as np
+import pytest
+from scipy.linalg import block_diag
+
+from slipfold.collocation.multipliers import cycle_multipliers, product_eigenvalues
+
+
+def factors_of(blocks, count, seed):
+    """Factors with the given diagonal blocks in bases that turn from one to the next."""
+    rng = np.random.default_rng(seed)
+    n = sum(len(block) for block in blocks)
+    bases = [np.linalg.qr(rng.normal(size=(n, n)))[0] for _ in range(count)]
+    result = []
+    for j in range(count):
+        matrix = block_diag(*blocks)
+        owner = np.repeat(np.arange(len(blocks)), [len(block) for block in blocks])
+        above = owner[:, None] < owner[None, :]
+        matrix[above] = rng.normal(size=above.sum())
+        result.append(bases[(j + 1) % count] @ matrix @ bases[j].T)
+    return np.array(result)
+
+
+def test_small_multipliers_keep_their_digits():
+    values = np.array([3.0, 1.2, 0.5, 0.04])
+    factors = factors_of([np.array([[value]]) for value in values], 24, 1)
+    found = product_eigenvalues(factors)
+    assert found.imag == pytest.approx(0)
+    assert np.log(found.real) == pytest.approx(24 * np.log(values), rel=1e-11)
+    plain = np.linalg.eigvals(np.linalg.multi_dot(factors[::-1]))
+    assert abs(np.abs(plain).min() / values[-1] ** 24 - 1) > 1  # what the product itself gives
+
+
+@pytest.mark.parametrize("angle", [0.1, 1.0, 3.0])
+def test_pairs_keep_modulus_and_angle(angle):
+    def turn(size):
+        return size * np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+
+    found = product_eigenvalues(factors_of([turn(1.1), np.array([[0.7]]), turn(0.2)], 16, 2))
+    moduli = np.array([1.1, 1.1, 0.7, 0.2, 0.2]) ** 16
+    assert np.abs(found) == pytest.approx(moduli, rel=1e-10, abs=0)
+    exact = np.exp(16j * angle)
+    for value in found[[0, 3]]:
+        unit = value / abs(value)
+        assert min(abs(unit - exact), abs(unit - exact.conjugate())) < 1e-9
+
+
+def test_a_singular_factor_gives_a_zero():
+    factors = factors_of([np.array([[1.5]]), np.array([[0.8]])], 8, 3)
+    factors[3] = np.outer(factors[3][:, 0], [1.0, 0.5])
+    found = product_eigenvalues(factors)
+    assert abs(found[1]) < 1e-15
+    assert np.isfinite(found).all()
+
+
+def test_a_double_multiplier_of_a_cycle_keeps_its_digits():
+    # Where another multiplier meets the trivial one the matrix is defective.
+    rng = np.random.default_rng(4)
+    count = 12
+    bases = [np.linalg.qr(rng.normal(size=(3, 3)))[0] for _ in range(count)]
+    inner = [np.triu(rng.normal(size=(3, 3)), 1) + np.diag([1.0, 1.0, 0.3])] * count
+    matrices = np.array([bases[(j + 1) % count] @ inner[j] @ bases[j].T for j in range(count)])
+    rates = np.array([basis[:, 0] for basis in bases])
+    trivial, others = cycle_multipliers(matrices, rates)
+    assert trivial == pytest.approx(1, abs=1e-13)
+    assert others == pytest.approx([1.0, 0.3**12], rel=1e-12, abs=0)
+    assert np.abs(np.linalg.eigvals(np.linalg.multi_dot(matrices[::-1])) - 1).min() > 1e-10
