@@ -1,0 +1,311 @@
+/**
+ * The response diagram: curves, marks, the working point. plotly draws the curves; what follows the
+ * pointer lies above them and costs nothing to move.
+ */
+
+import { covers, fits, padded } from "./axis_range.js";
+import { escaped, factors, lineTraces, markTrace, marksOf } from "./diagram_traces.js";
+import { element } from "./dom.js";
+import { labelPlaces } from "./label_places.js";
+import { CONFIG, frame, layout, mapping } from "./plot_frame.js";
+import { axisTitle, display, formatted, withUnit } from "./quantities.js";
+import { colours, themeChanged } from "./theme.js";
+import { STATISTICS, inside } from "./view.js";
+import { crossings, nearestPlace } from "./working_point.js";
+
+const REACH = 14;
+const MOVED = 4;
+const KEY_STEPS = 200;
+
+export class DiagramPlot {
+  /** The element to put on the page. */
+  node = element("div", {
+    class: "plot", tabindex: "0", role: "group", "aria-describedby": "diagram-keys",
+    "aria-label": "Response diagram",
+  });
+  #canvas = element("div", { class: "plot-canvas" });
+  #cursor = element("div", { class: "cursor-line", hidden: true });
+  #chosen = element("div", { class: "place chosen", hidden: true });
+  #hovered = element("div", { class: "place hovered", hidden: true });
+  #tip = element("div", { class: "tip", hidden: true });
+  #session;
+  #drawn = null;
+  #sight = { key: "", y: [0, 1] };
+  #simulated = null;
+  #frame = 0;
+  #pressed = null;
+
+  /** @param {import("./session.js").Session} session */
+  constructor(session) {
+    this.#session = session;
+    this.node.append(this.#canvas, this.#cursor, this.#chosen, this.#hovered, this.#tip);
+    session.diagramArrived.subscribe(() => this.#schedule());
+    session.pinsChanged.subscribe(() => this.#schedule());
+    session.placeChanged.subscribe(() => this.#place());
+    session.store.changed.subscribe(({ view, before }) => {
+      if (view.zoom !== before.zoom) this.#schedule();
+      if (view.model !== before.model) this.#simulated = null;
+      this.#place();
+    });
+    themeChanged.subscribe(() => this.#schedule());
+    new ResizeObserver(() => this.#schedule()).observe(this.node);
+    this.#listen();
+  }
+
+  /**
+   * Show how a simulation went: one dot a period, at the working point.
+   * @param {{x: number, y: number[]}|null} points in SI units
+   */
+  simulated(points) {
+    this.#simulated = points;
+    this.#schedule();
+  }
+
+  /** The figure as plotly's data and layout, for a file: with a legend and on white. */
+  figure() {
+    const { diagram, names } = this.#drawn;
+    const traces = this.#traces(diagram, (name) => LIGHT[name] ?? "#000000");
+    for (const trace of traces) trace.showlegend = trace.mode === "lines" && trace.x.length > 0;
+    const sheet = structuredClone(this.#canvas.layout);
+    const axes = { gridcolor: LIGHT.grid, linecolor: LIGHT.axis, tickcolor: LIGHT.axis };
+    return {
+      data: traces,
+      layout: {
+        ...sheet, showlegend: names.length > 0, paper_bgcolor: "#ffffff", plot_bgcolor: "#ffffff",
+        font: { ...sheet.font, color: LIGHT.ink },
+        xaxis: { ...sheet.xaxis, ...axes }, yaxis: { ...sheet.yaxis, ...axes },
+      },
+    };
+  }
+
+  #schedule() {
+    if (this.#frame) return;
+    this.#frame = requestAnimationFrame(() => {
+      this.#frame = 0;
+      this.#draw();
+    });
+  }
+
+  async #draw() {
+    const { diagram, view } = this.#session;
+    if (!diagram || this.node.clientWidth === 0) return;
+    const size = [this.node.clientWidth, this.node.clientHeight];
+    const range = this.#ranges(diagram);
+    this.#drawn = { diagram, size, map: mapping(size, range.x, range.y), names: view.pins };
+    const colour = colours();
+    const title = { x: axisTitle(diagram.x), y: valueTitle(diagram.y) };
+    const sheet = layout(colour, { title: escaped(title.x), range: range.x },
+      { title: escaped(title.y), range: range.y }, size);
+    const plotted = window.Plotly.react(this.#canvas, this.#traces(diagram, colour), sheet, CONFIG);
+    this.#place();
+    await plotted;
+    this.#listenToPlot();
+    requestAnimationFrame(() => this.#painted(diagram));
+  }
+
+  /** Tell that a diagram is on the screen: those who measure or test wait for it. */
+  #painted({ id, draft = false }) {
+    this.node.dataset.drawn = id;
+    this.node.dataset.draft = draft;
+    this.node.dispatchEvent(new CustomEvent("painted", { detail: { id, draft } }));
+  }
+
+  #traces(diagram, colour) {
+    const { pins } = this.#session;
+    const paper = colour("panel");
+    const pinned = this.#session.view.pins.flatMap((pin, i) => {
+      const answer = pins.get(pin.id);
+      if (!answer) return [];
+      const tint = colour(`pin-${(i % 6) + 1}`);
+      const name = escaped(pin.name);
+      return [...lineTraces(answer, tint, name), markTrace(answer, tint, paper, [])];
+    });
+    const live = colour("live");
+    return [
+      ...pinned, ...this.#simulatedTraces(colour), ...lineTraces(diagram, live, "live"),
+      markTrace(diagram, live, paper, this.#positions(diagram)),
+    ];
+  }
+
+  #simulatedTraces(colour) {
+    const { x = 0, y = [] } = this.#simulated ?? {};
+    const [fx, fy] = factors(this.#session.diagram);
+    const tint = colour("simulation");
+    const opacity = y.map((_, i) => 0.15 + (0.6 * (i + 1)) / y.length);
+    const dots = { color: tint, size: 4, opacity };
+    const last = { color: tint, size: 9, symbol: "circle-open", line: { width: 2, color: tint } };
+    const trace = { type: "scatter", mode: "markers", hoverinfo: "skip", showlegend: false };
+    return [
+      { ...trace, x: y.map(() => x * fx), y: y.map((value) => value * fy), marker: dots },
+      { ...trace, x: y.slice(-1).map(() => x * fx), y: y.slice(-1).map((v) => v * fy), marker: last },
+    ];
+  }
+
+  #positions(diagram) {
+    const [fx, fy] = factors(diagram);
+    const { map, size } = this.#drawn;
+    const at = (x, y) => map.toPixel(x * fx, y * fy);
+    const texts = marksOf(diagram).map((mark) => ({ text: mark.text, at: at(mark.x, mark.y) }));
+    const lines = diagram.branches.map(({ x, y }) => x.map((value, i) => at(value, y[i])));
+    return labelPlaces(texts, lines, frame(size));
+  }
+
+  /** What the axes show: the zoom, or everything; while a slider moves they only grow. */
+  #ranges(diagram) {
+    const { view } = this.#session;
+    const [fx, fy] = factors(diagram);
+    if (view.zoom) return { x: view.zoom.x.map((v) => v * fx), y: view.zoom.y.map((v) => v * fy) };
+    const wanted = padded(this.#values(diagram)).map((value) => value * fy);
+    const key = JSON.stringify([view.model, view.vary, view.span, view.show, view.statistic]);
+    const { key: before, y } = this.#sight;
+    if (key !== before) this.#sight = { key, y: wanted };
+    else if (this.#session.store.isLive && !covers(y, wanted)) {
+      this.#sight.y = [Math.min(y[0], wanted[0]), Math.max(y[1], wanted[1])];
+    } else if (!this.#session.store.isLive && !fits(y, wanted)) this.#sight.y = wanted;
+    return { x: padded(view.span, 0.015).map((value) => value * fx), y: this.#sight.y };
+  }
+
+  *#values(diagram) {
+    for (const answer of [diagram, ...this.#session.pins.values()]) {
+      for (const branch of answer.branches) yield* branch.y;
+    }
+    yield* this.#simulated?.y ?? [];
+  }
+
+  /** Move what marks the working point. */
+  #place() {
+    if (!this.#drawn) return;
+    const { place, view } = this.#session;
+    const { diagram, size, map } = this.#drawn;
+    const [fx] = factors(diagram);
+    const box = frame(size);
+    const [x] = map.toPixel(view.parameters[view.vary] * fx, 0);
+    const isSeen = x >= box.left - 1 && x <= box.left + box.width + 1;
+    this.#cursor.hidden = !isSeen;
+    this.#cursor.style.transform = `translateX(${x}px)`;
+    this.#cursor.style.top = `${box.top}px`;
+    this.#cursor.style.height = `${box.height}px`;
+    this.#put(this.#chosen, place);
+  }
+
+  #put(mark, place) {
+    const { diagram, map } = this.#drawn;
+    const [fx, fy] = factors(diagram);
+    const [x, y] = place ? map.toPixel(place.x * fx, place.y * fy) : [0, 0];
+    mark.hidden = !place || !map.isInside(x, y);
+    mark.style.transform = `translate(${x}px, ${y}px)`;
+    return [x, y];
+  }
+
+  #listen() {
+    this.node.addEventListener("pointermove", (event) => this.#point(event));
+    this.node.addEventListener("pointerleave", () => this.#hover(null));
+    this.node.addEventListener("pointerdown", (event) => {
+      this.#pressed = [event.clientX, event.clientY];
+    }, true);
+    this.node.addEventListener("click", (event) => this.#click(event), true);
+    this.node.addEventListener("keydown", (event) => this.#key(event));
+  }
+
+  #listenToPlot() {
+    if (this.#canvas.dataset.listening) return;
+    this.#canvas.dataset.listening = "true";
+    this.#canvas.on("plotly_relayout", (change) => this.#zoomed(change));
+    this.#canvas.on("plotly_doubleclick", () => this.#zoom(null));
+  }
+
+  #zoomed(change) {
+    const { x, y } = this.#canvas.layout ? ranges(this.#canvas.layout) : {};
+    if (!Object.keys(change).some((key) => /^[xy]axis\.range/.test(key))) return;
+    const [fx, fy] = factors(this.#drawn.diagram);
+    this.#zoom({ x: x.map((value) => value / fx), y: y.map((value) => value / fy) });
+  }
+
+  #zoom(zoom) {
+    this.#session.store.commit({ ...this.#session.view, zoom });
+  }
+
+  #placeAt(event) {
+    if (!this.#drawn || event.buttons > 0) return null;
+    const { diagram, map } = this.#drawn;
+    const box = this.node.getBoundingClientRect();
+    const point = [event.clientX - box.left, event.clientY - box.top];
+    if (!map.isInside(...point)) return null;
+    const [fx, fy] = factors(diagram);
+    return nearestPlace(diagram, (x, y) => map.toPixel(x * fx, y * fy), point, REACH);
+  }
+
+  #point(event) {
+    this.#hover(this.#placeAt(event));
+  }
+
+  #hover(place) {
+    if (!this.#drawn) return;
+    const wasHovering = !this.#hovered.hidden;
+    const [x, y] = this.#put(this.#hovered, place);
+    this.#tip.hidden = !place;
+    this.node.classList.toggle("on-curve", Boolean(place));
+    if (place) {
+      this.#tip.textContent = this.#describe(place);
+      const isRight = x > this.node.clientWidth / 2;
+      this.#tip.style.transform = `translate(${x}px, ${y}px) translate(${isRight ? "calc(-100% - 14px)" : "14px"}, -120%)`;
+    }
+    if (place || wasHovering) this.#session.hover(place);
+  }
+
+  #describe(place) {
+    const { diagram } = this.#drawn;
+    const at = `${diagram.x.label} = ${withUnit(diagram.x, place.x)}`;
+    const y = display(diagram.y);
+    const value = `${valueTitle(diagram.y)} = ${formatted(place.y * y.factor)}`;
+    const kind = place.kind === "stable" ? "stable" : `unstable: ${place.kind}`;
+    return `${at}\n${value}\nperiod ${place.period}, ${kind}`;
+  }
+
+  #click(event) {
+    const start = this.#pressed ?? [event.clientX, event.clientY];
+    if (Math.hypot(event.clientX - start[0], event.clientY - start[1]) > MOVED) return;
+    const place = this.#placeAt(event);
+    if (place) this.#session.choose(place);
+  }
+
+  #key(event) {
+    const { view, place, diagram, store } = this.#session;
+    if (!diagram || event.ctrlKey || event.metaKey || event.altKey) return;
+    const [a, b] = view.span;
+    const step = ((b - a) / KEY_STEPS) * (event.shiftKey ? 10 : 1);
+    const value = view.parameters[view.vary];
+    const moved = { ArrowLeft: value - step, ArrowRight: value + step, Home: a, End: b }[event.key];
+    if (moved !== undefined) {
+      const parameters = { ...view.parameters, [view.vary]: inside(moved, view.span) };
+      store.commit({ ...view, parameters });
+    } else if (["ArrowUp", "ArrowDown"].includes(event.key)) {
+      const places = crossings(diagram, value).sort((p, q) => p.y - q.y);
+      const here = places.findIndex((p) => p.branch === place?.branch && p.y === place.y);
+      const next = places[here + (event.key === "ArrowUp" ? 1 : -1)];
+      if (next) this.#session.choose(next);
+    } else return;
+    event.preventDefault();
+  }
+}
+
+/** Colours of figures that go into files. */
+const LIGHT = {
+  ink: "#1a1c20", panel: "#ffffff", live: "#0d0887", grid: "#ececea", axis: "#55585e",
+  simulation: "#00695c", "pin-1": "#a72197", "pin-2": "#d8576b", "pin-3": "#f0843c",
+  "pin-4": "#6400a7", "pin-5": "#4d7a86", "pin-6": "#8a6d1b",
+};
+
+/** The title of the ordinate, e.g. `max |x/L|`. */
+export function valueTitle(quantity) {
+  const words = STATISTICS[quantity.statistic];
+  const { unit } = display(quantity);
+  const text = words.includes("|·|")
+    ? words.replace("|·|", `|${quantity.label}|`)
+    : `${words} ${quantity.label}`;
+  return unit ? `${text} (${unit})` : text;
+}
+
+function ranges({ xaxis, yaxis }) {
+  return { x: xaxis.range.map(Number), y: yaxis.range.map(Number) };
+}

@@ -1,0 +1,56 @@
+/** Handing things out: downloads and the clipboard. */
+
+/**
+ * Save something as a file.
+ * @param {Blob} blob
+ * @param {string} name
+ */
+export function download(blob, name) {
+  const address = URL.createObjectURL(blob);
+  const link = document.createElement("a");
+  link.href = address;
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(address), 10_000);
+}
+
+/**
+ * Put text on the clipboard.
+ * @param {string} text
+ * @returns {Promise<boolean>} whether it is there
+ */
+export async function copy(text) {
+  try {
+    await navigator.clipboard.writeText(text);
+    return true;
+  } catch {
+    return false;
+  }
+}
+
+/**
+ * Ask the server for a view in another form.
+ * @param {object} view the request that made it
+ * @param {"python"|"toml"|"csv"|"nc"} format
+ * @returns {Promise<Response>}
+ * @throws {Error} with the server's sentence
+ */
+export async function exported(view, format) {
+  const response = await fetch("/api/export", {
+    method: "POST",
+    headers: { "Content-Type": "application/json" },
+    body: JSON.stringify({ view: { id: 0, ...view }, format }),
+  });
+  if (!response.ok) throw new Error(await sentenceOf(response));
+  return response;
+}
+
+async function sentenceOf(response) {
+  const text = await response.text();
+  try {
+    const { error, detail } = JSON.parse(text);
+    return [error, detail].find((part) => typeof part === "string") ?? text;
+  } catch {
+    return text;
+  }
+}

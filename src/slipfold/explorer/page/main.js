@@ -1,0 +1,156 @@
+/** The page: puts its parts together and starts them. */
+
+import { addressOf, viewOf } from "./address.js";
+import { Announcer } from "./announcer.js";
+import { Connection } from "./connection.js";
+import { DiagramControls } from "./diagram_controls.js";
+import { DiagramPlot } from "./diagram_plot.js";
+import { element } from "./dom.js";
+import { ExportMenu } from "./export_menu.js";
+import { OrbitPanel } from "./orbit_panel.js";
+import { ParameterPanel } from "./parameter_panel.js";
+import { Pins } from "./pins.js";
+import { PlaneControls } from "./plane_controls.js";
+import { PlanePlot } from "./plane_plot.js";
+import { PlaneSwitch } from "./plane_switch.js";
+import { Session } from "./session.js";
+import { Simulation } from "./simulation.js";
+import { SimulationPanel } from "./simulation_panel.js";
+import { SpecialPoints } from "./special_points.js";
+import { StatusLine } from "./status_line.js";
+import { pictureOf, sheetOf } from "./svg_file.js";
+import { TextDialog } from "./text_dialog.js";
+import { apply, colours } from "./theme.js";
+import { Toolbar } from "./toolbar.js";
+import { TOLD_OF, Tour, isFirstVisit } from "./tour.js";
+import { diagramRequest, initialView, planeRequest } from "./view.js";
+
+const PICTURE_SCALE = 2;
+
+start();
+
+async function start() {
+  apply();
+  forgetToken();
+  const response = await fetch("/api/models");
+  if (!response.ok) {
+    document.getElementById("page").replaceChildren(
+      element("p", { class: "notice failure", role: "alert" }, await response.text()));
+    return;
+  }
+  build(await response.json());
+}
+
+/** The token has done its work; it must not stay in the address that people copy. */
+function forgetToken() {
+  const address = new URL(location.href);
+  address.searchParams.delete("token");
+  history.replaceState(null, "", address);
+}
+
+function build(models) {
+  const given = viewOf(location.hash.slice(1), models);
+  const socket = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws`;
+  const connection = new Connection(socket);
+  const session = new Session(models, given ?? initialView(models[0]), connection);
+  const status = new StatusLine(session);
+  const dialog = new TextDialog();
+  const announcer = new Announcer(session);
+  const say = (sentence) => status.say(sentence);
+  const diagram = new DiagramPlot(session);
+  const orbits = new OrbitPanel(session);
+  const plane = new PlanePlot(session);
+  const simulation = new Simulation(session);
+  const tour = new Tour(session, { simulation });
+  const page = { dialog, say };
+  const menus = {
+    diagram: new ExportMenu("diagram", {
+      request: () => session.diagram && diagramRequest(session.view),
+      picture: (format) => plotted(diagram, format),
+    }, page),
+    plane: new ExportMenu("plane", {
+      request: () => session.view.plane && planeRequest(session.view),
+      picture: (format) => plotted(plane, format),
+    }, page),
+    orbit: new ExportMenu("orbit", {
+      request: () => orbits.shown?.request ?? null,
+      picture: (format) => drawn(orbits, format),
+    }, page),
+    simulation: new ExportMenu("simulation", {
+      request: () => simulation.request ?? null,
+      picture: (format) => plotted(diagram, format),
+    }, page),
+  };
+  const planeControls = new PlaneControls(session);
+  const planeSwitch = new PlaneSwitch(session);
+  const panels = {
+    parameters: panel("parameters", "Parameters", [], new ParameterPanel(session).node),
+    diagram: panel("diagram", "Response", [new Pins(session).node, planeSwitch.node, menus.diagram.node],
+      new DiagramControls(session).node, diagram.node, new SpecialPoints(session).node, keyHelp()),
+    plane: panel("plane", "Plane", [menus.plane.node],
+      planeControls.node, plane.node, planeControls.progress),
+    orbit: panel("orbit", "Orbit", [orbits.title, menus.orbit.node], orbits.node),
+    simulation: panel("simulation", "Simulation", [menus.simulation.node],
+      new SimulationPanel(session, simulation, diagram, orbits).node),
+  };
+  const main = element("main", {}, panels.diagram, panels.plane, panels.orbit, panels.simulation);
+  document.getElementById("page").replaceChildren(
+    new Toolbar(session, { status, tour }).node, status.notices, panels.parameters, main,
+    tour.node, dialog.node, announcer.node);
+  const showPlane = () => {
+    panels.plane.hidden = !session.view.plane;
+    main.classList.toggle("no-plane", !session.view.plane);
+  };
+  showPlane();
+  session.store.changed.subscribe(showPlane);
+  keepAddress(session);
+  connection.open();
+  session.start();
+  if (!given && isFirstVisit() && session.view.model === TOLD_OF) tour.start();
+}
+
+function panel(id, title, tools, ...children) {
+  const heading = `${id}-heading`;
+  return element("section", { class: "panel", id, "aria-labelledby": heading },
+    element("div", { class: "panel-head" }, element("h2", { id: heading }, title), ...tools),
+    ...children);
+}
+
+function keyHelp() {
+  return element("p", { class: "unseen", id: "diagram-keys" },
+    "Left and right arrow keys move the working point, up and down change the branch.");
+}
+
+/** The address follows the view, and the view an address that is typed or pasted. */
+function keepAddress(session) {
+  let written = "";
+  const write = ({ live }) => {
+    if (live) return;
+    written = addressOf(session.view, session.model);
+    history.replaceState(null, "", `#${written}`);
+  };
+  session.store.changed.subscribe(write);
+  window.addEventListener("hashchange", () => {
+    const text = location.hash.slice(1);
+    const view = text === written ? null : viewOf(text, session.models);
+    if (view) session.store.commit(view);
+  });
+}
+
+async function plotted(plot, format) {
+  const { data, layout } = plot.figure();
+  const { width, height } = layout;
+  const scale = format === "png" ? PICTURE_SCALE : 1;
+  const address = await window.Plotly.toImage({ data, layout }, { format, width, height, scale });
+  if (format === "svg") {
+    const text = decodeURIComponent(address.slice(address.indexOf(",") + 1));
+    return new Blob([text], { type: "image/svg+xml" });
+  }
+  const bytes = Uint8Array.from(atob(address.slice(address.indexOf(",") + 1)), (c) => c.charCodeAt(0));
+  return new Blob([bytes], { type: "image/png" });
+}
+
+async function drawn(orbits, format) {
+  const sheet = sheetOf(orbits.drawings, colours()("panel"));
+  return format === "svg" ? new Blob([sheet.text], { type: "image/svg+xml" }) : pictureOf(sheet);
+}

@@ -1,0 +1,147 @@
+/** One orbit in all its pictures, at one moment. */
+
+import { Cursor } from "./cursor.js";
+import { element, icon } from "./dom.js";
+import { Mechanism } from "./mechanism.js";
+import { orbitPlots } from "./orbit_plots.js";
+import { PhaseAnimation } from "./phase_animation.js";
+import { formatted, withUnit } from "./quantities.js";
+
+const PLAY = "M4 2.5v11l9-5.5z";
+const PAUSE = "M4 3h3v10H4zM9 3h3v10H9z";
+const calm = window.matchMedia("(prefers-reduced-motion: reduce)");
+
+export class OrbitPanel {
+  cursor = new Cursor();
+  /** Which orbit it is, in words. */
+  title = element("p", { class: "orbit-title", id: "orbit-title" });
+  /** The element to put on the page. */
+  node;
+  #session;
+  #orbit = null;
+  #plots = orbitPlots((phase) => this.#scrub(phase));
+  #mechanism = new Mechanism();
+  #portrait = new PhaseAnimation();
+  #stage = element("div", { class: "stage" });
+  #grid = element("div", { class: "smalls" }, ...this.#plots.map(({ plot }) => plot.node));
+  #play = element("button", { type: "button", class: "round", on: { click: () => this.#toggle() } });
+  #phase = element("input", {
+    type: "range", min: "0", max: "1", step: "0.001", class: "phase", "aria-label": "Moment in the orbit",
+    on: { input: () => this.#scrub(Number(this.#phase.value)) },
+  });
+  #speed = element("input", {
+    type: "range", min: "-1.5", max: "2.6", step: "0.05", class: "speed", "aria-label": "Slow motion",
+    on: { input: () => this.#slow() },
+  });
+  #factor = element("output", { class: "factor" });
+
+  /** @param {import("./session.js").Session} session */
+  constructor(session) {
+    this.#session = session;
+    const controls = element("div", { class: "player" }, this.#play, this.#phase,
+      element("label", {}, element("span", {}, "slow motion"), this.#speed), this.#factor);
+    this.node = element("div", { class: "orbit" },
+      element("div", { class: "stage-column" }, this.#stage, controls), this.#grid);
+    this.cursor.moved.subscribe((phase) => this.#point(phase));
+    this.cursor.toggled.subscribe((plays) => this.#playing(plays));
+    this.#playing(false);
+    session.orbitArrived.subscribe((arrived) => (arrived ? this.#show(arrived) : this.#none()));
+    calm.addEventListener("change", () => calm.matches && this.cursor.pause());
+  }
+
+  /** The orbit shown: the server's answer, the view it belongs to and its request. */
+  get shown() {
+    return this.#orbit;
+  }
+
+  /** The drawings of all pictures that are seen, for a file. */
+  get drawings() {
+    const seen = this.#plots.map(({ plot }) => plot).filter(({ node }) => !node.hidden);
+    return [this.#stageOf(this.#orbit.answer).drawing, ...seen.map(({ drawing }) => drawing)];
+  }
+
+  #show({ answer, place, view, request }) {
+    const isFirst = this.#orbit === null;
+    const { model } = this.#session;
+    const quantity = (name) => this.#session.quantity(name);
+    this.#orbit = { answer, quantity, isForced: model.forced, view, request };
+    this.cursor.adopt(answer.t.at(-1) - answer.t[0], model.forced ? answer.period : 1);
+    const stage = this.#stageOf(answer);
+    if (stage.node.parentNode !== this.#stage) this.#stage.replaceChildren(stage.node);
+    stage.adopt(answer, parametersOf(view, answer), quantity);
+    for (const picture of this.#plots) {
+      const isSeen = picture.fits(this.#orbit);
+      picture.plot.node.hidden = !isSeen;
+      if (isSeen) picture.draw(this.#orbit);
+    }
+    this.node.classList.remove("empty");
+    this.title.textContent = titleOf(answer, place, this.#session.quantity(view.vary), model.forced);
+    this.#point(this.cursor.phase);
+    this.#slowness();
+    if (isFirst && !calm.matches) this.cursor.play();
+    this.node.dataset.drawn = answer.value;
+    this.node.dataset.period = answer.period;
+  }
+
+  #none() {
+    const { view } = this.#session;
+    const parameter = this.#session.quantity(view.vary);
+    const value = withUnit(parameter, view.parameters[view.vary]);
+    this.title.textContent =
+      `No branch of the diagram reaches ${parameter.label ?? parameter.name} = ${value}; move it or widen the span.`;
+    this.node.classList.add("empty");
+  }
+
+  #stageOf(answer) {
+    return answer.mechanism ? this.#mechanism : this.#portrait;
+  }
+
+  #point(phase) {
+    if (!this.#orbit) return;
+    this.#phase.value = String(phase);
+    this.#stageOf(this.#orbit.answer).show(phase);
+    for (const picture of this.#plots) {
+      if (!picture.plot.node.hidden) picture.point(this.#orbit, phase);
+    }
+  }
+
+  #scrub(phase) {
+    this.cursor.pause();
+    this.cursor.set(Math.min(Math.max(phase, 0), 0.9999));
+  }
+
+  #toggle() {
+    if (this.cursor.isPlaying) this.cursor.pause();
+    else this.cursor.play();
+  }
+
+  #playing(plays) {
+    this.#play.replaceChildren(icon(plays ? PAUSE : PLAY));
+    this.#play.setAttribute("aria-label", plays ? "Pause the motion" : "Play the motion");
+    this.#play.setAttribute("aria-pressed", String(plays));
+  }
+
+  #slow() {
+    this.cursor.slowness = 10 ** Number(this.#speed.value);
+    this.#slowness();
+  }
+
+  #slowness() {
+    this.#speed.value = String(Math.log10(this.cursor.slowness));
+    this.#factor.textContent = `1 : ${formatted(this.cursor.slowness, 2)}`;
+    this.#speed.setAttribute("aria-valuetext", `${formatted(this.cursor.slowness, 2)} times slower`);
+  }
+}
+
+function parametersOf(view, answer) {
+  return { ...view.parameters, [view.vary]: answer.value ?? view.parameters[view.vary] };
+}
+
+function titleOf(answer, place, vary, isForced) {
+  const at = `${vary.label ?? vary.name} = ${withUnit(vary, answer.value ?? place.x)}`;
+  const kind = answer.stable ? "stable" : "unstable";
+  const size = `largest multiplier ${formatted(Math.max(0, ...answer.multipliers.map(([re, im]) => Math.hypot(re, im))), 4)}`;
+  const what = answer.duration === 0 || answer.t.length < 3 ? "equilibrium" :
+    isForced ? `period ${answer.period}` : `cycle of ${formatted(answer.t.at(-1) - answer.t[0])} s`;
+  return `${at}: ${what}, ${kind}; ${size}`;
+}

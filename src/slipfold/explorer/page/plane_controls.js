@@ -1,0 +1,104 @@
+/** Which two parameters the plane has, and from where to where. */
+
+import { spanOf } from "./address.js";
+import { Choice } from "./choice.js";
+import { element } from "./dom.js";
+import { display, plain } from "./quantities.js";
+
+const AXES = { x: "Across", y: "Up" };
+
+export class PlaneControls {
+  /** The element to put on the page. */
+  node = element("div", { class: "sentence" });
+  /** What the server is doing, in words. */
+  progress = element("div", { class: "progress" });
+  #session;
+  #rows;
+  #words = element("span", { role: "status" });
+  #stop = element("button", {
+    type: "button", class: "quiet", hidden: true, on: { click: () => this.#cancel() },
+  }, "Stop");
+  #again = element("button", {
+    type: "button", class: "quiet", hidden: true, on: { click: () => this.#session.computePlane() },
+  }, "Compute");
+
+  /** @param {import("./session.js").Session} session */
+  constructor(session) {
+    this.#session = session;
+    this.#rows = Object.entries(AXES).map(([axis, label]) => this.#row(axis, label));
+    this.node.append(...this.#rows.flatMap(({ nodes }) => nodes));
+    this.progress.append(this.#words, this.#stop, this.#again);
+    session.store.changed.subscribe(() => this.#refresh());
+    session.planeChanged.subscribe((change) => this.#changed(change));
+    session.failed.subscribe(({ kind, sentence }) => kind === "plane" && sentence && this.#idle(""));
+    this.#refresh();
+  }
+
+  #row(axis, label) {
+    const choice = new Choice(label, (name) => this.#choose(axis, name));
+    const bounds = [0, 1].map((i) => element("input", {
+      type: "number", step: "any", class: "bound",
+      "aria-label": `${label} ${i === 0 ? "from" : "to"}`,
+      on: { change: (event) => this.#bounded(axis, i, event.target) },
+    }));
+    const unit = element("span", { class: "unit" });
+    const group = element("span", { class: "axis-choice" }, choice.node, bounds[0],
+      element("span", {}, "to"), bounds[1], unit);
+    return { axis, choice, bounds, unit, nodes: [group] };
+  }
+
+  #refresh() {
+    const { view, model } = this.#session;
+    if (!view.plane) return;
+    const options = model.parameters.map(({ name, label, doc }) =>
+      ({ value: name, text: label ?? name, title: doc }));
+    for (const { axis, choice, bounds, unit } of this.#rows) {
+      const { name, span } = view.plane[axis];
+      const shown = display(this.#session.quantity(name));
+      choice.show(options, name);
+      bounds.forEach((input, i) => { input.value = plain(span[i] * shown.factor, 6); });
+      unit.textContent = shown.unit;
+    }
+  }
+
+  #choose(axis, name) {
+    const { view, model } = this.#session;
+    const other = axis === "x" ? "y" : "x";
+    const next = { ...view.plane, [axis]: { name, span: spanOf(model, name) } };
+    if (view.plane[other].name === name) next[other] = view.plane[axis];
+    this.#commit(next);
+  }
+
+  #bounded(axis, index, input) {
+    const { plane } = this.#session.view;
+    const { factor } = display(this.#session.quantity(plane[axis].name));
+    const span = [...plane[axis].span];
+    span[index] = Number(input.value) / factor;
+    if (input.value === "" || !(span[0] < span[1])) this.#refresh();
+    else this.#commit({ ...plane, [axis]: { ...plane[axis], span } });
+  }
+
+  #commit(plane) {
+    this.#session.store.commit({ ...this.#session.view, plane });
+  }
+
+  #changed({ answer, progress, stale }) {
+    if (answer) this.#idle("");
+    else if (!stale || !this.#session.store.isLive) {
+      this.#words.textContent = progress ?? "Computing the bifurcation set…";
+      this.#stop.hidden = false;
+      this.#again.hidden = true;
+    }
+  }
+
+  #idle(text) {
+    this.#words.textContent = text;
+    this.#stop.hidden = true;
+    this.#again.hidden = text === "";
+  }
+
+  #cancel() {
+    this.#session.requests.cancel("plane");
+    this.#idle("Stopped; the bifurcation set belongs to other values.");
+  }
+}

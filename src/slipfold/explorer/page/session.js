@@ -1,0 +1,202 @@
+/**
+ * The way of the data: a view is asked for, its answers are announced. Nothing here draws.
+ */
+
+import { Requests } from "./requests.js";
+import { Signal } from "./signal.js";
+import { Store } from "./store.js";
+import { diagramRequest, orbitRequest, planeRequest } from "./view.js";
+import { chosenPlace, crossings } from "./working_point.js";
+
+const KEPT_ORBITS = 60;
+
+export class Session {
+  /** The live diagram: `{answer, view}`. */
+  diagramArrived = new Signal();
+  /** Pinned diagrams: a map from pin id to answer. */
+  pinsChanged = new Signal();
+  /** The place of the orbit shown, or null where there is none. */
+  placeChanged = new Signal();
+  /** An orbit: `{answer, place, view}`. */
+  orbitArrived = new Signal();
+  /** The plane: `{answer}`, `{progress}` or `{stale: true}`. */
+  planeChanged = new Signal();
+  /** Sentences of refusal: `{kind, sentence}`; the sentence is null when all is well again. */
+  failed = new Signal();
+
+  diagram = null;
+  place = null;
+  pins = new Map();
+  #keys = { diagram: "", plane: "" };
+  #pinKeys = new Map();
+  #orbits = new Map();
+  #followed = null;
+  #hovered = null;
+
+  /**
+   * @param {object[]} models as the server describes them
+   * @param {import("./view.js").View} view
+   * @param {import("./connection.js").Connection} connection
+   */
+  constructor(models, view, connection) {
+    this.models = models;
+    this.connection = connection;
+    this.requests = new Requests(connection);
+    this.store = new Store(view);
+    this.store.changed.subscribe((change) => this.#follow(change));
+  }
+
+  get view() {
+    return this.store.view;
+  }
+
+  /** The model of the view, as the server describes it. */
+  get model() {
+    return this.models.find((item) => item.name === this.view.model);
+  }
+
+  /** A parameter, state or output of the model by name. */
+  quantity(name) {
+    const { parameters, states, outputs } = this.model;
+    return [...parameters, ...states, ...outputs].find((item) => item.name === name);
+  }
+
+  /** Ask for everything the view shows. */
+  start() {
+    this.#follow({ view: this.view, before: this.view, live: false });
+  }
+
+  /** Show the orbit at a place, and make it the working point. */
+  choose(place) {
+    this.#hovered = null;
+    this.#followed = { branch: place.branch, y: place.y };
+    const parameters = { ...this.view.parameters, [this.view.vary]: place.x };
+    this.store.commit({ ...this.view, parameters, at: this.#followed });
+  }
+
+  /** Show the orbit at a place for as long as the pointer is there; null ends it. */
+  hover(place) {
+    this.#hovered = place;
+    this.#askOrbit(place ?? this.place);
+  }
+
+  /** Compute the plane that the view shows, even if it is the same as before. */
+  computePlane() {
+    this.#keys.plane = "";
+    this.#followPlane(false);
+  }
+
+  #follow({ view, before, live }) {
+    if (view.model !== before.model) {
+      this.#followed = null;
+      this.diagram = null;
+    }
+    if (view.at !== before.at) this.#followed = view.at;
+    this.#followDiagram(live);
+    this.#followPins();
+    this.#followPlane(live);
+    if (view.parameters[view.vary] !== before.parameters[view.vary] || view.at !== before.at) {
+      this.#choosePlace();
+    }
+  }
+
+  #followDiagram(live) {
+    const { view } = this;
+    const request = diagramRequest(view);
+    const key = JSON.stringify(request);
+    if (key === this.#keys.diagram) return;
+    this.#keys.diagram = key;
+    const onAnswer = (answer) => {
+      this.diagram = answer;
+      this.failed.announce({ kind: "diagram", sentence: null });
+      this.diagramArrived.announce({ answer, view, request });
+      this.#choosePlace();
+      if (!live && view.at && this.#followed && this.#followed.y !== view.at.y) {
+        this.store.amend({ at: this.#followed });
+      }
+    };
+    const onError = (sentence) => {
+      this.#keys.diagram = "";
+      this.failed.announce({ kind: "diagram", sentence });
+    };
+    this.requests.ask(request, { onAnswer, onError });
+  }
+
+  #followPins() {
+    const { view } = this;
+    const kept = new Set(view.pins.map((pin) => pin.id));
+    for (const id of [...this.pins.keys()]) if (!kept.has(id)) this.pins.delete(id);
+    for (const pin of view.pins) {
+      const request = { ...diagramRequest(view, pin.parameters), slot: `pin:${pin.id}` };
+      const key = JSON.stringify(request);
+      if (key === this.#pinKeys.get(pin.id) && this.pins.has(pin.id)) continue;
+      if (key === this.#pinKeys.get(pin.id) && this.requests.isBusy("diagram", request.slot)) continue;
+      this.#pinKeys.set(pin.id, key);
+      const onAnswer = (answer) => {
+        this.pins.set(pin.id, answer);
+        this.pinsChanged.announce(this.pins);
+      };
+      const onError = (sentence) => this.failed.announce({ kind: "diagram", sentence });
+      this.requests.ask(request, { onAnswer, onError });
+    }
+    this.pinsChanged.announce(this.pins);
+  }
+
+  #followPlane(live) {
+    if (!this.view.plane) {
+      this.#keys.plane = "";
+      return;
+    }
+    const request = planeRequest(this.view);
+    const key = JSON.stringify(request);
+    if (key === this.#keys.plane) return;
+    this.planeChanged.announce({ stale: true });
+    if (live) return;
+    this.#keys.plane = key;
+    const onAnswer = (answer) => {
+      this.failed.announce({ kind: "plane", sentence: null });
+      this.planeChanged.announce(answer.progress ? answer : { answer, request });
+    };
+    const onError = (sentence) => {
+      this.#keys.plane = "";
+      this.failed.announce({ kind: "plane", sentence });
+    };
+    this.requests.ask(request, { onAnswer, onError }, { supersede: true });
+  }
+
+  #choosePlace() {
+    if (!this.diagram) return;
+    const { view } = this;
+    const value = view.parameters[view.vary];
+    this.place = chosenPlace(crossings(this.diagram, value), this.#followed ?? view.at);
+    if (this.place && this.#followed) {
+      this.#followed = { branch: this.place.branch, y: this.place.y };
+    }
+    this.placeChanged.announce(this.place);
+    if (!this.#hovered) this.#askOrbit(this.place);
+  }
+
+  #askOrbit(place) {
+    if (!place) {
+      this.orbitArrived.announce(null);
+      return;
+    }
+    const { view } = this;
+    const request = orbitRequest(view, place);
+    const key = JSON.stringify(request);
+    const kept = this.#orbits.get(key);
+    if (kept) {
+      this.requests.cancel("orbit");
+      this.orbitArrived.announce({ answer: kept, place, view, request });
+      return;
+    }
+    const onAnswer = (answer) => {
+      this.#orbits.set(key, answer);
+      if (this.#orbits.size > KEPT_ORBITS) this.#orbits.delete(this.#orbits.keys().next().value);
+      this.failed.announce({ kind: "orbit", sentence: null });
+      this.orbitArrived.announce({ answer, place, view, request });
+    };
+    const onError = (sentence) => this.failed.announce({ kind: "orbit", sentence });
+    this.requests.ask(request, { onAnswer, onError });
+  }
+}

@@ -1,0 +1,110 @@
+/** A motion followed period by period, as it is computed. */
+
+import { Signal } from "./signal.js";
+import { simulationRequest } from "./view.js";
+
+const PERIODS = 600;
+
+export class Simulation {
+  /** Announces `{isRunning, verdict, sections, x}` whenever something has come. */
+  changed = new Signal();
+  state = nothing();
+  #session;
+
+  /** @param {import("./session.js").Session} session */
+  constructor(session) {
+    this.#session = session;
+    session.failed.subscribe(({ kind, sentence }) => {
+      if (kind === "simulation" && sentence) this.#become({ isRunning: false });
+    });
+    session.store.changed.subscribe(({ view, before }) => {
+      if (view.model !== before.model) this.clear();
+    });
+  }
+
+  /** From rest, at the working point. */
+  fromRest() {
+    this.#run({ start: "rest", periods: PERIODS });
+  }
+
+  /**
+   * From an orbit, nudged off it.
+   * @param {object} orbit the server's answer
+   * @param {number} share of its own size by which the first state is moved
+   */
+  fromOrbit(orbit, share) {
+    const start = Object.fromEntries(
+      Object.entries(orbit.states).map(([name, values]) => [name, values[0]]));
+    const [name, values] = Object.entries(orbit.states)[0];
+    const size = Math.max(...values.map(Math.abs), 1e-6);
+    this.#run({ start, nudge: { [name]: share * size }, periods: PERIODS });
+  }
+
+  /** Stop computing; what has come stays. */
+  stop() {
+    this.#session.requests.cancel("simulation");
+    this.#become({ isRunning: false, verdict: `Stopped after ${this.state.count} periods.` });
+  }
+
+  /** Forget it. */
+  clear() {
+    this.#session.requests.cancel("simulation");
+    this.state = nothing();
+    this.changed.announce(this.state);
+  }
+
+  /**
+   * What the diagram draws of each period.
+   * @param {string} show
+   * @param {string} statistic
+   * @returns {number[]}
+   */
+  values(show, statistic) {
+    const { max, min } = this.state;
+    if (!(show in max)) return [];
+    const of = {
+      max: (i) => max[show][i],
+      min: (i) => min[show][i],
+      peak_to_peak: (i) => max[show][i] - min[show][i],
+      modulus: (i) => Math.max(Math.abs(max[show][i]), Math.abs(min[show][i])),
+    }[statistic];
+    return max[show].map((_, i) => of(i));
+  }
+
+  #run(how) {
+    const { view } = this.#session;
+    this.state = { ...nothing(), isRunning: true, view, x: view.parameters[view.vary] };
+    this.changed.announce(this.state);
+    this.request = simulationRequest(view, how);
+    const onAnswer = (answer) => this.#take(answer);
+    const onError = (sentence) => this.#session.failed.announce({ kind: "simulation", sentence });
+    this.#session.failed.announce({ kind: "simulation", sentence: null });
+    this.#session.requests.ask(this.request, { onAnswer, onError }, { supersede: true });
+  }
+
+  #take({ sections, done, verdict }) {
+    const { max, min } = this.state;
+    const count = this.state.count + (sections?.period.length ?? 0);
+    this.#become({
+      count,
+      max: sections ? joined(max, sections.max) : max,
+      min: sections ? joined(min, sections.min) : min,
+      isRunning: !done,
+      verdict: done ? verdict : `Period ${count} of ${PERIODS}…`,
+    });
+  }
+
+  #become(changes) {
+    this.state = { ...this.state, ...changes };
+    this.changed.announce(this.state);
+  }
+}
+
+function nothing() {
+  return { isRunning: false, verdict: "", count: 0, max: {}, min: {}, x: 0, view: null };
+}
+
+function joined(before, more) {
+  return Object.fromEntries(
+    Object.entries(more).map(([name, values]) => [name, [...(before[name] ?? []), ...values]]));
+}
