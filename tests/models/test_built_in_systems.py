@@ -11,8 +11,7 @@ from slipfold.models import built_in_models, model_named
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.registry import built_in_text
 
-WRITTEN_IN_PYTHON = {"sliding", "steady-sliding"}
-SYSTEMS = [name for name in built_in_models() if name not in WRITTEN_IN_PYTHON]
+SYSTEMS = [name for name in built_in_models() if isinstance(model_named(name), sf.System)]
 
 
 def only(diagram, kind):

@@ -14,7 +14,7 @@ from slipfold.models.expression_functions import FUNCTIONS
 from slipfold.models.expression_grammar import parse_formula
 from slipfold.models.expression_tokens import FormulaError
 from slipfold.models.expression_tree import format_tree
-from slipfold.models.registry import built_in_models, built_in_text
+from slipfold.models.registry import built_in_models, built_in_text, model_named
 
 FEW, MANY = 300, 10_000
 
@@ -38,7 +38,8 @@ FORMULAS = st.one_of(
     ),
 )
 
-TEXTS = [built_in_text(name) for name in built_in_models() if name != "sliding"]
+SYSTEMS = [name for name in built_in_models() if isinstance(model_named(name), sf.System)]
+TEXTS = [built_in_text(name) for name in SYSTEMS]
 PIECES = st.one_of(
     WORDS,
     st.sampled_from(

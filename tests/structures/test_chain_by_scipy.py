@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from slipfold.flow import simulate
 from slipfold.models.evaluation import evaluation_of
-from slipfold.models.friction import Coulomb, LuGre, Stribeck
+from slipfold.models.friction import BoucWen, Coulomb, LuGre, Stribeck
 from slipfold.models.structures import (
     ConstantLoad,
     ContactLoad,
@@ -189,3 +190,24 @@ def test_a_rounded_stop_tends_to_the_stop():
     assert force(1e-3, 1.0) == pytest.approx(0.5e-3, rel=1e-9)
     assert force(1e-3, 1.5) - 0.5 == pytest.approx(1e-6 / (4 * 0.5), rel=1e-3)
     assert force(1e-3, 0.5) == pytest.approx(1e-6 / (4 * 0.5), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [
+        {"elements": CubicSpring("q1", k3=2.0)},
+        {"elements": PolynomialSpring("q1", {2: 1.0, 5: 3.0})},
+        {"contacts": FrictionContact("q1", BoucWen(A=20, b=20, c=20, exponent=8), 0.5)},
+    ],
+    ids=["cubic", "polynomial", "Bouc-Wen"],
+)
+def test_motions_begin_at_rest(parts):
+    # Where the base of a power is zero its series is that of a product, not of a quotient.
+    model = Structure([[1.0]], [[0.1]], [[1.0]], forcing=HarmonicForce("q1", F=1.0), **parts, f=0.2)
+    rest = np.zeros(len(model.states))
+    functions = evaluation_of(model)
+    found = solve_ivp(
+        lambda time, state: functions.rates(model, state, (0.2 * time) % 1),
+        (0, 10), rest, "DOP853", rtol=1e-11, atol=1e-13,
+    )  # fmt: skip
+    assert simulate(model, 2).strobe[-1] == pytest.approx(found.y[:, -1], abs=1e-8)

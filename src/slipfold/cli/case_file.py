@@ -15,7 +15,8 @@ __all__ = ["find_model"]
 
 FORM = (
     'model = "sliding" and a table [parameters] with lines such as f = 12.5 or alpha = "60deg"; '
-    "a system of equations has a table [states], see slipfold models --show duffing"
+    "a system of equations has a table [states], see slipfold models --show duffing, and a "
+    "structure a table [structure], see slipfold models --show chain"
 )
 
 
@@ -26,7 +27,8 @@ def find_model(given: str, changes: Mapping[str, str]) -> Model:
     ----------
     given
         Name of a built-in model, or a file ``....toml``: a case with ``model = "sliding"`` and a
-        table ``[parameters]``, or a system of equations with a table ``[states]``.
+        table ``[parameters]``, a system of equations with a table ``[states]``, or a structure
+        from matrices with a table ``[structure]``.
     changes
         Values of parameters that replace those of the file.
 
@@ -41,6 +43,7 @@ def find_model(given: str, changes: Mapping[str, str]) -> Model:
     0.5235987755982988
     """
     from slipfold.models.registry import model_named
+    from slipfold.models.structures import Structure
     from slipfold.models.system import System
 
     if not given.endswith(".toml"):
@@ -49,6 +52,8 @@ def find_model(given: str, changes: Mapping[str, str]) -> Model:
     case = _parsed(given, text)
     if "model" not in case and "states" in case:
         return System.from_toml(Path(given)).replace(**changes)
+    if "model" not in case and "structure" in case:
+        return Structure.from_toml(Path(given)).replace(**changes)
     unknown = sorted(set(case) - {"model", "parameters"})
     if unknown:
         raise InputError(f"{given} has the unknown entry {unknown[0]!r}; a case file has {FORM}")

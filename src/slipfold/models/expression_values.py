@@ -12,6 +12,7 @@ import heyoka as hy
 from slipfold.models.expression_functions import FUNCTIONS
 from slipfold.models.expression_tree import Binary, Call, Name, Negative, Number, Tree, fold
 from slipfold.models.output import Expression
+from slipfold.models.whole_power import whole_power
 
 __all__ = ["LARGEST_POWER", "as_symbol", "value_of"]
 
@@ -78,21 +79,9 @@ def _power(base: Expression, exponent: Expression) -> Expression:
         return math.pow(base, exponent)
     if exponent.is_integer() and abs(exponent) <= LARGEST_POWER:
         # The series of a power divides by its base, those of products work at zero as well.
-        product = _whole_power(base, abs(int(exponent)))
+        product = whole_power(base, abs(int(exponent)))
         return product if exponent >= 0 else 1.0 / product
     return base**exponent
-
-
-def _whole_power(base: Expression, exponent: int) -> Expression:
-    """Multiply by squaring; the squares are shared, so this stays short."""
-    result: Expression = 1.0
-    while exponent:
-        if exponent & 1:
-            result = result * base if isinstance(result, hy.expression) else base
-        exponent >>= 1
-        if exponent:
-            base = base * base
-    return result
 
 
 def _called(node: Call, values: tuple[Expression, ...]) -> Expression:

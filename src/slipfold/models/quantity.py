@@ -80,7 +80,9 @@ def parse_quantity(text: str | float, unit: str, name: str = "value") -> float:
     match = _QUANTITY.fullmatch(text)
     known = sorted(key for key, (kind, _) in _FACTORS.items() if kind == unit and key)
     wanted = (
-        f"a number, or a number with one of the units {', '.join(known)}" if unit else "a number"
+        f"a number, or a number with one of the units {', '.join(known or [unit])}"
+        if unit
+        else "a number"
     )
     if match is None:
         raise InputError(f"{name} = {text!r} is not a number; give {wanted}")

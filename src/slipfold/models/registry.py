@@ -1,17 +1,20 @@
-"""The built-in models by name: classes, and systems of equations in files."""
+"""The built-in models by name: classes, and systems of equations and structures in files."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import lru_cache, partial
 from importlib.resources import files
+from importlib.resources.abc import Traversable
 from typing import Any
 
 from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.models.sliding_oscillator import SlidingOscillator
+from slipfold.models.structures import Structure
 from slipfold.models.suggestion import suggest
 from slipfold.models.system import System
+from slipfold.models.system_source import source_of_text
 
 __all__ = ["built_in_models", "built_in_text", "model_named"]
 
@@ -30,16 +33,16 @@ def built_in_models() -> dict[str, Callable[..., Model]]:
     """
     classes: dict[str, Callable[..., Model]] = {kind.name: kind for kind in _KINDS}
     classes["steady-sliding"] = _steady_sliding
-    return {**classes, **{name: partial(_system, name) for name in _system_names()}}
+    return {**classes, **{name: partial(_from_file, name) for name in _files()}}
 
 
 def built_in_text(name: str) -> str:
-    """Return the TOML text of a built-in system of equations.
+    """Return the TOML text of a built-in system of equations or structure.
 
     Parameters
     ----------
     name
-        Its name, e.g. ``"duffing"``.
+        Its name, e.g. ``"duffing"`` or ``"chain"``.
 
     Raises
     ------
@@ -52,12 +55,12 @@ def built_in_text(name: str) -> str:
     # Duffing's oscillator: q'' + d q' + k q + g q^3 = F cos(W t).
     """
     _check(name)
-    if name not in _system_names():
+    if name not in _files():
         raise InputError(
             f"{name} is written in Python and has no TOML text; the models that have one are "
-            f"{', '.join(_system_names())}"
+            f"{', '.join(_files())}"
         )
-    return (files("slipfold.models") / "systems" / f"{name}.toml").read_text(encoding="utf-8")
+    return _files()[name].read_text(encoding="utf-8")
 
 
 def model_named(name: str, **values: float | str) -> Model:
@@ -94,18 +97,26 @@ def _check(name: str) -> None:
 
 
 @lru_cache(maxsize=1)
-def _system_names() -> tuple[str, ...]:
-    folder = files("slipfold.models") / "systems"
-    names = (item.name for item in folder.iterdir())
-    return tuple(sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml")))
+def _files() -> dict[str, Traversable]:
+    """Return the file of each model that comes as one: systems, then structures."""
+    models = files("slipfold.models")
+    found = {}
+    for folder in (models / "systems", models / "structures" / "examples"):
+        names = (item.name for item in folder.iterdir())
+        for name in sorted(name for name in names if name.endswith(".toml")):
+            found[name.removesuffix(".toml")] = folder / name
+    return found
 
 
 @lru_cache(maxsize=64)
-def _default(name: str) -> System:
-    return System.from_toml(built_in_text(name))
+def _default(name: str) -> Model:
+    source = source_of_text(built_in_text(name))
+    if "structure" in source.tables:
+        return Structure.from_tables(source.tables)
+    return System(source.tables)
 
 
-def _system(name: str, **values: Any) -> Model:
+def _from_file(name: str, **values: Any) -> Model:
     return _default(name).replace(**values)
 
 

@@ -15,7 +15,7 @@ from slipfold.models.definition import WatchedValue
 from slipfold.models.definition_reader import TABLES
 from slipfold.models.model import Model
 from slipfold.models.output import Expression, Output, Symbols
-from slipfold.models.system_source import source_of_tables, source_of_text
+from slipfold.models.system_source import source_of_file, source_of_tables, source_of_text
 
 __all__ = ["System"]
 
@@ -142,14 +142,7 @@ class System(Model):
         if isinstance(source, str) and ("\n" in source or "=" in source):
             return cls(build_system(source_of_text(source), "system").text)
         path = Path(source)
-        try:
-            text = path.read_text(encoding="utf-8")
-        except (OSError, ValueError) as error:
-            why = getattr(error, "strerror", None) or str(error)
-            raise InputError(
-                f"{source} cannot be read ({str(why).lower()}); give the path of a TOML file"
-            ) from error
-        return cls(build_system(source_of_text(text, str(source)), path.stem).text)
+        return cls(build_system(source_of_file(path), path.stem).text)
 
     def to_toml(self) -> str:
         """Return the definition as a TOML text; `from_toml` makes the same system of it.

@@ -6,13 +6,15 @@ import re
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from slipfold.errors import InputError
 from slipfold.models.expression_tokens import FormulaError
-from slipfold.models.toml_places import Path, Place, find_places
+from slipfold.models.toml_places import Path as Keys
+from slipfold.models.toml_places import Place, find_places
 
-__all__ = ["Source", "source_of_tables", "source_of_text"]
+__all__ = ["Source", "source_of_file", "source_of_tables", "source_of_text"]
 
 LONGEST = 300_000
 """Characters of the longest file."""
@@ -40,9 +42,9 @@ class Source:
     tables: Mapping[str, Any]
     label: str = ""
     text: str | None = None
-    places: Mapping[Path, Place] | None = None
+    places: Mapping[Keys, Place] | None = None
 
-    def error(self, path: Path, message: str, key: bool = False) -> InputError:
+    def error(self, path: Keys, message: str, key: bool = False) -> InputError:
         """Return the error about an entry.
 
         Parameters
@@ -59,7 +61,7 @@ class Source:
             return InputError(f"{self.label}: {message}" if self.label else message)
         return self._located(message, place.key if key else place.value, 1)
 
-    def formula_error(self, path: Path, formula: str, error: FormulaError) -> InputError:
+    def formula_error(self, path: Keys, formula: str, error: FormulaError) -> InputError:
         """Return the error about a place in a formula.
 
         Parameters
@@ -80,7 +82,7 @@ class Source:
         offset = begin + error.place if same else place.value
         return self._located(error.message, offset, error.length)
 
-    def _find(self, path: Path) -> Place | None:
+    def _find(self, path: Keys) -> Place | None:
         places = self.places or {}
         while path:
             if path in places:
@@ -136,6 +138,29 @@ def source_of_tables(tables: Mapping[str, Any], label: str = "") -> Source:
         What messages call it.
     """
     return Source(tables, label)
+
+
+def source_of_file(path: Path) -> Source:
+    """Read a TOML file.
+
+    Parameters
+    ----------
+    path
+        The file.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, is not TOML, or too long.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, ValueError) as error:
+        why = getattr(error, "strerror", None) or str(error)
+        raise InputError(
+            f"{path} cannot be read ({str(why).lower()}); give the path of a TOML file"
+        ) from error
+    return source_of_text(text, str(path))
 
 
 def source_of_text(text: str, label: str = "") -> Source:

@@ -28,6 +28,8 @@ class Entries:
         What stands there.
     known
         Names of the entries that it may have.
+    what
+        What messages call the table; its name in brackets if empty.
 
     Raises
     ------
@@ -36,7 +38,12 @@ class Entries:
     """
 
     def __init__(
-        self, source: Source, path: tuple[str, ...], table: object, known: Sequence[str]
+        self,
+        source: Source,
+        path: tuple[str, ...],
+        table: object,
+        known: Sequence[str],
+        what: str = "",
     ) -> None:
         if not isinstance(table, Mapping):
             raise source.error(
@@ -47,7 +54,7 @@ class Entries:
         self._source, self._path, self._table = source, path, table
         for key in table:
             if key not in known:
-                where = f"[{'.'.join(path)}]" if path else "a system"
+                where = what or (f"[{'.'.join(path)}]" if path else "a system")
                 raise source.error(
                     (*path, str(key)),
                     f"{where} has no entry {str(key)[:80]!r}; {suggest(str(key)[:80], known)}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 __all__ = ["Place", "find_places"]
@@ -53,12 +54,15 @@ def find_places(text: str) -> dict[Path, Place]:
     Returns
     -------
     dict
-        Place of each entry by its path of keys; entries in arrays are left out.
+        Place of each entry by its path of keys. Items of an array, also of tables in double
+        brackets, have their number from 0 as a key.
 
     Examples
     --------
     >>> find_places('[states]\nq = "v"')[("states", "q")]
     Place(key=9, value=13)
+    >>> find_places('[[forces]]\nF = [1, 2]')[("forces", "0", "F", "1")]
+    Place(key=19, value=19)
     """
     scanner = _Scanner(text)
     scanner.scan()
@@ -70,6 +74,7 @@ class _Scanner:
 
     def __init__(self, text: str) -> None:
         self.places: dict[Path, Place] = {}
+        self._arrays: dict[Path, int] = {}
         self._words = [
             (str(match.lastgroup), match.group(), match.start())
             for match in _TOKEN.finditer(text)
@@ -92,13 +97,29 @@ class _Scanner:
         return self._words[self._index][1] if self._index < len(self._words) else ""
 
     def _header(self, place: int) -> Path:
+        first = self._index
         while self._text() == "[":
             self._index += 1
-        table = self._key()
+        several = self._index > first + 1
+        *above, last = self._key() or ("",)
+        table = self._inside(above)
+        if several:
+            self._arrays[(*table, last)] = self._arrays.get((*table, last), -1) + 1
+        self.places.setdefault((*table, last), Place(place, place))
+        table = self._inside((*above, last))
         self.places.setdefault(table, Place(place, place))
         while self._text() == "]":
             self._index += 1
         return table
+
+    def _inside(self, keys: Sequence[str]) -> Path:
+        """Return the path of a table; of tables in an array the last one is meant."""
+        path: Path = ()
+        for key in keys:
+            path = (*path, key)
+            if path in self._arrays:
+                path = (*path, str(self._arrays[path]))
+        return path
 
     def _key(self) -> Path:
         """Read a dotted key up to the sign behind it."""
@@ -134,11 +155,29 @@ class _Scanner:
                 else:
                     self._entry(path, depth)
             self._index += 1
+        elif opening == "[" and depth < DEEPEST:
+            self._items(path, depth)
         elif opening in ("[", "{"):
             self._skip_nested()
         else:
             while self._text() not in ("\n", ",", "}", "]", ""):
                 self._index += 1
+
+    def _items(self, path: Path, depth: int) -> None:
+        """Read the items of an array."""
+        self._index += 1
+        number = 0
+        while self._text() not in ("]", ""):
+            if self._text() in (",", "\n"):
+                self._index += 1
+                continue
+            index, begin = self._index, self._words[self._index][2]
+            item = (*path, str(number))
+            self.places[item] = Place(begin, begin)
+            self._value(item, depth + 1)
+            self._index = max(self._index, index + 1)
+            number += 1
+        self._index += 1
 
     def _skip_nested(self) -> None:
         depth = 0

@@ -10,6 +10,7 @@ from slipfold.models.friction import law_from_record, law_record
 from slipfold.models.model import Model
 from slipfold.models.registry import built_in_models, model_named
 from slipfold.models.sliding_oscillator import SlidingOscillator
+from slipfold.models.structures import Structure
 from slipfold.models.system import System
 from slipfold.models.unforced import Unforced
 
@@ -27,13 +28,16 @@ def structure_record(model: Model) -> dict[str, Any]:
     Returns
     -------
     dict
-        Empty where the class says it all; the TOML text of a system, the friction law of an
-        oscillator, the forced model of which one without forcing was made.
+        Empty where the class says it all; the TOML text of a system, the tables of a structure
+        with its matrices, the friction law of an oscillator, the forced model of which one
+        without forcing was made.
     """
     if not model.structure:
         return {}
     if isinstance(model, System):
         return {"definition": model.to_toml()}
+    if isinstance(model, Structure):
+        return {"tables": model.to_tables()}
     if isinstance(model, SlidingOscillator):
         return {"friction": law_record(model.friction)}
     if isinstance(model, Unforced):
@@ -83,8 +87,10 @@ def model_from_record(
     given = dict(values)
     if "friction" in structure:
         given["friction"] = law_from_record(structure["friction"])
-    if kind is not None and kind is not System:
+    if kind not in (None, System, Structure):
         return kind(**given)
+    if "tables" in structure:
+        return Structure.from_tables({**structure["tables"], "parameters": given})
     if "definition" in structure:
         return System(str(structure["definition"]), **given)
     if name not in built_in_models():

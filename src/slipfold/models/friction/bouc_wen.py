@@ -14,6 +14,7 @@ from slipfold.models.friction.memory_law import MemoryLaw
 from slipfold.models.friction.quantities import REST_SPEED, described
 from slipfold.models.output import Expression, Symbols
 from slipfold.models.parameter import Parameter
+from slipfold.models.whole_power import whole_power
 
 __all__ = ["BoucWen"]
 
@@ -161,7 +162,7 @@ class BoucWen(MemoryLaw):
         fading = p["b"] * sqrt(power * power + floor * floor) + p["c"] * power
         if self.exponent > 2:
             square = sum(z * z for z in memory)
-            fading = fading * square ** (self.exponent // 2 - 1)
+            fading = fading * whole_power(square, self.exponent // 2 - 1)
         return tuple(p["A"] * v - fading * z for v, z in zip(slip, memory, strict=True))
 
     def steady_memory(self, slip: Sequence[float]) -> tuple[float, ...]:

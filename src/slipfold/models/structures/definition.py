@@ -21,11 +21,26 @@ from slipfold.models.structures.shown import shown
 from slipfold.models.structures.springs import CubicSpring, LinearSpring, PolynomialSpring
 from slipfold.models.structures.tabulated_force import TabulatedForce
 
-__all__ = ["Definition", "define"]
+__all__ = [
+    "CONTACTS",
+    "ELEMENTS",
+    "FORCING",
+    "Definition",
+    "checked_length",
+    "checked_names",
+    "checked_sizes",
+    "checked_watch",
+    "define",
+]
 
-_ELEMENTS = (LinearSpring, CubicSpring, PolynomialSpring, GapSpring, GeometricSpring)
-_CONTACTS = (FrictionContact,)
-_FORCING = (HarmonicForce, MultiHarmonicForce, TabulatedForce, BaseMotion)
+ELEMENTS = (LinearSpring, CubicSpring, PolynomialSpring, GapSpring, GeometricSpring)
+"""Classes of what may be among the elements."""
+
+CONTACTS = (FrictionContact,)
+"""Classes of what may be among the contacts."""
+
+FORCING = (HarmonicForce, MultiHarmonicForce, TabulatedForce, BaseMotion)
+"""Classes of what may be among the forcing."""
 
 _SYMBOLS = ("c_", "p_", "carried_")
 """How the compiled equations begin the names of coefficients, parameters and variations."""
@@ -51,6 +66,8 @@ class Definition:
         Displacements of the model are in units of it, in m.
     watch
         Name and direction of displacements that are outputs.
+    name, title
+        Short name, and a line that says what it is.
     """
 
     M: Matrix
@@ -63,6 +80,8 @@ class Definition:
     forcing: tuple[Component, ...]
     length_scale: float
     watch: tuple[tuple[str, Direction], ...]
+    name: str = "structure"
+    title: str = ""
 
     @property
     def components(self) -> tuple[Component, ...]:
@@ -79,6 +98,7 @@ def define(
     components: tuple[Any, Any, Any],
     length_scale: Any,
     watch: Any,
+    title: tuple[Any, Any] = ("structure", ""),
 ) -> tuple[Definition, dict[str, float]]:
     """Check the arguments of a structure, and part them from the values of their parameters.
 
@@ -88,6 +108,8 @@ def define(
         As for `Structure`.
     components
         Elements, contacts and forcing.
+    title
+        Short name, and a line that says what it is.
 
     Returns
     -------
@@ -105,11 +127,7 @@ def define(
         raise InputError("the structure has no stiffness matrix; give K, of zeros if it has none")
     mass, stiffness = as_matrix(M, "M"), as_matrix(K, "K")
     damping = C if C is None or isinstance(C, Damping) else as_matrix(C, "C")
-    for name, matrix in (("C", damping), ("K", stiffness)):
-        if isinstance(matrix, Matrix) and matrix.size != mass.size:
-            raise InputError(
-                f"{name} has {matrix.size} rows and M has {mass.size}; give matrices of one size"
-            )
+    checked_sizes(mass, C=damping, K=stiffness)
     if isinstance(damping, Damping):
         require_symmetric(
             stiffness, "K", f"{damping.title} needs a symmetric one, so give C as a matrix instead"
@@ -119,14 +137,14 @@ def define(
             f"reduction = {shown(reduction)} is none; give ModalReduction(modes=5) or "
             'CraigBampton(["tip"], modes=5)'
         )
-    given_names = _checked_names(names, mass.size)
+    given_names = checked_names(names, mass.size)
     if not isinstance(M, Matrix):  # a matrix that is frozen already was checked before
         check_mass(mass, given_names)
     several = [
         _checked(items, classes, what)
         for items, classes, what in zip(
             components,
-            (_ELEMENTS, _CONTACTS, _FORCING),
+            (ELEMENTS, CONTACTS, FORCING),
             ("elements", "contacts", "forcing"),
             strict=True,
         )
@@ -144,13 +162,57 @@ def define(
         kinds[0],
         kinds[1],
         kinds[2],
-        _checked_length(length_scale),
-        _checked_watch(watch),
+        checked_length(length_scale),
+        checked_watch(watch),
+        _checked_line(title[0], "name") or "structure",
+        _checked_line(title[1], "title"),
     )
     return definition, values
 
 
-def _checked_names(names: Any, size: int) -> tuple[str, ...]:
+def checked_sizes(mass: Matrix, **others: Any) -> None:
+    """Raise unless matrices are of one size.
+
+    Parameters
+    ----------
+    mass
+        The mass matrix.
+    **others
+        Matrices by name; what is none is passed over.
+
+    Raises
+    ------
+    InputError
+        For the first that differs.
+    """
+    for name, matrix in others.items():
+        if isinstance(matrix, Matrix) and matrix.size != mass.size:
+            raise InputError(
+                f"{name} has {matrix.size} rows and M has {mass.size}; give matrices of one size"
+            )
+
+
+def _checked_line(value: Any, what: str) -> str:
+    if not isinstance(value, str) or not value.isprintable():
+        raise InputError(f"{what} = {shown(value)} is not a line of text; give one")
+    return value
+
+
+def checked_names(names: Any, size: int) -> tuple[str, ...]:
+    """Return the names of the degrees of freedom.
+
+    Parameters
+    ----------
+    names
+        Text with blanks between them, or a sequence; None for ``q1 q2 ...``.
+    size
+        How many there must be.
+
+    Raises
+    ------
+    InputError
+        If there are not as many, or one cannot be a name.
+    """
     if names is None:
         return tuple(f"q{place}" for place in range(1, size + 1))
     if isinstance(names, str):
@@ -189,7 +251,19 @@ def _iterated(items: Any) -> Iterable[Any]:
     return items if isinstance(items, Iterable) and not isinstance(items, str) else (items,)
 
 
-def _checked_length(value: Any) -> float:
+def checked_length(value: Any) -> float:
+    """Return the unit of displacements in m.
+
+    Parameters
+    ----------
+    value
+        Number in m, or text with a unit.
+
+    Raises
+    ------
+    InputError
+        If it is no positive length.
+    """
     length = parse_quantity(value, "m", "length_scale")
     if not 0 < length < float("inf"):
         raise InputError(
@@ -198,7 +272,19 @@ def _checked_length(value: Any) -> float:
     return length
 
 
-def _checked_watch(watch: Any) -> tuple[tuple[str, Direction], ...]:
+def checked_watch(watch: Any) -> tuple[tuple[str, Direction], ...]:
+    """Return the displacements that are outputs.
+
+    Parameters
+    ----------
+    watch
+        Directions by name; None for none.
+
+    Raises
+    ------
+    InputError
+        If one is no direction, or its name cannot be one.
+    """
     if isinstance(watch, tuple):
         return watch
     if watch is None:

@@ -67,7 +67,8 @@ def _read_npy(path: Path, name: str) -> Any:
 
 
 def _read_npz(path: Path, name: str) -> Any:
-    with np.load(path, allow_pickle=False) as archive:
+    # NumPy leaves a file that it opened and cannot read open.
+    with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
         if "format" in archive.files:
             from scipy.sparse import load_npz
 

@@ -176,6 +176,23 @@ class Reduction(ABC):
             If the structure cannot be reduced in this way.
         """
 
+    @abstractmethod
+    def fits(self, mass: Matrix, stiffness: Matrix, names: tuple[str, ...]) -> None:
+        """Raise if it is plain without a calculation that a structure cannot be reduced so.
+
+        Parameters
+        ----------
+        mass, stiffness
+            Matrices of all n degrees of freedom.
+        names
+            Their names.
+
+        Raises
+        ------
+        InputError
+            If it asks for more than the structure has.
+        """
+
 
 @dataclass(frozen=True)
 class ModalReduction(Reduction):
@@ -221,7 +238,7 @@ class ModalReduction(Reduction):
         InputError
             If it does not have the modes.
         """
-        _require_symmetric_stiffness(stiffness, self.title)
+        self.fits(mass, stiffness, names)
         m, k = mass.array(), stiffness.array()
         squares, basis = _modes_of_extent(k, m, self.modes, self.up_to)
         if not len(squares):
@@ -234,6 +251,24 @@ class ModalReduction(Reduction):
         report = ReductionReport(exact, exact, band, mass.size)
         kept = _mode_names(len(squares))
         return Reduced(kept, basis, np.diag(modal), np.diag(modal * squares), report)
+
+    def fits(self, mass: Matrix, stiffness: Matrix, names: tuple[str, ...]) -> None:
+        """Raise if the stiffness is not symmetric, or there are fewer modes.
+
+        Parameters
+        ----------
+        mass, stiffness
+            Matrices of all n degrees of freedom.
+        names
+            Their names.
+
+        Raises
+        ------
+        InputError
+            If it asks for more than the structure has.
+        """
+        _require_symmetric_stiffness(stiffness, self.title)
+        _check_count(self.modes, mass.size)
 
 
 @dataclass(frozen=True)
@@ -298,7 +333,7 @@ class CraigBampton(Reduction):
         InputError
             If the boundary is not part of the structure, or does not hold the rest.
         """
-        _require_symmetric_stiffness(stiffness, self.title)
+        self.fits(mass, stiffness, names)
         m, k = mass.array(), stiffness.array()
         held, free = self._split(names)
         solve = solver(
@@ -317,6 +352,24 @@ class CraigBampton(Reduction):
         basis[np.ix_(free, np.arange(len(held)))] = -solve(np.asarray(coupling))
         basis[np.ix_(free, len(held) + np.arange(len(squares)))] = shapes
         return self._reduced(mass, stiffness, (m, k), basis, squares)
+
+    def fits(self, mass: Matrix, stiffness: Matrix, names: tuple[str, ...]) -> None:
+        """Raise if the stiffness is not symmetric, or boundary or modes are not there.
+
+        Parameters
+        ----------
+        mass, stiffness
+            Matrices of all n degrees of freedom.
+        names
+            Their names.
+
+        Raises
+        ------
+        InputError
+            If it asks for more than the structure has.
+        """
+        _require_symmetric_stiffness(stiffness, self.title)
+        _check_count(self.modes, len(self._split(names)[1]))
 
     def _split(self, names: tuple[str, ...]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         for name in self.boundary:
@@ -364,7 +417,7 @@ def _check_extent(reduction: Any, fewest: int) -> None:
             f"a {reduction.title} needs modes, how many to keep, or up_to, the frequency in Hz up "
             "to which to keep them; give one of the two"
         )
-    if modes is not None and (not isinstance(modes, int) or modes < fewest):
+    if modes is not None and (type(modes) is not int or modes < fewest):
         raise InputError(f"modes = {shown(modes)}; give a whole number >= {fewest}")
     if up_to is not None:
         value = parse_quantity(up_to, "Hz", "up_to")
@@ -379,16 +432,19 @@ def _require_symmetric_stiffness(stiffness: Matrix, title: str) -> None:
     )
 
 
+def _check_count(modes: int | None, size: int) -> None:
+    if modes is not None and modes > size:
+        raise InputError(
+            f"{modes} modes are wanted of {size} degrees of freedom; give at most {size}"
+        )
+
+
 def _modes_of_extent(
     stiffness: Any, mass: Any, modes: int | None, up_to: float | str | None
 ) -> tuple[Array, Array]:
     """Return as many modes as are wanted, or all up to a frequency."""
     size = mass.shape[0]
     if modes is not None:
-        if modes > size:
-            raise InputError(
-                f"{modes} modes are wanted of {size} degrees of freedom; give at most {size}"
-            )
         if modes == 0:
             return np.empty(0), np.empty((size, 0))
         return lowest_modes(stiffness, mass, modes)

@@ -15,6 +15,7 @@ from slipfold.models.structures.component import Component, Motion
 from slipfold.models.structures.direction import Direction, as_direction
 from slipfold.models.structures.shown import shown
 from slipfold.models.structures.sums import total
+from slipfold.models.whole_power import whole_power
 
 __all__ = ["CubicSpring", "LinearSpring", "PolynomialSpring"]
 
@@ -146,7 +147,7 @@ class CubicSpring(_Spring):
             Time divided by the forcing period.
         """
         (u,) = motion.displacement
-        return (-c["k3"] * u**3.0,)
+        return (-c["k3"] * whole_power(u, 3),)
 
     def potential(self, motion: Motion, c: Symbols) -> Expression | None:
         """``k3 u^4/4``.
@@ -159,7 +160,7 @@ class CubicSpring(_Spring):
             The coefficients by their own names.
         """
         (u,) = motion.displacement
-        return 0.25 * c["k3"] * u**4.0
+        return 0.25 * c["k3"] * whole_power(u, 4)
 
 
 @dataclass(frozen=True)
@@ -240,7 +241,7 @@ class PolynomialSpring(_Spring):
             Time divided by the forcing period.
         """
         (u,) = motion.displacement
-        return (-total([c[f"k{n}"] * _power(u, n) for n, _ in self.stiffness]),)
+        return (-total([c[f"k{n}"] * whole_power(u, n) for n, _ in self.stiffness]),)
 
     def potential(self, motion: Motion, c: Symbols) -> Expression | None:
         """``sum kn u^(n + 1)/(n + 1)``.
@@ -253,12 +254,8 @@ class PolynomialSpring(_Spring):
             The coefficients by their own names.
         """
         (u,) = motion.displacement
-        return total([c[f"k{n}"] * _power(u, n + 1) / (n + 1.0) for n, _ in self.stiffness])
+        return total([c[f"k{n}"] * whole_power(u, n + 1) / (n + 1.0) for n, _ in self.stiffness])
 
 
 def _unit(n: int) -> str:
     return "N/m" if n == 1 else f"N/m^{n}"
-
-
-def _power(value: Expression, n: int) -> Expression:
-    return value if n == 1 else value ** float(n)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Mapping
+from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
@@ -21,6 +22,14 @@ from slipfold.models.structures.damping import Damping
 from slipfold.models.structures.definition import define
 from slipfold.models.structures.reduction import ReductionReport
 from slipfold.models.structures.structure_outputs import structure_outputs
+from slipfold.models.structures.structure_reader import read_structure, read_values
+from slipfold.models.structures.structure_record import structure_tables
+from slipfold.models.system_source import (
+    Source,
+    source_of_file,
+    source_of_tables,
+    source_of_text,
+)
 from slipfold.models.unforced import Unforced
 
 __all__ = ["Structure"]
@@ -29,7 +38,7 @@ Array = NDArray[np.float64]
 
 _PARTS = (
     *("M", "C", "K", "names", "reduction", "elements", "contacts", "forcing"),
-    *("length_scale", "watch"),
+    *("length_scale", "watch", "name", "title"),
 )
 """Arguments of the constructor that are no parameter values."""
 
@@ -79,6 +88,8 @@ class Structure(Model):
     watch
         Displacements in m that are outputs, as directions by name, such as ``{"u_tip": "tip"}``:
         with a reduction they are how a displacement that is no state is seen.
+    name, title
+        Short name, and one line that says what it is, for results and figures.
     **values
         Parameter values; they go before those that the components hold. Numbers in SI units, or
         text with a unit.
@@ -108,9 +119,6 @@ class Structure(Model):
     [0.9836, 2.5752]
     """
 
-    name = "structure"
-    title = "structure from matrices"
-
     _assembly: Assembly
 
     def __init__(
@@ -126,10 +134,13 @@ class Structure(Model):
         forcing: Any = (),
         length_scale: float | str = 1.0,
         watch: Any = None,
+        name: str = "structure",
+        title: str = "structure from matrices",
         **values: float | str,
     ) -> None:
+        components = (elements, contacts, forcing)
         definition, given = define(
-            M, C, K, names, reduction, (elements, contacts, forcing), length_scale, watch
+            M, C, K, names, reduction, components, length_scale, watch, (name, title)
         )
         self._become(assemble(definition), {**given, **values})
 
@@ -137,6 +148,8 @@ class Structure(Model):
         """Take the names of an assembly; a model has no other way of being changed."""
         attributes = {
             "_assembly": assembly,
+            "name": assembly.definition.name,
+            "title": assembly.definition.title,
             "states": assembly.states,
             "parameters": assembly.parameters,
             "limits": assembly.limits,
@@ -145,6 +158,85 @@ class Structure(Model):
         for key, value in attributes.items():
             object.__setattr__(self, key, value)
         super().__init__(**values)
+
+    @classmethod
+    def from_toml(cls, source: str | Path) -> Self:
+        """Read a structure from a TOML file or text.
+
+        The tables are ``[structure]`` with ``M K C names length_scale``, ``[damping]`` and
+        ``[reduction]`` with their class as ``type`` and its arguments, one ``[[elements]]``,
+        ``[[contacts]]`` or ``[[forcing]]`` a component, ``[watch]``, and ``[parameters]`` with
+        values. A matrix is written as rows, as ``{ diagonal = [...] }``, or is the name of a
+        file in the folder of the TOML file. A contact has the friction law as ``friction``.
+
+        Parameters
+        ----------
+        source
+            Path of a file, or the text itself if it has several lines.
+
+        Raises
+        ------
+        InputError
+            If a file cannot be read, or something in it cannot be used: with line and column.
+
+        Examples
+        --------
+        >>> text = '''
+        ... [structure]
+        ... M = [[1]]
+        ... K = [[100]]
+        ... names = "tip"
+        ... [[contacts]]
+        ... along = "tip"
+        ... friction = { law = "Stribeck", mu_s = 0.4, vs = "20 cm/s" }
+        ... load = 2.0
+        ... Vd = "0.5 m/s"
+        ... '''
+        >>> Structure.from_toml(text)
+        Structure(tip, Ns=2, Vd=0.5, mu_s=0.4, vs=0.2)
+        """
+        if isinstance(source, str) and "\n" in source:
+            return cls._read(source_of_text(source), None, "structure")
+        path = Path(source)
+        return cls._read(source_of_file(path), path.parent, path.stem)
+
+    @classmethod
+    def from_tables(cls, tables: Mapping[str, Any]) -> Self:
+        """Make a structure of the tables of a file, as `to_tables` returns them.
+
+        Parameters
+        ----------
+        tables
+            Numbers, texts, lists and mappings.
+
+        Raises
+        ------
+        InputError
+            If something in them cannot be used.
+        """
+        return cls._read(source_of_tables(tables), None, "structure")
+
+    @classmethod
+    def _read(cls, source: Source, folder: Path | None, name: str) -> Self:
+        arguments = read_structure(source, folder, name)
+        try:
+            made = cls(**arguments)
+        except InputError as error:
+            # What is wrong with a matrix for a part of the structure begins with its name.
+            first = str(error).split(" ")[0]
+            place = ("structure", first) if first in ("M", "C", "K") else ()
+            raise source.error(place, str(error)) from None
+        return made.replace(**read_values(source, made))
+
+    def to_tables(self) -> dict[str, Any]:
+        """Return the structure as tables of plain data, from which `from_tables` makes it again.
+
+        Raises
+        ------
+        InputError
+            For a friction law of a user's own, which cannot be found again by its name.
+        """
+        return {**structure_tables(self._assembly.definition), "parameters": dict(self._values)}
 
     # -- what a model gives --------------------------------------------------------------------
 

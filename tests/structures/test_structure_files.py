@@ -1,0 +1,299 @@
+"""Structures in TOML files: the same as from Python, and what is wrong with them is pointed at."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy import io, sparse
+
+import slipfold as sf
+from slipfold.errors import InputError
+from slipfold.models.registry import built_in_models, built_in_text, model_named
+
+TEXT = """\
+name = "frame"
+[structure]
+M = { diagonal = [1, 2] }
+K = [[200, -100], [-100, 100]]
+names = "root tip"
+length_scale = "10mm"
+[damping]
+type = "ModalDamping"
+ratios = 0.01
+[reduction]
+type = "CraigBampton"
+boundary = ["tip"]
+modes = 1
+[[elements]]
+type = "CubicSpring"
+at = "tip"
+k3 = 1e4
+[[elements]]
+type = "GeometricSpring"
+name = "tie"
+at = "root"
+axis = [0, 1]
+k = "2 kN/m"
+L = "5mm"
+[[contacts]]
+along = "tip"
+friction = { law = "Stribeck", mu_s = 0.4, vs = "20 cm/s" }
+load = { type = "ModulatedLoad", Ns = 2, Nd = 0.5 }
+Vd = 0.5
+[[forcing]]
+type = "MultiHarmonicForce"
+name = "shaker"
+at = { tip = 1, root = -1 }
+harmonics = { 0 = 0.1, 1 = 0.5, 3 = [0.1, "90deg"] }
+[watch]
+u = { root = 1 }
+[parameters]
+f = "1.5 Hz"
+"""
+
+
+def in_python():
+    return sf.Structure(
+        np.diag([1.0, 2.0]),
+        sf.ModalDamping(0.01),
+        [[200, -100], [-100, 100]],
+        names=["root", "tip"],
+        length_scale=0.01,
+        reduction=sf.CraigBampton("tip", modes=1),
+        elements=[
+            sf.CubicSpring("tip", k3=1e4),
+            sf.GeometricSpring("root", (0, 1), k=2000, L=5e-3, name="tie"),
+        ],
+        contacts=sf.FrictionContact(
+            "tip", sf.Stribeck(mu_s=0.4, vs=0.2), sf.ModulatedLoad(Ns=2, Nd=0.5), Vd=0.5
+        ),
+        forcing=sf.MultiHarmonicForce(
+            {"tip": 1, "root": -1}, {0: 0.1, 1: 0.5, 3: (0.1, np.pi / 2)}, name="shaker"
+        ),
+        watch={"u": {"root": 1}},
+        name="frame",
+        title="",
+        f=1.5,
+    )
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "frame.toml"
+    path.write_text(TEXT)
+    return path
+
+
+def test_a_file_is_the_structure_it_says(file):
+    assert sf.Structure.from_toml(file) == in_python()
+    assert sf.Structure.from_toml(TEXT) == in_python()
+    # The name is that of the file if none is given.
+    file.write_text(TEXT.replace('name = "frame"\n', "", 1))
+    assert sf.Structure.from_toml(str(file)).name == "frame"
+
+
+def every_part():
+    m = np.array([[2.0, 0.3, 0.0], [0.3, 1.0, 0.1], [0.0, 0.1, 0.5]])
+    return sf.Structure(
+        m,
+        [[1, 0, 0], [0, 2, 0], [0.5, 0, 1]],
+        100 * np.eye(3),
+        elements=[
+            sf.LinearSpring("q1", k="2 kN/m", c=0.1),
+            sf.PolynomialSpring({"q1": 0.6, "q2": 0.8}, {1: -3.0, 5: 7.0}, name="poly"),
+            sf.GapSpring("q3", k=10, gap="1mm", e=1e-4, side="both", name="stop"),
+            sf.GeometricSpring(("q1", "q2"), (1, 2), k=5, L=0.2, stretch=1.1, name="tie"),
+        ],
+        contacts=[
+            sf.FrictionContact(
+                ("q1", "q2"),
+                sf.Regularised(sf.RationalStribeck(mu_s=0.4, d=2), shape="atan", e=0.01),
+                sf.ContactLoad("q3", Ns=5, kn=7, cn=0.1),
+                Vd=2,
+                alpha="30deg",
+                name="pad",
+            ),
+            sf.FrictionContact("q3", sf.LuGre(s0=1e3), sf.ConstantLoad(3, normal="q2"), name="b"),
+            sf.FrictionContact("q2", sf.BoucWen(exponent=4), "2 N", name="d"),
+        ],
+        forcing=[
+            sf.HarmonicForce("q1", F=2, phi=0.3, harmonic=2),
+            sf.TabulatedForce("q2", [1, 2, 4, 1, 0], factor=2, harmonics=1),
+            sf.BaseMotion({"q1": 1, "q3": 1}, A="1mm", harmonic=3, name="base"),
+        ],
+        watch={"relative": {"q1": 1, "q2": -1}},
+        title="every part there is",
+        f=0.8,
+        level=0.5,
+    )
+
+
+@pytest.mark.parametrize(
+    "model",
+    [
+        in_python(),
+        every_part(),
+        sf.Structure([[1.0]], sf.ProportionalDamping(0.1, 0.2), [[2.0]]),
+        sf.Structure(
+            sparse.eye_array(700),
+            sf.ModalDamping((0.1, 0.2)),
+            sparse.diags_array(np.linspace(1, 2, 700)) / 3,
+            reduction=sf.ModalReduction(up_to=0.092),
+        ).replace(duration=3),
+    ],
+    ids=["frame", "every part", "one mass", "sparse"],
+)
+def test_tables_make_the_same_structure_again(model):
+    tables = json.loads(json.dumps(model.to_tables()))
+    again = sf.Structure.from_tables(tables)
+    assert again == model
+    assert again.name == model.name
+    assert again.title == model.title
+    for ours, theirs in zip(
+        (again.mass_matrix, again.stiffness_matrix, again.damping_matrix, again.basis),
+        (model.mass_matrix, model.stiffness_matrix, model.damping_matrix, model.basis),
+        strict=True,
+    ):
+        assert np.array_equal(ours, theirs)
+
+
+@pytest.mark.parametrize("kind", ["npy", "npz", "sparse npz", "mat", "mtx"])
+def test_matrices_lie_beside_the_file(kind, file):
+    K = np.array([[200.0, -100.0], [-100.0, 100.0]])
+    (file.parent / "data").mkdir()
+    name = f"data/matrices.{kind.split()[-1]}"
+    path = file.parent / name
+    {
+        "npy": lambda: np.save(path, K),
+        "npz": lambda: np.savez(path, K=K, other=np.eye(3)),
+        "sparse npz": lambda: sparse.save_npz(path, sparse.csr_array(K)),
+        "mat": lambda: io.savemat(path, {"K": K, "other": np.eye(3)}),
+        "mtx": lambda: io.mmwrite(path, sparse.coo_array(K)),
+    }[kind]()
+    file.write_text(TEXT.replace("[[200, -100], [-100, 100]]", f'"{name}"'))
+    assert sf.Structure.from_toml(file) == in_python()
+
+
+def test_a_text_in_no_file_has_no_files_beside_it():
+    text = TEXT.replace("{ diagonal = [1, 2] }", '"M.npz"')
+    with pytest.raises(InputError, match="line 3, column 5: M is the name of a file, but this"):
+        sf.Structure.from_toml(text)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        # Matrices.
+        ("[structure]", "[structur]", "line 2, column 1: a structure has no entry 'structur'; did"),
+        ("M = { diagonal = [1, 2] }", "", "line 2, column 1: the structure has no matrix M"),
+        ("[1, 2]", "[1, 0]", "line 3, column 5: M is singular or not positive definite: the mass "),
+        ("[1, 2]", '[1, "a"]', "line 3, column 22: an entry of a matrix is a text"),
+        ("[1, 2]", "[1, 2, 3]", "line 4, column 5: K has 2 rows and M has 3"),
+        ("diagonal", "diag", "line 3, column 7: M has no entry 'diag'; did you mean diagonal?"),
+        ("{ diagonal = [1, 2] }", "[[1, 1], [1, 1]]", "column 5: M is singular or not positive"),
+        ("{ diagonal = [1, 2] }", "{}", "column 5: M is an empty table; give rows"),
+        ("{ diagonal = [1, 2] }", '"M.npz"', "M.npz does not exist or is no file"),
+        ("{ diagonal = [1, 2] }", '"frame.toml"', "frame.toml ends in .toml, which is not known"),
+        ("{ diagonal = [1, 2] }", "true", "column 5: M is true or false, no matrix; give rows"),
+        ("[[200, -100], [-100, 100]]", "[[200, -100], [-100]]", "column 19: row 2 of K has 1 numb"),
+        ("[[200, -100], [-100, 100]]", "[[200, -100]]", "K has the shape 1 x 2; give a square"),
+        ("[[200, -100], [-100, 100]]", "[200, -100]", "column 6: this part of a matrix is a numb"),
+        ("[[200, -100], [-100, 100]]", "[]", "K has the shape 0; give a square matrix"),
+        ("-100, 100]]", "-90, 100]]", "line 4, column 5: K is not symmetric: row 1, column 2 is"),
+        ("[[200, -100]", "[[200, inf]", "column 12: an entry of K is inf; give a finite number"),
+        ('"root tip"', '"root"', "line 5, column 9: 1 names are given for 2"),
+        ('"root tip"', "5", "names is a number; give a text"),
+        ('"10mm"', '"10 kg"', "line 6, column 16: length_scale = '10 kg' has the unit 'kg'"),
+        ('"10mm"', "0", "length_scale = 0 m; give a finite length > 0"),
+        # Damping and reduction.
+        ('"ModalDamping"', '"Modal"', "line 8, column 8: there is no type 'Modal'; did you mean"),
+        ("ratios = 0.01", "ratio = 1", "line 9, column 1: ModalDamping has no entry 'ratio'; did"),
+        ("ratios = 0.01", "", "line 7, column 1: ModalDamping has no ratios; give it"),
+        ("ratios = 0.01", "ratios = [1, 2, 3]", "3 damping ratios are given for 2 modes"),
+        ('type = "ModalDamping"\n', "C = 1\n", "line 7, column 1: the table damping has no type"),
+        ("[damping]", "C = [[1, 0], [0, 1]]\n[damping]", "both a matrix C and a table [damping]"),
+        ('["tip"]', '["tpi"]', "line 12, column 12: the boundary has 'tpi', which is no degree of"),
+        ("modes = 1", "modes = 5", "5 modes are wanted of 1 degrees of freedom"),
+        ("modes = 1", "modes = true", "line 13, column 9: modes is true or false"),
+        # Elements, contacts and forcing.
+        ('"CubicSpring"', '"Cubic"', "line 15, column 8: there is no type 'Cubic'; did you mean"),
+        ('type = "CubicSpring"\n', "", "line 14, column 1: number 1 of elements has no type; give"),
+        ('at = "tip"\nk3', 'at = "tpi"\nk3', "line 16, column 6: the structure has no degree of"),
+        ('at = "tip"\nk3', "k3", "line 14, column 1: CubicSpring has no at; give it"),
+        ("k3 = 1e4", 'k3 = "5 Hz"', "line 17, column 6: k3 = '5 Hz' has the unit 'Hz'; give a num"),
+        ("k3 = 1e4", "K3 = 1", "line 17, column 1: CubicSpring has no entry 'K3'; did you mean k3"),
+        ("[0, 1]", "[0, 0]", "line 22, column 8: the axis of a geometric spring is zero"),
+        ('"2 kN/m"', "-1", "line 23, column 5: k = -1 is outside its bounds"),
+        ('"Stribeck"', '"Stribek"', "line 27, column 20: there is no law 'Stribek'; did you mean"),
+        ("mu_s = 0.4", "mu_s = 0.1", "line 27, column 39: mu_s = 0.1 is below mu_k = 0.3"),
+        ("mu_s = 0.4", "mu = 1", "line 27, column 32: Stribeck has no entry 'mu'; did you mean"),
+        ('"20 cm/s"', '"20 cm"', "line 27, column 49: vs = '20 cm' has the unit 'cm'"),
+        ('{ law = "Stribeck", mu_s = 0.4, vs = "20 cm/s" }', '"Jenkins"', "switches between stick"),
+        ('"ModulatedLoad"', '"Load"', "line 28, column 17: there is no type 'Load'"),
+        ("Nd = 0.5", "Nd = 5", "line 28, column 47: Nd = 5 N is not below Ns = 2 N"),
+        ("load =", "loads =", "line 28, column 1: FrictionContact has no entry 'loads'; did you"),
+        ("Vd = 0.5", "alpha = 0.5", "line 29, column 9: alpha = 0.5 has no meaning"),
+        ("3 = [", "300 = [", "a force of several harmonics has the harmonic 300"),
+        ("[[forcing]]", "[forcing]", "line 30, column 1: forcing is a table; give each one a tab"),
+        ('name = "tie"', 'name = "a b"', "'a b' cannot name a geometric spring"),
+        # The rest.
+        ("u = { root", "u = { roo", "line 36, column 5: the structure has no degree of freedom"),
+        ("u = { root = 1 }", 'tip = "root"', "tip is a state and an output"),
+        ("u = { root = 1 }", "u = 3", "line 36, column 5: the output u acts at 3"),
+        ('f = "1.5 Hz"', "f = -1", "line 38, column 5: f = -1 is outside its bounds"),
+        ('f = "1.5 Hz"', "F = 1", "line 38, column 1: frame has no entry 'F'; did you mean f?"),
+        ('f = "1.5 Hz"', "Nd = 3", "line 37, column 1: Nd = 3 N is not below Ns = 2 N"),
+        ('f = "1.5 Hz"', "f = 1979-05-27", "line 38, column 5: f is a date; give a number"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_is_pointed_at(old, new, words, file):
+    assert old in TEXT
+    file.write_text(TEXT.replace(old, new, 1))
+    with pytest.raises(InputError) as caught:
+        sf.Structure.from_toml(file)
+    sentence, *excerpt = str(caught.value).split("\n")
+    assert sentence.startswith(str(file))
+    assert words in sentence
+    assert len(excerpt) in (0, 2)
+
+
+@pytest.mark.parametrize(
+    "name", ["../M.npz", "/M.npz", "a/../../M.npz", "C:/M.npz", "\\\\\\\\host\\\\M.npz"]
+)
+def test_matrices_are_read_from_below_the_folder_only(name, file):
+    np.savez(file.parent / "M.npz", M=np.eye(2))
+    np.savez(file.parent.parent / "M.npz", M=np.eye(2))
+    file.write_text(TEXT.replace("{ diagonal = [1, 2] }", f'"{name}"'))
+    with pytest.raises(InputError, match="leads out of the folder of this file; put the matrix"):
+        sf.Structure.from_toml(file)
+
+
+def test_a_damaged_matrix_file_is_named(file):
+    Path(file.parent, "M.npz").write_bytes(b"PK\x03\x04 no archive")
+    file.write_text(TEXT.replace("{ diagonal = [1, 2] }", '"M.npz"'))
+    with pytest.raises(InputError, match=r"line 3, column 5: .*M.npz cannot be read as a .npz"):
+        sf.Structure.from_toml(file)
+
+
+EXAMPLES = [
+    name for name in built_in_models() if isinstance(model_named(name), sf.Structure)
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_built_in_structures_are_files_to_start_from(name, tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(built_in_text(name))
+    model = sf.Structure.from_toml(path)
+    assert model == model_named(name)
+    assert model.name == name
+    assert model.title
+
+
+def test_the_chain_is_ten_masses_at_a_belt():
+    chain = model_named("chain")
+    assert chain.natural_frequencies == pytest.approx(
+        np.sqrt(100) / np.pi * np.sin((2 * np.arange(1, 11) - 1) * np.pi / 42), rel=1e-12
+    )
+    assert "Vrel" in [output.name for output in chain.outputs()]
