@@ -39,7 +39,17 @@ def extrema_of(reach):
     return Extrema(tuple(reach), -high, high)
 
 
-def drawn_point(kind, value, arclength, reach, *, criticality=None, leads_to=None, vary="Nd"):
+def drawn_point(
+    kind,
+    value,
+    arclength,
+    reach,
+    *,
+    criticality=None,
+    leads_to=None,
+    vary="Nd",
+    multipliers=None,
+):
     model = SlidingOscillator(**{vary: value})
     return DrawnPoint(
         type=kind,
@@ -50,7 +60,7 @@ def drawn_point(kind, value, arclength, reach, *, criticality=None, leads_to=Non
         uncertainty=1e-13,
         period=1,
         nodes=np.zeros((1, 4)),
-        multipliers=CRITICAL.get(kind, INSIDE),
+        multipliers=CRITICAL.get(kind, INSIDE) if multipliers is None else np.array(multipliers),
         multiplier_uncertainty=np.zeros(4),
         residual=0.0,
         arclength=arclength,

@@ -148,3 +148,16 @@ def distance(points, line):
     away = points[:, None] - start
     share = np.clip((away * step).sum(2) / np.maximum((step**2).sum(1), 1e-30), 0, 1)
     return np.sqrt(((away - share[..., None] * step) ** 2).sum(2)).min(1)
+
+
+def test_several_pairs_may_cross_between_two_points():
+    # Two Hopf points of a chain one after the other, and no point of the branch between them.
+    s = np.array([0.0, 0.5, 1.0])
+    pair = np.array([0.9 * np.exp(1j), 0.9 * np.exp(-1j)])
+    grown = 1.05 / 0.9 * pair
+    other = np.array([0.8 * np.exp(2j), 0.8 * np.exp(-2j)])
+    multipliers = [[*pair, *other], [*pair, *other], [*grown, *(1.1 / 0.8 * other)]]
+    first = drawn_point("NS", 0.6, 0.6, {"x": 0.6}, multipliers=[*(pair / 0.9), *other])
+    second = drawn_point("NS", 0.7, 0.7, {"x": 0.7}, multipliers=[*grown, *(other / 0.8)])
+    branch = drawn_branch(s, {"x": s}, np.array(multipliers), [first, second])
+    assert kinds(branch) == ["stable", "fold or torus"]

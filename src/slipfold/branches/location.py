@@ -21,6 +21,10 @@ CLOSE = 1e-12
 EVALUATIONS = 40
 """Orbits after which a zero counts as not found; 8 are seldom needed."""
 
+BLURRED = 1e-6
+"""Arclength within which rounding, magnified by large multipliers, may hide a zero. The point's
+uncertainty, computed apart, says how much it does."""
+
 ALONG = 0.3
 """A branch whose tangent makes a smaller cosine than this with a chord is halved first."""
 
@@ -149,7 +153,9 @@ def locate(
             low = at
         else:
             high = at
-    raise LostBranchError(f"a zero was not found in {EVALUATIONS} orbits")
+    if high - low > BLURRED:
+        raise LostBranchError(f"a zero was not found in {EVALUATIONS} orbits")
+    return point
 
 
 class _Chord:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import BIFURCATIONS
+from slipfold.branches.stability import stability_stretches
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.find import hold_parameter
 from slipfold.orbits.newton import correct
@@ -44,19 +45,13 @@ def stable_spans(branch: Branch) -> list[StableSpan]:
     """
     if not len(branch):
         return []
-    marks = [(p.arclength, p.value) for p in branch.special if p.type in BIFURCATIONS]
-    ends = [(float(branch.arclength[i]), float(branch.parameter[i])) for i in (0, -1)]
-    breaks = [ends[0], *marks, ends[1]]
+    marks = [p.value for p in branch.special if p.type in BIFURCATIONS]
+    values = [float(branch.parameter[0]), *marks, float(branch.parameter[-1])]
     spans = []
-    for (s_a, p_a), (s_b, p_b) in pairwise(breaks):
-        first, last = np.searchsorted(branch.arclength, [s_a, s_b])
-        rows = np.arange(first, min(last + 1, len(branch)))
-        inside = rows[(branch.arclength[rows] > s_a) & (branch.arclength[rows] < s_b)]
-        # On a stretch of no inner point the ends decide; one of them may lie on a bifurcation.
-        deciding = inside if len(inside) else rows
-        if not len(deciding) or not branch.stable[deciding[len(deciding) // 2]]:
-            continue
-        spans.append(StableSpan(min(p_a, p_b), max(p_a, p_b), (int(rows[0]), int(rows[-1]) + 1)))
+    for stretch, (a, b) in zip(stability_stretches(branch), pairwise(values), strict=True):
+        if stretch.stable:
+            first, last = np.searchsorted(branch.arclength, [stretch.begin, stretch.end])
+            spans.append(StableSpan(min(a, b), max(a, b), (int(first), min(last + 1, len(branch)))))
     return spans
 
 

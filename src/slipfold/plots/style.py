@@ -26,7 +26,16 @@ LINES: Mapping[str, Mapping[str, Any]] = MappingProxyType(
 """Line properties of each kind."""
 
 MARKERS: Mapping[str, str] = MappingProxyType(
-    {"PD": "o", "NS": "s", "LP": "^", "BP": "D", "LIMIT": "x", "FAILED": "|", "EVENT": "+"}
+    {
+        "PD": "o",
+        "NS": "s",
+        "LP": "^",
+        "BP": "D",
+        "HB": "p",
+        "LIMIT": "x",
+        "FAILED": "|",
+        "EVENT": "+",
+    }
 )
 """Marker of each type of special point, and of the end of a branch that could not be followed."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +10,7 @@ from scipy.interpolate import CubicSpline
 
 from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import BIFURCATIONS
+from slipfold.branches.stability import stability_stretches
 from slipfold.errors import InputError
 from slipfold.orbits.extrema import Extrema
 
@@ -111,7 +111,7 @@ def stretches_of(branch: Branch, output: str, measure: str = "max") -> tuple[Str
     knots = _knots(branch, output, measure)
     if len(knots.s) < 2:
         return ()
-    kinds = _interval_kinds(knots)
+    kinds = _interval_kinds(branch, knots.s)
     parameter, value = _splines(knots)
     result: list[Stretch] = []
     first = 0
@@ -126,23 +126,22 @@ def stretches_of(branch: Branch, output: str, measure: str = "max") -> tuple[Str
 
 @dataclass(frozen=True, eq=False)
 class _Knots:
-    """Points a line goes through; the kind is None on the boundary between two kinds."""
+    """Points a line goes through."""
 
     s: Array
     parameter: Array
     value: Array
-    kinds: tuple[str | None, ...]
     types: tuple[str, ...]
 
 
 def _knots(branch: Branch, output: str, measure: str) -> _Knots:
-    # Rows: arclength, parameter, value, kind, type. A special point replaces a branch point at
-    # the same place: its value is located, and the stability on the boundary is noise.
-    rows: list[tuple[float, float, float, str | None, str]] = []
+    # Rows: arclength, parameter, value, type. A special point replaces a branch point at
+    # the same place: its value is located.
+    rows: list[tuple[float, float, float, str]] = []
     special = [item for item in branch.special if item.type in BIFURCATIONS]
     for item in special:
         value = measure_of(item.orbit.extrema, output, measure)[0]
-        rows.append((item.arclength, item.value, float(value), None, item.type))
+        rows.append((item.arclength, item.value, float(value), item.type))
     taken = np.array([item.arclength for item in special])
     near = CLOSE * float(np.ptp(branch.arclength)) if len(branch) else 0.0
     values = measure_of(branch.extrema, output, measure)
@@ -154,38 +153,26 @@ def _knots(branch: Branch, output: str, measure: str) -> _Knots:
         on_parent = (i == 0 and branch.begun.kind == BORN) or (
             i == last and branch.stopped.kind == CLOSED
         )
-        kind = None if on_parent else _kind(branch.multipliers[i])
         type_ = BORN if on_parent else ""
-        rows.append((float(s), float(branch.parameter[i]), float(values[i]), kind, type_))
+        rows.append((float(s), float(branch.parameter[i]), float(values[i]), type_))
     rows = sorted((row for row in rows if np.isfinite(row[:3]).all()), key=lambda row: row[0])
     rows = [row for i, row in enumerate(rows) if i == 0 or row[0] > rows[i - 1][0]]
-    s, parameter, value_column, kinds, types = zip(*rows, strict=True) if rows else ((),) * 5
-    return _Knots(np.array(s), np.array(parameter), np.array(value_column), kinds, types)
+    s, parameter, value_column, types = zip(*rows, strict=True) if rows else ((),) * 4
+    return _Knots(np.array(s), np.array(parameter), np.array(value_column), types)
 
 
-def _kind(multipliers: NDArray[np.complex128]) -> str:
-    outside = multipliers[np.abs(multipliers) > 1]
+def _kind(outside: NDArray[np.complex128]) -> str:
     if len(outside) == 0:
         return STABLE
     return DOUBLED if np.any((outside.real < -1) & (outside.imag == 0)) else OTHER
 
 
-def _interval_kinds(knots: _Knots) -> list[str]:
-    """Return the kind of each interval between knots; between bifurcations it follows from them."""
-    kinds: list[str] = []
-    for i, (left, right) in enumerate(pairwise(knots.kinds)):
-        known = right if right is not None else left
-        if known is None:
-            known = _beyond(kinds[-1] if kinds else STABLE, knots.types[i])
-        kinds.append(known)
-    return kinds
-
-
-def _beyond(kind: str, type_: str) -> str:
-    """Return the kind behind a bifurcation from that before it, where no orbit lies between."""
-    if type_ == "PD":
-        return STABLE if kind == DOUBLED else DOUBLED
-    return STABLE if kind == OTHER else OTHER
+def _interval_kinds(branch: Branch, s: Array) -> list[str]:
+    """Return the kind of each interval between knots."""
+    stretches = stability_stretches(branch)
+    kinds = [_kind(stretch.outside) for stretch in stretches]
+    ends = np.array([stretch.end for stretch in stretches[:-1]])
+    return [kinds[i] for i in np.searchsorted(ends, 0.5 * (s[1:] + s[:-1]))]
 
 
 def _splines(knots: _Knots) -> tuple[CubicSpline, CubicSpline]:

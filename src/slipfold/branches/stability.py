@@ -1,0 +1,106 @@
+"""How the orbits stand on each stretch of a branch between two bifurcations."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.branches.branch import Branch
+from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
+
+__all__ = ["StabilityStretch", "stability_stretches"]
+
+Multipliers = NDArray[np.complex128]
+
+CRITICAL = {"PD": -1.0, "LP": 1.0, "BP": 1.0}
+"""Where the multiplier is that crosses the unit circle; a pair of a torus is anywhere on it."""
+
+CLOSE = 1e-5
+"""A point this near to a bifurcation, over the length of the branch, does not tell which side."""
+
+BEYOND = 1.001
+"""Modulus given to a critical multiplier that has left the circle and was not computed there."""
+
+
+@dataclass(frozen=True, eq=False)
+class StabilityStretch:
+    """A part of a branch on which no multiplier crosses the unit circle.
+
+    Parameters
+    ----------
+    begin, end
+        Arclength of its ends.
+    outside
+        The multipliers outside the unit circle, as at a point in its middle.
+    """
+
+    begin: float
+    end: float
+    outside: Multipliers
+
+    @property
+    def stable(self) -> bool:
+        """Whether there are none."""
+        return len(self.outside) == 0
+
+
+def stability_stretches(branch: Branch) -> tuple[StabilityStretch, ...]:
+    """Cut a branch at its bifurcations.
+
+    Where no point of the branch lies between two of them, what is outside follows from what was
+    outside before and from which multipliers are critical.
+
+    Parameters
+    ----------
+    branch
+        A branch with at least one point.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> diagram = sf.response(sf.SlidingOscillator(f=12.5), vary="Nd", span=(0, 0.3))
+    >>> [stretch.stable for stretch in stability_stretches(diagram.branches[0])]
+    [True, False]
+    """
+    marks = [item for item in branch.special if item.type in BIFURCATIONS]
+    first, last = float(branch.arclength[0]), float(branch.arclength[-1])
+    breaks = [first, *(item.arclength for item in marks), last]
+    stretches: list[StabilityStretch] = []
+    for i, (begin, end) in enumerate(pairwise(breaks)):
+        clear = np.minimum(branch.arclength - begin, end - branch.arclength)
+        middle = int(clear.argmax())
+        if clear[middle] > CLOSE * (last - first):
+            outside = _outside(branch.multipliers[middle])
+        elif i == 0 or i == len(marks):
+            outside = _outside(branch.multipliers[-1 if i == len(marks) else 0])
+        else:
+            outside = _behind(
+                marks[i - 1], len(stretches[-1].outside), branch.durations is not None
+            )
+        stretches.append(StabilityStretch(begin, end, outside))
+    return tuple(stretches)
+
+
+def _outside(multipliers: Multipliers) -> Multipliers:
+    return multipliers[np.abs(multipliers) > 1]
+
+
+def _behind(point: SpecialPoint, before: int, cycle: bool) -> Multipliers:
+    """Return what is outside behind a bifurcation, from how many were outside before it."""
+    values = point.multipliers
+    target = CRITICAL.get(point.type)
+    if target is None:
+        distance = np.where(values.imag != 0, np.abs(np.abs(values) - 1), np.inf)
+        critical = np.argsort(distance)[:2]
+    else:
+        # A cycle has a multiplier one anyway, that of its own direction.
+        count = 2 if cycle and target == 1 else 1
+        critical = np.argsort(np.abs(values - target))[:count]
+    rest = _outside(np.delete(values, critical))
+    if before > len(rest):
+        return rest
+    crossing = values[critical[:1] if target is not None else critical]
+    return np.concatenate([rest, BEYOND * crossing / np.abs(crossing)])
