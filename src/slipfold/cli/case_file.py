@@ -9,28 +9,34 @@ from typing import TYPE_CHECKING, Any
 from slipfold.errors import InputError
 
 if TYPE_CHECKING:
+    from slipfold.models.friction import FrictionLaw
     from slipfold.models.model import Model
+    from slipfold.models.system_source import Source
 
 __all__ = ["find_model"]
 
 FORM = (
-    'model = "sliding" and a table [parameters] with lines such as f = 12.5 or alpha = "60deg"; '
+    'model = "sliding" and a table [parameters] with lines such as f = 12.5 or alpha = "60deg", '
+    'and it may have a table [friction] with e.g. law = "Stribeck"; '
     "a system of equations has a table [states], see slipfold models --show duffing, and a "
     "structure a table [structure], see slipfold models --show chain"
 )
 
 
-def find_model(given: str, changes: Mapping[str, str]) -> Model:
+def find_model(given: str, changes: Mapping[str, str], friction: str | None = None) -> Model:
     """Make the model that a command names.
 
     Parameters
     ----------
     given
-        Name of a built-in model, or a file ``....toml``: a case with ``model = "sliding"`` and a
-        table ``[parameters]``, a system of equations with a table ``[states]``, or a structure
-        from matrices with a table ``[structure]``.
+        Name of a built-in model, or a file ``....toml``: a case with ``model = "sliding"`` and
+        tables ``[parameters]`` and ``[friction]``, a system of equations with a table
+        ``[states]``, or a structure from matrices with a table ``[structure]``.
     changes
         Values of parameters that replace those of the file.
+    friction
+        Name of a friction law of the package, in small or capital letters; it replaces that of
+        the file. None for that of the file or model.
 
     Raises
     ------
@@ -46,24 +52,58 @@ def find_model(given: str, changes: Mapping[str, str]) -> Model:
     from slipfold.models.structures import Structure
     from slipfold.models.system import System
 
+    law = None if friction is None else _law_named(friction)
     if not given.endswith(".toml"):
-        return model_named(given, **changes)
-    text = _read(given)
-    case = _parsed(given, text)
-    if "model" not in case and "states" in case:
-        return System.from_toml(Path(given)).replace(**changes)
-    if "model" not in case and "structure" in case:
-        return Structure.from_toml(Path(given)).replace(**changes)
-    unknown = sorted(set(case) - {"model", "parameters"})
+        return model_named(given, **_with_law(given, law), **changes)
+    source = _source(given)
+    for table, kind in (("states", System), ("structure", Structure)):
+        if "model" not in source.tables and table in source.tables:
+            return kind.from_toml(Path(given)).replace(**_with_law(given, law), **changes)
+    unknown = sorted(set(source.tables) - {"model", "parameters", "friction"})
     if unknown:
         raise InputError(f"{given} has the unknown entry {unknown[0]!r}; a case file has {FORM}")
-    name, values = case.get("model"), case.get("parameters", {})
+    name, values = source.tables.get("model"), source.tables.get("parameters", {})
     if not isinstance(name, str) or not isinstance(values, dict):
         raise InputError(f"{given} does not say which model it is about; a case file has {FORM}")
+    if law is None and "friction" in source.tables:
+        from slipfold.models.friction.law_reader import read_law
+
+        law = read_law(source, ("friction",), source.tables["friction"])
     try:
-        return model_named(name, **{**values, **changes})
+        return model_named(name, **{**_with_law(name, law), **values, **changes})
     except InputError as error:
         raise InputError(f"{given}: {error}") from error
+
+
+def _law_named(name: str) -> FrictionLaw:
+    """Return the law of a name, with its default values."""
+    from slipfold.models.friction import friction_laws
+    from slipfold.models.friction.law_reader import read_law
+    from slipfold.models.system_source import source_of_tables
+
+    exact = {law.lower(): law for law in friction_laws()}
+    value = exact.get(name.lower(), name)
+    return read_law(source_of_tables({}, "--friction"), ("--friction",), value)
+
+
+def _with_law(name: str, law: FrictionLaw | None) -> dict[str, Any]:
+    """Return the argument of a model for a friction law; empty without one."""
+    from slipfold.models.registry import WITH_FRICTION
+
+    if law is None:
+        return {}
+    if name not in WITH_FRICTION:
+        raise InputError(
+            f"{name} takes no friction law, which is for {' and '.join(WITH_FRICTION)}; give that "
+            "of a structure's contact in its file, and leave it out for other models"
+        )
+    return {"friction": law}
+
+
+def _source(given: str) -> Source:
+    from slipfold.models.system_source import source_of_text
+
+    return source_of_text(_read(given), given)
 
 
 def _read(given: str) -> str:
@@ -76,9 +116,3 @@ def _read(given: str) -> str:
         ) from error
     except UnicodeDecodeError as error:
         raise InputError(f"{given} is not TOML ({error}); a case file has {FORM}") from error
-
-
-def _parsed(given: str, text: str) -> dict[str, Any]:
-    from slipfold.models.system_source import source_of_text
-
-    return dict(source_of_text(text, given).tables)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from slipfold.cli.interruption import deferred_interrupts
-from slipfold.cli.options import Csv, Json, MaxPoints, MaxStep, Out, Sets, Tolerance
+from slipfold.cli.options import Csv, Friction, Json, MaxPoints, MaxStep, Out, Sets, Tolerance
 from slipfold.cli.outputs import Outputs
 from slipfold.cli.parsing import (
     parse_assignments,
@@ -86,6 +86,7 @@ def locus(
     model: Given,
     vary: Vary,
     set_: Sets = None,
+    friction: Friction = None,
     label: Labels = None,
     type_: Types = None,
     period: Periods = None,
@@ -116,7 +117,9 @@ def locus(
     if model.lower().endswith(".nc"):
         from slipfold.results.locus import locus as follow
 
-        _refuse(model, set_, regions, bool(label and (types or periods)))
+        given = [f"--set {item}" for item in set_ or ()]
+        given += [] if friction is None else [f"--friction {friction}"]
+        _refuse(model, given, regions, bool(label and (types or periods)))
         response = load_response(model)
         chosen = response.model
         plane, window = parse_window(vary, chosen)
@@ -134,10 +137,10 @@ def locus(
                 f"--label {label[0]} is for a saved response, but {model} is a model; give a file "
                 "that slipfold response --out wrote, or leave out --label"
             )
-        given = parse_assignments(set_)
-        chosen = find_model(model, given)
+        values = parse_assignments(set_)
+        chosen = find_model(model, values, friction)
         plane, window = parse_window(vary, chosen)
-        refuse_varied(given, plane)
+        refuse_varied(values, plane)
         compute = partial(
             bifurcation_set,
             chosen,
@@ -160,12 +163,12 @@ def locus(
     return _conclude(diagram, outputs)
 
 
-def _refuse(path: str, sets: Sequence[str] | None, regions: bool, both: bool) -> None:
+def _refuse(path: str, given: Sequence[str], regions: bool, both: bool) -> None:
     """Refuse what does not go with a saved response."""
-    if sets:
+    if given:
         raise InputError(
-            f"--set {sets[0]} is for a model, but the parameters of {path} are those it was "
-            "computed with; leave out --set"
+            f"{given[0]} is for a model, but the parameters of {path} are those it was "
+            f"computed with; leave out {given[0].split()[0]}"
         )
     if regions:
         raise InputError(

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from slipfold.cli.case_file import find_model
-from slipfold.cli.options import Json
+from slipfold.cli.options import Friction, Json
 from slipfold.cli.outputs import hand_over_json
 from slipfold.cli.status import say
+from slipfold.errors import InputError
 
 if TYPE_CHECKING:
     from slipfold.models.model import Model
@@ -32,17 +33,24 @@ Show = Annotated[
 ]
 
 
-def models(model: Name = None, show: Show = None, json: Json = None) -> None:
+def models(
+    model: Name = None, show: Show = None, friction: Friction = None, json: Json = None
+) -> None:
     """List the built-in models, or parameters, states, outputs and limits of one of them."""
     from slipfold.models.registry import built_in_models, built_in_text
 
+    if friction is not None and model is None:
+        raise InputError(
+            f"--friction {friction} is for one model; give it, e.g. slipfold models sliding "
+            f"--friction {friction}"
+        )
     if show is not None:
         say(built_in_text(show).rstrip())
         return
     shown = (
         [kind() for kind in built_in_models().values()]
         if model is None
-        else [find_model(model, {})]
+        else [find_model(model, {}, friction)]
     )
     if json is not None:
         record = {"schema": "slipfold.models/1", "models": [_record(item) for item in shown]}

@@ -6,7 +6,17 @@ from typing import Annotated
 
 import typer
 
-__all__ = ["Csv", "Json", "MaxPoints", "MaxStep", "ModelName", "Out", "Sets", "Tolerance"]
+__all__ = [
+    "Csv",
+    "Friction",
+    "Json",
+    "MaxPoints",
+    "MaxStep",
+    "ModelName",
+    "Out",
+    "Sets",
+    "Tolerance",
+]
 
 ModelName = Annotated[
     str,
@@ -22,6 +32,15 @@ Sets = Annotated[
         "--set",
         metavar="NAME=VALUE",
         help="Value of a parameter: in SI units, or with a unit, e.g. alpha=60deg. Repeatable.",
+    ),
+]
+
+Friction = Annotated[
+    str | None,
+    typer.Option(
+        metavar="LAW",
+        help="Friction law of the sliding oscillator, e.g. stribeck; its parameters are then set "
+        "and varied like others, see slipfold models sliding --friction LAW.",
     ),
 ]
 

@@ -7,7 +7,17 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from slipfold.cli.interruption import deferred_interrupts
-from slipfold.cli.options import Csv, Json, MaxPoints, MaxStep, ModelName, Out, Sets, Tolerance
+from slipfold.cli.options import (
+    Csv,
+    Friction,
+    Json,
+    MaxPoints,
+    MaxStep,
+    ModelName,
+    Out,
+    Sets,
+    Tolerance,
+)
 from slipfold.cli.outputs import Outputs
 from slipfold.cli.parsing import (
     parse_assignments,
@@ -68,6 +78,7 @@ def response(
     model: ModelName,
     vary: Vary,
     set_: Sets = None,
+    friction: Friction = None,
     json: Json = None,
     out: Out = None,
     csv: Csv = None,
@@ -90,7 +101,7 @@ def response(
     outputs = Outputs(json, out, csv)
     outputs.check()
     given = parse_assignments(set_)
-    chosen = find_model(model, given)
+    chosen = find_model(model, given, friction)
     name, span = parse_span(vary, chosen)
     refuse_varied(given, (name,))
     events = [parse_event(text, chosen, name) for text in event or ()]

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from slipfold.cli.options import Json, ModelName, Out, Sets
+from slipfold.cli.options import Friction, Json, ModelName, Out, Sets
 from slipfold.cli.outputs import Outputs
 from slipfold.cli.parsing import parse_assignments, parse_number, parse_whole
 from slipfold.cli.status import DONE, FAILED, note
@@ -33,6 +33,7 @@ def simulate(
     model: ModelName,
     periods: Periods = "1000",
     set_: Sets = None,
+    friction: Friction = None,
     state: States = None,
     tolerance: Tolerance = "1e-9",
     json: Json = None,
@@ -48,7 +49,7 @@ def simulate(
 
     outputs = Outputs(json, out)
     outputs.check()
-    chosen = find_model(model, parse_assignments(set_))
+    chosen = find_model(model, parse_assignments(set_), friction)
     units = {item.name: item.unit for item in chosen.states}
     start = {
         name: parse_quantity(value, units.get(name, ""), name)

@@ -9,6 +9,7 @@ from importlib.resources.abc import Traversable
 from typing import Any
 
 from slipfold.errors import InputError
+from slipfold.models.friction import FrictionLaw
 from slipfold.models.model import Model
 from slipfold.models.sliding_oscillator import SlidingOscillator
 from slipfold.models.structures import Structure
@@ -17,6 +18,9 @@ from slipfold.models.system import System
 from slipfold.models.system_source import source_of_text
 
 __all__ = ["built_in_models", "built_in_text", "model_named"]
+
+WITH_FRICTION = ("sliding", "steady-sliding")
+"""Models that take a friction law as ``friction``."""
 
 _KINDS: tuple[type[Model], ...] = (SlidingOscillator,)
 
@@ -63,7 +67,7 @@ def built_in_text(name: str) -> str:
     return _files()[name].read_text(encoding="utf-8")
 
 
-def model_named(name: str, **values: float | str) -> Model:
+def model_named(name: str, **values: Any) -> Model:
     """Make a built-in model.
 
     Parameters
@@ -71,7 +75,8 @@ def model_named(name: str, **values: float | str) -> Model:
     name
         Its name, e.g. ``"sliding"``.
     **values
-        Parameter values that differ from the defaults.
+        Parameter values that differ from the defaults; of the sliding oscillator also
+        ``friction``, its friction law.
 
     Raises
     ------
@@ -120,5 +125,5 @@ def _from_file(name: str, **values: Any) -> Model:
     return _default(name).replace(**values)
 
 
-def _steady_sliding(**values: Any) -> Model:
-    return SlidingOscillator().steady().replace(**values)
+def _steady_sliding(friction: FrictionLaw | None = None, **values: Any) -> Model:
+    return SlidingOscillator(friction).steady().replace(**values)
