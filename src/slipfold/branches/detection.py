@@ -14,6 +14,9 @@ __all__ = ["ON_CIRCLE", "find_bifurcations", "is_torus"]
 ON_CIRCLE = 1e-4
 """Distance of a critical multiplier from where it should be; located ones have 1e-8 or less."""
 
+ROUNDING = 1e-9
+"""What rounding may leave of a test function, or of a multiplier's distance from the circle."""
+
 REAL = 1e-7
 """A multiplier whose imaginary part is below this counts as real: pairs part as a square root."""
 
@@ -50,7 +53,7 @@ class _Bifurcations:
         """Return the bifurcations where a test function changes sign between two points."""
         found = []
         for kind in ("PD", "NS", "LP"):
-            if kind in a.tests and (a.tests[kind] > 0) != (b.tests[kind] > 0):
+            if kind in a.tests and _changes_sign(a.tests[kind], b.tests[kind]):
                 found.append(locate_test(self._problem, known, a, b, kind, kind))
         if a.orientation != b.orientation:
             found.append(locate_test(self._problem, known, a, b, "BP", "fold"))
@@ -58,10 +61,20 @@ class _Bifurcations:
 
     def accounts_for(self, found: list[Found], a: Point, b: Point) -> bool:
         """Whether what was found explains the change in the number of unstable multipliers."""
+        if min(np.abs(np.abs(item.multipliers) - 1).min() for item in (a, b)) < ROUNDING:
+            return True  # which side of the circle it is on is not known
         change = abs(b.unstable - a.unstable)
         single = sum(item.type != "NS" for item in found)
         pairs = len(found) - single
         return change <= single + 2 * pairs and (change - single) % 2 == 0
+
+
+def _changes_sign(before: float, after: float) -> bool:
+    """Whether a function is positive at one of two points only, beyond what rounding does.
+
+    Along a family of centres, which have the same value of the parameter, it is zero throughout.
+    """
+    return (before > 0) != (after > 0) and max(abs(before), abs(after)) > ROUNDING
 
 
 def _is_genuine(found: Found) -> bool:

@@ -54,8 +54,9 @@ def orbit_at(curve: Shooting, known: Sequence[Point], arclength: float) -> Point
     LostBranchError
         If Newton's method fails there.
     """
-    guess, row = hermite(well_spaced(known, arclength, arclength, POINTS), arclength)
-    correction = correct(curve, guess, row)
+    near = well_spaced(known, arclength, arclength, POINTS)
+    guess, row = hermite(near, arclength)
+    correction = correct(curve, curve.aligned(guess, near[0].z), row)
     if not correction.converged:
         raise LostBranchError(correction.failure)
     return _placed(known, corrected_point(curve, correction, arclength))

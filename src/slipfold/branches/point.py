@@ -41,6 +41,8 @@ class Point:
         point and not at a fold. Zero where it is not known.
     residual
         Largest mismatch, in scaled states.
+    growth
+        Upper bound of the logarithms of the multipliers' moduli; infinite where none is known.
     """
 
     z: Array
@@ -51,6 +53,7 @@ class Point:
     tests: dict[str, float]
     orientation: int
     residual: float
+    growth: float = np.inf
 
     @property
     def unstable(self) -> int:
@@ -111,4 +114,5 @@ def corrected_point(curve: Shooting, correction: Correction, arclength: float) -
         curve.tests(correction.z, linearisation, multipliers, tangent),
         bordered.sign,
         correction.residual,
+        curve.growth(linearisation) if np.abs(multipliers[0]) < 1 else np.inf,
     )

@@ -8,6 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.branches.contraction import contracts_between
 from slipfold.branches.interpolation import polynomial, well_spaced
 from slipfold.branches.location import insert, locate, orbit_at
 from slipfold.branches.point import Point
@@ -19,6 +20,13 @@ Array = NDArray[np.float64]
 
 DEPTH = 7
 """An interval is halved this often, to 1/128 of a step, before its account is left open."""
+
+NEAR = 4
+"""Points that test functions are interpolated through."""
+
+UNSURE = 0.25
+"""Share of the difference between a test function and what its neighbours let expect, below which
+it may have changed its sign twice: a parabola with that error in its slope falls by so much."""
 
 TOUCH = 0.15
 """A test function that falls between two points to this share of its values there is looked at."""
@@ -81,6 +89,8 @@ def search_between(
     list of Found
         In order of arclength.
     """
+    if contracts_between(a, b):
+        return []
     place = _suspicious_place(known, a, b) if depth < DEPTH else None
     if place is None:
         found = watch.located(known, a, b)
@@ -126,22 +136,43 @@ def locate_test(
 
 
 def _suspicious_place(known: list[Point], a: Point, b: Point) -> float | None:
-    """Where between two points a test function may touch zero without a sign change at the ends."""
-    near = well_spaced(known, a.arclength, b.arclength, 4)
+    """Where between two points a test function may touch zero without a sign change at the ends.
+
+    Between the points it may be as far from its interpolation as that is from the one through a
+    point less. At a point where it is far from what its neighbours let expect and near zero, its
+    slope is not known, and it may have come from the other side.
+    """
+    near = well_spaced(known, a.arclength, b.arclength, NEAR)
     where = np.array([point.arclength for point in near])
+    tests = np.array([list(point.tests.values()) for point in near])
     grid = np.linspace(a.arclength, b.arclength, 18)[1:-1]
-    curves = polynomial(where, np.array([list(point.tests.values()) for point in near]), grid)
-    for values, f_a, f_b in zip(curves.T, a.tests.values(), b.tests.values(), strict=True):
-        if not np.isfinite(values).all():  # a function that is not defined everywhere
+    curves = polynomial(where, tests, grid)
+    errors = np.abs(curves - polynomial(where[:-1], tests[:-1], grid))
+    surprises = [_surprise(near, end) for end in (a, b)]
+    ends = zip(a.tests.values(), b.tests.values(), *surprises, strict=True)
+    for curve, error, (f_a, f_b, e_a, e_b) in zip(curves.T, errors.T, ends, strict=True):
+        if not np.isfinite(curve).all():  # a function that is not defined everywhere
             continue
-        inner = np.sign(f_a) * values
-        lowest = int(inner.argmin())
+        inner = np.sign(f_a) * curve
         if f_a * f_b > 0:
-            if inner[lowest] < TOUCH * min(abs(f_a), abs(f_b)):
+            doubtful = inner - np.maximum(error, TOUCH * min(abs(f_a), abs(f_b)))
+            lowest = int(doubtful.argmin())
+            if doubtful[lowest] < 0:
                 return float(grid[lowest])
+            if abs(f_a) < UNSURE * e_a or abs(f_b) < UNSURE * e_b:
+                return 0.5 * (a.arclength + b.arclength)
         else:
             signs = np.sign(np.concatenate([[1.0], inner, [-1.0]]))
             changes = np.flatnonzero(np.diff(signs))
             if len(changes) > 1:
                 return float(grid[min(changes[1], len(grid) - 1)])
     return None
+
+
+def _surprise(near: list[Point], end: Point) -> Array:
+    """By how much test functions at a point differ from what its neighbours let expect."""
+    others = [point for point in near if point is not end]
+    where = np.array([point.arclength for point in others])
+    tests = np.array([list(point.tests.values()) for point in others])
+    expected = polynomial(where, tests, np.array([end.arclength]))[0]
+    return np.abs(np.array(list(end.tests.values())) - expected)

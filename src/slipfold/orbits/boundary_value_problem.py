@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.models.model import Model
+from slipfold.orbits.contraction import growth_bound
 from slipfold.orbits.linearisation import NO_CONDITIONS, Linearisation, defect_of
 from slipfold.orbits.shooting import SEGMENTS, Shooting
 from slipfold.orbits.test_functions import evaluate_tests
@@ -178,3 +179,14 @@ class PeriodicProblem(Shooting):
         """
         tests = evaluate_tests(linearisation.monodromy, multipliers)
         return {**tests, "LP": float(tangent[-1])}
+
+    def growth(self, linearisation: Linearisation) -> float:
+        """Return an upper bound of the logarithms of the multipliers' moduli.
+
+        Parameters
+        ----------
+        linearisation
+            The derivatives at an orbit.
+        """
+        # Along a cycle of an autonomous model perturbations neither grow nor shrink.
+        return growth_bound(linearisation.blocks) if self.model.forced else np.inf

@@ -107,11 +107,31 @@ class CycleProblem(PeriodicProblem):
         """
         nodes, constants = self.nodes(z), self.constants(z)
         residual, blocks, along = self.transitions(nodes, constants)
-        flow = self.flow.rates(nodes, self._start, constants) / self.scales
-        size = float(np.linalg.norm(flow)) or 1.0
-        gauge = np.concatenate([flow.ravel() / size, np.zeros(2)])
-        conditions = Conditions(np.zeros(1), gauge[None])
+        conditions = Conditions(np.zeros(1), self._direction(z)[None])
         return CycleLinearisation(residual, blocks, along, conditions)
+
+    def aligned(self, guess: Array, known: Array) -> Array:
+        """Return a guess whose phase is that of an orbit nearby.
+
+        Corrections leave the phase as it is in the guess, and extrapolation would magnify small
+        differences from one orbit to the next. Between aligned orbits lies no motion along the
+        flow, to the third order of their distance.
+
+        Parameters
+        ----------
+        guess
+            An unknown.
+        known
+            The unknown of the orbit.
+        """
+        direction = self._direction(0.5 * (guess + known))
+        return guess - (direction @ (guess - known)) * direction
+
+    def _direction(self, z: Array) -> Array:
+        """Unit vector along which an orbit is shifted by beginning it later; zero at rest."""
+        rates = self.flow.rates(self.nodes(z), self._start, self.constants(z)) / self.scales
+        size = float(np.linalg.norm(rates)) or 1.0
+        return np.concatenate([rates.ravel() / size, np.zeros(2)])
 
 
 class CycleLinearisation(Linearisation):

@@ -97,6 +97,34 @@ class Shooting(ABC):
     ) -> dict[str, float]:
         """Return the functions that change sign at special points of the curve, by name."""
 
+    def growth(self, linearisation: Linearisation) -> float:
+        """Return an upper bound of the logarithms of the multipliers' moduli.
+
+        It is infinite where one is on the unit circle anyway.
+
+        Parameters
+        ----------
+        linearisation
+            The derivatives at an orbit.
+        """
+        return np.inf
+
+    def aligned(self, guess: Array, known: Array) -> Array:
+        """Return a guess whose phase is that of an orbit nearby.
+
+        Where time does not appear in the equations, an orbit may be begun anywhere on it, and
+        nothing keeps the phase of one orbit to that of the next but this. Elsewhere the guess is
+        returned as it is.
+
+        Parameters
+        ----------
+        guess
+            An unknown.
+        known
+            The unknown of the orbit.
+        """
+        return guess
+
     # -- what z means --------------------------------------------------------------------------
 
     def join(self, nodes: Array, values: Sequence[float] | Array) -> Array:

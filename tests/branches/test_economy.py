@@ -1,0 +1,87 @@
+"""Few points where nothing happens, and nothing missed for it."""
+
+import numpy as np
+import pytest
+
+import slipfold as sf
+from slipfold.models.structures import HarmonicForce, ProportionalDamping, Structure
+
+TONGUES = sf.System(
+    name="tongues",
+    parameters={"w": 1.0, "z": 0.02, "h": 0.2, "g": 0.1, "F": 0.2},
+    states={"q": "v", "v": "F*cos(w*t) - 2*z*v - (1 + h*cos(w*t))*q - g*q^3"},
+    forcing={"period": "2*pi/w"},
+)
+"""A parametric oscillator under a force: multipliers turn many times with the frequency, and
+every half turn they may leave the circle for a short while."""
+
+LONG = pytest.mark.long
+
+CASES = [
+    # Narrow tongues at the second, third and fourth half turn, on branches that fold as well.
+    pytest.param({"z": 0.01134, "h": 0.5361, "g": 0.005694, "F": 0.7773}, (0.25, 2.6), marks=LONG),
+    pytest.param({"z": 0.01416, "h": 0.1291, "g": 0.03966, "F": 0.4075}, (2.6, 0.25), marks=LONG),
+    pytest.param({"z": 0.00617, "h": 0.4534, "g": 0.008122, "F": 0.2050}, (0.25, 2.6), marks=LONG),
+    ({"z": 0.08219, "h": 0.3582, "g": 0.19690, "F": 0.2395}, (2.6, 0.25)),
+]
+
+
+def specials(given, span, largest):
+    steps = sf.Steps(largest=largest, points=20000)
+    settings = sf.Settings(largest_period=1, steps=steps)
+    (branch,) = sf.response(
+        TONGUES.replace(**given), vary="w", span=span, settings=settings
+    ).branches
+    return [(item.type, item.value) for item in branch.special]
+
+
+@pytest.mark.parametrize(("given", "span"), CASES)
+def test_no_tongue_is_missed_by_long_steps(given, span):
+    found = specials(given, span, 0.5)
+    expected = specials(given, span, 0.1)
+    assert "PD" in [kind for kind, _ in expected]
+    assert [kind for kind, _ in found] == [kind for kind, _ in expected]
+    assert [value for _, value in found] == pytest.approx([value for _, value in expected])
+
+
+@pytest.mark.parametrize("size", [1, 4])
+@pytest.mark.parametrize("damping", [0.02, 0.3])
+def test_a_linear_structure_needs_few_points_however_its_multipliers_turn(size, damping):
+    # Between 0.1 and 0.6 Hz the phase of the multipliers makes up to 30 turns; nothing happens.
+    stiffness = 100.0 * (2 * np.eye(size) - np.eye(size, k=1) - np.eye(size, k=-1))
+    structure = Structure(
+        np.eye(size),
+        ProportionalDamping(damping, 0.0),
+        stiffness,
+        forcing=HarmonicForce("q1", F=2.0),
+        f=0.1,
+    )
+    (branch,) = sf.response(structure, vary="f", span=(0.1, 0.6)).branches
+    assert branch.special == ()
+    assert branch.stopped.kind == "span"
+    assert len(branch) < 60
+    exact = np.exp(-damping / 2 / branch.parameter)
+    assert np.abs(branch.multipliers).max(axis=1) == pytest.approx(exact, rel=1e-8)
+    for value, state in zip(branch.parameter, branch.states, strict=True):
+        w = 2 * np.pi * value
+        matrix = stiffness + (1j * w * damping - w**2) * np.eye(size)
+        response = np.linalg.solve(matrix, 2.0 * np.eye(size)[0])
+        both = np.concatenate([response, 1j * w * response])
+        assert state == pytest.approx(both.real, abs=1e-9)
+
+
+def test_cycles_keep_their_phase_from_point_to_point():
+    # Without that the arclength counts the motion along the cycle, and steps shrink for nothing.
+    lure = sf.built_in_models()["lure"]()
+    settings = sf.Settings(largest_period=1)
+    diagram = sf.response(lure, vary="a", span=(1.2, 0.62), settings=settings)
+    cycles = diagram.branches[1]
+    assert len(cycles) < 40
+    scaled = cycles.nodes / cycles.model.state_scales()
+    middle = 0.5 * (scaled[1:] + scaled[:-1])
+    x, y, z = np.moveaxis(middle, 2, 0)
+    a, b = 0.5 * (cycles.parameter[1:] + cycles.parameter[:-1])[:, None], cycles.model.b
+    flow = np.stack([y, z, -a * z - b * y - x + x**2], axis=2)
+    moved = np.diff(scaled, axis=0)
+    along = np.abs((moved * flow).sum(axis=(1, 2))) / np.linalg.norm(flow, axis=(1, 2))
+    assert (along < 0.3 * np.linalg.norm(moved, axis=(1, 2)) + 1e-6)[2:].all()
