@@ -30,7 +30,8 @@ class DrawnPoint(SpecialPoint):
 
     @property
     def orbit(self):
-        return SimpleNamespace(extrema=extrema_of(self.reach))
+        known = extrema_of(self.reach)
+        return SimpleNamespace(extrema=known, extrema_of=lambda output: known)
 
 
 def extrema_of(reach):

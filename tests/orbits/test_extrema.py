@@ -71,3 +71,13 @@ def test_sharp_minimum_of_the_spring_near_collapse():
     dense = orbit.model.evaluate("l", states, time).min()
     assert low <= dense * (1 + 1e-9)
     assert low == pytest.approx(dense, abs=1e-6)
+
+
+def test_one_output_of_many_orbits_at_once_has_the_extrema_of_each_orbit_alone():
+    branch = trace_response(SlidingOscillator(), "Nd", (0, 0.2))[1]
+    together = branch.extrema_of("l")
+    alone = [branch.orbit(i).extrema for i in range(len(branch))]
+    low, high = together.of("l")
+    assert together.names == ("l",)
+    np.testing.assert_allclose(low, [item.of("l")[0][0] for item in alone], rtol=1e-10)
+    np.testing.assert_allclose(high, [item.of("l")[1][0] for item in alone], rtol=1e-10)

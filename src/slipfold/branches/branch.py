@@ -141,6 +141,23 @@ class Branch:
         """Extrema of every output over each continuous orbit; computed when first asked for."""
         return find_extrema(self.model, self.parameters, self.nodes, self.period)
 
+    def extrema_of(self, output: str) -> Extrema:
+        """Return the extrema of one output over each orbit, which is quicker than of all.
+
+        Parameters
+        ----------
+        output
+            A state or output of the model.
+
+        Raises
+        ------
+        InputError
+            If there is none of that name.
+        """
+        if "extrema" in vars(self):
+            return self.extrema
+        return find_extrema(self.model, self.parameters, self.nodes, self.period, (output,))
+
     @cached_property
     def multiplier_uncertainty(self) -> NDArray[np.float64]:
         """Computed uncertainty of every multiplier, shape (n_points, n_states).

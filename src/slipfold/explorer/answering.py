@@ -102,6 +102,10 @@ class Answering:
 
     def _answer(self, request: ViewRequest, tell: Emit, check: Check) -> None:
         if isinstance(request, DiagramRequest):
+            draft = self._computing.draft(request)
+            if draft is not None:
+                view = diagram_view(draft, request.show, request.statistic)
+                tell({"draft": True, **view, "done": False})
             diagram = self._computing.diagram(request, check)
             tell({"draft": False, **diagram_view(diagram, request.show, request.statistic)})
         elif isinstance(request, OrbitRequest):

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
+from dataclasses import replace
 
+from slipfold.branches.carry import carry_branches
 from slipfold.branches.orbit_between import orbit_between
 from slipfold.errors import InputError
 from slipfold.explorer.asked import asked_model
@@ -16,6 +18,7 @@ from slipfold.explorer.messages import (
     PlaneRequest,
 )
 from slipfold.loci.progress import LocusProgress
+from slipfold.models.model import Model
 from slipfold.orbits.find import periodic_orbit
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.results.bifurcation_set import bifurcation_set
@@ -43,6 +46,38 @@ class Computing:
     def __init__(self, catalogue: Catalogue) -> None:
         self._catalogue = catalogue
         self._kept: OrderedDict[Hashable, Diagram] = OrderedDict()
+        self._nearest: dict[Hashable, Diagram] = {}
+
+    def draft(self, request: DiagramRequest) -> Diagram | None:
+        """Return what the diagram looks like, from the last one that differs in parameters alone.
+
+        Parameters
+        ----------
+        request
+            The request.
+
+        Returns
+        -------
+        Diagram or None
+            Its points are orbits, its special points located, both to the accuracy of a drawing.
+            None if the diagram itself is known, or none is known that it could be made of.
+
+        Raises
+        ------
+        InputError
+            If there is no such model, or a value is outside its bounds.
+        """
+        model = asked_model(self._catalogue, request)
+        near = self._nearest.get(_family(model, request))
+        if near is None or (model, request.vary, request.span) in self._kept:
+            return None
+        changed = model.replace(**{request.vary: request.span[0]})
+        branches = carry_branches(near.branches, changed)
+        if branches is None:
+            return None
+        drawn = replace(near, model=changed, branches=branches)
+        self._nearest[_family(model, request)] = drawn
+        return drawn
 
     def diagram(self, request: DiagramRequest | OrbitRequest, check: Check) -> Diagram:
         """Return the diagram that a request is about.
@@ -65,9 +100,12 @@ class Computing:
             self._kept[key] = response(
                 model, request.vary, request.span, observer=lambda progress: check()
             )
+            self._nearest[_family(model, request)] = self._kept[key]
         self._kept.move_to_end(key)
         while len(self._kept) > KEPT:
             self._kept.popitem(last=False)
+        while len(self._nearest) > KEPT:
+            del self._nearest[next(iter(self._nearest))]
         return self._kept[key]
 
     def orbit(self, request: OrbitRequest, check: Check) -> PeriodicOrbit:
@@ -127,3 +165,8 @@ class Computing:
         plane = (request.x.name, request.y.name)
         window = (request.x.span, request.y.span)
         return bifurcation_set(asked_model(self._catalogue, request), plane, window, observer=watch)
+
+
+def _family(model: Model, request: DiagramRequest | OrbitRequest) -> Hashable:
+    """Return what diagrams share that differ in parameters alone."""
+    return model.kind, request.vary, request.span

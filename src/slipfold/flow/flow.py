@@ -48,6 +48,18 @@ class Constants:
         """Forcing period in seconds, where all trajectories have the same."""
         return float(self.values[..., -1])
 
+    def repeated(self, count: int) -> Constants:
+        """Return each trajectory's coefficients several times, for sampling: without derivatives.
+
+        Parameters
+        ----------
+        count
+            How many times each. Coefficients that all trajectories share stay as they are.
+        """
+        if self.values.ndim == 1:
+            return self
+        return Constants(np.repeat(self.values, count, axis=0), self.rates[:0])
+
 
 class Flow:
     """The flow of a model over phase (time in forcing periods).

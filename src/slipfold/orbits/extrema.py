@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +25,10 @@ ZOOM = 16
 
 ZOOMS = 3
 """Closer looks: the last resolves 1e-4 of a forcing period, a parabola then 1e-12 in value."""
+
+
+TOGETHER = 32
+"""Orbits sampled at once: they fill the lanes of the flow, and the samples stay small."""
 
 
 @dataclass(frozen=True)
@@ -78,8 +83,14 @@ class Extrema:
         return np.maximum(np.abs(low), np.abs(high))
 
 
-def find_extrema(model: Model, parameters: Array, nodes: Array, period: int) -> Extrema:
-    """Find the extrema of all outputs over orbits of one period.
+def find_extrema(
+    model: Model,
+    parameters: Array,
+    nodes: Array,
+    period: int,
+    names: Sequence[str] | None = None,
+) -> Extrema:
+    """Find the extrema of outputs over orbits of one period.
 
     Parameters
     ----------
@@ -91,6 +102,8 @@ def find_extrema(model: Model, parameters: Array, nodes: Array, period: int) -> 
         Orbits, shape (n_orbits, m, n_states).
     period
         Period in forcing periods.
+    names
+        The outputs; all of them if None.
 
     Returns
     -------
@@ -98,43 +111,63 @@ def find_extrema(model: Model, parameters: Array, nodes: Array, period: int) -> 
         Of the continuous orbits.
     """
     flow = flow_of(model)
-    low = np.empty((len(nodes), len(flow.output_names)))
+    names = flow.output_names if names is None else tuple(names)
+    columns = np.array([flow.output_index(name) for name in names])
+    low = np.empty((len(nodes), len(names)))
     high = np.empty_like(low)
-    for i, (vector, orbit) in enumerate(zip(parameters, nodes, strict=True)):
-        low[i], high[i] = _extrema_of_orbit(flow, flow.constants(vector), orbit, period)
-    return Extrema(flow.output_names, low, high)
+    for first in range(0, len(nodes), TOGETHER):
+        some = slice(first, first + TOGETHER)
+        low[some], high[some] = _extrema_of_orbits(
+            flow, flow.constants(parameters[some]), nodes[some], period, columns
+        )
+    return Extrema(names, low, high)
 
 
-def _extrema_of_orbit(
-    flow: Flow, constants: Constants, nodes: Array, period: int
+def _extrema_of_orbits(
+    flow: Flow, constants: Constants, nodes: Array, period: int, columns: NDArray[np.int64]
 ) -> tuple[Array, Array]:
-    segments = len(nodes)
+    """Extrema of some outputs over some orbits, each of shape (n_orbits, n_outputs)."""
+    count, segments = nodes.shape[:2]
     edges = np.linspace(0, period, segments + 1)
     each = -(-SAMPLES * period // segments)
-    samples = flow.sample(nodes, edges[:-1], edges[1:], each, constants)
-    samples = samples.reshape(segments * each, -1)
-    spacing = period / len(samples)
-    phases: Array = np.arange(len(samples), dtype=float) * spacing
-    values = flow.outputs(samples, phases, constants)
-    columns = np.arange(values.shape[1])
-    low = refine_minimum(flow, constants, samples, phases, spacing, columns, values.argmin(axis=0))
-    high = -refine_minimum(
-        flow, constants, samples, phases, spacing, columns, values.argmax(axis=0), sign=-1.0
-    )
-    return low, high
+    samples = flow.sample(
+        nodes.reshape(count * segments, -1),
+        np.tile(edges[:-1], count),
+        np.tile(edges[1:], count),
+        each,
+        constants.repeated(segments),
+    ).reshape(count * segments * each, -1)
+    total = segments * each
+    spacing = period / total
+    phases = np.tile(np.arange(total, dtype=float) * spacing, count)
+    values = flow.outputs(samples, phases, constants.repeated(total))[:, columns]
+    values = values.reshape(count, total, -1)
+    # One row for each orbit, output, and minimum or maximum.
+    nearest = np.stack([values.argmin(axis=1), values.argmax(axis=1)], axis=2).ravel()
+    orbit = np.repeat(np.arange(count), 2 * len(columns))
+    before = orbit * total + (nearest - 1) % total
+    found = refine_minimum(
+        flow,
+        constants.repeated(2 * len(columns)),
+        samples[before],
+        phases[before],
+        spacing,
+        np.tile(np.repeat(columns, 2), count),
+        np.tile([1.0, -1.0], count * len(columns)),
+    ).reshape(count, len(columns), 2)
+    return found[:, :, 0], -found[:, :, 1]
 
 
 def refine_minimum(
     flow: Flow,
     constants: Constants,
-    samples: Array,
-    phases: Array,
+    states: Array,
+    start: Array,
     spacing: float,
     columns: NDArray[np.int64],
-    index: NDArray[np.int64],
-    sign: float = 1.0,
+    signs: Array,
 ) -> Array:
-    """Find minima of outputs over the continuous orbit, each near the lowest of its samples.
+    """Find minima of outputs over continuous orbits, each near the lowest of its samples.
 
     The neighbourhood of each is sampled ever more finely, which finds a minimum as sharp as that
     of the spring's length near collapse; a parabola through the last three samples gives the rest.
@@ -144,19 +177,17 @@ def refine_minimum(
     flow
         The flow.
     constants
-        Coefficients.
-    samples
-        States at equidistant phases of one closed orbit, shape (m, n_states).
-    phases
-        Their phases, shape (m,).
+        Coefficients, the same for all or one row for each minimum.
+    states
+        The sample before the lowest one, shape (k, n).
+    start
+        Its phase, shape (k,).
     spacing
         Distance of the phases.
     columns
         Which outputs, shape (k,).
-    index
-        The sample nearest each minimum, shape (k,).
-    sign
-        -1 finds maxima, returned as minima of the negative.
+    signs
+        -1 finds a maximum, returned as minimum of the negative; shape (k,).
 
     Returns
     -------
@@ -164,14 +195,13 @@ def refine_minimum(
         The minima, in the units of the outputs.
     """
     rows = np.arange(len(columns))
-    before = (index - 1) % len(samples)
-    states, start = samples[before], phases[before]
     width = 2 * spacing
+    each = constants.repeated(ZOOM)
     for _ in range(ZOOMS):
         fine = flow.sample(states, start, start + width, ZOOM, constants)
         at = start[:, None] + np.arange(ZOOM) * (width / ZOOM)
-        flat = flow.outputs(fine.reshape(-1, fine.shape[2]), at.ravel(), constants)
-        values = sign * flat.reshape(len(columns), ZOOM, -1)[rows, :, columns]
+        flat = flow.outputs(fine.reshape(-1, fine.shape[2]), at.ravel(), each)
+        values = signs[:, None] * flat.reshape(len(columns), ZOOM, -1)[rows, :, columns]
         best = np.clip(values.argmin(axis=1), 1, ZOOM - 2)
         states, start = fine[rows, best - 1], at[rows, best - 1]
         width = 2 * width / ZOOM

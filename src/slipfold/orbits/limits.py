@@ -48,9 +48,15 @@ def limit_margins(problem: Shooting, z: Array) -> Array:
     lowest = values.min(axis=0)
     fall = np.abs(np.diff(values, axis=0, append=values[:1])).max(axis=0)
     for i in np.flatnonzero(lowest - fall < 2 * bounds):
-        k = int(values[:, i].argmin())
+        before = [int(values[:, i].argmin()) - 1]  # -1 is the last sample: the orbit is closed
         lowest[i] = refine_minimum(
-            flow, constants, samples, phases, spacing, np.array([columns[i]]), np.array([k])
+            flow,
+            constants,
+            samples[before],
+            phases[before],
+            spacing,
+            np.array([columns[i]]),
+            np.ones(1),
         )[0]
     return lowest - bounds
 

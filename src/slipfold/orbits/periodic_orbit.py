@@ -152,3 +152,21 @@ class PeriodicOrbit:
     def extrema(self) -> Extrema:
         """Minimum and maximum of every output over the continuous orbit."""
         return find_extrema(self.model, self.model.vector[None], self.nodes[None], self.period)
+
+    def extrema_of(self, output: str) -> Extrema:
+        """Return minimum and maximum of one output, which is quicker than of all.
+
+        Parameters
+        ----------
+        output
+            A state or output of the model.
+
+        Raises
+        ------
+        InputError
+            If there is none of that name.
+        """
+        if "extrema" in vars(self):
+            return self.extrema
+        vector, nodes = self.model.vector[None], self.nodes[None]
+        return find_extrema(self.model, vector, nodes, self.period, (output,))

@@ -140,11 +140,11 @@ def _knots(branch: Branch, output: str, measure: str) -> _Knots:
     rows: list[tuple[float, float, float, str]] = []
     special = [item for item in branch.special if item.type in BIFURCATIONS]
     for item in special:
-        value = measure_of(item.orbit.extrema, output, measure)[0]
+        value = measure_of(item.orbit.extrema_of(output), output, measure)[0]
         rows.append((item.arclength, item.value, float(value), item.type))
     taken = np.array([item.arclength for item in special])
     near = CLOSE * float(np.ptp(branch.arclength)) if len(branch) else 0.0
-    values = measure_of(branch.extrema, output, measure)
+    values = measure_of(branch.extrema_of(output), output, measure)
     last = len(branch) - 1
     for i, s in enumerate(branch.arclength):
         if taken.size and np.min(np.abs(taken - s)) <= near:

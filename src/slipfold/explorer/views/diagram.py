@@ -71,7 +71,7 @@ def _branch(branch: Branch, show: str, statistic: str) -> dict[str, Any]:
 
 
 def _special(point: SpecialPoint, show: str, statistic: str) -> dict[str, Any]:
-    y = float(measure_of(point.orbit.extrema, show, statistic)[0])
+    y = float(measure_of(point.orbit.extrema_of(show), show, statistic)[0])
     return {
         "type": point.type,
         "name": point.name,

@@ -1,0 +1,451 @@
+"""Branches carried to other parameter values: all their points at once, as for a live picture.
+
+A branch that is followed costs one orbit after the other. Where one at neighbouring parameters is
+known, all its orbits are good guesses, and Newton's method corrects them side by side. Bifurcations
+are located anew, to the accuracy of a drawing; their criticality is that of the known branch. Where
+one appears or vanishes, nothing is carried: the branches have to be followed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.branches.branch import Branch, End
+from slipfold.branches.interpolation import polynomial
+from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
+from slipfold.models.model import Model
+from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.orbits.floquet import floquet_multipliers
+from slipfold.orbits.limits import broken_limit
+from slipfold.orbits.many_orbits import Corrected, correct_many
+from slipfold.orbits.test_functions import evaluate_tests
+
+__all__ = ["carry_branches"]
+
+Array = NDArray[np.float64]
+
+APART = 0.02
+"""Least distance of the points that are carried, over the length of the branch. Steps are short
+where test functions change quickly; a drawn line needs fewer points."""
+
+STRETCH = 3.0
+"""Neighbours that move this many times as far apart as they were have lost the branch."""
+
+SLACK = 0.05
+"""Distance between neighbours, in scaled variables, that is never too much."""
+
+LOST = 0.4
+"""Share of the points that may be lost at the end of a branch."""
+
+REASON = "carried from neighbouring parameter values, as far as that is sure"
+
+SHARP = 1e-8
+"""Correction of orbits at special points that is the last: the test function of a torus varies by
+1e-6 over a branch, and follows from derivatives taken before that correction."""
+
+ROUNDS = 6
+"""Interpolations that may locate a special point; two are usual."""
+
+ZERO = 1e-3
+"""Value of a test function that is zero, over its larger value beside the crossing: a thousandth
+of a step, which no drawing shows."""
+
+NARROW = 1e-5
+"""Width of an interval that needs no more narrowing, over the length of the branch."""
+
+DISTINCT = 1e-3
+"""Least distance of two special points, over the length of the branch."""
+
+TESTS = {"PD": "PD", "NS": "NS", "LP": "LP"}
+"""The test function of each type of special point that can be carried."""
+
+CHANGES = {"PD": 1, "NS": 2, "LP": 1}
+"""Multipliers that cross the unit circle there."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Curve:
+    """Orbits of one branch in order, with what is watched along them."""
+
+    problem: PeriodicProblem
+    z: Array
+    multipliers: NDArray[np.complex128]
+    tests: dict[str, Array]
+    reach: float
+    """Arclength up to which the known branch could be carried."""
+    whole: bool
+    """Whether that is all of it."""
+
+    @property
+    def arclength(self) -> Array:
+        """Chords added up, shape (k,)."""
+        steps = np.linalg.norm(np.diff(self.z, axis=0), axis=1)
+        return np.concatenate([[0.0], np.cumsum(steps)])
+
+    @property
+    def unstable(self) -> NDArray[np.int64]:
+        return (np.abs(self.multipliers) > 1).sum(axis=1)
+
+
+def carry_branches(branches: Sequence[Branch], model: Model) -> tuple[Branch, ...] | None:
+    """Carry the branches of a response to other parameter values.
+
+    Parameters
+    ----------
+    branches
+        The whole response of a forced model, as `trace_response` returns it.
+    model
+        A model of the same kind.
+
+    Returns
+    -------
+    tuple of Branch or None
+        The branches with the same bifurcations in the same order, none of them refined; None where
+        that is not what there is, or where Newton's method loses the branches.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> model = sf.SlidingOscillator(f=12.5)
+    >>> known = sf.response(model, "Nd", (0, 0.9)).branches
+    >>> carried = carry_branches(known, model.replace(f=12.51))
+    >>> followed = sf.response(model, "Nd", (0, 0.9), f=12.51).branches
+    >>> abs(carried[0].special[0].value - followed[0].special[0].value) < 1e-5
+    True
+    """
+    carried: list[Branch] = []
+    for branch in branches:
+        if branch.kind != "periodic" or branch.durations is not None or not model.forced:
+            return None
+        special = [item for item in branch.special if item.type in BIFURCATIONS]
+        if any(item.type not in TESTS for item in special):
+            return None
+        curve = _carried_curve(branch, special, model, carried)
+        moved = None if curve is None else _as_branch(branch, special, curve)
+        if moved is None:
+            return None
+        carried.append(moved)
+    return tuple(carried)
+
+
+# -- orbits ------------------------------------------------------------------------------------
+
+
+def _carried_curve(
+    branch: Branch, special: list[SpecialPoint], model: Model, parents: Sequence[Branch]
+) -> _Curve | None:
+    """Correct the points of a branch and its special points at the new parameter values."""
+    places, nodes, values = _knots(branch, special)
+    if len(places) < 4:
+        return None  # too few to draw a line through
+    width = float(np.ptp(branch.parameter))
+    problem = PeriodicProblem(model, branch.vary, branch.period, width, nodes.shape[1])
+    guesses = np.array([problem.pack(*item) for item in zip(nodes, values, strict=True)])
+    born, closed = _births(branch, parents, problem, guesses)
+    if branch.parent is not None and born is None:
+        return None  # its parent was not carried that far
+    inner = slice(int(born is not None), len(guesses) - int(closed is not None))
+    found = correct_many(problem, guesses[inner], _rows(branch, guesses)[inner])
+    count = _sure(branch, problem, found)
+    if count < (1 - LOST) * len(found.z):
+        return None
+    whole = count == len(found.z)
+    ends = _ends(problem, found.z[0], found.z[count - 1], born, closed if whole else None)
+    forward = found.some(_forward(found.z[:count], found.tangents[:count], *ends))
+    if len(forward.z) < 4:
+        return None
+    curve = _curve(problem, forward, float(places[inner][count - 1]), whole)
+    curve = _with_ends(curve, *ends)
+    return curve if _coherent(curve, guesses) else None
+
+
+def _knots(branch: Branch, special: list[SpecialPoint]) -> tuple[Array, Array, Array]:
+    """Arclengths, nodes and parameter values of known orbits in order, none needlessly close."""
+    taken = [item.arclength for item in special]
+    chosen = _thinned(branch.arclength, taken)
+    places = np.concatenate([branch.arclength[chosen], taken])
+    order = np.argsort(places)
+    nodes = np.concatenate([branch.nodes[chosen], *(item.nodes[None] for item in special)])
+    values = np.concatenate([branch.parameter[chosen], [item.value for item in special]])
+    return places[order], nodes[order], values[order]
+
+
+def _thinned(s: Array, taken: list[float]) -> list[int]:
+    """Choose points of a branch: both ends, and others not too near to what is chosen."""
+    apart = APART * float(np.ptp(s))
+    chosen = [0, len(s) - 1]
+    held = [float(s[0]), float(s[-1]), *taken]
+    for i in range(1, len(s) - 1):
+        if min(abs(place - s[i]) for place in held) >= apart:
+            chosen.append(i)
+            held.append(float(s[i]))
+    return sorted(chosen)
+
+
+def _rows(branch: Branch, z: Array) -> Array:
+    """Directions of the branch; at an end of the span the parameter is kept instead."""
+    rows = np.gradient(z, axis=0)
+    for index, end in ((0, branch.begun), (-1, branch.stopped)):
+        if end.kind == "span":
+            rows[index] = 0.0
+            rows[index, -1] = 1.0
+    return np.asarray(rows / np.linalg.norm(rows, axis=1)[:, None])
+
+
+def _within(branch: Branch, values: Array) -> NDArray[np.bool_]:
+    """Whether values lie between those of the branch, or beyond an end that is no end of a span."""
+    low, high = branch.parameter.min(), branch.parameter.max()
+    spans = {end.value for end in (branch.begun, branch.stopped) if end.kind == "span"}
+    slack = 1e-9 * (high - low)
+    above = values >= low - slack if low in spans else np.ones(len(values), bool)
+    below = values <= high + slack if high in spans else np.ones(len(values), bool)
+    return np.asarray(above & below)
+
+
+def _sure(branch: Branch, problem: PeriodicProblem, found: Corrected) -> int:
+    """Return how many orbits from the start are found, in the span and within the limits.
+
+    Near a limit, as where the spring collapses, orbits change too quickly to be carried.
+    """
+    good = found.found & _within(branch, found.z[:, -1] * problem.width)
+    count = int(np.argmin(good)) if not good.all() else len(good)
+    # A branch that was followed keeps its limits up to its end: only those near it are looked at.
+    while count and problem.model.limits and broken_limit(problem, found.z[count - 1]):
+        count -= 1
+    return count
+
+
+def _forward(z: Array, tangents: Array, first: Array | None, last: Array | None) -> list[int]:
+    """Return the orbits in order, without those that have overtaken a neighbour or an end."""
+    chosen: list[int] = []
+    for i in range(len(z)):
+        before = first is None or (z[i] - first) @ tangents[i] > 0
+        after = last is None or (last - z[i]) @ tangents[i] > 0
+        if not (before and after):
+            continue
+        while chosen and (z[i] - z[chosen[-1]]) @ tangents[chosen[-1]] <= 0:
+            chosen.pop()
+        chosen.append(i)
+    return chosen
+
+
+def _curve(
+    problem: PeriodicProblem, found: Corrected, reach: float = np.inf, whole: bool = True
+) -> _Curve:
+    multipliers = np.array([floquet_multipliers(item) for item in found.monodromies])
+    rows = [
+        evaluate_tests(matrix, values)
+        for matrix, values in zip(found.monodromies, multipliers, strict=True)
+    ]
+    tests = {name: np.array([row[name] for row in rows]) for name in ("PD", "NS")}
+    tests["LP"] = found.tangents[:, -1]
+    return _Curve(problem, found.z, multipliers, tests, reach, whole)
+
+
+def _coherent(curve: _Curve, before: Array) -> bool:
+    """Whether neighbours are still neighbours."""
+    if len(curve.z) < 4:
+        return False
+    apart = np.linalg.norm(np.diff(curve.z, axis=0), axis=1)
+    longest = float(np.linalg.norm(np.diff(before, axis=0), axis=1).max())
+    return bool((apart < STRETCH * longest + SLACK).all())
+
+
+# -- where doubled branches begin and end --------------------------------------------------------
+
+
+def _births(
+    branch: Branch, parents: Sequence[Branch], problem: PeriodicProblem, z: Array
+) -> tuple[SpecialPoint | None, SpecialPoint | None]:
+    """Return the carried period doublings on which a doubled branch begins and ends."""
+    if branch.parent is None or branch.parent > len(parents):
+        return None, None
+    joined = [item for item in parents[branch.parent - 1].special if item.leads_to == branch.id]
+    if not joined:
+        return None, None
+    values = z[[0, -1], -1] * problem.width
+    born = min(joined, key=lambda item: abs(item.value - values[0]))
+    others = [item for item in joined if item is not born]
+    closed = others[0] if others and branch.stopped.kind == "closed" else None
+    return born, closed
+
+
+def _ends(
+    problem: PeriodicProblem,
+    first: Array,
+    last: Array,
+    born: SpecialPoint | None,
+    closed: SpecialPoint | None,
+) -> tuple[Array | None, Array | None]:
+    """Return the orbits of the parent's period doublings, passed twice, where a branch ends."""
+    return (
+        None if born is None else _doubled(problem, born, first),
+        None if closed is None else _doubled(problem, closed, last),
+    )
+
+
+def _with_ends(curve: _Curve, first: Array | None, last: Array | None) -> _Curve:
+    """Join orbits to the ends of a curve."""
+    for z, end in ((first, 0), (last, -1)):
+        if z is None:
+            continue
+        place = 0 if end == 0 else len(curve.z)
+        # No test function changes its sign there: what is born has that of its neighbour.
+        tests = {name: np.insert(item, place, item[end]) for name, item in curve.tests.items()}
+        multipliers = np.insert(curve.multipliers, place, curve.multipliers[end], axis=0)
+        whole = np.insert(curve.z, place, z, axis=0)
+        curve = replace(curve, z=whole, multipliers=multipliers, tests=tests)
+    return curve
+
+
+def _doubled(problem: PeriodicProblem, point: SpecialPoint, beside: Array) -> Array:
+    """Return an orbit passed twice, begun in that forcing period in which it is near another."""
+    half = point.nodes[::2]
+    nodes = np.concatenate([half, half])
+    step = max(len(nodes) // problem.period, 1)
+    shifted = [
+        problem.pack(np.roll(nodes, -shift, axis=0), point.value)
+        for shift in range(0, len(nodes), step)
+    ]
+    return min(shifted, key=lambda z: float(np.linalg.norm(z - beside)))
+
+
+# -- special points ------------------------------------------------------------------------------
+
+
+def _as_branch(before: Branch, special: list[SpecialPoint], curve: _Curve) -> Branch | None:
+    """Return the branch with its special points, None if they are not those of before."""
+    special = [item for item in special if item.arclength <= curve.reach]
+    brackets = _brackets(curve)
+    if [type_ for type_, _ in brackets] != [item.type for item in special]:
+        return None
+    located = _locate(curve, brackets)
+    if located is None:
+        return None
+    problem, s = curve.problem, curve.arclength
+    places, z, multipliers = located
+    values = curve.z[:, -1] * problem.width
+    return replace(
+        before,
+        model=problem.model,
+        parameter=values,
+        nodes=np.array([problem.nodes(item) for item in curve.z]),
+        multipliers=curve.multipliers,
+        residual=np.full(len(curve.z), np.nan),
+        arclength=s,
+        special=tuple(
+            replace(
+                item,
+                model=problem.model_at(z[i]),
+                value=problem.value(z[i]),
+                uncertainty=np.nan,
+                nodes=problem.nodes(z[i]),
+                multipliers=multipliers[i],
+                residual=np.nan,
+                arclength=float(places[i]),
+                coefficient=None,
+            )
+            for i, item in enumerate(special)
+        ),
+        begun=_end(before.begun, values[0]),
+        stopped=_end(before.stopped, values[-1])
+        if curve.whole
+        else End("unfinished", REASON, float(values[-1])),
+    )
+
+
+def _end(end: End, value: float) -> End:
+    return end if end.kind == "span" else replace(end, value=float(value))
+
+
+def _brackets(curve: _Curve) -> list[tuple[str, int]]:
+    """Return type and index of each interval in which multipliers cross the unit circle."""
+    found = []
+    for i, (left, right) in enumerate(pairwise(curve.unstable)):
+        for type_, name in TESTS.items():
+            test = curve.tests[name]
+            crosses = abs(int(right) - int(left)) == CHANGES[type_]
+            if crosses and test[i] * test[i + 1] < 0:
+                found.append((type_, i))
+    return found
+
+
+def _locate(
+    curve: _Curve, brackets: list[tuple[str, int]]
+) -> tuple[Array, Array, NDArray[np.complex128]] | None:
+    """Locate all special points at once: places, unknowns and multipliers."""
+    s, size = curve.arclength, curve.z.shape[1]
+    if not brackets:
+        return np.empty(0), np.empty((0, size)), np.empty((0, curve.multipliers.shape[1]), complex)
+    known = [_Crossing(curve, s, TESTS[type_], index) for type_, index in brackets]
+    rows = np.array([item.direction for item in known])
+    for _ in range(ROUNDS):
+        places = [item.zero() for item in known]
+        guesses = [item.orbit_at(place) for item, place in zip(known, places, strict=True)]
+        found = correct_many(curve.problem, np.array(guesses), rows, SHARP)
+        if not found.found.all():
+            return None
+        at = _curve(curve.problem, found)
+        for i, (item, place) in enumerate(zip(known, places, strict=True)):
+            item.add(place, at.z[i], float(at.tests[item.test][i]))
+        if all(item.is_found for item in known):
+            break
+    apart = DISTINCT * float(s[-1])
+    if (np.diff(places) < apart).any() or not all(item.is_found for item in known):
+        return None  # a neighbour was mistaken for a crossing
+    return np.array(places), at.z, at.multipliers
+
+
+class _Crossing:
+    """A zero of a test function between two orbits, ever more narrowly enclosed."""
+
+    def __init__(self, curve: _Curve, s: Array, test: str, index: int) -> None:
+        self.test = test
+        near = slice(max(index - 1, 0), index + 3)
+        self.where, self.orbits = s[near], curve.z[near]
+        self.values = curve.tests[test][near]
+        chord = curve.z[index + 1] - curve.z[index]
+        self.direction = chord / np.linalg.norm(chord)
+        self.left = index - near.start
+        self.size = float(np.abs(self.values[self.left : self.left + 2]).max())
+        self.narrow = NARROW * float(s[-1])
+        self.is_found = False
+
+    @property
+    def _near(self) -> slice:
+        """The four known orbits around the interval."""
+        first = min(max(self.left - 1, 0), len(self.where) - 4)
+        return slice(max(first, 0), first + 4)
+
+    def zero(self) -> float:
+        """Return where the polynomial through the values has its zero in the interval."""
+        low, high = self.where[self.left], self.where[self.left + 1]
+        fine = np.linspace(low, high, 65)
+        values = polynomial(self.where[self._near], self.values[self._near], fine)
+        values[[0, -1]] = self.values[[self.left, self.left + 1]]
+        i = int(np.flatnonzero(values[:-1] * values[1:] <= 0)[0])
+        share = values[i] / (values[i] - values[i + 1])
+        return float(fine[i] + share * (fine[i + 1] - fine[i]))
+
+    def orbit_at(self, place: float) -> Array:
+        """Return the orbit that the known ones make likely."""
+        near = self._near
+        return np.asarray(polynomial(self.where[near], self.orbits[near], np.array([place]))[0])
+
+    def add(self, place: float, z: Array, value: float) -> None:
+        """Take one more orbit, and the smaller interval with the crossing."""
+        low, high = self.where[self.left], self.where[self.left + 1]
+        self.is_found = abs(value) < ZERO * self.size or high - low < self.narrow
+        if self.is_found:
+            return
+        after = self.left + 1
+        self.where = np.insert(self.where, after, place)
+        self.orbits = np.insert(self.orbits, after, z, axis=0)
+        self.values = np.insert(self.values, after, value)
+        if self.values[self.left] * value > 0:
+            self.left = after

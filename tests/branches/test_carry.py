@@ -1,0 +1,81 @@
+"""Branches carried to other parameter values, against branches that are followed there."""
+
+import numpy as np
+import pytest
+
+import slipfold as sf
+from slipfold.branches.carry import carry_branches
+from slipfold.branches.orbit_between import orbit_between
+from slipfold.orbits.boundary_value_problem import PeriodicProblem
+
+SPAN = (0, 0.9)
+CHANGES = [{"f": 12.51}, {"Vd": 0.62}, {"mu": 0.52}, {"alpha": 1.1}, {"Ns": 0.95}]
+
+
+@pytest.fixture(scope="module")
+def known():
+    return sf.response(sf.SlidingOscillator(), "Nd", SPAN, f=12.5)
+
+
+@pytest.mark.parametrize("change", CHANGES, ids=str)
+def test_special_points_are_where_they_are_when_followed(known, change):
+    carried = carry_branches(known.branches, known.model.replace(**change))
+    followed = sf.response(known.model, "Nd", SPAN, **change).branches
+    for ours, theirs in zip(carried, followed, strict=True):
+        assert [p.type for p in ours.special] == [p.type for p in theirs.special]
+        assert [p.leads_to for p in ours.special] == [p.leads_to for p in theirs.special]
+        for mine, right in zip(ours.special, theirs.special, strict=True):
+            # A screen shows two thousandths of the span.
+            assert mine.value == pytest.approx(right.value, abs=3e-4)
+
+
+def test_every_carried_point_is_an_orbit_with_its_multipliers(known):
+    carried = carry_branches(known.branches, known.model.replace(f=12.51))
+    for branch in carried:
+        problem = PeriodicProblem(branch.model, "Nd", branch.period, 1.0)
+        for i, (nodes, value) in enumerate(zip(branch.nodes, branch.parameter, strict=True)):
+            z = problem.pack(nodes, value)
+            assert np.abs(problem.defect(z)).max() < 1e-7
+            if branch.begun.kind == "born" and i == 0:
+                continue  # the parent's orbit passed twice, drawn in the style of its neighbour
+            expected = np.linalg.eigvals(problem.linearise(z).monodromy)
+            np.testing.assert_allclose(
+                np.sort(np.abs(branch.multipliers[i])), np.sort(np.abs(expected)), rtol=1e-4
+            )
+
+
+def test_back_and_forth_leads_to_the_branches_it_began_with(known):
+    there = carry_branches(known.branches, known.model.replace(Vd=0.61))
+    back = carry_branches(there, known.model)
+    for ours, theirs in zip(back, known.branches, strict=True):
+        assert [p.value for p in ours.special] == pytest.approx(
+            [p.value for p in theirs.special], abs=3e-4
+        )
+
+
+def test_nothing_is_carried_where_bifurcations_vanish(known):
+    # At 12.4 Hz the period doubling is subcritical: folds take the place of the tori.
+    assert carry_branches(known.branches, known.model.replace(f=12.4)) is None
+
+
+def test_nothing_is_carried_of_autonomous_models():
+    model = sf.built_in_models()["lorenz"]()
+    branches = sf.response(model, "rho", (0.5, 20)).branches
+    assert carry_branches(branches, model.replace(sigma=10.1)) is None
+
+
+def test_an_orbit_between_points_closes_and_lies_between_them(known):
+    branch = known.branches[1]
+    for i in (3, 10, len(branch) - 2):
+        place = 0.3 * branch.arclength[i] + 0.7 * branch.arclength[i + 1]
+        orbit = orbit_between(branch, place)
+        assert orbit.residual < 1e-10
+        low, high = sorted(branch.parameter[i : i + 2])
+        assert low < orbit.model.Nd < high
+
+
+def test_an_orbit_at_a_special_point_is_that_of_the_point(known):
+    point = known.branches[0].special[0]
+    orbit = orbit_between(known.branches[0], point.arclength)
+    assert orbit.model.Nd == point.value
+    np.testing.assert_array_equal(orbit.nodes, point.nodes)
