@@ -40,12 +40,20 @@ SMOOTH = [
 BRISTLES = [Dahl(s0=1e3), LuGre(s0=1e3, s1=0.02, s2=0.1)]
 SHARP = 1e-7
 BOUC_WEN = BoucWen(A=1e3, b=3e3, c=1e3, e=SHARP)
-MEMORY = [*BRISTLES, BOUC_WEN, replace(BOUC_WEN, exponent=4)]
+JENKINS = Jenkins(mu_k=0.4, kt=300.0, e=SHARP, exponent=8)
+IWAN = Iwan((JENKINS, Jenkins(mu_k=0.1, kt=50.0, e=SHARP, exponent=4)))
+MEMORY = [*BRISTLES, BOUC_WEN, replace(BOUC_WEN, exponent=4), JENKINS, IWAN]
 
 
 def turned(vector, angle):
     cos, sin = np.cos(angle), np.sin(angle)
     return (cos * vector[0] - sin * vector[1], sin * vector[0] + cos * vector[1])
+
+
+def turned_memory(memory, angle):
+    """Each vector of a memory turned; Iwan's has several."""
+    pairs = zip(memory[::2], memory[1::2], strict=True)
+    return tuple(part for pair in pairs for part in turned(pair, angle))
 
 
 def some_memory(law, dimensions):
@@ -57,14 +65,14 @@ def test_all_directions_are_alike(law):
     for angle in (0.3, 2.0, -1.1):
         slip, memory = (0.21, -0.13), some_memory(law, 2)
         straight = law.force(slip, 1.7, memory)
-        rotated = tuple(turned(memory, angle)) if memory else ()
+        rotated = turned_memory(memory, angle)
         assert law.force(turned(slip, angle), 1.7, rotated) == pytest.approx(
             turned(straight, angle), rel=1e-13
         )
         if memory:
             rates = law.memory_rates(slip, memory)
             assert law.memory_rates(turned(slip, angle), rotated) == pytest.approx(
-                turned(rates, angle), rel=1e-12
+                turned_memory(rates, angle), rel=1e-12
             )
 
 
@@ -83,11 +91,12 @@ def test_the_plane_holds_the_line(law):
     memory = some_memory(law, 1)
     for v in (0.2, -0.03):
         [force] = law.force((v,), 1.3, memory)
-        beside = (*memory, 0.0) if memory else ()
+        beside = tuple(part for z in memory for part in (z, 0.0))
         assert law.force((v, 0.0), 1.3, beside) == pytest.approx((force, 0.0), rel=1e-13)
         if memory:
             rates = law.memory_rates((v, 0.0), beside)
-            assert rates == pytest.approx((*law.memory_rates((v,), memory), 0.0), rel=1e-13)
+            straight = [part for rate in law.memory_rates((v,), memory) for part in (rate, 0.0)]
+            assert rates == pytest.approx(straight, rel=1e-13)
 
 
 @given(st.floats(-2, 2), st.floats(-2, 2), st.sampled_from([*PLAIN, *SMOOTH]))
@@ -97,10 +106,14 @@ def test_slip_loses_energy(x, y, law):
         assert force[0] * x + force[1] * y >= 0
 
 
-@pytest.mark.parametrize("law", [BRISTLES[0], *MEMORY[2:]], ids=repr)
+@pytest.mark.parametrize("law", [BRISTLES[0], *MEMORY[2:5]], ids=repr)
 def test_slip_gives_no_less_than_the_contact_stores(law):
-    # The stored energy over N is s0 z^2/2 for Dahl's law and z^2/(2 A) for Bouc-Wen's.
-    weight = law.s0 if isinstance(law, Dahl) else 1 / law.A
+    # The stored energy over N is s0 z^2/2 for Dahl's law, z^2/(2 A) for Bouc-Wen's and, at N = 1,
+    # (mu z)^2/(2 kt) for that of Jenkins.
+    if isinstance(law, Jenkins):
+        weight = law.mu_k**2 / law.kt
+    else:
+        weight = law.s0 if isinstance(law, Dahl) else 1 / law.A
     for _ in range(50):
         slip, memory = RNG.normal(size=2), some_memory(law, 2)
         power = np.dot(law.force(slip, 1.0, memory), slip)
@@ -164,7 +177,7 @@ def test_steady_slip_has_the_coefficient_of_the_law(law):
     for slip in ((0.3, -0.2), (0.25,)):
         memory = law.steady_memory(slip)
         speed = np.linalg.norm(slip)
-        assert law.memory_rates(slip, memory) == pytest.approx(np.zeros(len(slip)), abs=1e-8)
+        assert law.memory_rates(slip, memory) == pytest.approx(np.zeros(len(memory)), abs=1e-8)
         expected = 1.5 * law.coefficient(speed) * np.array(slip) / speed
         assert law.force(slip, 1.5, memory) == pytest.approx(expected, rel=1e-11)
 
@@ -283,6 +296,93 @@ def test_iwan_is_the_sum_of_its_elements():
     assert contact.along([0.0, 0.1, -0.1]) == pytest.approx([0.0, 1.0, -1.0])
     alike = Iwan((Jenkins(mu_k=0.5, kt=10.0),) * 2)
     assert alike.energy(0.2) == pytest.approx(Jenkins(mu_k=1.0, kt=20.0).energy(0.2), rel=1e-15)
+
+
+def driven(law, amplitude):
+    """Energy of a cycle, k' and k'' of a law on a line under a harmonic displacement, N = 1."""
+
+    def rates(t, q):
+        v = -amplitude * np.sin(t)
+        [force] = law.force((v,), 1.0, tuple(q[3:]))
+        work = [force * v, force * np.cos(t), -force * np.sin(t)]
+        return [*work, *law.memory_rates((v,), tuple(q[3:]))]
+
+    # Slip before the turning point has left the memory of steady slip.
+    start = [0, 0, 0, *law.steady_memory((1.0,))]
+    run = solve_ivp(rates, (0, 2 * np.pi), start, "DOP853", rtol=1e-8, atol=1e-11, max_step=0.02)
+    assert run.y[3:, -1] == pytest.approx(run.y[3:, 0], abs=1e-7)
+    energy, along, across = run.y[:3, -1]
+    return np.array([energy, along / (np.pi * amplitude), across / (np.pi * amplitude)])
+
+
+def test_jenkins_under_a_harmonic_drive_tends_to_its_closed_forms():
+    # System 12 of the textbook, as a model sees the element: the error falls with n^2.
+    exact = np.array([0.6, 3.910022189558, 4.774648292757])
+    errors = [
+        driven(Jenkins(mu_k=1.0, kt=20.0, e=SHARP, exponent=n), 0.2) / exact - 1
+        for n in (8, 16, 32)
+    ]
+    assert np.abs(errors[1]).max() < 1e-3
+    assert errors[0] / errors[1] == pytest.approx([4, 4, 4], rel=0.15)
+    assert errors[1] / errors[2] == pytest.approx([4, 4, 4], rel=0.1)
+
+
+def test_iwan_under_a_harmonic_drive_is_the_sum_of_its_elements():
+    elements = tuple(
+        Jenkins(mu_k=mu, kt=kt, e=SHARP, exponent=8) for mu, kt in ((0.3, 20.0), (0.7, 10.0))
+    )
+    parts = sum(driven(element, 0.2) for element in elements)
+    contact = Iwan(elements)
+    found = driven(contact, 0.2)
+    assert found == pytest.approx(parts, rel=1e-7)
+    sharp = [contact.energy(0.2), contact.stiffness(0.2), contact.loss_stiffness(0.2)]
+    assert found == pytest.approx(sharp, rel=0.01)
+
+
+def returned(law, slip, normal, times, force):
+    """Force of the sharp element by steps of stick, mapped back onto the disc |F| <= mu N."""
+    forces = [np.asarray(force, dtype=float)]
+    for t, step in zip(times[1:], np.diff(times), strict=True):
+        trial = forces[-1] + law.kt * step * np.asarray(slip(t - step / 2))
+        forces.append(trial * min(1.0, law.mu_k * normal(t) / np.linalg.norm(trial)))
+    return np.array(forces)
+
+
+@pytest.mark.parametrize(
+    "slip",
+    [lambda t: (np.cos(t),), lambda t: (np.cos(t), 0.4 * np.sin(2 * t + 0.5))],
+    ids=["line", "plane"],
+)
+def test_jenkins_follows_the_normal_force(slip):
+    # The normal force passes its minimum in stick and in slip; |F| = mu N bounds the force always.
+    def normal(t):
+        return 1.0 + 0.6 * np.sin(3 * t + 1.0)
+
+    law = Jenkins(mu_k=0.5, kt=2.0, e=1e-6)
+    times = np.linspace(0, 10, 20001)
+    start = tuple(0.0 * part for part in slip(0.0))
+    exact = returned(law, slip, normal, times, start)
+    errors = []
+    for exponent in (8, 32):
+        knee = replace(law, exponent=exponent)
+        run = solve_ivp(
+            lambda t, z, knee=knee: knee.memory_rates(
+                slip(t), tuple(z), None, normal(t), 1.8 * np.cos(3 * t + 1.0)
+            ),
+            (0, 10),
+            start,
+            "DOP853",
+            t_eval=times,
+            rtol=1e-8,
+            atol=1e-10,
+            max_step=0.02,
+        )
+        assert np.linalg.norm(run.y, axis=0).max() <= 1 + 1e-7  # the integrator's error
+        force = law.mu_k * normal(times) * run.y
+        errors.append(np.abs(force.T - exact).max())
+    # The force itself is wrong by a share of order 1/n of its limit while it passes the knee.
+    assert errors[0] < 0.1 * law.mu_k * 1.6
+    assert errors[0] / errors[1] == pytest.approx(4, rel=0.15)
 
 
 @pytest.mark.parametrize(("shape", "period"), [("atan", 11.298151), ("tanh", 11.900600)])

@@ -48,6 +48,8 @@ MEMORY = [
     Dahl(mu_k=0.4, s0=1e3),
     LuGre(mu_s=0.6, mu_k=0.35, vs=0.4, s0=1e3, s1=0.05, s2=0.02),
     BoucWen(A=1e3, b=3e3, c=1e3),
+    Jenkins(mu_k=0.4, kt=500.0, e=1e-4, exponent=8),
+    Iwan((Jenkins(mu_k=0.1, kt=300.0, e=1e-4), Jenkins(mu_k=0.3, kt=500.0, e=1e-4, exponent=4))),
 ]
 
 
@@ -64,11 +66,13 @@ def rates_by_hand(time, state, p, law):
     """Equations of motion with the force of a law; the law itself is tested elsewhere."""
     free = rhs(time, np.asarray(state)[:4], {**p, "mu": 0.0})
     slip, memory = slip_of(state, p), tuple(state[4:])
-    force = law.force(tuple(slip), normal_of(time, p), memory)
+    normal, turn = normal_of(time, p), 2 * np.pi * p["f"]
+    normal_rate = -turn * p["Nd"] * np.sin(turn * time)
+    force = law.force(tuple(slip), normal, memory)
     masses = [p[f"k{i}"] / (2 * np.pi * p[f"f{i}"]) ** 2 for i in (2, 1)]
     pushed = [f / (m * p["L"]) for f, m in zip(force, masses, strict=True)]
     free[2:] += pushed
-    return np.array([*free, *law.memory_rates(tuple(slip), memory)])
+    return np.array([*free, *law.memory_rates(tuple(slip), memory, None, normal, normal_rate)])
 
 
 def some_states(model, count=10):
@@ -272,8 +276,6 @@ class Clashing(FrictionLaw):
     [
         ({"friction": 0.3}, "friction = 0.3 is not a friction law; give one such as Coulomb"),
         ({"friction": Stribeck}, "is not a friction law"),
-        ({"friction": Jenkins()}, "Jenkins switches between stick and slip"),
-        ({"friction": Iwan()}, "Iwan switches between stick and slip"),
         ({"friction": Clashing()}, "Clashing calls something 'alpha', and so does sliding"),
         ({"friction": Stribeck(), "mu": 0.3}, "sliding has no parameter 'mu'"),
         ({"friction": Stribeck(), "mu_s": 0.1}, "mu_s = 0.1 is below mu_k = 0.3"),
@@ -375,3 +377,32 @@ def test_where_a_law_would_stick_the_branch_stops_and_a_smooth_one_goes_on():
     assert branch.stopped.kind == "span"
     speed = branch.orbit(-1).output("Vrel", 1024)[1]
     assert speed.min() < 0.02 * model.Vd
+
+
+def test_elastic_coulomb_friction_tends_to_coulombs_as_it_stiffens():
+    # In steady slip the force is on its limit, so the knee plays no part, and the deflection of the
+    # contact delays the change of its direction by a time of order mu N/(kt Vd).
+    values = {"Nd": 0.03, "f": 12.5}
+    scales = SlidingOscillator().state_scales()
+    exact = sf.periodic_orbit(SlidingOscillator(mu=0.5, **values)).nodes[0] / scales
+    found = {}
+    for kt, exponent in ((500.0, 4), (1000.0, 4), (1000.0, 2)):
+        law = Jenkins(mu_k=0.5, kt=kt, e=1e-4, exponent=exponent)
+        orbit = sf.periodic_orbit(SlidingOscillator(friction=law, **values))
+        found[kt, exponent] = orbit.nodes[0][:4] / scales
+    errors = [np.abs(found[kt, 4] - exact).max() for kt in (500.0, 1000.0)]
+    assert errors[0] < 0.01
+    assert errors[0] / errors[1] == pytest.approx(2, rel=0.1)
+    assert found[1000.0, 2] == pytest.approx(found[1000.0, 4], abs=0.01 * errors[1])
+
+
+def test_orbit_with_iwans_contact_closes_by_hand():
+    law = Iwan((Jenkins(mu_k=0.1, kt=50.0, exponent=2), Jenkins(mu_k=0.3, kt=100.0, exponent=4)))
+    model = SlidingOscillator(friction=law, Nd=0.03)
+    assert [item.name for item in model.states[4:]] == ["zx1", "zy1", "zx2", "zy2"]
+    orbit = sf.periodic_orbit(model.replace(kt1=60.0))
+    p, law = {**BASE, **orbit.model.values}, orbit.model.friction
+    assert law.elements[0].kt == 60.0
+    end = carried(lambda t, q, p: rates_by_hand(t, q, p, law), orbit.nodes[0], p)
+    mismatch = (end - orbit.nodes[0]) / orbit.model.state_scales()
+    assert mismatch == pytest.approx(np.zeros(8), abs=1e-8)

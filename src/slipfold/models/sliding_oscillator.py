@@ -44,7 +44,7 @@ class SlidingOscillator(Model):
 
     Another friction law takes the place of :math:`\mu`: its coefficient depends on
     :math:`V_{rel}`, its parameters become parameters of the oscillator, and where it has a memory
-    (Dahl, LuGre, Bouc-Wen) the deflections ``zx zy`` are further states.
+    (Dahl, LuGre, Bouc-Wen, Jenkins) its deflections ``zx zy`` are further states.
 
     Parameters
     ----------
@@ -163,8 +163,6 @@ class SlidingOscillator(Model):
                 f"friction = {law!r} is not a friction law; give one such as Coulomb(mu_k=0.4), or "
                 "mu=0.4 alone"
             )
-        if law.refusal:
-            raise InputError(f"{law.refusal}")
         kept = tuple(item for item in cls.parameters if item.name != "mu")
         taken = {item.name for item in kept} | {item.name for item in cls.states} | {"friction"}
         taken |= {item.name for item in sliding_outputs()}
@@ -272,7 +270,7 @@ class SlidingOscillator(Model):
         if self._law is None:
             return {**coefficients, "mu": mu}
         own = {f"{LAW_PREFIX}{item.name}": p[item.name] for item in self._law.parameters}
-        return {**coefficients, **own}
+        return {**coefficients, "f": p["f"], **own}
 
     def rates(self, q: Symbols, c: Symbols, phase: Expression) -> dict[str, Expression]:
         """Equations of motion (1)-(2) of the source paper, divided by mass and L.
@@ -316,7 +314,10 @@ class SlidingOscillator(Model):
         names = [state.name for state in law.memory(2)]
         memory = [q[name] for name in names]
         push_x, push_y = law.force(slip, load, memory, p)
-        rates = law.memory_rates(slip, memory, p)
+        turn = 2 * math.pi * phase
+        normal = c["Ns"] + c["Nd"] * hy.cos(turn)
+        normal_rate = -2 * math.pi * c["f"] * c["Nd"] * hy.sin(turn)
+        rates = law.memory_rates(slip, memory, p, normal, normal_rate)
         return push_x, c["mass_ratio"] * push_y, dict(zip(names, rates, strict=True))
 
     def period(self, p: Symbols) -> Expression:

@@ -57,7 +57,8 @@ def guess_orbit(problem: PeriodicProblem, value: float) -> Correction:
     vector = problem.model.vector.copy()
     vector[problem.indices[-1]] = value
     constants = problem.flow.constants(vector)
-    nodes = linear_response(problem.flow, constants, problem.scales, problem.segments)
+    start = problem.model.replace(**{problem.vary: value}).start
+    nodes = linear_response(problem.flow, constants, problem.scales, problem.segments, start)
     guess = problem.pack(nodes, value)
     return correct(problem, guess, hold_parameter(problem.size), iterations=15)
 

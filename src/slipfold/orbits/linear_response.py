@@ -19,7 +19,7 @@ PHASES = np.arange(32) / 32
 HARMONICS = 8
 
 
-def mean_state(flow: Flow, constants: Constants, scales: Array) -> Array:
+def mean_state(flow: Flow, constants: Constants, scales: Array, start: Array) -> Array:
     """Return the equilibrium under the forcing's mean, shape (n_states,).
 
     Parameters
@@ -30,11 +30,13 @@ def mean_state(flow: Flow, constants: Constants, scales: Array) -> Array:
         Coefficients.
     scales
         Typical sizes of the states, shape (n_states,).
+    start
+        State from which it is searched, shape (n_states,).
 
     Returns
     -------
     ndarray
-        The state, NaN if there is no equilibrium near rest.
+        The state, NaN if there is no equilibrium near `start`.
     """
     n = flow.dimension
 
@@ -45,13 +47,15 @@ def mean_state(flow: Flow, constants: Constants, scales: Array) -> Array:
         lambda state: flow.rates(repeated(state), PHASES, constants).mean(axis=0),
         lambda state: flow.jacobians(repeated(state), PHASES, constants).mean(axis=0),
         # Rest itself may be a singular point of a model, so the search starts a little beside it.
-        1e-3 * scales,
+        start + 1e-3 * scales,
         scales,
     )
     return np.full(n, np.nan) if found is None else found
 
 
-def linear_response(flow: Flow, constants: Constants, scales: Array, segments: int) -> Array:
+def linear_response(
+    flow: Flow, constants: Constants, scales: Array, segments: int, start: Array
+) -> Array:
     """Return the steady linear response about the mean state at equidistant phases.
 
     Parameters
@@ -64,6 +68,8 @@ def linear_response(flow: Flow, constants: Constants, scales: Array, segments: i
         Typical sizes of the states, shape (n_states,).
     segments
         Number of phases m within one forcing period.
+    start
+        State from which the mean state is searched, shape (n_states,).
 
     Returns
     -------
@@ -71,7 +77,7 @@ def linear_response(flow: Flow, constants: Constants, scales: Array, segments: i
         States, NaN if there is no mean state.
     """
     n = flow.dimension
-    centre = mean_state(flow, constants, scales)
+    centre = mean_state(flow, constants, scales, start)
     states = np.tile(centre, (len(PHASES), 1))
     forcing = np.fft.fft(flow.rates(states, PHASES, constants), axis=0) / len(PHASES)
     jacobian = flow.jacobians(states, PHASES, constants).mean(axis=0)

@@ -5,7 +5,7 @@ from slipfold.models.friction.bristles import Dahl as Dahl
 from slipfold.models.friction.bristles import LuGre as LuGre
 from slipfold.models.friction.coulomb import Coulomb as Coulomb
 from slipfold.models.friction.coulomb import CoulombViscous as CoulombViscous
-from slipfold.models.friction.jenkins import Iwan as Iwan
+from slipfold.models.friction.iwan import Iwan as Iwan
 from slipfold.models.friction.jenkins import Jenkins as Jenkins
 from slipfold.models.friction.law import FrictionLaw as FrictionLaw
 from slipfold.models.friction.memory_law import MemoryLaw as MemoryLaw

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
 from slipfold.errors import InputError
+from slipfold.models.friction.contact_state import ContactState
 from slipfold.models.friction.functions import sqrt
 from slipfold.models.friction.memory_law import MemoryLaw
-from slipfold.models.friction.quantities import REST_SPEED, described
+from slipfold.models.friction.quantities import REST_SPEED, checked_exponent, described
 from slipfold.models.output import Expression, Symbols
 from slipfold.models.parameter import Parameter
 from slipfold.models.whole_power import whole_power
@@ -37,7 +36,7 @@ class BoucWen(MemoryLaw):
     which is the same on a line and treats all directions alike. :math:`|v \cdot z|` is rounded off
     at :math:`\varepsilon \mu`, so that slip may reverse; speeds of interest are well above
     :math:`\varepsilon`. With b = c a contact unloads along a straight line, and as n grows the law
-    tends to the elastic Coulomb contact of a Jenkins element.
+    tends to the elastic Coulomb contact of a Jenkins element under a constant normal force.
 
     Parameters
     ----------
@@ -54,11 +53,8 @@ class BoucWen(MemoryLaw):
     ----------
     R. Bouc, Modèle mathématique d'hystérésis, Acustica 24 (1971) 16-25; Y. K. Wen, Method for
     random vibration of hysteretic systems, Journal of the Engineering Mechanics Division 102 (1976)
-    249-263; in the plane: Y. J. Park, Y. K. Wen and A. H.-S. Ang, Random vibration of hysteretic
-    systems under bi-directional ground motions, Earthquake Engineering and Structural Dynamics 14
-    (1986) 543-557, in an isotropic form as P. S. Harvey and H. P. Gavin ask for in Truly isotropic
-    biaxial hysteresis with arbitrary knee sharpness, ibid. 43 (2014) 2051-2057; energy: S. Erlicher
-    and N. Point, Comptes Rendus Mécanique 332 (2004) 51-57.
+    249-263; in the plane, though not alike in all directions: Y. J. Park, Y. K. Wen and
+    A. H.-S. Ang, Earthquake Engineering and Structural Dynamics 14 (1986).
 
     Examples
     --------
@@ -103,12 +99,7 @@ class BoucWen(MemoryLaw):
 
     def check_structure(self) -> None:
         """Refuse exponents for which the equations are not smooth."""
-        if self.exponent != int(self.exponent) or self.exponent < 2 or self.exponent % 2:
-            raise InputError(
-                f"exponent = {self.exponent!r} is not an even whole number; with others |z| is not "
-                "smooth at z = 0, give e.g. 2"
-            )
-        object.__setattr__(self, "exponent", int(self.exponent))
+        object.__setattr__(self, "exponent", checked_exponent(self.exponent))
 
     @property
     def memory_scale(self) -> float:
@@ -127,54 +118,45 @@ class BoucWen(MemoryLaw):
         """
         return self._limit(p)
 
-    def traction(
-        self, slip: tuple[Expression, ...], memory: tuple[Expression, ...], p: Symbols
-    ) -> tuple[Expression, ...]:
+    def traction(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
         """The deflection itself.
 
         Parameters
         ----------
-        slip
-            Velocity of the counter-body relative to the body in m/s, one or two components.
-        memory
-            The deflection, as many components.
+        contact
+            Slip, deflection and normal force.
         p
             The parameters by name.
         """
-        return memory
+        return contact.memory
 
-    def rates_of_memory(
-        self, slip: tuple[Expression, ...], memory: tuple[Expression, ...], p: Symbols
-    ) -> tuple[Expression, ...]:
+    def rates_of_memory(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
         """``A v - |z|^(n-2) z (b |v.z| + c v.z)``.
 
         Parameters
         ----------
-        slip
-            Velocity of the counter-body relative to the body in m/s, one or two components.
-        memory
-            The deflection, as many components.
+        contact
+            Slip, deflection and normal force.
         p
             The parameters by name.
         """
+        slip, memory = contact.slip, contact.memory
         power = sum(v * z for v, z in zip(slip, memory, strict=True))
         floor = p["e"] * self._limit(p)
         fading = p["b"] * sqrt(power * power + floor * floor) + p["c"] * power
-        if self.exponent > 2:
-            square = sum(z * z for z in memory)
-            fading = fading * whole_power(square, self.exponent // 2 - 1)
+        square = sum(z * z for z in memory)
+        fading = fading * whole_power(square, self.exponent // 2 - 1)
         return tuple(p["A"] * v - fading * z for v, z in zip(slip, memory, strict=True))
 
-    def steady_memory(self, slip: Sequence[float]) -> tuple[float, ...]:
-        """Return the deflection after a long slip at a constant velocity.
+    def steady_deflection(self, speed: float) -> float:
+        """The friction coefficient in steady slip, whatever the speed.
 
         Parameters
         ----------
-        slip
-            Velocity of the counter-body relative to the body in m/s, one or two components.
+        speed
+            Slip speed in m/s.
         """
-        speed = float(np.linalg.norm(slip))
-        return tuple(self.memory_scale * float(component) / speed for component in slip)
+        return self.memory_scale
 
     def _limit(self, p: Symbols) -> Expression:
         return (p["A"] / (p["b"] + p["c"])) ** (1.0 / self.exponent)

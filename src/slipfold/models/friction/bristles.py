@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
+from slipfold.models.friction.contact_state import ContactState
 from slipfold.models.friction.functions import exp, sqrt
 from slipfold.models.friction.memory_law import MemoryLaw
 from slipfold.models.friction.quantities import (
@@ -47,36 +48,30 @@ class _Bristles(MemoryLaw):
         p = self.values
         return max(float(self.level(0.0, p)), 1e-3) / p["s0"]
 
-    def rates_of_memory(
-        self, slip: tuple[Expression, ...], memory: tuple[Expression, ...], p: Symbols
-    ) -> tuple[Expression, ...]:
+    def rates_of_memory(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
         """``v - s0 |v| z/g(|v|)``.
 
         Parameters
         ----------
-        slip
-            Velocity of the counter-body relative to the body in m/s, one or two components.
-        memory
-            The deflection, as many components.
+        contact
+            Slip, deflection and normal force.
         p
             The parameters by name.
         """
-        square = sum(component * component for component in slip)
+        square = contact.square
         fading = p["s0"] * _rounded(square, p) / self.level(square, p)
-        return tuple(v - fading * z for v, z in zip(slip, memory, strict=True))
+        return tuple(v - fading * z for v, z in zip(contact.slip, contact.memory, strict=True))
 
-    def steady_memory(self, slip: Sequence[float]) -> tuple[float, ...]:
-        """Return the deflection after a long slip at a constant velocity, in m.
+    def steady_deflection(self, speed: float) -> float:
+        """``g v/(s0 sqrt(v^2 + e^2))``, in m.
 
         Parameters
         ----------
-        slip
-            Velocity of the counter-body relative to the body in m/s, one or two components.
+        speed
+            Slip speed in m/s.
         """
-        p = self.values
-        square = sum(component * component for component in slip)
-        bent = self.level(square, p) / (p["s0"] * _rounded(square, p))
-        return tuple(float(bent * component) for component in slip)
+        p, square = self.values, speed * speed
+        return float(self.level(square, p) * speed / (p["s0"] * _rounded(square, p)))
 
 
 @dataclass(frozen=True)
@@ -105,9 +100,7 @@ class Dahl(_Bristles):
 
     References
     ----------
-    P. R. Dahl, A solid friction model, The Aerospace Corporation, TOR-0158(3107-18)-1, 1968; in the
-    plane: P.-A. Bliman, Mathematical study of the Dahl's friction model, European Journal of
-    Mechanics A/Solids 11 (1992) 835-848.
+    P. R. Dahl, A solid friction model, The Aerospace Corporation, TOR-0158(3107-18)-1, 1968.
 
     Examples
     --------
@@ -146,21 +139,17 @@ class Dahl(_Bristles):
         """
         return p["mu_k"] * speed / _rounded(speed * speed, p)
 
-    def traction(
-        self, slip: tuple[Expression, ...], memory: tuple[Expression, ...], p: Symbols
-    ) -> tuple[Expression, ...]:
+    def traction(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
         """``s0 z``.
 
         Parameters
         ----------
-        slip
-            Velocity of the counter-body relative to the body in m/s, one or two components.
-        memory
-            The deflection, as many components.
+        contact
+            Slip, deflection and normal force.
         p
             The parameters by name.
         """
-        return tuple(p["s0"] * z for z in memory)
+        return tuple(p["s0"] * z for z in contact.memory)
 
 
 @dataclass(frozen=True)
@@ -202,7 +191,7 @@ class LuGre(_Bristles):
     with friction, IEEE Transactions on Automatic Control 40 (1995) 419-425; with the normal force
     as a factor and in the plane: E. Velenis, P. Tsiotras, C. Canudas-de-Wit and M. Sorine, Dynamic
     tyre friction models for combined longitudinal and lateral vehicle motion, Vehicle System
-    Dynamics 43 (2005) 3-29.
+    Dynamics, 2005.
 
     Examples
     --------
@@ -272,24 +261,20 @@ class LuGre(_Bristles):
         square = speed * speed
         return speed * (self.level(square, p) / _rounded(square, p) + p["s2"])
 
-    def traction(
-        self, slip: tuple[Expression, ...], memory: tuple[Expression, ...], p: Symbols
-    ) -> tuple[Expression, ...]:
+    def traction(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
         """``s0 z + s1 z' + s2 v``.
 
         Parameters
         ----------
-        slip
-            Velocity of the counter-body relative to the body in m/s, one or two components.
-        memory
-            The deflection, as many components.
+        contact
+            Slip, deflection and normal force.
         p
             The parameters by name.
         """
-        rates = self.rates_of_memory(slip, memory, p)
+        rates = self.rates_of_memory(contact, p)
         return tuple(
             p["s0"] * z + p["s1"] * rate + p["s2"] * v
-            for v, z, rate in zip(slip, memory, rates, strict=True)
+            for v, z, rate in zip(contact.slip, contact.memory, rates, strict=True)
         )
 
 

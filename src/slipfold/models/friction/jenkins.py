@@ -1,30 +1,37 @@
-"""Elastic Coulomb contacts: the Jenkins element, and Iwan's parallel arrangement of several."""
+"""The Jenkins element: elastic Coulomb friction."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipfold.errors import InputError
-from slipfold.models.friction.law import FrictionLaw
-from slipfold.models.friction.quantities import KINETIC, described
+from slipfold.models.friction.contact_state import ContactState
+from slipfold.models.friction.functions import sqrt
+from slipfold.models.friction.memory_law import MemoryLaw
+from slipfold.models.friction.quantities import (
+    KINETIC,
+    REST_SPEED,
+    checked_exponent,
+    described,
+)
 from slipfold.models.output import Expression, Symbols
 from slipfold.models.parameter import Parameter
+from slipfold.models.whole_power import whole_power
 
-__all__ = ["Iwan", "Jenkins"]
+__all__ = ["Jenkins"]
 
-_REFUSAL = (
-    "{name} switches between stick and slip, and motion through such switches cannot be computed "
-    "yet; BoucWen with b = c and a large exponent is its smooth relative"
-)
+_CREEP = 1e-4
+"""Share of the fading that is there at any deflection: with it alone does a contact on a body at
+rest have one point of rest, and not a line of them. It changes the energy of a cycle by less."""
 
 
 @dataclass(frozen=True)
-class Jenkins(FrictionLaw):
+class Jenkins(MemoryLaw):
     r"""A spring in series with a Coulomb slider: elastic Coulomb friction.
 
     .. math::
@@ -32,8 +39,25 @@ class Jenkins(FrictionLaw):
         \dot F = k_t v \ \text{while}\ |F| < N \mu_k \ \text{or the slip reverses}, \qquad
         |F| \le N \mu_k
 
-    The force is piecewise smooth. Its harmonic equivalents and its force along a given path are
-    exact here; a model of smooth equations refuses the law.
+    `stiffness`, `loss_stiffness`, `energy` and `along` are those of this sharp element. A model
+    needs smooth equations, and there the corner is a knee: with the force over its limit as memory,
+    :math:`z = F/(N \mu_k)`, and the rate that it has while the slider holds,
+    :math:`w = k_t v/(N \mu_k) - z \dot N/N`,
+
+    .. math::
+
+        \dot z = w - z |z|^{n-2} \max(w \cdot z, 0)
+
+    so that \|z\| stays below 1 whatever the slip and the normal force do, and a contact unloads
+    with the stiffness of the spring. The maximum is rounded off as :math:`(x + \sqrt{x^2 +
+    \delta^2})/2` with :math:`\delta = k_t \varepsilon/(N \mu_k)`. In the plane z and v are
+    vectors. The law is that of Bouc and Wen with b = c, with the limit following the normal force;
+    as the exponent n grows it tends to the sharp element. At the knee the force is wrong by a share
+    of order 1/n, over a cycle by one of order :math:`1/n^2`: at an amplitude of four times that of
+    first slip and a small e the energy of a cycle is wrong by 0.34% for n = 8 and by 0.094% for
+    n = 16. In steady slip the force is wrong by the share :math:`(\varepsilon/v)^2/(4 n)` that the
+    rounding takes. A stiff contact and a large exponent take more time: the fastest rate is
+    :math:`n k_t v/(N \mu_k)`.
 
     Parameters
     ----------
@@ -41,6 +65,12 @@ class Jenkins(FrictionLaw):
         Friction coefficient of the slider; no unit.
     kt
         Stiffness of the spring, in N/m.
+    e
+        Speed below which the change from slip to unloading is rounded off, in m/s; a hundredth of
+        the largest slip speed is a good value. Smaller ones make a sharp corner where the slip
+        reverses, and there a branch may fail.
+    exponent
+        Sharpness n of the knee in a model, an even whole number.
 
     References
     ----------
@@ -56,13 +86,26 @@ class Jenkins(FrictionLaw):
     """
 
     title: ClassVar[str] = "Jenkins (elastic Coulomb)"
-    sticks: ClassVar[bool] = False
-    refusal: ClassVar[str] = _REFUSAL.format(name="Jenkins")
+    unit: ClassVar[str] = ""
+    meaning: ClassVar[str] = "friction force over its limit"
 
     mu_k: float = described(replace(KINETIC, default=0.5, lower_open=True))
     kt: float = described(
-        Parameter("kt", 1e4, "N/m", "stiffness of the contact", 0, lower_open=True, symbol="$k_t$")
+        Parameter("kt", 1e3, "N/m", "stiffness of the contact", 0, lower_open=True, symbol="$k_t$")
     )
+
+    e: float = described(
+        replace(
+            REST_SPEED,
+            default=1e-2,
+            doc="speed below which the change from slip to unloading is rounded off",
+        )
+    )
+    exponent: int = 16
+
+    def check_structure(self) -> None:
+        """Refuse exponents for which the equations are not smooth."""
+        object.__setattr__(self, "exponent", checked_exponent(self.exponent))
 
     def formula(self, speed: Expression, p: Symbols) -> Expression:
         """``mu_k``, in steady slip.
@@ -76,17 +119,52 @@ class Jenkins(FrictionLaw):
         """
         return p["mu_k"]
 
-    def traction(
-        self, slip: tuple[Expression, ...], memory: tuple[Expression, ...], p: Symbols
-    ) -> tuple[Expression, ...]:
-        """Refuse: the force depends on the path, which `along` takes.
+    def traction(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
+        """``mu_k z``.
 
         Parameters
         ----------
-        slip, memory, p
-            Not used.
+        contact
+            Slip, force over its limit and normal force.
+        p
+            The parameters by name.
         """
-        raise InputError(f"{self.refusal}; along() gives the force on a given path")
+        return tuple(p["mu_k"] * z for z in contact.memory)
+
+    def rates_of_memory(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
+        """``w - z |z|^(n-2) max(w.z, 0)`` with ``w = kt v/(mu_k N) - z N'/N``, rounded off.
+
+        Parameters
+        ----------
+        contact
+            Slip, force over its limit and normal force.
+        p
+            The parameters by name.
+        """
+        inverse, memory = p["kt"] / (p["mu_k"] * contact.normal), contact.memory
+        fading = contact.normal_rate / contact.normal
+        held = [inverse * v - fading * z for v, z in zip(contact.slip, memory, strict=True)]
+        gain = sum(w * z for w, z in zip(held, memory, strict=True))
+        floor = inverse * p["e"]
+        slipping = 0.5 * (gain + sqrt(gain * gain + floor * floor))
+        square = sum(z * z for z in memory)
+        knee = whole_power(square, self.exponent // 2 - 1)
+        drop = slipping * (knee + _CREEP) / (1 + _CREEP)
+        return tuple(w - drop * z for w, z in zip(held, memory, strict=True))
+
+    def steady_deflection(self, speed: float) -> float:
+        """One, less what the rounding takes: about ``e^2/(4 n v^2)``, for speeds well above ``e``.
+
+        Parameters
+        ----------
+        speed
+            Slip speed in m/s.
+        """
+        share, n, z = (self.e / speed) ** 2, self.exponent, 1.0
+        for _ in range(8):  # to rounding: every step gains a factor of the order of `share`
+            fading = (z ** (n - 2) + _CREEP) / (1 + _CREEP) * (z + math.sqrt(z * z + share)) / 2
+            z -= (z * fading - 1) / n
+        return z
 
     def stiffness(self, amplitude: float, normal: float = 1.0) -> float:
         """Return the harmonic equivalent stiffness ``k' = (kt/pi)(th - sin(2 th)/2)`` in N/m.
@@ -166,120 +244,3 @@ class Jenkins(FrictionLaw):
         if not normal > 0:
             raise InputError(f"normal = {normal:g} N is not positive; give normal > 0")
         return self.mu_k * normal / (self.kt * amplitude)
-
-
-@dataclass(frozen=True)
-class Iwan(FrictionLaw):
-    """Jenkins elements in parallel, which give way one after the other.
-
-    Parameters
-    ----------
-    elements
-        The elements; each bears the normal force, so that their friction coefficients add up.
-
-    References
-    ----------
-    W. D. Iwan, A distributed-element model for hysteresis and its steady-state dynamic response,
-    Journal of Applied Mechanics 33 (1966) 893-900.
-
-    Examples
-    --------
-    >>> contact = Iwan((Jenkins(mu_k=0.1, kt=20), Jenkins(mu_k=0.3, kt=20)))
-    >>> round(contact.coefficient(0.1), 12)
-    0.4
-    """
-
-    title: ClassVar[str] = "Iwan (Jenkins in parallel)"
-    sticks: ClassVar[bool] = False
-    refusal: ClassVar[str] = _REFUSAL.format(name="Iwan")
-
-    elements: tuple[Jenkins, ...] = (Jenkins(),)
-
-    def check_structure(self) -> None:
-        """Refuse what is not one or more Jenkins elements."""
-        elements: Any = self.elements
-        given = tuple(elements) if isinstance(elements, tuple | list) else ()
-        if not given or not all(isinstance(item, Jenkins) for item in given):
-            raise InputError(
-                f"elements = {self.elements!r} are not Jenkins elements; give e.g. "
-                "(Jenkins(mu_k=0.1), Jenkins(mu_k=0.3))"
-            )
-        object.__setattr__(self, "elements", given)
-
-    def formula(self, speed: Expression, p: Symbols) -> Expression:
-        """Sum of the elements' friction coefficients, in steady slip.
-
-        Parameters
-        ----------
-        speed
-            Slip speed in m/s.
-        p
-            Nothing: the elements are fixed.
-        """
-        return sum(element.mu_k for element in self.elements)
-
-    def traction(
-        self, slip: tuple[Expression, ...], memory: tuple[Expression, ...], p: Symbols
-    ) -> tuple[Expression, ...]:
-        """Refuse: the force depends on the path, which `along` takes.
-
-        Parameters
-        ----------
-        slip, memory, p
-            Not used.
-        """
-        raise InputError(f"{self.refusal}; along() gives the force on a given path")
-
-    def stiffness(self, amplitude: float, normal: float = 1.0) -> float:
-        """Return the harmonic equivalent stiffness in N/m.
-
-        Parameters
-        ----------
-        amplitude
-            Amplitude of a harmonic displacement in m.
-        normal
-            Constant normal force in N.
-        """
-        return sum(element.stiffness(amplitude, normal) for element in self.elements)
-
-    def loss_stiffness(self, amplitude: float, normal: float = 1.0) -> float:
-        """Return the harmonic equivalent loss stiffness in N/m.
-
-        Parameters
-        ----------
-        amplitude
-            Amplitude of a harmonic displacement in m.
-        normal
-            Constant normal force in N.
-        """
-        return sum(element.loss_stiffness(amplitude, normal) for element in self.elements)
-
-    def energy(self, amplitude: float, normal: float = 1.0) -> float:
-        """Return the energy lost in a cycle, in J.
-
-        Parameters
-        ----------
-        amplitude
-            Amplitude of a periodic displacement with two turning points, in m.
-        normal
-            Constant normal force in N.
-        """
-        return sum(element.energy(amplitude, normal) for element in self.elements)
-
-    def along(self, displacement: ArrayLike, normal: float = 1.0) -> NDArray[np.float64]:
-        """Return the force along a path of the counter-body on a line, from no force.
-
-        Parameters
-        ----------
-        displacement
-            Displacements in m, shape (m,), monotonic from each to the next; the force is exact.
-        normal
-            Constant normal force in N.
-
-        Returns
-        -------
-        ndarray, shape (m,)
-            Forces on the body in N.
-        """
-        forces = [element.along(displacement, normal) for element in self.elements]
-        return np.asarray(np.sum(forces, axis=0))

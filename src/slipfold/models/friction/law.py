@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipfold.errors import InputError
+from slipfold.models.friction.contact_state import ContactState
 from slipfold.models.friction.functions import is_symbolic, sqrt
 from slipfold.models.output import Expression, Symbols
 from slipfold.models.parameter import Parameter, State
@@ -53,9 +54,6 @@ class FrictionLaw(ABC):
 
     sticks: ClassVar[bool] = True
     """Whether the force at rest may have any value up to a limit, so that the contact can stick."""
-
-    refusal: ClassVar[str] = ""
-    """Why a model of smooth equations cannot take the law, as a sentence; empty if it can."""
 
     def __post_init__(self) -> None:
         """Check the values and convert what has a unit."""
@@ -106,6 +104,20 @@ class FrictionLaw(ABC):
         """Friction coefficient up to which a contact at rest holds; 0 if it does not stick."""
         return float(self.coefficient(0.0)) if self.sticks else 0.0
 
+    def traction(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
+        """Friction force over normal force.
+
+        Parameters
+        ----------
+        contact
+            Slip, memory and normal force.
+        p
+            The parameters by name.
+        """
+        speed = sqrt(contact.square)
+        drag = self.formula(speed, p) / speed
+        return tuple(drag * component for component in contact.slip)
+
     # -- memory: none unless a subclass says so --------------------------------------------------
 
     def memory(self, dimensions: int) -> tuple[State, ...]:
@@ -123,19 +135,15 @@ class FrictionLaw(ABC):
         """Typical size of the memory, in its unit."""
         return 1.0
 
-    def memory_rates(
-        self, slip: Sequence[Expression], memory: Sequence[Expression], p: Symbols | None = None
-    ) -> tuple[Expression, ...]:
+    def rates_of_memory(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
         """Time derivatives of the memory, per second.
 
         Parameters
         ----------
-        slip
-            Velocity of the counter-body relative to the body in m/s, one or two components.
-        memory
-            The memory, as many components.
+        contact
+            Slip, memory and normal force.
         p
-            The parameters by name; the law's own values if None.
+            The parameters by name.
         """
         return ()
 
@@ -184,9 +192,10 @@ class FrictionLaw(ABC):
         InputError
             For an unknown name or a value that cannot be used.
         """
-        names = [item.name for item in dataclasses.fields(self)]
+        fields = [item.name for item in dataclasses.fields(self)]
         for name in changes:
-            if name not in names:
+            if name not in fields:
+                names = list(dict.fromkeys([*fields, *self.values]))
                 raise InputError(
                     f"{type(self).__name__} has no parameter {name!r}; {suggest(name, names)}"
                     f"it has {', '.join(names)}"
@@ -335,25 +344,33 @@ class FrictionLaw(ABC):
                 f"at rest the friction force of {type(self).__name__} can have any value up to its "
                 "limit; give a slip that is not zero, or a regularised law"
             )
-        return tuple(normal * part for part in self.traction(components, tuple(memory), given))
+        contact = ContactState(components, tuple(memory), normal)
+        return tuple(normal * part for part in self.traction(contact, given))
 
-    def traction(
-        self, slip: tuple[Expression, ...], memory: tuple[Expression, ...], p: Symbols
+    def memory_rates(
+        self,
+        slip: Sequence[Expression],
+        memory: Sequence[Expression],
+        p: Symbols | None = None,
+        normal: Expression = 1.0,
+        normal_rate: Expression = 0.0,
     ) -> tuple[Expression, ...]:
-        """Friction force over normal force.
+        """Return the time derivatives of the memory, per second.
 
         Parameters
         ----------
         slip
-            Velocity of the counter-body relative to the body in m/s, one or two components.
+            Velocity of the counter-body relative to the body in m/s, one or two components:
+            numbers, arrays or symbols.
         memory
-            The contact's memory, if the law has one.
+            The memory.
         p
-            The parameters by name.
+            The parameters by name, numbers or symbols; the law's own values if None.
+        normal, normal_rate
+            Normal force in N and its rate in N/s; most laws do not need them.
         """
-        speed = sqrt(sum(component * component for component in slip))
-        drag = self.formula(speed, p) / speed
-        return tuple(drag * component for component in slip)
+        contact = ContactState(tuple(slip), tuple(memory), normal, normal_rate)
+        return self.rates_of_memory(contact, self.values if p is None else p)
 
     def plot(self, **options: Any) -> Any:
         """Draw the friction coefficient over the slip speed, with its slope.

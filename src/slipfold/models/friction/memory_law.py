@@ -7,6 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
+
+from slipfold.models.friction.contact_state import ContactState
 from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.output import Expression, Symbols
 from slipfold.models.parameter import State
@@ -18,27 +21,47 @@ __all__ = ["MemoryLaw"]
 class MemoryLaw(FrictionLaw):
     """A law with a deflection z as memory, a vector in the plane; it never sticks.
 
-    A subclass gives `rates_of_memory` besides what a law without memory gives.
+    A subclass gives `rates_of_memory`, `traction` and `steady_deflection` besides what a law
+    without memory gives.
     """
 
     sticks: ClassVar[bool] = False
     unit: ClassVar[str] = "m"
     """Unit of the deflection."""
+    meaning: ClassVar[str] = "deflection of the contact"
 
     @abstractmethod
-    def rates_of_memory(
-        self, slip: tuple[Expression, ...], memory: tuple[Expression, ...], p: Symbols
-    ) -> tuple[Expression, ...]:
+    def rates_of_memory(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
         """Time derivatives of the deflection, per second.
 
         Parameters
         ----------
-        slip
-            Velocity of the counter-body relative to the body in m/s, one or two components.
-        memory
-            The deflection, as many components.
+        contact
+            Slip, deflection and normal force.
         p
             The parameters by name.
+        """
+
+    @abstractmethod
+    def traction(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
+        """Friction force over normal force.
+
+        Parameters
+        ----------
+        contact
+            Slip, deflection and normal force.
+        p
+            The parameters by name.
+        """
+
+    @abstractmethod
+    def steady_deflection(self, speed: float) -> float:
+        """Return the deflection after a long slip at a constant speed.
+
+        Parameters
+        ----------
+        speed
+            Slip speed in m/s, positive.
         """
 
     def memory(self, dimensions: int) -> tuple[State, ...]:
@@ -50,24 +73,19 @@ class MemoryLaw(FrictionLaw):
             1 for slip along a line, 2 for slip in a plane.
         """
         if dimensions == 1:
-            return (State("z", self.unit, "deflection of the contact", "$z$"),)
+            return (State("z", self.unit, self.meaning, "$z$"),)
         return tuple(
-            State(f"z{axis}", self.unit, f"deflection of the contact along {axis}", f"$z_{axis}$")
+            State(f"z{axis}", self.unit, f"{self.meaning} along {axis}", f"$z_{axis}$")
             for axis in "xy"
         )
 
-    def memory_rates(
-        self, slip: Sequence[Expression], memory: Sequence[Expression], p: Symbols | None = None
-    ) -> tuple[Expression, ...]:
-        """Time derivatives of the deflection, per second.
+    def steady_memory(self, slip: Sequence[float]) -> tuple[float, ...]:
+        """Return the deflection after a long slip at a constant velocity.
 
         Parameters
         ----------
         slip
             Velocity of the counter-body relative to the body in m/s, one or two components.
-        memory
-            The deflection, as many components.
-        p
-            The parameters by name; the law's own values if None.
         """
-        return self.rates_of_memory(tuple(slip), tuple(memory), self.values if p is None else p)
+        speed = float(np.linalg.norm(slip))
+        return tuple(self.steady_deflection(speed) * float(part) / speed for part in slip)

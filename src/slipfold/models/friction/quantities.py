@@ -17,6 +17,7 @@ __all__ = [
     "STRIBECK_SPEED",
     "VISCOUS",
     "check_static",
+    "checked_exponent",
     "described",
 ]
 
@@ -79,3 +80,25 @@ def check_static(values: Mapping[str, float]) -> None:
             f"mu_s = {values['mu_s']:g} is below mu_k = {values['mu_k']:g}; friction at rest is no "
             "less than in motion, give mu_s >= mu_k"
         )
+
+
+def checked_exponent(exponent: Any) -> int:
+    """Return the exponent of a knee as a whole number.
+
+    Parameters
+    ----------
+    exponent
+        An even whole number, at least 2.
+
+    Raises
+    ------
+    InputError
+        For other values.
+    """
+    number = isinstance(exponent, int | float) and not isinstance(exponent, bool)
+    if not (number and exponent >= 2 and exponent % 2 == 0):
+        raise InputError(
+            f"exponent = {exponent!r} is not an even whole number; with others |z| is not smooth "
+            "at z = 0, give e.g. 2"
+        )
+    return int(exponent)

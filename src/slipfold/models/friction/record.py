@@ -10,7 +10,8 @@ from slipfold.errors import InputError
 from slipfold.models.friction.bouc_wen import BoucWen
 from slipfold.models.friction.bristles import Dahl, LuGre
 from slipfold.models.friction.coulomb import Coulomb, CoulombViscous
-from slipfold.models.friction.jenkins import Iwan, Jenkins
+from slipfold.models.friction.iwan import Iwan
+from slipfold.models.friction.jenkins import Jenkins
 from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.friction.regularised import Regularised
 from slipfold.models.friction.stribeck import CubicStribeck, RationalStribeck, Stribeck

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
 from slipfold.errors import InputError
+from slipfold.models.friction.contact_state import ContactState
 from slipfold.models.friction.functions import arctan, sqrt, tanh
 from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.friction.quantities import described
@@ -155,21 +156,17 @@ class Regularised(FrictionLaw):
         """
         return self.law.formula(speed, p) * self._rise(speed / p["e"])
 
-    def traction(
-        self, slip: tuple[Expression, ...], memory: tuple[Expression, ...], p: Symbols
-    ) -> tuple[Expression, ...]:
+    def traction(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
         """Friction force over normal force, smooth at rest.
 
         Parameters
         ----------
-        slip
-            Velocity of the counter-body relative to the body in m/s, one or two components.
-        memory
-            Nothing.
+        contact
+            Slip and normal force.
         p
             The parameters by name.
         """
-        square = sum(component * component for component in slip)
+        slip, square = contact.slip, contact.square
         floor = _FLOOR * p["e"]
         speed = sqrt(square + floor * floor)
         mu = self.law.formula(speed, p)

@@ -310,7 +310,6 @@ class Assembly:
         speeds = [q[f"v{name}"] for name in self.names]
         rates: dict[str, Expression] = dict(zip(self.names, speeds, strict=True))
         terms = self._linear_terms(places, speeds, c)
-        memories: dict[str, Expression] = {}
         for item in self.placed:
             motion, own = self.motion(item, q), self.own_coefficients(item, c)
             inputs = self.over_mass(item.rows.T) / self.definition.length_scale
@@ -320,10 +319,23 @@ class Assembly:
                 if force is not None:
                     for place in np.flatnonzero(column):
                         terms[place] += weighted_sum([column[place]], [force])
-            names = [item.component.called(state.name) for state in item.component.memory()]
-            memories |= dict(zip(names, item.component.memory_rates(motion, own), strict=True))
         rates |= {f"v{name}": total(terms[place]) for place, name in enumerate(self.names)}
-        return {**rates, **memories}
+        return {**rates, **self._memory_rates(q, rates, c, phase)}
+
+    def _memory_rates(
+        self, q: Symbols, rates: Symbols, c: Symbols, phase: Expression
+    ) -> dict[str, Expression]:
+        """Return the rates of the memories of contacts, which may see accelerations."""
+        found: dict[str, Expression] = {}
+        for item in self.placed:
+            names = [item.component.called(state.name) for state in item.component.memory()]
+            if names:
+                gained = tuple(self.displacement(row, rates, "v") for row in item.rows)
+                motion = replace(self.motion(item, q), acceleration=gained)
+                own = self.own_coefficients(item, c)
+                memory = item.component.memory_rates(motion, own, phase)
+                found |= dict(zip(names, memory, strict=True))
+        return found
 
     def _linear_terms(
         self, places: list[Expression], speeds: list[Expression], c: Symbols

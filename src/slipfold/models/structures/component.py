@@ -33,11 +33,14 @@ class Motion:
         Along each direction, in m/s.
     memory
         States of the component's own.
+    acceleration
+        Along each direction, in m/s^2; there for the rates of the memory alone.
     """
 
     displacement: tuple[Expression, ...]
     velocity: tuple[Expression, ...]
     memory: tuple[Expression, ...] = ()
+    acceleration: tuple[Expression, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -136,15 +139,27 @@ class Component(Parametric, ABC):
         """Return the component's own states."""
         return ()
 
-    def memory_rates(self, motion: Motion, c: Symbols) -> tuple[Expression, ...]:
+    def memory_rates(self, motion: Motion, c: Symbols, phase: Expression) -> tuple[Expression, ...]:
         """Return the rates of the component's own states, per second.
 
         Parameters
         ----------
         motion
-            How the structure moves there.
+            How the structure moves there, with its acceleration.
         c
             The coefficients by their own names.
+        phase
+            Time divided by the forcing period.
+        """
+        return ()
+
+    def steady_memory(self, values: Mapping[str, float]) -> tuple[float, ...]:
+        """Return the component's own states where the structure rests for long.
+
+        Parameters
+        ----------
+        values
+            Parameter values by their own names.
         """
         return ()
 

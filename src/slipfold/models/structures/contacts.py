@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Self
@@ -88,8 +89,6 @@ class FrictionContact(Component):
             raise InputError(
                 f"law = {shown(self.law)} is not a friction law; give one such as Coulomb(mu_k=0.4)"
             )
-        if self.law.refusal:
-            raise InputError(f"{self.law.refusal}")
         if isinstance(self.load, int | float | str):
             force: Any = self.load  # also text with a unit
             object.__setattr__(self, "load", ConstantLoad(force))
@@ -170,6 +169,8 @@ class FrictionContact(Component):
             The parameters by their own names.
         """
         result = {item.name: p[item.name] for item in self.own_parameters if item.name != "alpha"}
+        if self.memory() and self.amplitudes:
+            result["f"] = p["f"]
         if self.planar:
             cos, sin = cos_sin(p["alpha"])
             result |= {"plate_x": p["Vd"] * cos, "plate_y": p["Vd"] * sin}
@@ -191,6 +192,13 @@ class FrictionContact(Component):
         u = motion.displacement[place] if pressed else None
         v = motion.velocity[place] if pressed else None
         return self.load.force(u, v, c, phase)
+
+    def _normal_rate(self, motion: Motion, c: Symbols, phase: Expression) -> Expression:
+        place = len(self.along)
+        pressed = self.load.direction is not None
+        v = motion.velocity[place] if pressed else None
+        a = motion.acceleration[place] if pressed else None
+        return self.load.rate(v, a, c, phase)
 
     def _friction(self, motion: Motion, c: Symbols, phase: Expression) -> tuple[Expression, ...]:
         slip, normal = self._slip(motion, c), self._normal(motion, c, phase)
@@ -219,17 +227,35 @@ class FrictionContact(Component):
         """Return the memory of the law."""
         return self.law.memory(len(self.along))
 
-    def memory_rates(self, motion: Motion, c: Symbols) -> tuple[Expression, ...]:
+    def memory_rates(self, motion: Motion, c: Symbols, phase: Expression) -> tuple[Expression, ...]:
         """Return the rates of the law's memory, per second.
 
         Parameters
         ----------
         motion
-            How the structure moves there.
+            How the structure moves there, with its acceleration.
         c
             The coefficients by their own names.
+        phase
+            Time divided by the forcing period.
         """
-        return self.law.memory_rates(self._slip(motion, c), motion.memory, c)
+        normal, rate = self._normal(motion, c, phase), self._normal_rate(motion, c, phase)
+        return self.law.memory_rates(self._slip(motion, c), motion.memory, c, normal, rate)
+
+    def steady_memory(self, values: Mapping[str, float]) -> tuple[float, ...]:
+        """Return the law's memory after a long slip; zero where the counter-body is at rest.
+
+        Parameters
+        ----------
+        values
+            Parameter values by their own names.
+        """
+        states = self.memory()
+        if not states or not values["Vd"]:
+            return (0.0,) * len(states)
+        angle = values["alpha"] if self.planar else 0.0
+        plate = (values["Vd"] * math.cos(angle), values["Vd"] * math.sin(angle))
+        return self._law_of(values).steady_memory(plate[: len(self.along)])
 
     def memory_scale(self, values: Mapping[str, float]) -> float:
         """Return the typical size of the law's memory.
@@ -239,8 +265,10 @@ class FrictionContact(Component):
         values
             Parameter values by their own names.
         """
-        law = self.law
-        return law.replace(**{item.name: values[item.name] for item in law.parameters}).memory_scale
+        return self._law_of(values).memory_scale
+
+    def _law_of(self, values: Mapping[str, float]) -> FrictionLaw:
+        return self.law.replace(**{item.name: values[item.name] for item in self.law.parameters})
 
     # -- what is watched -----------------------------------------------------------------------
 

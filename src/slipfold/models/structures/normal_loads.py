@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -72,6 +73,20 @@ class NormalLoad(Parametric, ABC):
         phase
             Time divided by the forcing period.
         """
+
+    def rate(self, v: Expression, a: Expression, c: Symbols, phase: Expression) -> Expression:
+        """Return the rate of the normal force in N/s; zero unless a subclass says otherwise.
+
+        Parameters
+        ----------
+        v, a
+            Velocity in m/s and acceleration in m/s^2 along the normal; None without one.
+        c
+            The parameters by name, and ``f`` if the force is periodic in time.
+        phase
+            Time divided by the forcing period.
+        """
+        return 0.0
 
 
 @dataclass(frozen=True)
@@ -182,6 +197,21 @@ class ModulatedLoad(NormalLoad):
         """
         return c["Ns"] + c["Nd"] * wave(self.harmonic, phase)[0]
 
+    def rate(self, v: Expression, a: Expression, c: Symbols, phase: Expression) -> Expression:
+        """``-2 pi h f Nd sin(2 pi h f t)``.
+
+        Parameters
+        ----------
+        v, a
+            Velocity in m/s and acceleration in m/s^2 along the normal; None without one.
+        c
+            The parameters by name, and ``f`` if the force is periodic in time.
+        phase
+            Time divided by the forcing period.
+        """
+        frequency = 2 * math.pi * self.harmonic * c["f"]
+        return -frequency * c["Nd"] * wave(self.harmonic, phase)[1]
+
 
 @dataclass(frozen=True)
 class ContactLoad(NormalLoad):
@@ -261,3 +291,17 @@ class ContactLoad(NormalLoad):
             Time divided by the forcing period.
         """
         return c["Ns"] - c["kn"] * u - c["cn"] * v
+
+    def rate(self, v: Expression, a: Expression, c: Symbols, phase: Expression) -> Expression:
+        """``-kn v - cn a``.
+
+        Parameters
+        ----------
+        v, a
+            Velocity in m/s and acceleration in m/s^2 along the normal; None without one.
+        c
+            The parameters by name, and ``f`` if the force is periodic in time.
+        phase
+            Time divided by the forcing period.
+        """
+        return -c["kn"] * v - c["cn"] * a

@@ -310,6 +310,16 @@ class Structure(Model):
         """Return displacements that are watched, measures of components, energy and powers."""
         return structure_outputs(self._assembly)
 
+    @property
+    def start(self) -> Array:
+        """Zero, with the memories that contacts have after a long slip on what moves under them."""
+        memories = [
+            value
+            for item in self._assembly.placed
+            for value in item.component.steady_memory(item.component.own(self._values))
+        ]
+        return np.array([0.0] * (2 * self._assembly.size) + memories)
+
     def state_scales(self) -> Array:
         """Displacements 1, rates the circular frequency, memories as the laws say."""
         return self._scales(self._values["f"]) if self.forced else self.quiet_scales()
