@@ -1,8 +1,6 @@
-"""Whole powers of symbols as products."""
+"""Whole powers as products."""
 
 from __future__ import annotations
-
-import heyoka as hy
 
 from slipfold.models.output import Expression
 
@@ -15,21 +13,24 @@ def whole_power(base: Expression, exponent: int) -> Expression:
     Parameters
     ----------
     base
-        A symbol.
+        A symbol, number or array.
     exponent
         A whole number of at least 0.
 
     Examples
     --------
+    >>> import heyoka as hy
     >>> whole_power(hy.expression("u"), 3)
     (u * (u * u))
+    >>> whole_power(2.0, 7)
+    128.0
     """
-    result: Expression = 1.0
+    result: Expression = None
     # By squaring: the squares are shared, so this stays short.
     while exponent:
         if exponent & 1:
-            result = result * base if isinstance(result, hy.expression) else base
+            result = base if result is None else result * base
         exponent >>= 1
         if exponent:
             base = base * base
-    return result
+    return 1.0 if result is None else result
