@@ -25,7 +25,8 @@ class End:
     ----------
     kind
         One word for programs: ``"span"``, ``"limit"``, ``"closed"``, ``"event"``, ``"failed"``,
-        ``"unresolved"``, ``"points"``, ``"interrupted"``, ``"born"``.
+        ``"unresolved"``, ``"points"``, ``"interrupted"``, ``"born"``, ``"homoclinic"``,
+        ``"duration"``.
     reason
         A sentence that says what happened and what can be done.
     value

@@ -116,7 +116,7 @@ def cut_at_span(
     return at, span_end(problem, at)
 
 
-def failure_end(problem: PeriodicProblem, last: Point, failure: Failure) -> End:
+def failure_end(problem: PeriodicProblem, last: Point, failure: Failure, clause: str = "") -> End:
     """Say where a branch failed, and how far the model's limits are there.
 
     Parameters
@@ -127,10 +127,12 @@ def failure_end(problem: PeriodicProblem, last: Point, failure: Failure) -> End:
         The last point.
     failure
         Why there is no next one.
+    clause
+        What else is to be said.
     """
     value = problem.value(last.z)
     kind, reason = failure_reason(problem, last, failure)
-    return End(kind, reason, value)
+    return End(kind, reason + clause, value)
 
 
 def failure_reason(problem: Shooting, last: Point, failure: Failure) -> tuple[str, str]:
@@ -160,7 +162,7 @@ def failure_reason(problem: Shooting, last: Point, failure: Failure) -> tuple[st
     return "failed", f"{failure.reason}{there}"
 
 
-def unresolved_end(problem: PeriodicProblem, point: Point) -> End:
+def unresolved_end(problem: PeriodicProblem, point: Point, clause: str = "") -> End:
     """Say that an orbit is too unstable for its multipliers to be known.
 
     Parameters
@@ -169,8 +171,10 @@ def unresolved_end(problem: PeriodicProblem, point: Point) -> End:
         The boundary-value problem.
     point
         The orbit.
+    clause
+        What else is to be said.
     """
-    return End("unresolved", unresolved_reason(point), problem.value(point.z))
+    return End("unresolved", unresolved_reason(point) + clause, problem.value(point.z))
 
 
 def unresolved_reason(point: Point) -> str:

@@ -82,6 +82,10 @@ class Settings:
         How far a branch goes from one point to the next.
     largest_period
         Doubled branches are followed up to this period, in forcing periods.
+    largest_duration
+        A branch of cycles ends where one round lasts this many times as long as at its first point.
+        Near a homoclinic orbit the duration grows without bound; then eight segments of equal time
+        are few, and there may be infinitely many bifurcations.
 
     Examples
     --------
@@ -92,9 +96,15 @@ class Settings:
     newton: Newton = field(default_factory=Newton)
     steps: Steps = field(default_factory=Steps)
     largest_period: int = 8
+    largest_duration: float = 20.0
 
     def __post_init__(self) -> None:
-        """Refuse a period that no response has."""
+        """Refuse a period or a duration that no response has."""
+        if not self.largest_duration > 1:
+            raise InputError(
+                f"largest_duration = {self.largest_duration:g} leaves no branch of cycles; give "
+                "more than 1, in units of the first cycle's duration"
+            )
         if self.largest_period < 1:
             raise InputError(
                 f"largest_period = {self.largest_period} is below 1; give 1 to follow the response "

@@ -28,6 +28,7 @@ from slipfold.branches.ending import (
 )
 from slipfold.branches.event import Event
 from slipfold.branches.event_location import find_events
+from slipfold.branches.homoclinic import homoclinic_end, nears_homoclinic
 from slipfold.branches.location import LostBranchError
 from slipfold.branches.point import Point
 from slipfold.branches.search import Found
@@ -155,10 +156,10 @@ def _follow(
     for item in walk(problem, trace.points, first, problem.bounds(span), settings, cap):
         before = trace.points[-1]
         if isinstance(item, Failure):
-            trace.end = failure_end(problem, before, item)
+            trace.end = failure_end(problem, before, item, nears_homoclinic(problem, trace.points))
             return None
         if np.abs(item.multipliers).max() > RESOLVED:
-            trace.end = unresolved_end(problem, item)
+            trace.end = unresolved_end(problem, item, nears_homoclinic(problem, trace.points))
             return None
         try:
             _extend(trace, item, span, events)
@@ -168,6 +169,8 @@ def _follow(
                 trace.end = failure_end(problem, before, Failure("failed", str(error)))
                 return None
             return step
+        if trace.end is None:
+            trace.end = homoclinic_end(problem, trace.points, settings.largest_duration)
         watch(trace)
         if trace.end is not None:
             return None

@@ -1,0 +1,108 @@
+"""Cycles on their way to a homoclinic orbit: through growing durations, and a clear end."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+import slipfold as sf
+
+SLOPE = -0.1
+"""The normal form of Bogdanov and Takens at b = SLOPE has a Hopf point at p = 0."""
+
+
+def bogdanov_takens(sign):
+    return sf.System(
+        name="bogdanov-takens",
+        parameters={"p": 0.0, "b": SLOPE, "s": float(sign)},
+        states={
+            "x": {"rate": "y", "scale": 0.1, "start": 0.002},
+            "y": {"rate": "p + b*x + x^2 + s*x*y", "scale": 0.03, "start": 0.0},
+        },
+    )
+
+
+def homoclinic_value(sign):
+    """Where the saddle's unstable manifold returns as its stable one, by SciPy."""
+
+    def gap(p):
+        saddle = (-SLOPE + np.sqrt(SLOPE**2 - 4 * p)) / 2
+
+        def rates(_, q):
+            return [q[1], p + SLOPE * q[0] + q[0] ** 2 + sign * q[0] * q[1]]
+
+        def crossing(_, q):
+            return q[1]
+
+        crossing.terminal = True
+        matrix = [[0.0, 1.0], [SLOPE + 2 * saddle, sign * saddle]]
+        values, vectors = np.linalg.eig(matrix)
+        ends = []
+        for order, end in ((values.argmax(), 1000.0), (values.argmin(), -1000.0)):
+            start = [saddle, 0.0] - 1e-6 * vectors[:, order] * np.sign(vectors[0, order])
+            run = solve_ivp(
+                rates, (0, end), start, "DOP853", rtol=1e-12, atol=1e-14, events=crossing
+            )
+            ends.append(run.y[0, -1])
+        return ends[0] - ends[1]
+
+    return brentq(gap, -0.0030, -0.0015, xtol=1e-14)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_cycles_arrive_at_the_homoclinic_orbit(sign):
+    model = bogdanov_takens(sign)
+    settings = sf.Settings(largest_period=1)
+    cycles = sf.response(model, vary="p", span=(0.0005, -0.003), settings=settings).branches[1]
+    assert cycles.stopped.kind == "homoclinic"
+    assert "homoclinic" in cycles.stopped.reason
+    assert cycles.special == ()
+    assert len(cycles) < 60
+    assert cycles.stopped.value == pytest.approx(homoclinic_value(sign), abs=1e-9)
+    # Far enough from the end the parameter falls with the saddle's rate as the duration grows:
+    # the distance goes like exp(-rate T), with the eigenvalue nearer zero.
+    saddle = (-SLOPE + np.sqrt(SLOPE**2 - 4 * cycles.stopped.value)) / 2
+    trace, square = sign * saddle, SLOPE + 2 * saddle
+    rate = min(abs(trace / 2 + np.sqrt(trace**2 / 4 + square) * np.array([1, -1])))
+    late = (cycles.durations > 60) & (cycles.durations < 75)
+    slope = np.polyfit(
+        cycles.durations[late], np.log(cycles.parameter[late] - cycles.stopped.value), 1
+    )[0]
+    assert slope == pytest.approx(-rate, rel=0.02)
+
+
+def test_lorenz_cycles_end_where_they_are_homoclinic():
+    # rho = 13.926 (Sparrow, The Lorenz Equations, 1982): the cycles born at the Hopf point 24.74.
+    lorenz = sf.System(
+        name="lorenz",
+        parameters={"sigma": 10.0, "rho": 20.0, "beta": 8 / 3},
+        states={
+            "x": {"rate": "sigma*(y - x)", "scale": 10, "start": 7},
+            "y": {"rate": "x*(rho - z) - y", "scale": 10, "start": 7},
+            "z": {"rate": "x*y - beta*z", "scale": 10, "start": 19},
+        },
+    )
+    settings = sf.Settings(largest_period=1)
+    cycles = sf.response(lorenz, vary="rho", span=(20, 26), settings=settings).branches[1]
+    assert cycles.stopped.kind == "span"
+    cycles = sf.response(lorenz, vary="rho", span=(10, 26), settings=settings).branches[1]
+    assert "nears a homoclinic orbit" in cycles.stopped.reason
+    assert cycles.stopped.value == pytest.approx(13.926, abs=1e-3)
+    assert cycles.special == ()
+    assert len(cycles) < 80
+
+
+def test_a_duration_past_its_bound_ends_the_branch():
+    settings = sf.Settings(largest_period=1, largest_duration=2.0)
+    model = bogdanov_takens(-1)
+    cycles = sf.response(model, vary="p", span=(0.0005, -0.003), settings=settings).branches[1]
+    assert cycles.stopped.kind == "duration"
+    assert "grew past 2 times" in cycles.stopped.reason
+    assert not cycles.stopped.early
+    assert cycles.durations[-2] < 2 * cycles.durations[0] < cycles.durations[-1]
+
+
+@pytest.mark.parametrize("value", [1.0, 0.0, -3.0, float("nan")])
+def test_bounds_that_leave_no_branch_are_refused(value):
+    with pytest.raises(sf.InputError, match="largest_duration"):
+        sf.Settings(largest_duration=value)
