@@ -111,8 +111,9 @@ def test_normal_form_of_a_torus_is_exact(n, span):
 @pytest.mark.parametrize("span", [(1.0, -1.0), (-1.0, 1.0), (0.3, -0.2)])
 @pytest.mark.parametrize("largest", STEPS)
 def test_pitchfork_is_a_branch_point(span, largest):
-    (branch,) = traced(Pitchfork(), "k", span, largest)
+    branch, other = traced(Pitchfork(), "k", span, largest)
     assert types(branch) == ["BP"]
+    assert branch.special[0].leads_to == other.id
     item = branch.special[0]
     assert item.critical_multiplier == pytest.approx(1.0, abs=1e-9)
     assert item.criticality is None

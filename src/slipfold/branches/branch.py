@@ -52,11 +52,12 @@ class Branch:
     id
         Number within the diagram, from 1.
     kind
-        ``"periodic"``.
+        ``"periodic"`` or ``"equilibrium"``.
     period
         Period in forcing periods.
     parent
-        Id of the branch it left, or None.
+        Id of the branch it left, or None. At a branch point it goes on in both directions, so the
+        parent is crossed between its ends.
     model
         The model; the value of `vary` is replaced by `parameter`.
     vary
@@ -70,7 +71,7 @@ class Branch:
     residual
         How far each orbit fails to close, in scaled states, shape (n_points,).
     arclength
-        Arclength along the branch in scaled variables, shape (n_points,).
+        Arclength along the branch in scaled variables, shape (n_points,), from where it was begun.
     special
         Special points, in the order in which the branch meets them.
     stopped
@@ -112,6 +113,21 @@ class Branch:
     def __len__(self) -> int:
         """Number of points."""
         return len(self.parameter)
+
+    @property
+    def ends(self) -> tuple[End, End]:
+        """Why it begins and ends where it does: it may have been followed both ways."""
+        return self.begun, self.stopped
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether whoever watched stopped it."""
+        return any(end.kind == "interrupted" for end in self.ends)
+
+    @property
+    def failed(self) -> bool:
+        """Whether it was given up before it came to an end of its own."""
+        return any(end.early for end in self.ends)
 
     @property
     def states(self) -> NDArray[np.float64]:

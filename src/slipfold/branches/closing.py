@@ -1,8 +1,9 @@
-"""Branches that close: on themselves, or on the period doubling of their parent."""
+"""Branches that close: on themselves, or on a period doubling or Hopf point."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,33 +17,67 @@ from slipfold.orbits.shooting import Shooting
 
 __all__ = [
     "BEFORE",
-    "Doubling",
+    "Birth",
     "asymmetry",
+    "birth_point",
     "close_on_parent",
-    "doubled",
+    "has_copy",
     "meets_its_copy",
-    "parent_point",
     "return_to_start",
     "step_beside_parent",
 ]
 
 Array = NDArray[np.float64]
 
-Doubling = tuple[PeriodicProblem, Point]
-"""A period doubling and the boundary-value problem of the branch it lies on."""
-
 BEFORE = 3e-3
 """How far before the parent the last regular orbit of a closing branch lies, in arclength."""
 
 NEAR = 0.05
-"""Distance within which a closing branch is matched with its parent's doublings, in scaled states
-and spans: the meeting is interpolated over one step."""
+"""Distance within which the end of a closing branch is matched with a place of birth, in scaled
+states and spans: the meeting is interpolated over one step."""
 
 ABEAM = 3
 """Corrections to where the first point of a closed curve lies abeam: each squares the error."""
 
 SAME = 1e-5
 """Two orbits this close are one; steps and orbits differ by much more."""
+
+
+@dataclass(frozen=True, eq=False)
+class Birth:
+    """Where a branch of doubled period, or of cycles, begins.
+
+    Parameters
+    ----------
+    problem
+        The boundary-value problem of the branch that begins.
+    start
+        Its first point.
+    """
+
+    problem: PeriodicProblem
+    start: Point
+
+    def fits(self, problem: PeriodicProblem) -> bool:
+        """Whether a branch of a problem may end here."""
+        return (self.problem.kind, self.problem.period) == (problem.kind, problem.period)
+
+    def in_terms_of(self, problem: PeriodicProblem) -> Array:
+        """Return the first point as an unknown of another problem."""
+        return problem.adopt(self.problem, self.start.z)
+
+
+def has_copy(problem: PeriodicProblem) -> bool:
+    """Whether each orbit, begun half its period later, is another point of the same curve.
+
+    So it is with even periods, and with cycles: they may end where both coincide.
+
+    Parameters
+    ----------
+    problem
+        The boundary-value problem.
+    """
+    return problem.kind == "cycle" or problem.period % 2 == 0
 
 
 def meets_its_copy(problem: Shooting, before: Point, point: Point) -> bool:
@@ -98,12 +133,12 @@ def close_on_parent(
     known: Sequence[Point],
     before: Point,
     point: Point,
-    doublings: Sequence[Doubling],
-) -> tuple[Point, End]:
+    births: Sequence[Birth],
+) -> tuple[Point, End, Birth | None]:
     """Go back to just before the branch meets its copy.
 
-    Where it does, the orbit is that of the parent's period doubling and Newton's method is
-    singular, so the last regular orbit lies a short step before it.
+    Where it does, the orbit is that of the parent's period doubling, or an equilibrium, and
+    Newton's method is singular, so the last regular orbit lies a short step before it.
 
     Parameters
     ----------
@@ -113,15 +148,17 @@ def close_on_parent(
         Points of the branch in order.
     before, point
         Neighbouring points between which the branch meets its copy.
-    doublings
-        Known period doublings of the parent.
+    births
+        Where branches are known to begin.
 
     Returns
     -------
     point : Point
         The last regular orbit.
     end : End
-        Names the period doubling.
+        Names the place.
+    birth : Birth or None
+        Where the branch ended; None if nothing is known to begin there.
     """
     from scipy.optimize import brentq  # a fifth of a second to import, and seldom needed
 
@@ -136,9 +173,9 @@ def close_on_parent(
             xtol=1e-6,
         )
     meeting = hermite(near, place)[0]
-    matched = _matching(problem, meeting, doublings)
-    value = problem.value(meeting) if matched is None else matched[0].value(matched[1].z)
-    where = "its parent's period doubling" if problem.period % 2 == 0 else "an equilibrium"
+    birth = _matching(problem, meeting, births)
+    value = problem.value(meeting if birth is None else birth.in_terms_of(problem))
+    where = _place_of_meeting(problem, meeting)
     end = End("closed", f"the branch closed on {where} at {problem.vary} = {value:.9g}", value)
     length = place - before.arclength
     for back in (BEFORE, 4 * BEFORE, 16 * BEFORE):
@@ -146,61 +183,45 @@ def close_on_parent(
             last = orbit_at(problem, known, place - back)
             # Newton's method may fall onto the parent, where the halves do not differ.
             if np.linalg.norm(asymmetry(problem, last.z)) > 0.3 * back:
-                return last, end
-    return before, end
+                return last, end, birth
+    return before, end, birth
 
 
-def _matching(
-    problem: PeriodicProblem, meeting: Array, doublings: Sequence[Doubling]
-) -> Doubling | None:
-    """Return the period doubling whose orbit is the one where the branch met its copy."""
+def _place_of_meeting(problem: PeriodicProblem, meeting: Array) -> str:
+    if problem.period % 2 == 0:
+        return "its parent's period doubling"
+    nodes = problem.flat(problem.nodes(meeting)).reshape(problem.segments, -1)
+    still = float(np.linalg.norm(nodes - nodes.mean(axis=0))) < NEAR
+    return "a Hopf point" if still else "the period doubling of a cycle of half its duration"
 
-    def distance(doubling: Doubling) -> float:
-        parent, point = doubling
-        return float(np.linalg.norm(doubled(parent, point) - meeting))
 
-    nearest = min(doublings, key=distance, default=None)
+def _matching(problem: PeriodicProblem, meeting: Array, births: Sequence[Birth]) -> Birth | None:
+    """Return the place of birth whose orbit is the one where the branch met its copy."""
+
+    def distance(birth: Birth) -> float:
+        return problem.distance(birth.in_terms_of(problem), meeting)
+
+    alike = [birth for birth in births if birth.fits(problem)]
+    nearest = min(alike, key=distance, default=None)
     return nearest if nearest is not None and distance(nearest) < NEAR else None
 
 
-def parent_point(
-    problem: PeriodicProblem, last: Point, value: float, doublings: Sequence[Doubling]
-) -> list[Point]:
-    """Return the parent's period doubling as the last point of a closed branch, if it is known.
+def birth_point(problem: PeriodicProblem, last: Point, birth: Birth) -> Point:
+    """Return the place of birth that a branch closed on as its last point.
 
     Parameters
     ----------
     problem
-        The boundary-value problem of the doubled branch.
+        The boundary-value problem of the branch.
     last
         Its last regular point.
-    value
-        Value of the parameter where it closes.
-    doublings
-        Known period doublings of the parent.
+    birth
+        Where it ends.
     """
-    for parent, doubling in doublings:
-        if parent.value(doubling.z) == value:
-            z = doubled(parent, doubling)
-            place = last.arclength + float(np.linalg.norm(z - last.z))
-            square = doubling.monodromy @ doubling.monodromy
-            return [make_point(z, last.tangent, place, square, doubling.residual)]
-    return []
-
-
-def doubled(parent: PeriodicProblem, point: Point) -> Array:
-    """Return the unknown of an orbit passed twice, at the nodes of twice its period.
-
-    Parameters
-    ----------
-    parent
-        The boundary-value problem of the orbit.
-    point
-        The orbit.
-    """
-    m = parent.segments
-    nodes = parent.nodes(point.z)[np.arange(0, 2 * m, 2) % m]
-    return np.concatenate([parent.flat(nodes), point.z[parent.size :]])
+    start = birth.start
+    z = problem.in_phase(birth.in_terms_of(problem), last.z)
+    place = last.arclength + float(np.linalg.norm(z - last.z))
+    return make_point(z, last.tangent, place, start.monodromy, start.residual)
 
 
 def return_to_start(problem: Shooting, points: Sequence[Point], point: Point) -> Point | None:

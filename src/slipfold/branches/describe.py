@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.branches.crossing import find_crossing
 from slipfold.branches.event import Event
 from slipfold.branches.location import CLOSE
 from slipfold.branches.normal_form import normal_form
-from slipfold.branches.point import Point, corrected_point
+from slipfold.branches.point import Point, corrected_point, make_point
 from slipfold.branches.search import Found
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
@@ -141,20 +142,30 @@ def _anew(problem: PeriodicProblem, point: Point) -> Point | None:
     return corrected_point(other, correction, point.arclength)
 
 
+def _crossing_anew(problem: PeriodicProblem, point: Point) -> Point | None:
+    """Find the same branch point with its nodes elsewhere: along one branch it is singular."""
+    other, guess, row = problem.shifted(point.z, point.tangent)
+    start = make_point(guess, row, point.arclength, point.monodromy, point.residual)
+    crossing = find_crossing(other, start, row)
+    return None if crossing is None else crossing.point
+
+
 def _uncertainties(problem: PeriodicProblem, found: Found) -> tuple[float, Array]:
     """Uncertainty of the parameter and of the multipliers.
 
     The parameter is uncertain by how far the orbit moves in it, and by how far along the branch
     the zero of the test function moves: its change over its slope. What the search left over of
-    the test function counts as well.
+    the test function counts as well. A branch point where two branches cross is found anew.
     """
     point = found.point
-    again = _anew(problem, point)
+    again = _crossing_anew(problem, point) if found.other is not None else _anew(problem, point)
     if again is None:
         return np.inf, np.full(len(point.multipliers), np.inf)
-    test = "fold" if found.type == "BP" else found.type
-    change = abs(again.tests[test] - point.tests[test]) + abs(point.tests[test])
-    along = change / max(abs(found.slope), 1e-300)
+    along = 0.0
+    if found.other is None:
+        test = "fold" if found.type == "BP" else found.type
+        change = abs(again.tests[test] - point.tests[test]) + abs(point.tests[test])
+        along = change / max(abs(found.slope), 1e-300)
     moved = abs(again.z[-1] - point.z[-1]) + along * abs(point.tangent[-1])
     matched = match_multipliers(point.multipliers, again.multipliers)
     return (

@@ -5,6 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.branches.crossing import find_crossing
+from slipfold.branches.interpolation import hermite
+from slipfold.branches.location import locate
 from slipfold.branches.point import Point
 from slipfold.branches.search import Found, locate_test, search_between
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
@@ -16,6 +19,17 @@ ON_CIRCLE = 1e-4
 
 ROUNDING = 1e-9
 """What rounding may leave of a test function, or of a multiplier's distance from the circle."""
+
+BESIDE = 1e-6
+"""Arclength to which a branch point is located before it is corrected: nearer to it Newton's method
+along the branch is singular."""
+
+CLEAR = 1e-3
+"""Arclength around a branch point at which the branch turns where a fold is none: so near to it
+the tangent is not known well enough to tell in which direction the parameter goes."""
+
+TURNING = 1e-5
+"""Component of the tangent along the parameter that counts as none."""
 
 REAL = 1e-7
 """A multiplier whose imaginary part is below this counts as real: pairs part as a square root."""
@@ -40,7 +54,13 @@ def find_bifurcations(
     list of Found
         In order of arclength.
     """
-    return search_between(problem, _Bifurcations(problem), known, a, b)
+    found = search_between(problem, _Bifurcations(problem), known, a, b)
+    turns = [item.point.arclength for item in found if _turns(item)]
+    return [
+        item
+        for item in found
+        if item.type != "LP" or all(abs(item.point.arclength - turn) > CLEAR for turn in turns)
+    ]
 
 
 class _Bifurcations:
@@ -52,20 +72,44 @@ class _Bifurcations:
     def located(self, known: list[Point], a: Point, b: Point) -> list[Found]:
         """Return the bifurcations where a test function changes sign between two points."""
         found = []
-        for kind in ("PD", "NS", "LP"):
+        if a.orientation != b.orientation:
+            found.append(self._branch_point(known, a, b))
+        # Where the branch turns at a branch point there is no fold.
+        turns = any(_turns(item) for item in found)
+        for kind in ("PD", "NS") if turns else ("PD", "NS", "LP"):
             if kind in a.tests and _changes_sign(a.tests[kind], b.tests[kind]):
                 found.append(locate_test(self._problem, known, a, b, kind, kind))
-        if a.orientation != b.orientation:
-            found.append(locate_test(self._problem, known, a, b, "BP", "fold"))
         return [item for item in found if _is_genuine(item)]
+
+    def _branch_point(self, known: list[Point], a: Point, b: Point) -> Found:
+        """Locate the branch point where the bordered determinant changes its sign.
+
+        Unlike det(I - M) it does so on both branches, also where one of them turns.
+        """
+
+        def determinant(point: Point) -> float:
+            return point.orientation * float(np.exp(point.volume - a.volume))
+
+        point = locate(self._problem, known, a, b, determinant, BESIDE)
+        along = hermite([a, b], point.arclength)[1]
+        crossing = find_crossing(self._problem, point, along)
+        if crossing is None:
+            slope = (b.tests["fold"] - a.tests["fold"]) / (b.arclength - a.arclength)
+            return Found("BP", point, slope)
+        return Found("BP", crossing.point, np.inf, crossing.other)
 
     def accounts_for(self, found: list[Found], a: Point, b: Point) -> bool:
         """Whether what was found explains the change in the number of unstable multipliers."""
         if min(np.abs(np.abs(item.multipliers) - 1).min() for item in (a, b)) < ROUNDING:
             return True  # which side of the circle it is on is not known
         change = abs(b.unstable - a.unstable)
-        single = sum(item.type != "NS" for item in found)
-        pairs = len(found) - single
+        turning = sum(_turns(item) for item in found)
+        folds = turning + sum(item.type == "LP" for item in found)
+        pairs = sum(item.type == "NS" for item in found)
+        single = len(found) - pairs - turning
+        turned = (a.tests["LP"] > 0) != (b.tests["LP"] > 0)
+        if turning and turned != (folds % 2 == 1):
+            return False
         return change <= single + 2 * pairs and (change - single) % 2 == 0
 
 
@@ -75,6 +119,11 @@ def _changes_sign(before: float, after: float) -> bool:
     Along a family of centres, which have the same value of the parameter, it is zero throughout.
     """
     return (before > 0) != (after > 0) and max(abs(before), abs(after)) > ROUNDING
+
+
+def _turns(found: Found) -> bool:
+    """Whether a branch turns at a branch point: its multiplier touches one and goes back."""
+    return found.type == "BP" and abs(found.point.tangent[-1]) < TURNING
 
 
 def _is_genuine(found: Found) -> bool:

@@ -43,6 +43,8 @@ class Point:
         Largest mismatch, in scaled states.
     growth
         Upper bound of the logarithms of the multipliers' moduli; infinite where none is known.
+    volume
+        Logarithm of that determinant's size; minus infinity where it is not known.
     """
 
     z: Array
@@ -54,6 +56,7 @@ class Point:
     orientation: int
     residual: float
     growth: float = np.inf
+    volume: float = -np.inf
 
     @property
     def unstable(self) -> int:
@@ -115,4 +118,5 @@ def corrected_point(curve: Shooting, correction: Correction, arclength: float) -
         bordered.sign,
         correction.residual,
         curve.growth(linearisation) if np.abs(multipliers[0]) < 1 else np.inf,
+        volume=bordered.volume,
     )

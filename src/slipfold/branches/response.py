@@ -1,43 +1,30 @@
-"""The whole response: the branch of period 1 and every branch of doubled period that leaves it."""
+"""The whole response: the branch it begins with and every branch that leaves it."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
-import numpy as np
-from numpy.typing import NDArray
-
+from slipfold.branches.assembly import assemble, joined, turned
 from slipfold.branches.branch import Branch, End
-from slipfold.branches.describe import describe_bifurcation, describe_event
+from slipfold.branches.closing import Birth
 from slipfold.branches.event import Event
+from slipfold.branches.junction import Junction, Meeting, find_meeting, junctions_on, linked
 from slipfold.branches.point import Point
 from slipfold.branches.progress import Observer, Progress
+from slipfold.branches.search import Found
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
-from slipfold.branches.start import (
-    doubled_start,
-    equilibrium_start,
-    hopf_start,
-    orbit_start,
-    response_start,
-)
-from slipfold.branches.trace import Trace, trace_branch
+from slipfold.branches.start import equilibrium_start, orbit_start, response_start
+from slipfold.branches.trace import CLOSED, Trace, trace_branch
 from slipfold.errors import InputError
 from slipfold.flow import flow_of
 from slipfold.models.model import Model
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
-from slipfold.orbits.cycle_problem import CycleProblem
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
 __all__ = ["trace_response"]
-
-BIRTHS = ("PD", "HB")
-"""Types of special points at which branches of longer period or of cycles are born."""
-
-MATCH = 1e-7
-"""Two values of a parameter this close, in spans, belong to one period doubling."""
 
 
 def trace_response(
@@ -50,9 +37,11 @@ def trace_response(
     observer: Observer | None = None,
     start: PeriodicOrbit | None = None,
 ) -> tuple[Branch, ...]:
-    """Follow the periodic response in one parameter, and all branches of doubled period.
+    """Follow the periodic response in one parameter, and all branches that leave it.
 
-    Of an autonomous model the equilibrium is followed, with its folds and Hopf points.
+    Of an autonomous model the equilibrium is followed and the cycles born at its Hopf points. At
+    period doublings the branch of twice the period is followed, at a branch point the other branch,
+    in both directions. A branch that is met again is not followed again.
 
     Parameters
     ----------
@@ -74,7 +63,8 @@ def trace_response(
     Returns
     -------
     tuple of Branch
-        The branch of period 1 first, then doubled branches in the order of their birth.
+        The branch of period 1 first, then those that leave it: equilibria before cycles, shorter
+        periods before longer ones, else in the order in which they were met.
 
     Raises
     ------
@@ -83,55 +73,42 @@ def trace_response(
     """
     settings = settings or Settings()
     model, first, last = _checked(model, vary, span, events)
-    branches: list[Branch] = []
-    waiting = [_first(model, vary, first, last, start)]
-    while waiting:
-        item = waiting.pop(0)
-        if item.is_reached(branches):
+    following = _Following((first, last), settings, events, observer)
+    trace, branch, found = following.first(*_first(model, vary, first, last, start))
+    branches, known = [branch], junctions_on(trace.problem, 1, found, settings.largest_period)
+    waiting = list(known)
+    while waiting and not branches[-1].interrupted:
+        junction = min(waiting, key=lambda item: item.rank)
+        waiting.remove(junction)
+        if junction.is_reached(branches):
             continue
-        trace = _follow(item, len(branches) + 1, last, first, settings, events, observer)
-        branch, doublings = _as_branch(trace, item, len(branches) + 1)
-        branches.append(branch)
-        _link(branches, item, branch)
-        if branch.stopped.kind == "interrupted":
-            break
-        if branch.kind == "equilibrium" or 2 * branch.period <= settings.largest_period:
-            waiting += [
-                _Waiting(
-                    trace.problem,
-                    point,
-                    End("born", f"born at {vary} = {special.value:.9g}", special.value),
-                    (branch.id, index),
-                    tuple((trace.problem, other) for _, _, other in doublings),
-                )
-                for index, special, point in doublings
-            ]
+        number = len(branches) + 1
+        special = branches[junction.branch - 1].special[junction.place]
+        births = [item.birth for item in known if not item.two_sided]
+        trace, branch, found = following.other(junction, number, special, births)
+        new = junctions_on(trace.problem, number, found, settings.largest_period)
+        meetings = [Meeting(junction.branch, junction.place, number)]
+        meetings += [
+            Meeting(item.branch, item.place, number)
+            for item in known
+            if any(item.birth is reached for reached in trace.reached)
+        ]
+        meetings += _met_again(new, known)
+        branches = linked([*branches, branch], meetings)
+        known += new
+        waiting += new
     return tuple(branches)
 
 
-class _Waiting:
-    """A branch still to be followed."""
-
-    def __init__(
-        self,
-        problem: PeriodicProblem,
-        start: Point,
-        begun: End,
-        parent: tuple[int, int] | None,
-        doublings: tuple[tuple[PeriodicProblem, Point], ...],
-    ) -> None:
-        self.problem = problem
-        self.start = start
-        self.begun = begun
-        self.parent = parent
-        self.doublings = doublings
-
-    def is_reached(self, branches: list[Branch]) -> bool:
-        """Whether a branch that is known ended on this period doubling."""
-        if self.parent is None:
-            return False
-        parent, index = self.parent
-        return branches[parent - 1].special[index].leads_to is not None
+def _met_again(new: Sequence[Junction], known: Sequence[Junction]) -> list[Meeting]:
+    """Return what joins a branch to those that it met at branch points known already."""
+    meetings = []
+    for i, junction in enumerate(new):
+        other = find_meeting(junction, [*known, *new[:i]])
+        if other is not None:
+            meetings.append(Meeting(junction.branch, junction.place, other.branch))
+            meetings.append(Meeting(other.branch, other.place, junction.branch))
+    return meetings
 
 
 def _checked(
@@ -159,13 +136,13 @@ def _checked(
 
 def _first(
     model: Model, vary: str, first: float, last: float, orbit: PeriodicOrbit | None
-) -> _Waiting:
+) -> tuple[PeriodicProblem, Point, End]:
     """Return the first branch: from the orbit given, or the response, or the equilibrium."""
     if orbit is not None:
         problem, start = orbit_start(orbit, vary, first, last)
-        return _Waiting(problem, start, _span_begin(vary, first), None, ())
+        return problem, start, _span_begin(vary, first)
     begin = _first_point if model.forced else _first_equilibrium
-    return _Waiting(*begin(model, vary, first, last), None, ())
+    return begin(model, vary, first, last)
 
 
 def _first_point(
@@ -205,93 +182,65 @@ def _span_begin(vary: str, first: float) -> End:
     return End("span", f"the span begins at {vary} = {first:g}", first)
 
 
-def _follow(
-    item: _Waiting,
-    number: int,
-    last: float,
-    first: float,
-    settings: Settings,
-    events: Sequence[Event],
-    observer: Observer | None,
-) -> Trace:
-    def watch(trace: Trace) -> None:
-        if observer is not None:
-            names = tuple(found.type for found in trace.found)
-            value = trace.problem.value(trace.points[-1].z)
-            period = trace.problem.period
-            observer(Progress(number, period, len(trace.points), value, names))
+@dataclass(frozen=True, eq=False)
+class _Following:
+    """How branches are followed, and who watches."""
 
-    if item.parent is None:
+    span: tuple[float, float]
+    settings: Settings
+    events: Sequence[Event]
+    observer: Observer | None
+
+    def first(
+        self, problem: PeriodicProblem, start: Point, begun: End
+    ) -> tuple[Trace, Branch, list[tuple[int, Found]]]:
+        """Follow the branch that the response begins with."""
+        trace = self._trace(1, problem, start)
+        return (trace, *assemble(trace, 1, None, begun))
+
+    def other(
+        self, junction: Junction, number: int, special: SpecialPoint, births: Sequence[Birth]
+    ) -> tuple[Trace, Branch, list[tuple[int, Found]]]:
+        """Follow the branch that begins at a junction, at a branch point in both directions."""
+        problem, start = junction.birth.problem, junction.birth.start
+        trace = self._trace(number, problem, start, True, births)
+        begun, beginning = self._born(special), None
+        if junction.two_sided:
+            # A branch that comes back to where it began has been followed in both directions.
+            around = bool(trace.end and trace.end.reason == CLOSED)
+            begun = trace.end if around and trace.end else begun
+            beginning = replace(special, arclength=0.0, leads_to=junction.branch)
+            if trace.end is not None and trace.end.kind != "interrupted" and not around:
+                backward = self._trace(number, problem, turned(start), True, births)
+                begun = backward.end or begun
+                trace = joined(backward, trace)
+        return (trace, *assemble(trace, number, junction.branch, begun, beginning))
+
+    def _born(self, special: SpecialPoint) -> End:
+        return End("born", f"born at {special.vary} = {special.value:.9g}", special.value)
+
+    def _trace(
+        self,
+        number: int,
+        problem: PeriodicProblem,
+        start: Point,
+        departs: bool = False,
+        births: Sequence[Birth] = (),
+    ) -> Trace:
+        def watch(trace: Trace) -> None:
+            if self.observer is not None:
+                names = tuple(found.type for found in trace.found)
+                value = trace.problem.value(trace.points[-1].z)
+                period = trace.problem.period
+                self.observer(Progress(number, period, len(trace.points), value, names))
+
         return trace_branch(
-            item.problem, item.start, (first, last), settings, events=events, watch=watch
+            problem,
+            start,
+            self.span,
+            self.settings,
+            departs=departs,
+            births=births,
+            events=self.events,
+            watch=watch,
         )
-    born = hopf_start if item.problem.kind == "equilibrium" else doubled_start
-    problem, start = born(item.problem, item.start)
-    return trace_branch(
-        problem,
-        start,
-        (first, last),
-        settings,
-        doubled=True,
-        doublings=item.doublings,
-        events=events,
-        watch=watch,
-    )
-
-
-def _as_branch(
-    trace: Trace, item: _Waiting, number: int
-) -> tuple[Branch, list[tuple[int, SpecialPoint, Point]]]:
-    """Return the branch as data, and its period doublings with their place in `special`."""
-    problem, points = trace.problem, trace.points
-    assert trace.end is not None  # every trace ends
-    pairs: list[tuple[SpecialPoint, Point]] = [
-        (describe_bifurcation(problem, found), found.point) for found in trace.found
-    ]
-    pairs += [(describe_event(problem, event, point), point) for event, point in trace.events]
-    pairs.sort(key=lambda pair: pair[0].arclength)
-    branch = Branch(
-        id=number,
-        kind="equilibrium" if problem.kind == "equilibrium" else "periodic",
-        period=problem.period,
-        parent=item.parent[0] if item.parent else None,
-        model=problem.model,
-        vary=problem.vary,
-        parameter=np.array([problem.value(point.z) for point in points]),
-        nodes=np.array([problem.nodes(point.z) for point in points]),
-        multipliers=np.array([problem.all_multipliers(point.multipliers) for point in points]),
-        residual=np.array([point.residual for point in points]),
-        arclength=np.array([point.arclength for point in points]),
-        special=tuple(special for special, _ in pairs),
-        stopped=trace.end,
-        begun=item.begun,
-        durations=_durations(problem, points),
-    )
-    doublings = [
-        (index, special, point)
-        for index, (special, point) in enumerate(pairs)
-        if special.type in BIRTHS
-    ]
-    return branch, doublings
-
-
-def _durations(problem: PeriodicProblem, points: Sequence[Point]) -> NDArray[np.float64] | None:
-    """Durations of one round of cycles in seconds; None where the parameters give them."""
-    if not isinstance(problem, CycleProblem):
-        return None
-    return np.array([problem.duration(point.z) for point in points])
-
-
-def _link(branches: list[Branch], item: _Waiting, branch: Branch) -> None:
-    """Note on the parent which of its period doublings this branch joins."""
-    if item.parent is None:
-        return
-    number, index = item.parent
-    parent = branches[number - 1]
-    width = item.problem.width
-    special = list(parent.special)
-    for place, point in enumerate(special):
-        closed = branch.stopped.kind == "closed" and point.type in BIRTHS
-        if place == index or (closed and abs(point.value - branch.stopped.value) < MATCH * width):
-            special[place] = replace(point, leads_to=branch.id)
-    branches[number - 1] = replace(parent, special=tuple(special))

@@ -44,11 +44,14 @@ class Found:
         The orbit.
     slope
         Derivative of the test function along the curve.
+    other
+        Unit tangent of the other branch at a branch point; None elsewhere, and where none crosses.
     """
 
     type: str
     point: Point
     slope: float
+    other: Array | None = None
 
 
 class Watch(Protocol):

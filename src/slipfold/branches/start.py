@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.closing import doubled
 from slipfold.branches.point import Point, corrected_point, make_point
 from slipfold.branches.settings import Settings
 from slipfold.branches.walk import Failure, walk
@@ -219,7 +218,8 @@ def doubled_start(problem: PeriodicProblem, point: Point) -> tuple[PeriodicProbl
     tangent = np.concatenate([moved, np.zeros(len(point.z) - problem.size)])
     # The largest component starts positive: of the two copies always the same one.
     tangent *= np.sign(direction[np.abs(direction).argmax()]) / np.linalg.norm(tangent)
-    z = doubled(problem, point)
+    nodes = problem.nodes(point.z)[every_second]
+    z = np.concatenate([problem.flat(nodes), point.z[problem.size :]])
     return child, make_point(z, tangent, 0.0, point.monodromy @ point.monodromy, point.residual)
 
 

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
 
 from slipfold.branches.branch import End
 from slipfold.branches.closing import (
-    Doubling,
+    Birth,
+    birth_point,
     close_on_parent,
+    has_copy,
     meets_its_copy,
-    parent_point,
     return_to_start,
     step_beside_parent,
 )
@@ -36,7 +37,7 @@ from slipfold.branches.settings import Settings
 from slipfold.branches.walk import Failure, walk
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 
-__all__ = ["BIRTH", "MEMORY", "RESOLVED", "RETREAT", "Trace", "trace_branch"]
+__all__ = ["BIRTH", "CLOSED", "MEMORY", "RESOLVED", "RETREAT", "Trace", "trace_branch"]
 
 BIRTH = 3e-3
 """First step away from where another curve passes, in scaled states: this one is singular there."""
@@ -46,6 +47,18 @@ FIRST = 0.02
 
 MEMORY = 6
 """Points behind the current one that serve interpolation."""
+
+CLOSED = "the branch closed on itself"
+"""How a closed curve ends."""
+
+EDGE = 1e-9
+"""Distance from the end of the span, in spans, that counts as none."""
+
+REACH = 1.0
+"""Steps are shorter, so a cycle whose duration and parameter differ by more is not the next."""
+
+SAME = 1e-5
+"""Two branch points this close are one: each is known to 1e-9 or better."""
 
 RETREAT = 0.3
 """Share of a step that is taken instead where the branch between its ends was not found."""
@@ -64,25 +77,28 @@ class Trace:
         The boundary-value problem.
     points
         Accepted points.
-    doubled
-        Whether the branch was born at a period doubling.
-    doublings
-        Known period doublings of the parent, where a doubled branch may return.
+    departs
+        Whether the branch begins where another one passes.
+    births
+        Known places where branches begin: this one may end there.
     found
         Bifurcations, in order.
     events
         The user's events and their points, in order.
     end
         Why it ended; None while it goes on.
+    reached
+        Where it ended, if another branch begins there: none or one, two if it has two ends.
     """
 
     problem: PeriodicProblem
     points: list[Point]
-    doubled: bool = False
-    doublings: Sequence[Doubling] = ()
+    departs: bool = False
+    births: Sequence[Birth] = ()
     found: list[Found] = field(default_factory=list)
     events: list[tuple[Event, Point]] = field(default_factory=list)
     end: End | None = None
+    reached: tuple[Birth, ...] = ()
 
 
 def trace_branch(
@@ -91,8 +107,8 @@ def trace_branch(
     span: tuple[float, float],
     settings: Settings,
     *,
-    doubled: bool = False,
-    doublings: Sequence[Doubling] = (),
+    departs: bool = False,
+    births: Sequence[Birth] = (),
     events: Sequence[Event] = (),
     watch: Callable[[Trace], None] = lambda trace: None,
 ) -> Trace:
@@ -108,10 +124,10 @@ def trace_branch(
         The branch ends where the parameter leaves this interval.
     settings
         Options.
-    doubled
-        Whether the branch was born at a period doubling.
-    doublings
-        Known period doublings of the parent, where a doubled branch may return.
+    departs
+        Whether the branch begins where another one passes.
+    births
+        Known places where branches begin: this one may end there.
     events
         Values to be located.
     watch
@@ -122,10 +138,11 @@ def trace_branch(
     Trace
         With `end` set.
     """
-    trace = Trace(problem, [start], doubled, doublings)
+    trace = Trace(problem, [start], departs, births)
     try:
-        first = _first_step(problem, start, settings) if doubled else FIRST
-        step: float | None = first
+        step: float | None = _first_step(problem, start, settings) if departs else FIRST
+        if departs and _leaves_at_once(problem, start, step or 0.0, span, settings):
+            trace.end, step = span_end(problem, start), None
         while step is not None:
             step = _follow(trace, step, span, settings, events, watch)
     except KeyboardInterrupt:
@@ -152,7 +169,7 @@ def _follow(
     the last step is undone, and a shorter one to take instead is returned.
     """
     problem = trace.problem
-    cap = partial(step_beside_parent, problem) if trace.doubled else None
+    cap = partial(step_beside_parent, problem) if has_copy(problem) else None
     for item in walk(problem, trace.points, first, problem.bounds(span), settings, cap):
         before = trace.points[-1]
         if isinstance(item, Failure):
@@ -179,9 +196,9 @@ def _follow(
 
 
 def _first_step(problem: PeriodicProblem, start: Point, settings: Settings) -> float:
-    """Leave a period doubling by a step so short that nothing else can happen within it.
+    """Leave another branch by a step so short that nothing else can happen within it.
 
-    All multipliers of the doubled orbit but the critical one are near those of its parent, so the
+    All multipliers of the orbit but the critical one are near those where the branches meet, so the
     number outside the circle may differ by that one alone; else the step is shortened.
     """
     others = np.delete(start.multipliers, np.abs(start.multipliers - 1).argmin())
@@ -195,6 +212,21 @@ def _first_step(problem: PeriodicProblem, start: Point, settings: Settings) -> f
     return BIRTH
 
 
+def _leaves_at_once(
+    problem: PeriodicProblem,
+    start: Point,
+    step: float,
+    span: tuple[float, float],
+    settings: Settings,
+) -> bool:
+    """Whether a branch that begins on the edge of the span lies beyond it."""
+    ends = problem.bounds(span)[0][1:]
+    if min(abs(start.z[-1] - end) for end in ends) > EDGE:
+        return False
+    first = next(iter(walk(problem, [start], step, (), settings)))
+    return isinstance(first, Failure) or not _inside(problem, first, span)
+
+
 def _inside(problem: PeriodicProblem, point: Point, span: tuple[float, float]) -> bool:
     return min(span) <= problem.value(point.z) <= max(span)
 
@@ -202,15 +234,16 @@ def _inside(problem: PeriodicProblem, point: Point, span: tuple[float, float]) -
 def _extend(trace: Trace, point: Point, span: tuple[float, float], events: Sequence[Event]) -> None:
     """Add a point and all that lies between it and the one before."""
     problem, before, end = trace.problem, trace.points[-1], None
-    born = trace.doubled and len(trace.points) == 1
+    born = trace.departs and len(trace.points) == 1
     known = [*trace.points[-MEMORY:], point]
-    if trace.doubled and not born and meets_its_copy(problem, before, point):
-        point, end = close_on_parent(problem, known, before, point, trace.doublings)
-    elif not trace.doubled:
-        closing = return_to_start(problem, trace.points, point)
+    reached = None
+    if has_copy(problem) and not born and meets_its_copy(problem, before, point):
+        point, end, reached = close_on_parent(problem, known, before, point, trace.births)
+    elif not trace.departs:
+        closing = return_to_start(problem, _begun_alike(trace), point)
         if closing is not None:
             point = closing
-            end = End("closed", "the branch closed on itself", problem.value(point.z))
+            end = End("closed", CLOSED, problem.value(point.z))
     happened: list[tuple[Event, Point]] = []
     limit = cut_at_limit(problem, known, before, point)
     if limit is not None and limit[0].arclength <= point.arclength:
@@ -226,6 +259,12 @@ def _extend(trace: Trace, point: Point, span: tuple[float, float], events: Seque
     if left:  # the branch turns back outside the span: it ends where it leaves
         point, end = cut_at_span(problem, known, before, left[0].point, span)
         found = [item for item in found if item.point.arclength < point.arclength]
+    again = _start_again(trace, found)
+    if again is not None:  # round a closed curve
+        point = again
+        end = End("closed", CLOSED, problem.value(point.z))
+        found = [item for item in found if item.point.arclength < point.arclength]
+        known[:] = [*(item for item in known if item.arclength < point.arclength), point]
     passing = [event for event in events if not event.stop]
     happened = find_events(problem, known, before, point, passing) + happened
     # Nothing is kept unless all of it was found.
@@ -234,5 +273,29 @@ def _extend(trace: Trace, point: Point, span: tuple[float, float], events: Seque
     if point is not before:
         trace.points.append(point)
     trace.end = end
-    if trace.doubled and end is not None and end.kind == "closed":
-        trace.points += parent_point(problem, point, end.value, trace.doublings)
+    if reached is not None and end is not None and end.kind == "closed":
+        trace.reached = (reached,)
+        trace.points.append(birth_point(problem, point, reached))
+
+
+def _begun_alike(trace: Trace) -> list[Point]:
+    """Return the points with the first one begun where it lies nearest to the last.
+
+    Round a closed curve, cycles come back begun elsewhere.
+    """
+    problem, first, last = trace.problem, trace.points[0], trace.points[-1]
+    free = slice(problem.size, None)
+    if problem.kind != "cycle" or np.linalg.norm(first.z[free] - last.z[free]) > REACH:
+        return trace.points
+    return [replace(first, z=problem.in_phase(first.z, last.z)), *trace.points[1:]]
+
+
+def _start_again(trace: Trace, found: Sequence[Found]) -> Point | None:
+    """Return the branch point that the branch began at, if it comes to it again."""
+    if not trace.departs:
+        return None
+    problem, start = trace.problem, trace.points[0]
+    for item in found:
+        if item.type == "BP" and problem.distance(start.z, item.point.z) < SAME:
+            return item.point
+    return None

@@ -158,6 +158,7 @@ def _conclude(diagram: Diagram, outputs: Outputs) -> int:
         note(f"interrupted on branch {number} after {points} points in all; {outputs.kept}")
         return INTERRUPTED
     for branch in diagram.branches:
-        if branch.stopped.early:
-            note(f"branch {branch.id} stopped early: {branch.stopped.reason}")
+        for end in branch.ends:
+            if end.early:
+                note(f"branch {branch.id} stopped early: {end.reason}")
     return FAILED if diagram.failed else DONE

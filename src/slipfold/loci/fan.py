@@ -52,7 +52,7 @@ class FanLine:
     @property
     def interrupted(self) -> bool:
         """Whether the response was interrupted."""
-        return any(branch.stopped.kind == "interrupted" for branch in self.branches)
+        return any(branch.interrupted for branch in self.branches)
 
 
 def follow_fan(

@@ -114,6 +114,47 @@ class PeriodicProblem(Shooting):
         """Return the same problem with its nodes half a segment later."""
         return type(self)(self.model, self.vary, self.period, self.width, self.segments, offset=0.5)
 
+    def adopt(self, other: PeriodicProblem, z: Array) -> Array:
+        """Return the unknown of an orbit that another problem describes.
+
+        Parameters
+        ----------
+        other
+            A problem of the same kind of orbit, in the same parameter.
+        z
+            Its unknown.
+        """
+        return self.pack(other.nodes(z), other.value(z))
+
+    def in_phase(self, z: Array, like: Array) -> Array:
+        """Return the same orbit begun where it lies nearest to another.
+
+        An orbit of period k is the same in whichever of its forcing periods it is begun.
+
+        Parameters
+        ----------
+        z
+            The orbit.
+        like
+            The other one.
+        """
+        nodes, constants = self.nodes(z), self.constants(z)
+        begun = [z]
+        for turn in range(1, self.period):
+            moved = self.flow.advance(nodes, self._start, self._start + turn, constants)
+            begun.append(np.concatenate([self.flat(moved), z[self.size :]]))
+        return min(begun, key=lambda copy: float(np.linalg.norm(copy - like)))
+
+    def distance(self, z: Array, like: Array) -> float:
+        """Return how far apart two orbits are, wherever they are begun, in scaled variables.
+
+        Parameters
+        ----------
+        z, like
+            The orbits.
+        """
+        return float(np.linalg.norm(self.in_phase(z, like) - like))
+
     def all_multipliers(self, multipliers: NDArray[np.complex128]) -> NDArray[np.complex128]:
         """Return the multipliers with those that are the same for all orbits, shape (n,).
 

@@ -15,6 +15,12 @@ __all__ = ["CycleProblem"]
 
 Array = NDArray[np.float64]
 
+SAMPLES = 16
+"""Samples of a segment among which the beginning of a cycle is chosen."""
+
+ALIGNMENTS = 3
+"""Corrections of the beginning: from a sample's spacing each squares the error."""
+
 
 class CycleProblem(PeriodicProblem):
     r"""Cycles in one free parameter.
@@ -74,6 +80,48 @@ class CycleProblem(PeriodicProblem):
             Value of the parameter.
         """
         return self.join(nodes, [duration, value])
+
+    def adopt(self, other: PeriodicProblem, z: Array) -> Array:
+        """Return the unknown of a cycle that another problem describes.
+
+        Parameters
+        ----------
+        other
+            A problem of cycles in the same parameter.
+        z
+            Its unknown.
+        """
+        duration = float(other.vector(z)[self.model.parameter_index("duration")])
+        return self.pack_cycle(other.nodes(z), duration, other.value(z))
+
+    def in_phase(self, z: Array, like: Array) -> Array:
+        """Return the same cycle begun where it lies nearest to another.
+
+        The beginning is chosen among samples, then corrected by least squares.
+
+        Parameters
+        ----------
+        z
+            The cycle.
+        like
+            The other one.
+        """
+        m, constants, wanted = self.segments, self.constants(z), self.nodes(like)
+        samples = self.flow.sample(self.nodes(z), self._start, self._end, SAMPLES, constants)
+        around = samples.reshape(m * SAMPLES, -1)
+        shifts = np.arange(m * SAMPLES)[:, None] + np.arange(m) * SAMPLES
+        away = (around[shifts % (m * SAMPLES)] - wanted) / self.scales
+        begin = int(np.sum(away**2, axis=(1, 2)).argmin())
+        sampled = nodes = around[shifts[begin] % (m * SAMPLES)]
+        later = 0.0
+        for _ in range(ALIGNMENTS):
+            rates = self.flow.rates(nodes, self._start, constants) / self.scales
+            size = float(np.sum(rates**2))
+            if size == 0:  # an equilibrium
+                break
+            later -= float(np.sum((nodes - wanted) / self.scales * rates)) / size
+            nodes = self.flow.advance(sampled, self._start, self._start + later, constants)
+        return np.concatenate([self.flat(nodes), z[self.size :]])
 
     def all_multipliers(self, multipliers: NDArray[np.complex128]) -> NDArray[np.complex128]:
         """Return the multipliers with that of the flow's own direction, shape (n,).

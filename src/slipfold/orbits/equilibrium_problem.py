@@ -35,6 +35,18 @@ class EquilibriumProblem(PeriodicProblem):
 
     kind = "equilibrium"
 
+    def in_phase(self, z: Array, like: Array) -> Array:
+        """Return an equilibrium, which is the same at all times.
+
+        Parameters
+        ----------
+        z
+            The equilibrium.
+        like
+            Another one.
+        """
+        return z
+
     def tests(
         self,
         z: Array,

@@ -149,10 +149,24 @@ class Bordered:
         except np.linalg.LinAlgError:
             return np.full_like(self.matrix, np.nan)
 
+    @cached_property
+    def _determinant(self) -> tuple[float, float]:
+        sign, logarithm = np.linalg.slogdet(self.matrix)
+        return float(sign), float(logarithm)
+
     @property
     def sign(self) -> int:
         """Sign of the determinant."""
-        return int(np.linalg.slogdet(self.matrix)[0])
+        return int(self._determinant[0])
+
+    @property
+    def volume(self) -> float:
+        """Logarithm of the determinant's size were the last row the tangent.
+
+        A row r and the tangent t give determinants in the ratio r t, and the last column of the
+        inverse is t/(r t).
+        """
+        return self._determinant[1] + float(np.log(np.linalg.norm(self.inverse[:, -1])))
 
     def tangent(self) -> Array:
         """Return the unit vector of the kernel that the last row leaves, along that row."""

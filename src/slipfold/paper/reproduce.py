@@ -281,8 +281,8 @@ class _Run:
         """Yield a sentence for each branch and each locus that was given up."""
         for curve, diagram in self.diagrams.items():
             for branch in diagram.branches:
-                if branch.stopped.early:
-                    yield f"{curve.key}, branch {branch.id}: {branch.stopped.reason}"
+                reasons = [end.reason for end in branch.ends if end.early]
+                yield from (f"{curve.key}, branch {branch.id}: {reason}" for reason in reasons)
         for plane, found in self.sets.items():
             for locus in found.loci:
                 for end in (locus.begun, locus.stopped):

@@ -83,12 +83,12 @@ class Diagram(Result):
     @property
     def interrupted(self) -> bool:
         """Whether the computation was interrupted and later branches are missing."""
-        return any(branch.stopped.kind == "interrupted" for branch in self.branches)
+        return any(branch.interrupted for branch in self.branches)
 
     @property
     def failed(self) -> bool:
         """Whether a branch was given up before it came to an end of its own."""
-        return any(branch.stopped.early for branch in self.branches)
+        return any(branch.failed for branch in self.branches)
 
     def summary(self, outputs: Sequence[str] | None = None) -> str:
         """Return a table of ends and special points, as AUTO prints it, and why branches stop.

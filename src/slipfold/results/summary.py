@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipfold.branches.branch import Branch
+from slipfold.branches.branch import Branch, End
 from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
 from slipfold.errors import InputError
 from slipfold.models.suggestion import suggest
@@ -90,18 +90,17 @@ def points_by_label(diagram: Diagram) -> dict[int, SpecialPoint]:
 def _rows_of(branch: Branch) -> list[Row]:
     if not len(branch):
         return []
-    rows = [_end_row(branch, 0, "EP", "")]
-    rows += [_special_row(branch, point) for point in branch.special]
-    kind = branch.stopped.kind
-    note = kind if kind in ("limit", "closed", "interrupted", "points") else ""
-    rows.append(_end_row(branch, len(branch) - 1, "MX" if kind == "failed" else "EP", note))
-    return rows
+    special = [_special_row(branch, point) for point in branch.special]
+    first = _end_row(branch, 0, branch.begun)
+    return [first, *special, _end_row(branch, len(branch) - 1, branch.stopped)]
 
 
-def _end_row(branch: Branch, index: int, kind: str, note: str) -> Row:
+def _end_row(branch: Branch, index: int, end: End) -> Row:
+    kind = "MX" if end.kind == "failed" else "EP"
+    note = end.kind if end.kind in ("limit", "closed", "interrupted", "points") else ""
     stable = "yes" if branch.stable[index] else "no"
-    # A doubled branch is born with a multiplier on the unit circle, to within rounding.
-    if index == 0 and branch.begun.kind == "born":
+    # A branch that leaves another is born with a multiplier on the unit circle, within rounding.
+    if index == 0 and branch.begun.kind in ("born", "closed"):
         stable = ""
     value = float(branch.parameter[index])
     return Row(
@@ -161,8 +160,11 @@ def _endings(diagram: Diagram) -> list[str]:
     for branch in diagram.branches:
         size = f"period {branch.period}, {len(branch)} points"
         value = with_unit(f"{diagram.vary} = {branch.stopped.value:.8g}", unit)
-        if branch.begun.kind == "span" and branch.begun.value != diagram.span[0]:
+        if branch.parent is None and branch.begun.value != diagram.span[0]:
             sentences.append(f"Branch {branch.id}: {branch.begun.reason}")
+        if branch.parent is not None and branch.begun.kind != "born":
+            begins = with_unit(f"{diagram.vary} = {branch.begun.value:.8g}", unit)
+            sentences.append(f"Branch {branch.id} begins at {begins}: {branch.begun.reason}")
         sentences.append(f"Branch {branch.id} ({size}) stopped at {value}: {branch.stopped.reason}")
     return sentences
 

@@ -1,0 +1,192 @@
+"""Branch points: where two branches cross, and the direction of the other one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.branches.point import Point
+from slipfold.orbits.floquet import floquet_multipliers
+from slipfold.orbits.linearisation import Linearisation
+from slipfold.orbits.shooting import Shooting
+
+__all__ = ["Crossing", "find_crossing"]
+
+Array = NDArray[np.float64]
+
+STEP = 1e-4
+"""Half the distance over which first derivatives are differenced, in scaled variables: the error of
+second derivatives is 1e-8 for truncation and 1e-9 for rounding. They serve directions to start in,
+which are corrected, and converge a quadratic iteration."""
+
+ROUNDS = 8
+"""Corrections of a branch point."""
+
+STILL = 1e-10
+"""A branch point that moves less is found; what is left of its gradient is rounding."""
+
+ACROSS = 1e-6
+"""Least slope at which a number counts as crossing zero, relative to the largest."""
+
+REACH = 0.05
+"""A branch point this far from where it was located is another one, or none."""
+
+REMAINS = 1e-8
+"""What may be left of the reduced equation at a branch point; where two folds face each other
+instead of crossing, more is left."""
+
+
+@dataclass(frozen=True, eq=False)
+class Crossing:
+    """A branch point.
+
+    Parameters
+    ----------
+    point
+        The orbit, with the tangent of the branch on which it was met.
+    other
+        Unit tangent of the other branch.
+    """
+
+    point: Point
+    other: Array
+
+
+def find_crossing(curve: Shooting, point: Point, along: Array) -> Crossing | None:
+    r"""Correct a branch point that was located on one branch, and find how the other leaves it.
+
+    At a branch point the equations' Jacobian has a kernel of two dimensions and one vector psi on
+    its left. The method of Lyapunov and Schmidt solves all equations but one: to coordinates c in
+    the kernel belong an orbit z(c) and a number e(c) with
+
+    .. math:: F(z) + e \psi = 0, \quad \Phi^T (z - z_0) = c
+
+    which stays regular. Branches are e = 0; they cross where the gradient of e vanishes too, and
+    leave along the directions in which its second derivative does: the algebraic branching equation
+    (Keller, in Applications of Bifurcation Theory, 1977, 359-384; Govaerts, Numerical Methods for
+    Bifurcations of Dynamical Equilibria, 2000, section 7.8).
+
+    Parameters
+    ----------
+    curve
+        The equations.
+    point
+        Where a branch point was located.
+    along
+        Direction of the branch there, from points farther away: it tells the two branches apart.
+
+    Returns
+    -------
+    Crossing or None
+        None where no second branch crosses.
+    """
+    reduced = _Reduction(curve, point.z)
+    place = np.zeros(2)
+    for _ in range(ROUNDS):
+        slopes, hessian = reduced.slopes(place), reduced.hessian(place)
+        if not np.isfinite(hessian).all() or abs(np.linalg.det(hessian)) < ACROSS**2:
+            return None
+        step = np.linalg.solve(hessian, -slopes)
+        place = place + step
+        if np.linalg.norm(place) > REACH:
+            return None
+        if np.linalg.norm(step) < STILL:
+            break
+    solved = reduced.solve(place)
+    if solved is None or abs(solved.remainder) > REMAINS:
+        return None
+    directions = _zero_directions(reduced.hessian(place))
+    if directions is None:
+        return None
+    tangents = [_unit(solved.moves @ direction) for direction in directions]
+    alike = [float(tangent @ along) for tangent in tangents]
+    own = int(np.abs(alike).argmax())
+    found = _as_point(curve, solved, tangents[own] * np.sign(alike[own]), point.arclength)
+    return Crossing(found, tangents[1 - own])
+
+
+def _as_point(curve: Shooting, solved: _Solved, tangent: Array, arclength: float) -> Point:
+    linearisation = solved.linearisation
+    multipliers = floquet_multipliers(linearisation.monodromy)
+    return Point(
+        solved.z,
+        tangent,
+        arclength,
+        linearisation.monodromy,
+        multipliers,
+        curve.tests(solved.z, linearisation, multipliers, tangent),
+        0,  # the bordered determinant is zero
+        float(np.abs(linearisation.residual).max()),
+    )
+
+
+def _unit(vector: Array) -> Array:
+    return vector / np.linalg.norm(vector)
+
+
+def _zero_directions(hessian: Array) -> list[Array] | None:
+    """Return the two directions along which a quadratic form vanishes, None if it has a sign."""
+    values, vectors = np.linalg.eigh(hessian)
+    if not values[0] < 0 < values[1]:
+        return None
+    shares = np.sqrt(np.array([values[1], -values[0]]) / (values[1] - values[0]))
+    return [vectors @ (shares * [1, sign]) for sign in (1, -1)]
+
+
+@dataclass(frozen=True, eq=False)
+class _Solved:
+    """All equations but one solved: the orbit, what the last one leaves, and how both move."""
+
+    z: Array
+    remainder: float
+    moves: Array
+    slopes: Array
+    linearisation: Linearisation
+
+
+class _Reduction:
+    """The equations near an orbit reduced to one in two coordinates."""
+
+    def __init__(self, curve: Shooting, z: Array) -> None:
+        self._curve = curve
+        self._origin = z
+        jacobian = curve.linearise(z).bordered(np.zeros(len(z))).matrix[:-1]
+        left, _, right = np.linalg.svd(jacobian)
+        self._left = left[:, -1]
+        self._kernel = right[-2:]
+
+    def slopes(self, place: Array) -> Array:
+        """Return the derivatives of the number that is left, shape (2,)."""
+        solved = self.solve(place)
+        return np.full(2, np.nan) if solved is None else solved.slopes
+
+    def hessian(self, place: Array) -> Array:
+        """Return its second derivatives, shape (2, 2), by central differences of the first."""
+        steps = STEP * np.eye(2)
+        rows = [self.slopes(place + step) - self.slopes(place - step) for step in steps]
+        hessian = np.array(rows) / (2 * STEP)
+        return 0.5 * (hessian + hessian.T)
+
+    def solve(self, place: Array) -> _Solved | None:
+        """Solve all equations but one at two coordinates; None if that fails."""
+        z = self._origin + self._kernel.T @ place
+        remainder, n = 0.0, len(z)
+        for _ in range(ROUNDS):
+            linearisation = self._curve.linearise(z)
+            defect = linearisation.defect + remainder * self._left
+            if not np.isfinite(defect).all():
+                return None
+            matrix = np.zeros((n + 1, n + 1))
+            matrix[: n - 1, :n] = linearisation.bordered(np.zeros(n)).matrix[:-1]
+            matrix[: n - 1, n] = self._left
+            matrix[n - 1 :, :n] = self._kernel
+            inverse: Array = np.linalg.inv(matrix).astype(float)
+            kept = self._kernel @ (z - self._origin) - place
+            step = inverse @ np.concatenate([-defect, -kept])
+            z, remainder = z + step[:n], remainder + float(step[n])
+            if np.linalg.norm(step) < STILL:
+                moves, slopes = inverse[:n, -2:], inverse[n, -2:]
+                return _Solved(z, remainder, moves, slopes, linearisation)
+        return None

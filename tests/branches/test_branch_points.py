@@ -1,0 +1,195 @@
+"""Branch points: the other branch is followed, in both directions and once."""
+
+import numpy as np
+import pytest
+
+import slipfold as sf
+from helpers.textbook_models import Pitchfork
+from slipfold.models import model_named
+
+ALONE = sf.Settings(largest_period=1)
+"""Period doublings are not followed."""
+
+
+def kinds(branch):
+    return [item.type for item in branch.special]
+
+
+def system(name, **states):
+    return sf.System(name=name, parameters={"r": -0.5}, states=states)
+
+
+def test_transcritical_point_of_equilibria():
+    # x (r - x) = 0 with a slave y: the other branch is x = r, on both sides of r = 0.
+    model = system("transcritical", x="r*x - x^2", y="-y + x")
+    rest, other = sf.response(model, vary="r", span=(-0.5, 0.5)).branches
+    assert (kinds(rest), kinds(other)) == (["BP"], ["BP"])
+    assert rest.special[0].value == pytest.approx(0, abs=1e-12)
+    assert (rest.special[0].leads_to, other.special[0].leads_to) == (2, 1)
+    assert (other.parent, other.kind) == (1, "equilibrium")
+    assert sorted(other.parameter[[0, -1]]) == [-0.5, 0.5]
+    assert other.states == pytest.approx(np.column_stack([other.parameter] * 2), abs=1e-10)
+    away = np.abs(other.parameter) > 1e-6
+    assert np.array_equal(other.stable[away], other.parameter[away] > 0)
+    assert np.all(np.diff(other.arclength) > 0)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_pitchfork_of_equilibria(sign):
+    # x (r - sign x^2) = 0: both halves of the other branch, one the mirror image of the other.
+    model = system("pitchfork", x=f"r*x - {sign}*x^3", y="-y + x^2")
+    rest, other = sf.response(model, vary="r", span=(-0.5, 0.5)).branches
+    assert (kinds(rest), kinds(other)) == (["BP"], ["BP"])
+    assert other.parameter[[0, -1]] == pytest.approx([sign * 0.5] * 2, abs=1e-15)
+    assert other.states[0, 0] == pytest.approx(-other.states[-1, 0], abs=1e-10)
+    assert sign * other.parameter == pytest.approx(other.states[:, 0] ** 2, abs=1e-10)
+    away = np.abs(other.arclength) > 1e-6
+    assert np.all(other.stable[away] == (sign > 0))
+
+
+def test_a_branch_between_two_branch_points_is_followed_once():
+    # x^2 = r (1 - r): a closed curve through both points, where it turns without a fold.
+    model = system("bubble", x="r*(1 - r)*x - x^3 + 0.2*y", y="-y")
+    rest, other = sf.response(model, vary="r", span=(-0.5, 1.5)).branches
+    assert [(item.type, item.leads_to) for item in rest.special] == [("BP", 2), ("BP", 2)]
+    assert kinds(other) == ["BP", "BP"]
+    assert [item.value for item in other.special] == pytest.approx([0, 1], abs=1e-12)
+    assert (other.stopped.kind, other.begun.kind) == ("closed", "closed")
+    assert other.stopped.value == pytest.approx(0, abs=1e-12)
+    x, r = other.states[:, 0], other.parameter
+    assert x**2 == pytest.approx(r * (1 - r), abs=1e-10)
+    assert x.max() == pytest.approx(-x.min(), rel=0.02)
+
+
+@pytest.mark.parametrize("growth", ["r*z - z^2", "r*z - z^3"])
+def test_cycles_meet_cycles(growth):
+    # A cycle of radius one in the plane z = 0; off the plane another with z = r or z^2 = r.
+    model = sf.System(
+        name="cycles",
+        parameters={"r": -0.4},
+        states={"x": "x*(1 - x^2 - y^2) - y", "y": "y*(1 - x^2 - y^2) + x", "z": growth},
+    )
+    cycle = sf.periodic_orbit(model, state=[1, 0, 0], duration=6)
+    flat, other = sf.response(cycle, vary="r", span=(-0.4, 0.4), settings=ALONE).branches
+    assert (kinds(flat), kinds(other)) == (["BP"], ["BP"])
+    assert flat.special[0].value == pytest.approx(0, abs=1e-12)
+    assert flat.special[0].duration == pytest.approx(2 * np.pi, rel=1e-11)
+    height, r = other.states[:, 2], other.parameter
+    assert (height if "z^2" in growth else height**2) == pytest.approx(r, abs=1e-9)
+    assert np.abs(height[[0, -1]]) == pytest.approx(np.abs(height[0]), rel=1e-9)
+
+
+def test_a_closed_branch_of_cycles():
+    model = sf.System(
+        name="ring",
+        parameters={"r": -0.5},
+        states={
+            "x": "x*(1 - x^2 - y^2) - y",
+            "y": "y*(1 - x^2 - y^2) + x",
+            "z": "r*(1 - r)*z - z^3 + 0.3*z*x",
+        },
+    )
+    cycle = sf.periodic_orbit(model, state=[1, 0, 0], duration=6)
+    flat, other = sf.response(cycle, vary="r", span=(-0.5, 1.5), settings=ALONE).branches
+    assert [item.leads_to for item in flat.special] == [2, 2]
+    assert kinds(other) == ["BP", "BP"]
+    assert other.stopped.reason == "the branch closed on itself"
+
+
+def test_a_cycle_ends_at_another_hopf_point():
+    # Radius^2 = r (1 - r): born at r = 0, it dies at r = 1.
+    model = sf.System(
+        name="bubble",
+        parameters={"r": -0.5},
+        states={
+            "x": "r*(1 - r)*x - 2*y - x*(x^2 + y^2)",
+            "y": "2*x + r*(1 - r)*y - y*(x^2 + y^2)",
+        },
+    )
+    rest, cycles = sf.response(model, vary="r", span=(-0.5, 1.5)).branches
+    assert [(item.type, item.leads_to) for item in rest.special] == [("HB", 2), ("HB", 2)]
+    assert cycles.special == ()
+    assert cycles.stopped.reason == "the branch closed on a Hopf point at r = 1"
+    assert cycles.parameter[-1] == pytest.approx(1, abs=1e-11)
+    radius = np.hypot(*cycles.states[:-1].T)
+    assert radius**2 == pytest.approx((cycles.parameter * (1 - cycles.parameter))[:-1], abs=1e-8)
+
+
+def test_lorenz_convection_and_its_hopf_points():
+    # Lorenz (1963): pitchfork at rho = 1; Hopf at sigma (sigma + beta + 3)/(sigma - beta - 1).
+    model = model_named("lorenz")
+    settings = sf.Settings(largest_period=1, steps=sf.Steps(points=20))
+    rest, still, *cycles = sf.response(
+        model, vary="rho", span=(0.5, 28), settings=settings
+    ).branches
+    assert kinds(rest) == ["BP"]
+    assert kinds(still) == ["HB", "BP", "HB"]
+    s, b = model.sigma, model.beta
+    for item, cycle in zip(still.special[::2], cycles, strict=True):
+        assert item.value == pytest.approx(s * (s + b + 3) / (s - b - 1), abs=1e-10)
+        assert item.criticality == "subcritical"
+        # The pair is +-i sqrt(beta (sigma + rho)).
+        assert item.duration == pytest.approx(2 * np.pi / np.sqrt(b * (s + item.value)), rel=1e-9)
+        assert item.leads_to == cycle.id
+    rho = still.parameter
+    assert still.states[:, 0] ** 2 == pytest.approx(b * (rho - 1), abs=1e-8)
+
+
+def test_symmetry_breaking_of_a_forced_pendulum_like_oscillator():
+    # q'' + d q' + (k + b cos(w t)) q + q^3: from rest to two motions that are mirror images.
+    rest, other = sf.response(Pitchfork(), vary="k", span=(1.0, -1.0)).branches
+    assert (kinds(rest), kinds(other)) == (["BP"], ["BP"])
+    assert other.states[0] == pytest.approx(-other.states[-1], abs=1e-8)
+    assert np.all(other.stable[np.abs(other.arclength) > 1e-6])
+
+
+def test_symmetry_breaking_of_the_forced_duffing_oscillator():
+    # The symmetric orbit, q(t + T/2) = -q(t), loses its symmetry and regains it; the branch of
+    # those without it is closed, and its halves are images under that symmetry.
+    model = sf.System(
+        name="hardening",
+        parameters={"F": 1.0},
+        states={"q": "v", "v": "F*cos(t) - 0.2*v - q - q^3"},
+        forcing={"period": "2*pi"},
+    )
+    main, other = sf.response(model, vary="F", span=(0, 12), settings=ALONE).branches
+    assert [(item.type, item.leads_to) for item in main.special] == [("BP", 2), ("BP", 2)]
+    assert kinds(other) == ["BP", "BP"]
+    assert other.stopped.kind == "closed"
+    half = main.nodes.shape[1] // 2
+    assert np.roll(main.nodes, half, axis=1) == pytest.approx(-main.nodes, abs=1e-9)
+    # Some point of the second half has an image on the first.
+    low, high = other.extrema.of("q")
+    assert high.max() == pytest.approx(-low.min(), rel=1e-3)
+    for item, again in zip(other.special, main.special, strict=True):
+        assert item.value == pytest.approx(again.value, abs=1e-10)
+        assert item.uncertainty < 1e-9
+
+
+def test_freire_circuit_beyond_its_branch_point():
+    # AUTO's demo tor, and textbook values by two methods: the branch that leaves the symmetric
+    # cycles has a torus and a period doubling, once on each half.
+    diagram = sf.response(model_named("freire"), vary="n", span=(-0.55, -0.64), settings=ALONE)
+    _, symmetric, other = diagram.branches
+    assert kinds(symmetric) == ["LP", "BP"]
+    assert kinds(other) == ["PD", "NS", "BP", "NS", "PD"]
+    assert other.special[2].value == pytest.approx(-0.587029, abs=1e-6)
+    assert other.special[2].duration == pytest.approx(8.68967, abs=1e-5)
+    for item in (other.special[1], other.special[3]):
+        assert item.value == pytest.approx(-0.5916501950321, abs=1e-12)
+        assert item.duration == pytest.approx(8.794151746402, abs=1e-10)
+        assert item.critical_multiplier == pytest.approx(0.82017809 + 0.5721083j, abs=1e-7)
+    for item in (other.special[0], other.special[4]):
+        assert item.value == pytest.approx(-0.6149552211380, abs=1e-12)
+        assert item.duration == pytest.approx(9.266303320566, abs=1e-10)
+
+
+def test_two_sided_branches_are_saved_and_summed_up(tmp_path):
+    model = system("pitchfork", x="r*x - x^3")
+    diagram = sf.response(model, vary="r", span=(-0.5, 0.5))
+    diagram.save(tmp_path / "two.nc")
+    again = sf.load(tmp_path / "two.nc")
+    for old, new in zip(diagram.branches, again.branches, strict=True):
+        assert np.array_equal(old.arclength, new.arclength)
+        assert [item.leads_to for item in old.special] == [item.leads_to for item in new.special]
+    assert "Branch 2 begins at r = 0.5: reached the end of the span" in diagram.summary()
