@@ -30,7 +30,7 @@ INSTALL_VENV = { \
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup paper test long lint types layers check bench docs lock clean
+.PHONY: help setup paper explore test long lint types layers check bench docs lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -39,6 +39,9 @@ setup: $(SETUP) ## make .venv and install the package in it
 
 paper: $(SETUP) ## reproduce the source paper's figures into paper-output (OUT=DIR for another folder)
 	$(BIN)/slipfold paper --out $(OUT)
+
+explore: $(SETUP) ## open the explorer in the browser, for this machine alone
+	$(BIN)/slipfold explore
 
 test: $(SETUP) ## run the tests and the examples in the docstrings
 	$(BIN)/python -m pytest -n $(JOBS) $(PYTEST_ARGS)
@@ -70,7 +73,7 @@ docs: $(DOCS_INSTALLED) ## build the documentation into docs/_build/html
 
 lock: $(VENV_MADE) ## resolve the dependencies anew and write the lock files
 	$(PIP) install --quiet "uv>=0.8"
-	$(LOCK) --upgrade pyproject.toml --group test --group dev -o requirements.lock
+	$(LOCK) --upgrade pyproject.toml --extra explore --group test --group dev -o requirements.lock
 	$(LOCK) --upgrade -c requirements.lock --group docs -o requirements-docs.lock
 	$(LOCK) --upgrade -c requirements.lock --group bench -o requirements-bench.lock
 

@@ -5,7 +5,6 @@ import pytest
 
 import slipfold as sf
 from slipfold.branches.carry import carry_branches
-from slipfold.branches.orbit_between import orbit_between
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 
 SPAN = (0, 0.9)
@@ -62,20 +61,3 @@ def test_nothing_is_carried_of_autonomous_models():
     model = sf.built_in_models()["lorenz"]()
     branches = sf.response(model, "rho", (0.5, 20)).branches
     assert carry_branches(branches, model.replace(sigma=10.1)) is None
-
-
-def test_an_orbit_between_points_closes_and_lies_between_them(known):
-    branch = known.branches[1]
-    for i in (3, 10, len(branch) - 2):
-        place = 0.3 * branch.arclength[i] + 0.7 * branch.arclength[i + 1]
-        orbit = orbit_between(branch, place)
-        assert orbit.residual < 1e-10
-        low, high = sorted(branch.parameter[i : i + 2])
-        assert low < orbit.model.Nd < high
-
-
-def test_an_orbit_at_a_special_point_is_that_of_the_point(known):
-    point = known.branches[0].special[0]
-    orbit = orbit_between(known.branches[0], point.arclength)
-    assert orbit.model.Nd == point.value
-    np.testing.assert_array_equal(orbit.nodes, point.nodes)

@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 from slipfold.branches.branch import Branch
 from slipfold.errors import InputError
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.orbits.find import hold_parameter
 from slipfold.orbits.floquet import floquet_multipliers
-from slipfold.orbits.newton import correct
+from slipfold.orbits.newton import Correction, correct
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
 __all__ = ["orbit_between"]
@@ -17,10 +18,13 @@ __all__ = ["orbit_between"]
 NEAR = 1e-6
 """A place this near to a known orbit, over the length of the branch, is that orbit."""
 
+BESIDE = 0.1
+"""An orbit farther away than this, in scaled variables, is not the one beside the place."""
+
 Array = NDArray[np.float64]
 
 
-def orbit_between(branch: Branch, arclength: float) -> PeriodicOrbit:
+def orbit_between(branch: Branch, arclength: float, value: float | None = None) -> PeriodicOrbit:
     """Find the orbit at any place of a branch.
 
     The chord between the two nearest known orbits is the guess; Newton's method corrects it across
@@ -32,6 +36,9 @@ def orbit_between(branch: Branch, arclength: float) -> PeriodicOrbit:
         The branch.
     arclength
         Position on it; what lies outside is taken to be the nearer end.
+    value
+        Value of the parameter that the orbit is to have; it is corrected from the position to
+        that value where the branch reaches it there. None for that of the position.
 
     Returns
     -------
@@ -59,11 +66,14 @@ def orbit_between(branch: Branch, arclength: float) -> PeriodicOrbit:
     nearest = int(np.abs(places - arclength).argmin())
     exact = abs(places[nearest] - arclength) <= NEAR * float(np.ptp(places))
     outside = not places[0] < arclength < places[-1]
-    if exact or outside or branch.durations is not None or branch.kind == "equilibrium":
+    if branch.durations is not None or branch.kind == "equilibrium":
         return known[nearest][1]
+    if exact or outside:
+        return _with_value(branch, known[nearest][1], value)
     after = int(np.searchsorted(places, arclength))
     share = (arclength - places[after - 1]) / (places[after] - places[after - 1])
-    return _corrected(branch, known[after - 1][1], known[after][1], float(share))
+    orbit = _corrected(branch, known[after - 1][1], known[after][1], float(share))
+    return _with_value(branch, orbit, value)
 
 
 def _known(branch: Branch) -> list[tuple[float, PeriodicOrbit]]:
@@ -76,9 +86,8 @@ def _known(branch: Branch) -> list[tuple[float, PeriodicOrbit]]:
 def _corrected(
     branch: Branch, before: PeriodicOrbit, after: PeriodicOrbit, share: float
 ) -> PeriodicOrbit:
-    width = float(np.ptp(branch.parameter)) or 1.0
-    problem = PeriodicProblem(branch.model, branch.vary, branch.period, width, len(before.nodes))
-    ends = [problem.pack(item.nodes, problem.value_of(item.model)) for item in (before, after)]
+    problem = _problem(branch, before)
+    ends = [problem.pack(item.nodes, item.model.values[branch.vary]) for item in (before, after)]
     chord = ends[1] - ends[0]
     found = correct(problem, ends[0] + share * chord, chord / np.linalg.norm(chord))
     if not found.converged:
@@ -86,9 +95,27 @@ def _corrected(
             f"no orbit was found between two points of branch {branch.id}: {found.failure}; "
             "choose a place nearer to a point"
         )
+    return _as_orbit(problem, found)
+
+
+def _with_value(branch: Branch, orbit: PeriodicOrbit, value: float | None) -> PeriodicOrbit:
+    """Return the orbit beside one that has a value of the parameter, where there is one."""
+    if value is None or value == orbit.model.values[branch.vary]:
+        return orbit
+    problem = _problem(branch, orbit)
+    found = correct(problem, problem.pack(orbit.nodes, value), hold_parameter(problem.size))
+    return _as_orbit(problem, found) if found.converged and found.distance < BESIDE else orbit
+
+
+def _problem(branch: Branch, orbit: PeriodicOrbit) -> PeriodicProblem:
+    width = float(np.ptp(branch.parameter)) or 1.0
+    return PeriodicProblem(branch.model, branch.vary, branch.period, width, len(orbit.nodes))
+
+
+def _as_orbit(problem: PeriodicProblem, found: Correction) -> PeriodicOrbit:
     return PeriodicOrbit(
         problem.model_at(found.z),
-        branch.period,
+        problem.period,
         problem.nodes(found.z),
         floquet_multipliers(problem.linearise(found.z).monodromy),
         found.residual,

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+import tomllib
 from collections.abc import Mapping
+from functools import cache
+from importlib.resources import files
 from typing import Any
 
 from slipfold.errors import InputError
@@ -17,6 +20,9 @@ __all__ = ["Catalogue"]
 
 SLIDER_STEPS = 1000
 """Steps of a slider from end to end."""
+
+MARGIN = 1e-3
+"""Distance of a slider from a bound that is excluded, over the value."""
 
 
 class Catalogue:
@@ -71,33 +77,44 @@ class Catalogue:
 
 
 def _described(model: Model) -> dict[str, Any]:
-    vary = _varied(model)
+    first = _first_views().get(model.name, {})
+    sliders = first.get("sliders", {})
     return {
         "name": model.name,
         "title": model.title,
         "forced": model.forced,
         "states": [axis_of(model, item.name) for item in model.states],
         "outputs": [axis_of(model, item.name) for item in model.outputs()],
-        "parameters": [_parameter(model, item) for item in model.parameters],
+        "parameters": [_parameter(model, item, sliders) for item in model.parameters],
         "vary": [item.name for item in model.parameters if model.forced or item.name != "duration"],
-        "default": _default(model, vary),
-        "plane": None,
+        "default": _default(model, first),
+        "plane": first.get("plane"),
     }
 
 
-def _varied(model: Model) -> str:
-    return model.quiet or model.parameters[0].name
+@cache
+def _first_views() -> dict[str, Any]:
+    text = (files("slipfold.explorer") / "first_view.toml").read_text(encoding="utf-8")
+    return tomllib.loads(text)
 
 
-def _default(model: Model, vary: str) -> dict[str, Any]:
-    low, high = _range(model.parameter(vary), model.values[vary])
-    span = [0.0, 0.98] if model.name == "sliding" else [low, high]
-    return {"vary": vary, "span": span, "show": model.states[0].name, "parameters": {}}
+def _default(model: Model, first: Mapping[str, Any]) -> dict[str, Any]:
+    vary = first.get("vary") or model.quiet or model.parameters[0].name
+    return {
+        "vary": vary,
+        "span": first.get("span") or list(_around(model.parameter(vary), model.values[vary])),
+        "show": first.get("show") or model.states[0].name,
+        "statistic": "max",
+        "parameters": {},
+    }
 
 
-def _parameter(model: Model, item: Parameter) -> dict[str, Any]:
+def _parameter(
+    model: Model, item: Parameter, sliders: Mapping[str, tuple[float, float]]
+) -> dict[str, Any]:
     value = model.values[item.name]
-    low, high = _range(item, value)
+    low, high = sliders.get(item.name) or _around(item, value)
+    low, high = min(low, value), max(high, value)
     return {
         **axis_of(model, item.name),
         "value": value,
@@ -108,13 +125,13 @@ def _parameter(model: Model, item: Parameter) -> dict[str, Any]:
     }
 
 
-def _range(item: Parameter, value: float) -> tuple[float, float]:
+def _around(item: Parameter, value: float) -> tuple[float, float]:
     """Ends of a slider: around the value, within the bounds of what is allowed."""
     if item.unit == "rad":
         return -math.pi, math.pi
     size = abs(value) or 1.0
     low, high = value - size, value + size
-    margin = 1e-3 * size
+    margin = MARGIN * size
     low = max(low, item.lower + margin if item.lower_open else item.lower)
     high = min(high, item.upper - margin if item.upper_open else item.upper)
     return low, high

@@ -132,7 +132,7 @@ class Computing:
             raise InputError(
                 f"there is no branch {at.branch}; give a number from 1 to {len(branches)}"
             )
-        return orbit_between(branches[at.branch - 1], at.arclength)
+        return orbit_between(branches[at.branch - 1], at.arclength, at.value)
 
     def plane(
         self,

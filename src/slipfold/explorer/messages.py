@@ -115,10 +115,14 @@ class OnBranch(_Message):
         Id of the branch.
     arclength
         Position on it.
+    value
+        Value of the varied parameter that the orbit is to have, near that position; that of the
+        position itself if None.
     """
 
     branch: Annotated[int, Field(ge=1, le=10_000, strict=True)]
     arclength: Number
+    value: Number | None = None
 
 
 class OrbitThrough(_Message):

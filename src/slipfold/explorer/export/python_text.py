@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import re
+
+from slipfold.errors import InputError
+from slipfold.explorer.export.described_model import changed_values, is_built_in
 from slipfold.explorer.messages import (
     DiagramRequest,
     PlaneRequest,
@@ -10,12 +14,14 @@ from slipfold.explorer.messages import (
 )
 from slipfold.explorer.start import start_of
 from slipfold.models.model import Model
-from slipfold.models.registry import built_in_models
 from slipfold.models.sliding_oscillator import SlidingOscillator
 from slipfold.models.system import System
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
 __all__ = ["python_text"]
+
+_CLASS, _PUBLIC = re.compile(r"\b([A-Z]\w*)\("), r"sf.\1("
+"""Names of classes in what a friction law prints, and the same as public names."""
 
 
 def python_text(model: Model, view: ViewRequest, orbit: PeriodicOrbit | None) -> str:
@@ -87,25 +93,21 @@ def _steps(model: Model, view: ViewRequest, orbit: PeriodicOrbit | None) -> list
 
 def _model(model: Model) -> str:
     """Return an expression that makes a model; numbers are exact when read back."""
-    changed = {
-        item.name: model.values[item.name]
-        for item in model.parameters
-        if model.values[item.name] != item.default
-    }
+    changed = changed_values(model)
     values = ", ".join(f"{name}={value!r}" for name, value in changed.items())
+    if isinstance(model, SlidingOscillator):
+        law = model.structure.get("friction")
+        friction = [] if law is None else [f"friction={_CLASS.sub(_PUBLIC, repr(law))}"]
+        return f"sf.SlidingOscillator({', '.join([*friction, *([values] if values else [])])})"
+    if is_built_in(model):
+        return f'sf.built_in_models()["{model.name}"]({values})'
     if isinstance(model, System):
-        built_in = built_in_models().get(model.name)
-        if built_in is not None and built_in() == model.replace(**_defaults(model)):
-            return f'sf.built_in_models()["{model.name}"]({values})'
         made = f"sf.System.from_toml({_quoted(model.to_toml())})"
         return f"{made}.replace({values})" if values else made
-    if isinstance(model, SlidingOscillator) and not model.structure:
-        return f"sf.SlidingOscillator({values})"
-    return f"sf.{model!r}"
-
-
-def _defaults(model: Model) -> dict[str, float]:
-    return {item.name: item.default for item in model.parameters}
+    raise InputError(
+        f"{model.name} comes from a file with more than equations, so no text here can make it; "
+        "load that file in Python, or save the result as netCDF"
+    )
 
 
 def _quoted(text: str) -> str:

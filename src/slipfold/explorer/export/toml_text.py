@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from slipfold.errors import InputError
+from slipfold.explorer.export.described_model import changed_values, is_built_in
 from slipfold.explorer.messages import (
     DiagramRequest,
     OrbitRequest,
@@ -55,18 +56,17 @@ def toml_text(model: Model, view: ViewRequest, orbit: PeriodicOrbit | None) -> s
         raise InputError(
             "no command computes a single orbit from a case file; copy it as Python instead"
         )
-    changed = {
-        item.name: model.values[item.name]
-        for item in model.parameters
-        if model.values[item.name] != item.default
-    }
+    changed = changed_values(model)
     command = _command(model, view)
-    if isinstance(model, System):
+    if isinstance(model, System) and not is_built_in(model):
         # The values of a definition are its own, so the command changes them.
         sets = "".join(f" --set {name}={value!r}" for name, value in changed.items())
         return f"# {command}{sets}\n{model.to_toml()}"
-    if model.structure:
-        raise InputError(f"a case file cannot hold {model!r}; copy it as Python instead")
+    if not is_built_in(model):
+        raise InputError(
+            f"{model.name} is made of more than parameters and equations, which no case file "
+            "written here can hold; give its own file to the command"
+        )
     values = "".join(f"{name} = {value!r}\n" for name, value in changed.items())
     table = f"\n[parameters]\n{values}" if values else ""
     return f'# {command}\nmodel = "{model.name}"\n{table}'
