@@ -144,7 +144,7 @@ def locus_crossings(locus, axis, value):
         share = gaps[i] / (gaps[i] - gaps[i + 1])
         guess = spline(grid[i] + share * (grid[i + 1] - grid[i]))
         guess[axis - 2] = value / widths[axis]
-        found = correct(problem, guess, row, iterations=20, still=1e-9)
+        found = correct(problem, guess, row, iterations=20)
         assert found.converged, f"{locus.type} at {locus.vary[axis]} = {value}: {found.failure}"
         yield Crossing(locus, problem, corrected_point(problem, found, 0.0))
 

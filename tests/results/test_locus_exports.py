@@ -156,9 +156,10 @@ def test_record_follows_the_schema(diagram):
     assert record["parameters"] == dict(diagram.model.values)
     first, second, third = record["loci"]
     assert list(first) == [
-        *("id", "type", "period", "parent", "points", "values", "criticality", "special"),
-        *("begun", "stopped"),
+        *("id", "type", "kind", "period", "parent", "points", "values", "criticality"),
+        *("coefficient", "durations", "eigenvalues", "special", "begun", "stopped"),
     ]
+    assert (first["kind"], first["durations"], first["eigenvalues"]) == ("periodic", None, None)
     assert first["values"] == diagram.loci[0].values.tolist()
     assert first["criticality"] == ["subcritical", None, "supercritical"]
     assert first["stopped"]["values"] == [13.5, 0.29]

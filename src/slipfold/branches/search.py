@@ -154,7 +154,8 @@ def _suspicious_place(known: list[Point], a: Point, b: Point) -> float | None:
     surprises = [_surprise(near, end) for end in (a, b)]
     ends = zip(a.tests.values(), b.tests.values(), *surprises, strict=True)
     for curve, error, (f_a, f_b, e_a, e_b) in zip(curves.T, errors.T, ends, strict=True):
-        if not np.isfinite(curve).all():  # a function that is not defined everywhere
+        # A function that is not defined everywhere, or is zero everywhere.
+        if not np.isfinite(curve).all() or f_a == f_b == 0:
             continue
         inner = np.sign(f_a) * curve
         if f_a * f_b > 0:

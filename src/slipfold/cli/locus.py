@@ -49,9 +49,10 @@ Types = Annotated[
     list[str] | None,
     typer.Option(
         "--type",
-        metavar="LP|PD|NS",
-        help="Type of bifurcation to follow: fold, period doubling or Neimark-Sacker; all by "
-        "default. With RESPONSE.nc, type of its points to start from. Repeatable.",
+        metavar="LP|PD|NS|HB",
+        help="Type of bifurcation to follow: fold, period doubling, Neimark-Sacker, or Hopf of an "
+        "autonomous model; all by default. With RESPONSE.nc, type of its points to start from. "
+        "Repeatable.",
     ),
 ]
 Periods = Annotated[
@@ -77,7 +78,7 @@ Regions = Annotated[
     typer.Option(
         "--regions",
         help="Find the regions between the loci and the stable responses in each, checked by "
-        "simulations; takes all types and both periods.",
+        "simulations; takes a forced model, all types and both periods.",
     ),
 ]
 
@@ -106,7 +107,6 @@ def locus(
     to its end, 130 interrupted.
     """
     from slipfold.loci.bifurcation_set import PERIODS
-    from slipfold.loci.follow import LOCUS_TYPES
 
     outputs = Outputs(json, out, csv)
     outputs.check()
@@ -146,7 +146,7 @@ def locus(
             chosen,
             plane,
             window,
-            types=types or LOCUS_TYPES,
+            types=types,
             periods=periods or PERIODS,
             regions=regions,
         )

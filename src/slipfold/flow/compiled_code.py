@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -101,10 +101,7 @@ class CompiledCode:
     def _curved_batch(self, directions: int) -> Any:
         states, rates = self._equations.states, self._equations.rates
         carried = [hy.expression(f"carried_{state}") for state in states]
-        slopes = [
-            hy.sum([hy.diff(rate, state) * v for state, v in zip(states, carried, strict=True)])
-            for rate in rates
-        ]
+        slopes = [_slope(rate, states, carried) for rate in rates]
         moved, along = self._moved_along(directions)
         moved["phase"] = hy.time
         system = list(zip([*states, *carried], hy.subs([*rates, *slopes], moved), strict=True))
@@ -171,6 +168,44 @@ class CompiledCode:
         return self._kept("jacobian", build)
 
     @cached_property
+    def curvature(self) -> Any:
+        """Derivatives of the rates and of their slope along a vector.
+
+        Arguments are states, phase, coefficients, the vector v and a direction d of the
+        coefficients. Values are ``D^2 f [v, .]`` row by row, then the derivatives of ``Df v`` and
+        of ``f`` along d.
+        """
+
+        def build() -> Any:
+            equations = self._equations
+            states, rates = equations.states, equations.rates
+            vector, along = (
+                self._directions("v", states),
+                self._directions("d", equations.coefficients),
+            )
+            slopes = [_slope(rate, states, vector) for rate in rates]
+            second = [hy.diff(slope, state) for slope in slopes for state in states]
+            pulls = [_slope(item, equations.coefficients, along) for item in [*slopes, *rates]]
+            return self._function([*second, *pulls], [*vector, *along])
+
+        return self._kept("curvature", build)
+
+    @cached_property
+    def powers(self) -> Any:
+        """``D^2 f [v, v]`` and ``D^3 f [v, v, v]``; arguments as for `rates`, then the vector v."""
+
+        def build() -> Any:
+            states = self._equations.states
+            vector = self._directions("v", states)
+            forms, values = list(self._equations.rates), []
+            for order in (1, 2, 3):
+                forms = [_slope(form, states, vector) for form in forms]
+                values += forms if order > 1 else []
+            return self._function(values, vector)
+
+        return self._kept("powers", build)
+
+    @cached_property
     def outputs(self) -> Any:
         """All outputs."""
         expressions = [item for _, item in self._equations.outputs]
@@ -204,7 +239,15 @@ class CompiledCode:
             compact_mode=True,
         )
 
-    def _function(self, expressions: Iterable[Any]) -> Any:
+    def _directions(self, letter: str, symbols: Iterable[Any]) -> list[Any]:
+        return [hy.expression(f"{letter}_{symbol}") for symbol in symbols]
+
+    def _function(self, expressions: Iterable[Any], more: Sequence[Any] = ()) -> Any:
         equations = self._equations
-        arguments = [*equations.states, equations.phase, *equations.coefficients]
+        arguments = [*equations.states, equations.phase, *equations.coefficients, *more]
         return hy.cfunc(list(expressions), vars=arguments, compact_mode=True)
+
+
+def _slope(form: Any, symbols: Sequence[Any], direction: Sequence[Any]) -> Any:
+    """Derivative of an expression along a direction."""
+    return hy.sum([hy.diff(form, s) * d for s, d in zip(symbols, direction, strict=True)])

@@ -393,11 +393,67 @@ class Flow:
         result[: len(reached)] = reached
         return result
 
-    def _evaluate(self, function: Any, states: Array, phases: Array, c: Constants) -> Array:
+    def curvatures(
+        self, state: Array, constants: Constants, vectors: Array, directions: Array
+    ) -> tuple[Array, Array, Array]:
+        """Differentiate the rates of an autonomous model and their slopes along vectors.
+
+        Parameters
+        ----------
+        state
+            Shape (n,).
+        constants
+            Coefficients.
+        vectors
+            Directions of the state, shape (r, n).
+        directions
+            Changes of the coefficients, shape (n_c, k).
+
+        Returns
+        -------
+        second : ndarray, shape (r, n, n)
+            ``D^2 f [v, .]``.
+        mixed : ndarray, shape (r, n, k)
+            Derivatives of ``Df v`` along the directions.
+        pulls : ndarray, shape (n, k)
+            Derivatives of f along the directions.
+        """
+        n, r, k = self.dimension, len(vectors), directions.shape[1]
+        more = np.concatenate([np.repeat(vectors, k, axis=0), np.tile(directions.T, (r, 1))], 1)
+        states = np.tile(state, (r * k, 1))
+        found = self._evaluate(self._code.curvature, states, np.zeros(r * k), constants, more)
+        found = found.reshape(r, k, n * n + 2 * n)
+        mixed = np.swapaxes(found[:, :, n * n : n * n + n], 1, 2)
+        return found[:, 0, : n * n].reshape(r, n, n), mixed, found[0, :, n * n + n :].T
+
+    def powers(self, state: Array, constants: Constants, vectors: Array) -> tuple[Array, Array]:
+        """Return second and third derivatives of the rates of an autonomous model along vectors.
+
+        Parameters
+        ----------
+        state
+            Shape (n,).
+        constants
+            Coefficients.
+        vectors
+            Directions of the state, shape (r, n).
+
+        Returns
+        -------
+        second, third : ndarray, shape (r, n)
+            ``D^2 f [v, v]`` and ``D^3 f [v, v, v]``.
+        """
+        states, phases = np.tile(state, (len(vectors), 1)), np.zeros(len(vectors))
+        found = self._evaluate(self._code.powers, states, phases, constants, vectors)
+        return found[:, : self.dimension], found[:, self.dimension :]
+
+    def _evaluate(
+        self, function: Any, states: Array, phases: Array, c: Constants, more: Array | None = None
+    ) -> Array:
         one = c.values.ndim == 1
         values = np.repeat(c.values[:, None], len(states), axis=1) if one else c.values.T
-        arguments = np.ascontiguousarray(np.concatenate([states.T, phases[None], values]))
-        return function(arguments).T
+        rows = [states.T, phases[None], values, *([] if more is None else [more.T])]
+        return function(np.ascontiguousarray(np.concatenate(rows))).T
 
     def _prepare(self, batch: Any, states: Array, start: Array, values: Array) -> Any:
         batch.set_time(_pad(start))

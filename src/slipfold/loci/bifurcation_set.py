@@ -16,7 +16,7 @@ from slipfold.loci.regions import map_regions
 from slipfold.loci.window import Window, check_window
 from slipfold.models.model import Model
 
-__all__ = ["BifurcationSet", "find_bifurcation_set"]
+__all__ = ["BifurcationSet", "find_bifurcation_set", "possible_types"]
 
 LINES = (11, 5)
 """Responses across the window in either direction from which loci are started."""
@@ -48,7 +48,7 @@ def find_bifurcation_set(
     plane: tuple[str, str],
     window: Window,
     *,
-    types: Sequence[str] = LOCUS_TYPES,
+    types: Sequence[str] | None = None,
     periods: Sequence[int] = PERIODS,
     regions: bool = True,
     settings: Settings | None = None,
@@ -68,11 +68,12 @@ def find_bifurcation_set(
     window
         Least and largest value of each.
     types
-        Types of bifurcation wanted: ``"LP"``, ``"PD"``, ``"NS"``.
+        Types of bifurcation wanted, of `possible_types`; all if None.
     periods
         Periods of the orbits wanted, of 1 and 2 forcing periods.
     regions
-        Whether to label the regions between the loci; they need all types and periods.
+        Whether to label the regions between the loci; they need a forced model, and all types and
+        periods.
     settings
         Options of continuation.
     observer
@@ -84,9 +85,13 @@ def find_bifurcation_set(
         If the input cannot be used, or no response exists anywhere in the window.
     """
     window = check_window(model, plane, window)
-    types, periods = _checked(types, periods)
-    whole = set(types) == set(LOCUS_TYPES) and periods == PERIODS
-    if regions and not whole:
+    types, periods = _checked(model, types, periods)
+    if regions and not model.forced:
+        raise InputError(
+            f"regions are found for forced models only, and {model.name} is autonomous; ask for "
+            "its loci alone, regions=False"
+        )
+    if regions and not (types == possible_types(model) and periods == PERIODS):
         raise InputError(
             "regions need the loci of all types (LP, PD, NS) and both periods (1, 2); ask for all "
             "of them or for no regions"
@@ -131,12 +136,32 @@ def _inside(model: Model, plane: tuple[str, str], window: Window) -> bool:
     )
 
 
+def possible_types(model: Model) -> tuple[str, ...]:
+    """Return the types of loci that a model may have: only an autonomous one has equilibria.
+
+    Parameters
+    ----------
+    model
+        The model.
+
+    Examples
+    --------
+    >>> from slipfold.models import model_named
+    >>> possible_types(model_named("lure"))
+    ('LP', 'PD', 'NS', 'HB')
+    """
+    return tuple(kind for kind in LOCUS_TYPES if kind != "HB" or not model.forced)
+
+
 def _checked(
-    types: Sequence[str], periods: Sequence[int]
+    model: Model, types: Sequence[str] | None, periods: Sequence[int]
 ) -> tuple[tuple[str, ...], tuple[int, ...]]:
+    possible = possible_types(model)
+    types = possible if types is None else types
     for kind in types:
-        if kind not in LOCUS_TYPES:
-            raise InputError(f"there are no loci of type {kind!r}; give {', '.join(LOCUS_TYPES)}")
+        if kind not in possible:
+            of = "" if kind not in LOCUS_TYPES else f" of {model.name}, which is forced"
+            raise InputError(f"there are no loci of type {kind!r}{of}; give {', '.join(possible)}")
     for period in periods:
         if period not in PERIODS:
             raise InputError(
@@ -145,5 +170,5 @@ def _checked(
             )
     if not types or not periods:
         raise InputError("no type or no period of loci is given; give e.g. PD and 1")
-    kept = tuple(kind for kind in LOCUS_TYPES if kind in types)
+    kept = tuple(kind for kind in possible if kind in types)
     return kept, tuple(period for period in PERIODS if period in periods)

@@ -7,11 +7,8 @@ from numpy.typing import NDArray
 
 from slipfold.branches.point import Point, corrected_point
 from slipfold.branches.search import Found
-from slipfold.loci.locus import CODIMENSION_TWO, LocusPoint
+from slipfold.loci.locus import CODIMENSION_TWO, COEFFICIENT, LocusPoint
 from slipfold.loci.locus_problem import LocusProblem, critical_places
-from slipfold.loci.normal_forms import codimension_two_coefficients
-from slipfold.loci.quintic import quintic_coefficient
-from slipfold.loci.segment_map import SegmentMap
 from slipfold.orbits.newton import correct
 
 __all__ = ["coefficient_at", "describe_point"]
@@ -36,33 +33,8 @@ def coefficient_at(problem: LocusProblem, point: Point) -> float:
     places = critical_places(problem.kind, point.multipliers)
     values, vectors = np.linalg.eig(point.monodromy)
     vector = vectors[:, np.abs(values - point.multipliers[places[0]]).argmin()]
-    length = np.linalg.norm(vector * problem.scales / _own_scales(problem, point))
+    length = np.linalg.norm(vector * problem.scales / problem.model_at(point.z).state_scales())
     return float(raw / length**2)
-
-
-def _own_scales(problem: LocusProblem, point: Point) -> Array:
-    values = dict(zip(problem.vary, map(float, problem.values(point.z)), strict=True))
-    return problem.model.replace(**values).state_scales()
-
-
-def own_map(problem: LocusProblem, point: Point) -> tuple[SegmentMap, Array]:
-    """Return the stroboscopic map and its matrix in the scales of the orbit's own model.
-
-    Parameters
-    ----------
-    problem
-        Equations of the locus.
-    point
-        A point of it.
-    """
-    map_ = SegmentMap(
-        problem,
-        point.z,
-        problem.constants(point.z),
-        problem.linearise(point.z),
-        _own_scales(problem, point),
-    )
-    return map_, map_.rescaled(point.monodromy)
 
 
 def describe_point(problem: LocusProblem, found: Found) -> LocusPoint:
@@ -82,22 +54,24 @@ def describe_point(problem: LocusProblem, found: Found) -> LocusPoint:
     return LocusPoint(
         type=kind,
         name=name,
-        model=problem.model.replace(**dict(zip(problem.vary, values, strict=True))),
+        kind=problem.orbits,
+        model=problem.model_at(point.z),
         vary=problem.vary,
         values=values,
         uncertainty=_uncertainty(problem, found),
         period=problem.period,
         nodes=problem.nodes(point.z),
-        multipliers=point.multipliers,
+        multipliers=problem.reported_multipliers(point),
         residual=point.residual,
         arclength=point.arclength,
-        coefficients=_coefficients(problem, point, kind),
+        coefficients=_coefficients(problem, point, found.type),
     )
 
 
 def _named(problem: LocusProblem, found: Found) -> tuple[str, str]:
-    if found.type in CODIMENSION_TWO:
-        return found.type, CODIMENSION_TWO[found.type]
+    kind = problem.named(found.type)
+    if kind in CODIMENSION_TWO:
+        return kind, CODIMENSION_TWO[kind]
     name = problem.vary[0 if found.type == "first" else 1]
     # The test function is the rate of the parameter along the locus: where it rises through zero
     # the parameter is smallest.
@@ -105,13 +79,10 @@ def _named(problem: LocusProblem, found: Found) -> tuple[str, str]:
 
 
 def _coefficients(problem: LocusProblem, point: Point, kind: str) -> dict[str, float]:
-    if kind == "GPD":
-        quintic = quintic_coefficient(problem, point, _own_scales(problem, point))
-        return {} if quintic is None else {"e": quintic}
     if kind in CODIMENSION_TWO:
-        return codimension_two_coefficients(*own_map(problem, point), kind)
+        return problem.codimension_two(point, kind)
     value = coefficient_at(problem, point)
-    name = {"PD": "b", "NS": "d"}.get(problem.kind)
+    name = COEFFICIENT.get(problem.type)
     return {name: value} if name is not None and np.isfinite(value) else {}
 
 

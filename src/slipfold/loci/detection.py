@@ -15,6 +15,9 @@ __all__ = ["find_special_points"]
 STANDING = 1e-6
 """A tangent whose components along both parameters are below this belongs to a cusp."""
 
+PARALLEL = 1e-9
+"""A locus whose tangent stays below this along a parameter is parallel to the other's axis."""
+
 DOUBLE = 1e-3
 """Distance of a second critical multiplier at R1 and R2: a double one parts as a square root."""
 
@@ -56,6 +59,8 @@ class _SpecialPoints:
         found = []
         for test in a.tests:
             before, after = a.tests[test], b.tests[test]
+            if test in ("first", "second") and max(abs(before), abs(after)) < PARALLEL:
+                continue
             if np.isfinite([before, after]).all() and (before > 0) != (after > 0):
                 found.append(locate_test(self._problem, known, a, b, test, test))
         return _with_cusps([item for item in found if self._is_genuine(item)])

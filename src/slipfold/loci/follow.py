@@ -13,10 +13,12 @@ from slipfold.branches.search import Found
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.errors import InputError
+from slipfold.loci.cycle_locus import CycleLocus
 from slipfold.loci.describe import coefficient_at, describe_point
 from slipfold.loci.known_loci import begins_or_ends_at, lies_on
-from slipfold.loci.locus import Locus, LocusEnd, LocusPoint
+from slipfold.loci.locus import Locus, LocusEnd, LocusPoint, locus_title
 from slipfold.loci.locus_problem import LocusProblem
+from slipfold.loci.point_problem import locus_class, locus_unknown
 from slipfold.loci.progress import LocusObserver, LocusProgress
 from slipfold.loci.start import Start, parent_starts, regular_start, starts_at
 from slipfold.loci.trace import LocusTrace, trace_locus
@@ -25,8 +27,11 @@ from slipfold.models.model import Model
 
 __all__ = ["LOCUS_TYPES", "follow_loci"]
 
-LOCUS_TYPES = ("LP", "PD", "NS")
+LOCUS_TYPES = ("LP", "PD", "NS", "HB")
 """Types of bifurcation that have a locus in two parameters."""
+
+OWN = ("duration",)
+"""Parameters that belong to an orbit of an autonomous model, not to the case."""
 
 
 def follow_loci(
@@ -45,7 +50,7 @@ def follow_loci(
     Parameters
     ----------
     points
-        Special points of branches of one model, of type LP, PD or NS.
+        Special points of branches of one model, of type LP, PD, NS or HB.
     vary
         Names of the two parameters.
     window
@@ -81,9 +86,8 @@ def follow_loci(
     largest = largest_period or 2 * max(point.period for point in points)
     work = _Work(base, vary, window, settings, observer, types if switch else (), largest)
     for point in points:
-        problem = work.problem(point.type, point.period)
-        values = [point.model.values[name] for name in vary]
-        z = problem.pack(_nodes(problem, point), np.array(values))
+        problem = work.problem(point)
+        z = locus_unknown(problem, point)
         if work.known_family(problem, z) is None:
             start = regular_start(problem, z, settings)
             work.follow([start, start.reversed()], None)
@@ -101,7 +105,7 @@ def _check_point(point: SpecialPoint, base: Model, vary: tuple[str, str], window
     if point.model.kind != base.kind:
         raise InputError("the special points belong to different models; follow them one by one")
     for name, value in point.model.values.items():
-        if name not in vary and value != base.values[name]:
+        if name not in (*vary, *OWN) and value != base.values[name]:
             raise InputError(
                 f"the special points differ in {name}: {base.values[name]:g} and {value:g}; "
                 f"vary {name} or follow them one by one"
@@ -115,27 +119,19 @@ def _check_point(point: SpecialPoint, base: Model, vary: tuple[str, str], window
             )
 
 
-def _nodes(problem: LocusProblem, point: SpecialPoint) -> NDArray[np.float64]:
-    if len(point.nodes) == problem.segments:
-        return point.nodes
-    raise InputError(
-        f"the special point is given at {len(point.nodes)} phases, not {problem.segments}; "
-        "compute it anew"
-    )
-
-
 @dataclass(eq=False)
 class _Family:
     """A locus: what was traced in one direction, or in both."""
 
-    kind: str
-    period: int
+    problem: LocusProblem
     traces: list[LocusTrace]
     parent: int | None
 
     def is_like(self, problem: LocusProblem) -> bool:
         """Whether a locus is of the same type and period."""
-        return (self.kind, self.period) == (problem.kind, problem.period)
+        own = self.problem
+        same = (own.type, own.period) == (problem.type, problem.period)
+        return same and own.orbits == problem.orbits
 
 
 @dataclass(eq=False)
@@ -151,12 +147,16 @@ class _Work:
     largest_period: int
     families: list[_Family] = field(default_factory=list)
     links: dict[tuple[int, int, int], list[int]] = field(default_factory=dict)
+    bases: dict[type[LocusProblem], Model] = field(default_factory=dict)
     interrupted: bool = False
 
-    def problem(self, kind: str, period: int) -> LocusProblem:
-        """Equations of a type of locus; all share one model, so that unknowns compare."""
+    def problem(self, point: SpecialPoint) -> LocusProblem:
+        """Equations of a point's locus; those of a class share one model: unknowns compare."""
         (a, b), (c, d) = self.window
-        return LocusProblem(self.base, kind, self.vary, period, (b - a, d - c))
+        chosen = locus_class(point)
+        base = self.bases.setdefault(chosen, self.base.replace(**_own(point.model)))
+        kind = "NS" if point.type == "HB" else point.type
+        return chosen(base, kind, self.vary, point.period, (b - a, d - c))
 
     def known_family(
         self, problem: LocusProblem, z: NDArray[np.float64], doubled: bool = False
@@ -164,8 +164,11 @@ class _Work:
         """Return the number of the locus that passes a place, if it was followed already."""
         meets = begins_or_ends_at if doubled else lies_on
         for number, family in enumerate(self.families):
-            same = family.is_like(problem)
-            if same and any(meets(trace.problem, trace.points, z) for trace in family.traces):
+            if not family.is_like(problem):
+                continue
+            # Cycles born at a Hopf point of a locus have units of their own.
+            unknown = family.problem.join(problem.nodes(z), problem.free_values(z))
+            if any(meets(trace.problem, trace.points, unknown) for trace in family.traces):
                 return number
         return None
 
@@ -173,7 +176,7 @@ class _Work:
         """Follow a locus to both ends, then those that start on it."""
         traces: list[LocusTrace] = []
         problem = starts[0].problem
-        family = _Family(problem.kind, problem.period, traces, parent)
+        family = _Family(problem, traces, parent)
         self.families.append(family)
         for start in starts:
             trace = trace_locus(
@@ -211,7 +214,7 @@ class _Work:
                     self._follow_once(group, number)
 
     def _is_wanted(self, problem: LocusProblem) -> bool:
-        return problem.kind in self.types and problem.period <= self.largest_period
+        return problem.type in self.types and problem.period <= self.largest_period
 
     def _follow_once(self, group: list[Start], parent: int) -> int:
         """Follow a locus unless it is known; return its number."""
@@ -238,10 +241,13 @@ class _Work:
     def _tell(self, trace: LocusTrace) -> None:
         if self.observer is None:
             return
-        problem, names = trace.problem, "".join(f", {found.type}" for found in trace.found)
+        problem = trace.problem
+        names = "".join(f", {problem.named(found.type)}" for found in trace.found)
         first, second = map(float, problem.values(trace.points[-1].z))
         points = len(trace.points)
-        text = f"{problem.kind} of period {problem.period}, {points} points{names}"
+        text = (
+            f"{locus_title(problem.type, problem.period, problem.orbits)}, {points} points{names}"
+        )
         done = len(self.families) - 1
         self.observer(LocusProgress("loci", done, None, (first, second), text))
 
@@ -294,23 +300,38 @@ def _as_locus(family: _Family, number: int, leads: dict[tuple[int, int], tuple[i
         begun = backward.end
     arclength = np.array([point.arclength for point in points])
     offset = arclength[0]
+    durations = _durations(problem, points)
     return Locus(
         id=number,
-        type=problem.kind,
+        type=problem.type,
+        kind=problem.orbits,
         period=problem.period,
         parent=None if family.parent is None else family.parent + 1,
-        model=problem.model,
+        model=problem.model if durations is None else problem.model.replace(duration=durations[0]),
         vary=problem.vary,
         values=np.array([problem.values(point.z) for point in points]),
         nodes=np.array([problem.nodes(point.z) for point in points]),
-        multipliers=np.array([point.multipliers for point in points]),
+        multipliers=np.array([problem.reported_multipliers(point) for point in points]),
         coefficient=np.array([coefficient_at(problem, point) for point in points]),
         residual=np.array([point.residual for point in points]),
         arclength=arclength - offset,
         special=tuple(replace(item, arclength=item.arclength - offset) for item in found),
         begun=begun,
         stopped=stopped,
+        durations=durations,
     )
+
+
+def _durations(problem: LocusProblem, points: Sequence[Point]) -> NDArray[np.float64] | None:
+    """Durations of one round of cycles in seconds; None where the parameters give them."""
+    if not isinstance(problem, CycleLocus):
+        return None
+    return np.array([problem.duration(point.z) for point in points])
+
+
+def _own(model: Model) -> dict[str, float]:
+    """What belongs to an orbit of an autonomous model, not to the case."""
+    return {name: model.values[name] for name in OWN if not model.forced}
 
 
 def _first_end(trace: LocusTrace) -> LocusEnd:

@@ -58,7 +58,7 @@ def begins_or_ends_at(problem: LocusProblem, points: Sequence[Point], z: Array) 
         An orbit passed twice, in the same scaled variables.
     """
     for point in (points[0], points[-1]):
-        gap = float(np.linalg.norm(point.z - z))
+        gap = float(np.linalg.norm(point.z - problem.begun_near(z, point.z)))
         if gap < SAME + 2 * float(np.linalg.norm(asymmetry(problem, point.z))) < CLOSE:
             return True
     return False
@@ -66,6 +66,9 @@ def begins_or_ends_at(problem: LocusProblem, points: Sequence[Point], z: Array) 
 
 def _copies(problem: LocusProblem, z: Array) -> Iterator[Array]:
     """The same orbit begun in each forcing period, as far as its nodes allow."""
+    if not problem.model.forced:  # it is aligned with what it is compared with
+        yield z
+        return
     nodes = z[: problem.size].reshape(problem.segments, -1)
     each, rest = divmod(problem.segments, problem.period)
     for turn in range(problem.period if rest == 0 else 1):
@@ -75,6 +78,8 @@ def _copies(problem: LocusProblem, z: Array) -> Iterator[Array]:
 
 def _meets(problem: LocusProblem, points: Sequence[Point], z: Array) -> bool:
     where = np.array([point.z for point in points])
+    tails = np.linalg.norm(where[:, problem.size :] - z[problem.size :], axis=1)
+    z = problem.begun_near(z, where[tails.argmin()])
     ends = np.linalg.norm(where - z, axis=1)
     if ends.min() < SAME:
         return True
@@ -99,5 +104,5 @@ def _meets_between(problem: LocusProblem, a: Point, b: Point, z: Array) -> bool:
     correction = correct(problem, guess, row, reach=2 * CLOSE)
     if not correction.converged:
         return False
-    gap = z - correction.z
+    gap = problem.begun_near(z, correction.z) - correction.z
     return bool(np.linalg.norm(gap - (gap @ row) * row) < SAME + (gap @ row) ** 2)

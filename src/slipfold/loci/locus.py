@@ -8,12 +8,23 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
+from slipfold.orbits.critical_equilibrium import eigenvalues_of
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
-__all__ = ["CODIMENSION_TWO", "Locus", "LocusEnd", "LocusPoint"]
+__all__ = [
+    "CODIMENSION_TWO",
+    "COEFFICIENT",
+    "Locus",
+    "LocusEnd",
+    "LocusPoint",
+    "hopf_duration",
+    "locus_title",
+]
 
 Array = NDArray[np.float64]
+Multipliers = NDArray[np.complex128]
 
 CODIMENSION_TWO = {
     "CPC": "cusp of cycles",
@@ -27,8 +38,20 @@ CODIMENSION_TWO = {
     "LPNS": "fold and Neimark-Sacker",
     "PDNS": "flip and Neimark-Sacker",
     "NSNS": "double Neimark-Sacker",
+    "CP": "cusp",
+    "BT": "Bogdanov-Takens",
+    "GH": "generalised Hopf (Bautin)",
+    "ZH": "zero-Hopf",
+    "HH": "double Hopf",
 }
-"""Types of points of codimension two, with their names."""
+"""Types of points of codimension two, with their names; the last five are those of equilibria."""
+
+COEFFICIENT = {"PD": "b", "NS": "d", "HB": "l1"}
+"""Name of the coefficient whose sign is the criticality, by type of locus."""
+
+
+IMAGINARY = 1e-8
+"""Real part of a pair on the imaginary axis, over the largest eigenvalue, that is rounding."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +90,7 @@ class LocusPoint:
     name
         The type in words, e.g. ``"smallest Nd"``.
     model
-        The model with the parameter values of the point.
+        The model with the parameter values of the point; of a cycle also with its duration.
     vary
         Names of the parameters followed.
     values
@@ -80,7 +103,8 @@ class LocusPoint:
     nodes
         States of the orbit, shape (m, n_states).
     multipliers
-        Floquet multipliers, complex, shape (n_states,), largest modulus first.
+        Floquet multipliers, complex, shape (n_states,), largest modulus first; of an equilibrium,
+        those of the flow over the model's ``duration``.
     residual
         How far the orbit fails to close, in scaled states.
     arclength
@@ -89,6 +113,8 @@ class LocusPoint:
         Normal form coefficients by name, where they are defined.
     leads_to
         Ids of the loci that were started here.
+    kind
+        ``"periodic"`` or ``"equilibrium"``.
     """
 
     type: str
@@ -99,11 +125,12 @@ class LocusPoint:
     uncertainty: tuple[float, float]
     period: int
     nodes: Array
-    multipliers: NDArray[np.complex128]
+    multipliers: Multipliers
     residual: float
     arclength: float
     coefficients: dict[str, float]
     leads_to: tuple[int, ...] = ()
+    kind: str = "periodic"
 
     def __post_init__(self) -> None:
         """Lock the arrays."""
@@ -115,10 +142,22 @@ class LocusPoint:
         """State at phase zero, shape (n_states,)."""
         return self.nodes[0]
 
+    @property
+    def duration(self) -> float:
+        """Period of the orbit in seconds; at a Hopf point, that of the cycles born there."""
+        return self.orbit.duration if self.eigenvalues is None else hopf_duration(self.eigenvalues)
+
     @cached_property
     def orbit(self) -> PeriodicOrbit:
         """The periodic orbit at this point."""
         return PeriodicOrbit(self.model, self.period, self.nodes, self.multipliers, self.residual)
+
+    @cached_property
+    def eigenvalues(self) -> Multipliers | None:
+        """Of an equilibrium in 1/s, largest real part first; None for an orbit."""
+        if self.kind != "equilibrium":
+            return None
+        return eigenvalues_of(evaluation_of(self.model).jacobian(self.model, self.state))
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,9 +169,9 @@ class Locus:
     id
         Number within the result, from 1.
     type
-        ``"LP"``, ``"PD"`` or ``"NS"``.
+        ``"LP"``, ``"PD"`` or ``"NS"``; of equilibria ``"LP"`` or ``"HB"``.
     period
-        Period in forcing periods.
+        Period in forcing periods; of an autonomous model, in rounds.
     parent
         Id of the locus at whose point of codimension two it was started, or None.
     model
@@ -144,10 +183,12 @@ class Locus:
     nodes
         Orbits, shape (n_points, m, n_states).
     multipliers
-        Floquet multipliers, complex, shape (n_points, n_states), largest modulus first.
+        Floquet multipliers, complex, shape (n_points, n_states), largest modulus first; of
+        equilibria, those of the flow over the model's ``duration``.
     coefficient
         Coefficient of the bifurcation's normal form at each point, shape (n_points,): cubic b of
-        PD, real part d of NS; NaN for LP and where it is not defined.
+        PD, real part d of NS, first Lyapunov coefficient l1 of HB; NaN for LP and where it is not
+        defined.
     residual
         How far each orbit fails to close, in scaled states, shape (n_points,).
     arclength
@@ -156,6 +197,11 @@ class Locus:
         Points of codimension two and extrema, in the order of the locus.
     begun, stopped
         Why it begins and ends where it does.
+    kind
+        ``"periodic"`` or ``"equilibrium"``.
+    durations
+        Durations of one round of each cycle of an autonomous model, in seconds, shape (n_points,);
+        None where the model's parameters give the period.
     """
 
     id: int
@@ -166,13 +212,15 @@ class Locus:
     vary: tuple[str, str]
     values: Array
     nodes: Array
-    multipliers: NDArray[np.complex128]
+    multipliers: Multipliers
     coefficient: Array
     residual: Array
     arclength: Array
     special: tuple[LocusPoint, ...]
     begun: LocusEnd
     stopped: LocusEnd
+    kind: str = "periodic"
+    durations: Array | None = None
 
     def __post_init__(self) -> None:
         """Lock the arrays."""
@@ -215,6 +263,29 @@ class Locus:
         """Whether the locus closed on itself."""
         return self.stopped.kind == "closed"
 
+    def model_at(self, index: int) -> Model:
+        """Return the model with the parameter values of one point.
+
+        Parameters
+        ----------
+        index
+            Row of the locus.
+        """
+        changes = dict(zip(self.vary, map(float, self.values[index]), strict=True))
+        if self.durations is not None:
+            changes["duration"] = float(self.durations[index])
+        return self.model.replace(**changes)
+
+    @cached_property
+    def eigenvalues(self) -> Multipliers | None:
+        """Of equilibria in 1/s, largest real part first, (n_points, n_states); None for orbits."""
+        if self.kind != "equilibrium":
+            return None
+        jacobian = evaluation_of(self.model).jacobian
+        models = map(self.model_at, range(len(self)))
+        pairs = zip(models, self.states, strict=True)
+        return np.array([eigenvalues_of(jacobian(*pair)) for pair in pairs])
+
     def orbit(self, index: int) -> PeriodicOrbit:
         """Return one point as a periodic orbit.
 
@@ -223,11 +294,52 @@ class Locus:
         index
             Row of the locus.
         """
-        changes = dict(zip(self.vary, map(float, self.values[index]), strict=True))
         return PeriodicOrbit(
-            self.model.replace(**changes),
+            self.model_at(index),
             self.period,
             self.nodes[index],
             self.multipliers[index],
             float(self.residual[index]),
         )
+
+
+def hopf_duration(eigenvalues: Multipliers) -> float:
+    """Return the period of the cycles born at a Hopf point; NaN where no pair is imaginary.
+
+    Parameters
+    ----------
+    eigenvalues
+        Of the equilibrium, in 1/s, shape (n,).
+
+    Examples
+    --------
+    >>> round(hopf_duration(np.array([2j, -2j, -1])), 12)
+    3.14159265359
+    """
+    upper = eigenvalues[eigenvalues.imag > 0]
+    if not len(upper):
+        return np.nan
+    nearest = upper[np.abs(upper.real).argmin()]
+    on_axis = abs(nearest.real) < IMAGINARY * np.abs(eigenvalues).max()
+    return 2 * np.pi / float(nearest.imag) if on_axis else np.nan
+
+
+def locus_title(type_: str, period: int, kind: str) -> str:
+    """Return e.g. ``"PD of period 2"`` or ``"HB of equilibria"``.
+
+    Parameters
+    ----------
+    type_
+        Type of the locus.
+    period
+        Period of its orbits.
+    kind
+        ``"periodic"`` or ``"equilibrium"``.
+
+    Examples
+    --------
+    >>> locus_title("LP", 1, "equilibrium")
+    'LP of equilibria'
+    """
+    of = "equilibria" if kind == "equilibrium" else f"period {period}"
+    return f"{type_} of {of}"

@@ -6,6 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.normal_form import critical_coefficient
+from slipfold.branches.point import Point
+from slipfold.loci.normal_forms import codimension_two_coefficients
+from slipfold.loci.quintic import quintic_coefficient
 from slipfold.loci.segment_map import SegmentMap
 from slipfold.orbits.critical_problem import CriticalProblem
 from slipfold.orbits.degeneracy import critical_pair
@@ -16,15 +19,55 @@ __all__ = ["LocusProblem", "critical_places"]
 Array = NDArray[np.float64]
 Multipliers = NDArray[np.complex128]
 
+STILL = 1e-12
+"""Component of a tangent that is rounding: the locus may be parallel to an axis of the plane."""
+
 POLE = 1e-9
 """Product of test functions below which a coefficient with a pole there has no digits."""
 
-NEUTRAL = 1e-8
-"""Least 1 - cos(angle)^2 at which the coefficient of a torus still has digits."""
-
 
 class LocusProblem(CriticalProblem):
-    """A locus of LP, PD or NS in two parameters: its equations and its test functions."""
+    """A locus of LP, PD or NS in two parameters: its equations and its test functions.
+
+    Here of orbits of a forced model; `slipfold.loci.cycle_locus` and
+    `slipfold.loci.equilibrium_locus` are those of an autonomous one.
+    """
+
+    orbits = "periodic"
+    """What the locus consists of, ``"periodic"`` orbits or ``"equilibrium"``."""
+
+    neutral = 1e-8
+    """Least sin(angle)^2 at which the coefficient of a torus still has digits."""
+
+    @property
+    def ends_at_parent(self) -> bool:
+        """Whether its orbits may become others passed twice, whose halves do not differ."""
+        return self.period % 2 == 0
+
+    @property
+    def type(self) -> str:
+        """What the bifurcation is called in results."""
+        return self.kind
+
+    def named(self, found: str) -> str:
+        """Return what a special point is called in results.
+
+        Parameters
+        ----------
+        found
+            Name of the test function that is zero there.
+        """
+        return found
+
+    def reported_multipliers(self, point: Point) -> Multipliers:
+        """Return the multipliers that results list, shape (n,).
+
+        Parameters
+        ----------
+        point
+            A point of the locus.
+        """
+        return point.multipliers
 
     def tests(
         self, z: Array, linearisation: Linearisation, multipliers: Multipliers, tangent: Array
@@ -50,7 +93,8 @@ class LocusProblem(CriticalProblem):
         """
         monodromy = linearisation.monodromy
         size = float(np.sqrt(1 + np.linalg.svdvals(monodromy) ** 2).prod())
-        tests = {"first": float(tangent[-2]), "second": float(tangent[-1])}
+        slopes = np.where(np.abs(tangent[-2:]) > STILL, tangent[-2:], 0.0)
+        tests = {"first": float(slopes[0]), "second": float(slopes[1])}
         if self.kind == "NS":
             return {**tests, **self._torus_tests(z, linearisation, multipliers, size)}
         target = 1.0 if self.kind == "LP" else -1.0
@@ -76,7 +120,7 @@ class LocusProblem(CriticalProblem):
         others = np.delete(multipliers, places)
         folded = _product(1 - others, size)
         sine2 = 1 - cosine * cosine
-        coefficient = self._coefficient(z, linearisation) if sine2 > NEUTRAL else np.nan
+        coefficient = self._coefficient(z, linearisation) if sine2 > self.neutral else np.nan
         return {
             "R1": 1 - cosine,
             "R2": 1 + cosine,
@@ -107,8 +151,26 @@ class LocusProblem(CriticalProblem):
         if self.kind == "PD":
             poles = tests["LPPD"] * tests["R2"]
             return tests["GPD"] / poles if poles else np.nan
-        poles = tests["R1"] * tests["R2"] * tests["LPNS"]
+        poles = tests["R1"] * (2 - tests["R1"]) * tests["LPNS"]
         return tests["CH"] / poles if poles else np.nan
+
+    def codimension_two(self, point: Point, kind: str) -> dict[str, float]:
+        """Return the coefficients that decide what happens near a point of codimension two.
+
+        Parameters
+        ----------
+        point
+            The point.
+        kind
+            Name of the test function that is zero there.
+        """
+        own = self.model_at(point.z).state_scales()
+        if kind == "GPD":
+            quintic = quintic_coefficient(self, point, own)
+            return {} if quintic is None else {"e": quintic}
+        constants, linearisation = self.constants(point.z), self.linearise(point.z)
+        map_ = SegmentMap(self, point.z, constants, linearisation, own)
+        return codimension_two_coefficients(map_, map_.rescaled(point.monodromy), kind)
 
     def _coefficient(self, z: Array, linearisation: Linearisation) -> float:
         map_ = SegmentMap(self, z, self.constants(z), linearisation)

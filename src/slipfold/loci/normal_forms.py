@@ -15,7 +15,13 @@ from numpy.typing import NDArray
 
 from slipfold.branches.normal_form import MapDerivatives, critical_vectors
 
-__all__ = ["codimension_two_coefficients"]
+__all__ = [
+    "codimension_two_coefficients",
+    "cusp_form",
+    "double_form",
+    "eigenvectors",
+    "pair_cubic",
+]
 
 Array = NDArray[np.float64]
 Vector = NDArray[Any]
@@ -53,10 +59,23 @@ def codimension_two_coefficients(
 
 
 def _cusp(map_: MapDerivatives, matrix: Array) -> dict[str, float]:
-    q, p = _eigenvectors(matrix, 1.0)
+    return cusp_form(map_, matrix - np.eye(len(matrix)))
+
+
+def cusp_form(map_: MapDerivatives, singular: Array) -> dict[str, float]:
+    """Return c of a cusp.
+
+    Parameters
+    ----------
+    map_
+        Derivatives of a map, or of a vector field.
+    singular
+        The map's matrix less one, or the field's Jacobian, shape (n, n).
+    """
+    q, p = eigenvectors(singular, 0.0)
     second, third = map_.powers(q.real[None])
     # The quadratic part has no component along q here; the border keeps it so.
-    bent = _bordered_solve(np.eye(len(q)) - matrix, p, q, second[0])
+    bent = _bordered_solve(-singular, p, q, second[0])
     (mixed,) = map_.second([(q, bent)])
     return {"c": float((p.conj() @ (third[0] + 3 * mixed)).real / 6)}
 
@@ -65,13 +84,26 @@ def _cusp(map_: MapDerivatives, matrix: Array) -> dict[str, float]:
 
 
 def _first_resonance(map_: MapDerivatives, matrix: Array) -> dict[str, float]:
-    q0, q1, p0, p1 = _chain(matrix, 1.0)
+    return double_form(map_, matrix - np.eye(len(matrix)))
+
+
+def double_form(map_: MapDerivatives, singular: Array) -> dict[str, float]:
+    """Return a and b of the Bogdanov-Takens form.
+
+    Parameters
+    ----------
+    map_
+        Derivatives of a map, or of a vector field.
+    singular
+        The map's matrix less one, or the field's Jacobian, shape (n, n).
+    """
+    q0, q1, p0, p1 = _chain(singular)
     b00, b01 = map_.second([(q0, q0), (q0, q1)])
     return {"a": float((p0 @ b00).real / 2), "b": float((p0 @ b01 + p1 @ b00).real)}
 
 
 def _second_resonance(map_: MapDerivatives, matrix: Array) -> dict[str, float]:
-    q0, q1, p0, p1 = _chain(matrix, -1.0)
+    q0, q1, p0, p1 = _chain(matrix + np.eye(len(matrix)))
     still = np.eye(len(q0)) - matrix
     b00, b01 = map_.second([(q0, q0), (q0, q1)])
     h20 = np.linalg.solve(still, b00)
@@ -87,30 +119,41 @@ def _second_resonance(map_: MapDerivatives, matrix: Array) -> dict[str, float]:
 
 def _third_resonance(map_: MapDerivatives, matrix: Array) -> dict[str, float]:
     value = np.exp(2j * np.pi / 3)
-    q, p = _eigenvectors(matrix, value)
+    q, p = eigenvectors(matrix, value)
     qq, q_q, bar = map_.second([(q, q), (q, q.conj()), (q.conj(), q.conj())])
     quadratic = np.vdot(p, bar) / 2
     h11 = np.linalg.solve(np.eye(len(q)) - matrix, q_q)
     h20 = _bordered_solve(
         value**2 * np.eye(len(q)) - matrix, p.conj(), q.conj(), qq - 2 * quadratic.conj() * q.conj()
     )
-    cubic = _pair_cubic(map_, q, p, h11, h20)
+    cubic = pair_cubic(map_, q, p, h11, h20)
     return {"b": float(abs(quadratic)), "c": float((cubic / value).real)}
 
 
 def _fourth_resonance(map_: MapDerivatives, matrix: Array) -> dict[str, float]:
-    q, p = _eigenvectors(matrix, 1j)
+    q, p = eigenvectors(matrix, 1j)
     qq, q_q = map_.second([(q, q), (q, q.conj())])
     h11 = np.linalg.solve(np.eye(len(q)) - matrix, q_q)
     h20 = np.linalg.solve(-np.eye(len(q)) - matrix, qq)
-    cubic = _pair_cubic(map_, q, p, h11, h20)
+    cubic = pair_cubic(map_, q, p, h11, h20)
     (with_h02,) = map_.second([(q.conj(), h20.conj())])
     bar = _third(map_, q.conj(), q.conj(), q.conj()) + 3 * with_h02
     ratio = -1j * cubic / abs(np.vdot(p, bar) / 6)
     return {"a": float(ratio.real), "b": float(ratio.imag)}
 
 
-def _pair_cubic(map_: MapDerivatives, q: Vector, p: Vector, h11: Vector, h20: Vector) -> complex:
+def pair_cubic(map_: MapDerivatives, q: Vector, p: Vector, h11: Vector, h20: Vector) -> complex:
+    """Return the cubic coefficient of a pair.
+
+    Parameters
+    ----------
+    map_
+        Derivatives of a map, or of a vector field.
+    q, p
+        Its eigenvectors, right and left.
+    h11, h20
+        Quadratic parts of the centre manifold, shape (n,).
+    """
     with_h11, with_h20 = map_.second([(q, h11), (q.conj(), h20)])
     inner = _third(map_, q, q, q.conj()) + 2 * with_h11 + with_h20
     return complex(np.vdot(p, inner) / 2)
@@ -120,7 +163,7 @@ def _pair_cubic(map_: MapDerivatives, q: Vector, p: Vector, h11: Vector, h20: Ve
 
 
 def _fold_flip(map_: MapDerivatives, matrix: Array) -> dict[str, float]:
-    (q1, p1), (q2, p2) = _eigenvectors(matrix, 1.0), _eigenvectors(matrix, -1.0)
+    (q1, p1), (q2, p2) = eigenvectors(matrix, 1.0), eigenvectors(matrix, -1.0)
     b11, b22, b12 = map_.second([(q1, q1), (q2, q2), (q1, q2)])
     return {
         "a": float(np.vdot(p1, b11).real / 2),
@@ -133,7 +176,7 @@ def _fold_torus(map_: MapDerivatives, matrix: Array) -> dict[str, float]:
     values = np.linalg.eigvals(matrix)
     upper = values[values.imag > 0]
     value = upper[np.abs(np.abs(upper) - 1).argmin()]
-    (q0, p0), (q1, p1) = _eigenvectors(matrix, 1.0), _eigenvectors(matrix, complex(value))
+    (q0, p0), (q1, p1) = eigenvectors(matrix, 1.0), eigenvectors(matrix, complex(value))
     b00, b11, b01 = map_.second([(q0, q0), (q1, q1.conj()), (q0, q1)])
     return {
         "a": float(np.vdot(p0, b00).real / 2),
@@ -156,19 +199,31 @@ _FORMS: dict[str, Callable[[MapDerivatives, Array], dict[str, float]]] = {
 # -- linear algebra --------------------------------------------------------------------------------
 
 
-def _eigenvectors(matrix: Array, value: complex) -> tuple[Vector, Vector]:
-    """Right vector of unit length and left one with <p, q> = 1, of the nearest eigenvalue."""
+def eigenvectors(matrix: Array, value: complex) -> tuple[Vector, Vector]:
+    """Return the eigenvectors of the eigenvalue nearest to a value.
+
+    Parameters
+    ----------
+    matrix
+        Shape (n, n).
+    value
+        Where the eigenvalue should be.
+
+    Returns
+    -------
+    q, p : ndarray, shape (n,)
+        Right eigenvector of unit length, left one with <p, q> = 1.
+    """
     q, p, _ = critical_vectors(matrix, lambda values: np.abs(values - value))
     return q, p
 
 
-def _chain(matrix: Array, value: float) -> tuple[Vector, Vector, Vector, Vector]:
-    """Eigenvectors and generalised ones of a double eigenvalue with one eigenvector.
+def _chain(shifted: Array) -> tuple[Vector, Vector, Vector, Vector]:
+    """Eigenvectors and generalised ones of a double eigenvalue zero with one eigenvector.
 
-    ``A q0 = v q0, A q1 = v q1 + q0`` and the same for the transpose with p0 and p1;
+    ``A q0 = 0, A q1 = q0`` and the same for the transpose with p0 and p1;
     ``<p0, q1> = <p1, q0> = 1`` and ``<p0, q0> = <p1, q1> = 0``.
     """
-    shifted = matrix - value * np.eye(len(matrix))
     left, _, right = np.linalg.svd(shifted)
     q0, p0 = right[-1], left[:, -1]
     q1 = _bordered_solve(shifted, p0, q0, q0).real

@@ -15,6 +15,9 @@ from slipfold.branches.settings import Settings
 from slipfold.branches.trace import BIRTH
 from slipfold.branches.walk import Failure, walk
 from slipfold.errors import InputError
+from slipfold.loci.cycle_locus import CycleLocus
+from slipfold.loci.equilibrium_locus import EquilibriumLocus
+from slipfold.loci.field_map import FieldMap
 from slipfold.loci.locus_problem import LocusProblem
 from slipfold.orbits.newton import correct
 
@@ -50,7 +53,7 @@ class Start:
     born
         Whether the locus begins there, at a point of codimension two.
     doubled
-        Whether its orbits are there those of half the period, passed twice.
+        Whether its orbits are there those of half the period, passed twice, or equilibria.
     crosses
         Type of the point of codimension two that it passes there; empty if it passes none.
     """
@@ -112,12 +115,11 @@ def regular_start(problem: LocusProblem, z: Array, settings: Settings) -> Start:
 
 def _is_singular(problem: LocusProblem, jacobian: Array, z: Array) -> bool:
     """Whether no curve is defined: neither parameter, changed by its window or itself, matters."""
-    size = problem.size
-    effects = np.linalg.norm(jacobian[:, size:], axis=0)
-    if float((effects * np.maximum(np.abs(z[size:]), 1.0)).max()) < SINGULAR:
+    effects = np.linalg.norm(jacobian[:, -2:], axis=0)
+    if float((effects * np.maximum(np.abs(z[-2:]), 1.0)).max()) < SINGULAR:
         return True
     scaled = jacobian.copy()
-    scaled[:, size:] /= effects.max()
+    scaled[:, -2:] /= effects.max()
     values = np.linalg.svd(scaled, compute_uv=False)
     return bool(values[-1] < SINGULAR * values[0])
 
@@ -126,7 +128,7 @@ def _no_locus(problem: LocusProblem, z: Array, reason: str) -> InputError:
     first, second = problem.vary
     a, b = problem.values(z)
     return InputError(
-        f"the {problem.kind} at {first} = {a:.6g}, {second} = {b:.6g} has no locus in {first} and "
+        f"the {problem.type} at {first} = {a:.6g}, {second} = {b:.6g} has no locus in {first} and "
         f"{second}: {reason}; choose other parameters or another special point"
     )
 
@@ -146,14 +148,28 @@ def parent_starts(problem: LocusProblem, point: Point, settings: Settings) -> li
     Returns
     -------
     list of Start
-        Both directions of the locus of period doublings; empty if it is not found.
+        Both directions of the locus of period doublings, of Hopf points where the orbits shrink to
+        an equilibrium; empty if it is not found.
     """
+    if problem.period % 2:
+        return _hopf_starts(problem, point, settings)
     parent = _sibling(problem, "PD", problem.period // 2)
     m = problem.segments
     halves = problem.halved(problem.nodes(point.z), problem.constants(point.z))
-    z = parent.pack(0.5 * (halves[:m] + halves[m:]), problem.values(point.z))
+    z = parent.join(0.5 * (halves[:m] + halves[m:]), problem.free_values(point.z))
     try:
         start = regular_start(parent, z, settings)
+    except InputError:
+        return []
+    return [start, start.reversed()]
+
+
+def _hopf_starts(problem: LocusProblem, point: Point, settings: Settings) -> list[Start]:
+    first, second = map(float, problem.widths)
+    parent = EquilibriumLocus(problem.model, "NS", problem.vary, 1, (first, second))
+    middle = problem.nodes(point.z).mean(axis=0)
+    try:
+        start = regular_start(parent, parent.pack(middle[None], problem.values(point.z)), settings)
     except InputError:
         return []
     return [start, start.reversed()]
@@ -164,7 +180,7 @@ def starts_at(problem: LocusProblem, found: Found, settings: Settings) -> Iterat
 
     At GPD the folds of the doubled orbits are born; through LPPD, LPNS, PDNS, R1 and R2 pass loci
     of two types, that of tori ending at the resonances; at R2 a locus of tori of the doubled orbits
-    may be born as well.
+    may be born as well. At a generalised Hopf point folds of cycles are born.
 
     Parameters
     ----------
@@ -176,6 +192,8 @@ def starts_at(problem: LocusProblem, found: Found, settings: Settings) -> Iterat
         Options.
     """
     z, kind = found.point.z, problem.kind
+    if found.type == "CH" and isinstance(problem, EquilibriumLocus):
+        yield from _folds_of_cycles(problem, found.point, settings)
     if found.type == "GPD":
         yield from _doubled(problem, found.point, "LP", settings)
     for other in CROSSING.get(found.type, ()):
@@ -198,15 +216,20 @@ def starts_at(problem: LocusProblem, found: Found, settings: Settings) -> Iterat
 def _sibling(problem: LocusProblem, kind: str, period: int) -> LocusProblem:
     first, second = problem.widths
     widths = (float(first), float(second))
-    return LocusProblem(problem.model, kind, problem.vary, period, widths, problem.segments)
+    return type(problem)(problem.model, kind, problem.vary, period, widths, problem.segments)
 
 
 def _complex_side(start: Start, settings: Settings) -> Iterator[Start]:
     """Return the direction in which a pair that meets on the real axis is complex."""
     for side in (start, start.reversed()):
         first = next(iter(walk(side.problem, [side.point], BIRTH, (), settings)))
-        if not isinstance(first, Failure) and first.tests["R1"] > 0 < first.tests["R2"]:
+        if not isinstance(first, Failure) and _is_complex(first):
             yield Start(side.problem, side.point, born=True)
+
+
+def _is_complex(point: Point) -> bool:
+    """Whether the critical pair of a point of a torus locus is complex; R2 is none of a Hopf's."""
+    return point.tests["R1"] > 0 < point.tests.get("R2", 1.0)
 
 
 def _doubled(problem: LocusProblem, point: Point, kind: str, settings: Settings) -> Iterator[Start]:
@@ -216,8 +239,9 @@ def _doubled(problem: LocusProblem, point: Point, kind: str, settings: Settings)
     parameters do not change to first order.
     """
     m = problem.segments
-    blocks = problem.linearise(point.z).blocks
-    values, vectors = np.linalg.eig(point.monodromy)
+    linearised = problem.linearise(point.z)
+    blocks = linearised.blocks
+    values, vectors = np.linalg.eig(linearised.product)
     direction = vectors[:, np.argmin(np.abs(values + 1))].real
     along = [direction]
     for block in blocks[:-1]:
@@ -226,10 +250,11 @@ def _doubled(problem: LocusProblem, point: Point, kind: str, settings: Settings)
     # A segment of the child is two of the parent.
     every_second = np.arange(0, 2 * m, 2) % m
     sign = np.where(np.arange(0, 2 * m, 2) < m, 1.0, -1.0)
-    tangent = np.concatenate([(np.array(along)[every_second] * sign[:, None]).ravel(), [0.0, 0.0]])
+    moved = (np.array(along)[every_second] * sign[:, None]).ravel()
+    tangent = np.concatenate([moved, np.zeros(len(problem.units))])
     tangent *= np.sign(direction[np.abs(direction).argmax()]) / np.linalg.norm(tangent)
     nodes = problem.nodes(point.z)[every_second]
-    z = child.pack(nodes, problem.values(point.z))
+    z = child.join(nodes, problem.free_values(point.z))
     linearisation = child.linearise(z)
     if not np.isfinite(linearisation.blocks).all():
         return
@@ -240,5 +265,40 @@ def _doubled(problem: LocusProblem, point: Point, kind: str, settings: Settings)
     first = next(iter(walk(child, [start], BIRTH, (), settings)))
     if isinstance(first, Failure) or np.linalg.norm(asymmetry(child, first.z)) < 0.5 * BIRTH:
         return
-    if kind == "LP" or first.tests["R1"] > 0 < first.tests["R2"]:
+    if kind == "LP" or _is_complex(first):
+        yield Start(child, start, born=True, doubled=True)
+
+
+def _folds_of_cycles(
+    problem: EquilibriumLocus, point: Point, settings: Settings
+) -> Iterator[Start]:
+    """Return the locus of folds of cycles that is born at a generalised Hopf point.
+
+    Its tangent is the critical eigenvector turning once; neither the parameters nor the duration
+    change to first order.
+    """
+    jacobian: Array = FieldMap(problem, point.z).jacobian
+    values, vectors = np.linalg.eig(jacobian)
+    critical = int(np.where(values.imag > 0, np.abs(values.real), np.inf).argmin())
+    duration = 2 * np.pi / float(values[critical].imag)
+    first, second = map(float, problem.widths)
+    model = problem.model.replace(duration=duration)
+    child = CycleLocus(model, "LP", problem.vary, 1, (first, second))
+    turns = np.exp(2j * np.pi * np.arange(child.segments) / child.segments)
+    turning = np.real(vectors[:, critical] * turns[:, None]).ravel()
+    tangent = np.concatenate([turning, np.zeros(len(child.units))]) / np.linalg.norm(turning)
+    nodes = np.repeat(problem.nodes(point.z), child.segments, axis=0)
+    z = child.join(nodes, [duration, *problem.values(point.z)])
+    # Of all multipliers of the equilibrium the critical pair is one and one: the fold's, and that
+    # of the flow, which is left out.
+    others = np.delete(values, [critical, int(np.abs(values - values[critical].conj()).argmin())])
+    multipliers = np.append(1.0, np.exp(others * duration)).astype(complex)
+    multipliers = multipliers[np.argsort(-np.abs(multipliers), kind="stable")]
+    linearisation = child.plain(z)
+    tests = child.tests(z, linearisation, multipliers, tangent)
+    start = Point(z, tangent, 0.0, linearisation.monodromy, multipliers, tests, 0, point.residual)
+    after = next(iter(walk(child, [start], BIRTH, (), settings)))
+    if isinstance(after, Failure):
+        return
+    if np.linalg.norm((after.z - z)[: child.size]) > 0.5 * BIRTH:
         yield Start(child, start, born=True, doubled=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -35,6 +35,9 @@ Array = NDArray[np.float64]
 FIRST = 0.01
 """First step from a regular point."""
 
+AROUND = 1.5
+"""Steps within which a closed locus may pass its first point again."""
+
 EDGE = 1e-9
 """Distance from the window's edge, in its own width, that counts as none."""
 
@@ -56,7 +59,7 @@ class LocusTrace:
     end
         Why it ended; None while it goes on.
     at_parent
-        Whether it ended where its orbits become those of half the period.
+        Whether it ended where its orbits become those of half the period, or equilibria.
     """
 
     problem: LocusProblem
@@ -124,7 +127,7 @@ def _follow(
     """Follow the locus until it ends; return None then, or a shorter step to try instead."""
     problem = trace.problem
     bounds = problem.bounds(window)
-    cap = partial(step_beside_parent, problem) if problem.period % 2 == 0 else None
+    cap = partial(step_beside_parent, problem) if problem.ends_at_parent else None
     for item in walk(problem, trace.points, first, bounds, settings, cap):
         before = trace.points[-1]
         if isinstance(item, Failure):
@@ -179,11 +182,11 @@ def _extend(trace: LocusTrace, point: Point) -> None:
     leaving = trace.born and len(trace.points) == 1
     known = [*trace.points[-MEMORY:], point]
     end: tuple[str, str] | None = None
-    if not leaving and problem.period % 2 == 0 and meets_its_copy(problem, before, point):
+    if not leaving and problem.ends_at_parent and meets_its_copy(problem, before, point):
         point, end = _at_parent(problem, known, before, point)
         trace.at_parent = True
     else:
-        closing = return_to_start(problem, trace.points, point)
+        closing = return_to_start(problem, _seen_from(problem, trace.points, point), point)
         if closing is not None:
             point, end = closing, ("closed", "the locus closed on itself")
     limit = cut_at_limit(problem, known, before, point)
@@ -198,12 +201,21 @@ def _extend(trace: LocusTrace, point: Point) -> None:
     if resonance is not None:
         point = resonance.point
         found = [item for item in found if item.point.arclength <= point.arclength]
-        end = ("codimension-2", f"the locus ends at a strong resonance, {resonance.type}")
+        end = ("codimension-2", _resonance_reason(problem, resonance))
     trace.found += found
     if point is not before:
         trace.points.append(point)
     if end is not None:
         trace.end = _end(trace, *end, point)
+
+
+def _seen_from(problem: LocusProblem, points: list[Point], point: Point) -> list[Point]:
+    """Return the points of a locus, the first begun in the phase of the last if it may be near."""
+    first, last = points[0], points[-1]
+    gap = float(np.linalg.norm((first.z - last.z)[problem.size :]))
+    if gap > AROUND * (point.arclength - last.arclength):
+        return points
+    return [replace(first, z=problem.begun_near(first.z, last.z)), *points[1:]]
 
 
 def _first_resonance(problem: LocusProblem, found: list[Found]) -> Found | None:
@@ -213,15 +225,26 @@ def _first_resonance(problem: LocusProblem, found: list[Found]) -> Found | None:
     return next((item for item in found if item.type in ("R1", "R2")), None)
 
 
+def _resonance_reason(problem: LocusProblem, found: Found) -> str:
+    if problem.orbits == "equilibrium":
+        return (
+            "the locus ends at a Bogdanov-Takens point, BT: the equilibria beyond are neutral "
+            "saddles, which are no bifurcation"
+        )
+    return f"the locus ends at a strong resonance, {found.type}"
+
+
 def _at_parent(
     problem: LocusProblem, known: list[Point], before: Point, point: Point
 ) -> tuple[Point, tuple[str, str]]:
-    """Go back to just before the orbits of a locus become those of half the period."""
+    """Go back to just before the halves of a locus' orbits become the same."""
     direction = asymmetry(problem, before.z)
     a, b = float(direction @ direction), float(direction @ asymmetry(problem, point.z))
     share = a / (a - b) if b < a else 1.0
     place = before.arclength + min(share, 1.0) * (point.arclength - before.arclength)
-    end = ("codimension-2", "the locus ends where its orbits become those of half the period")
+    doubled = problem.period % 2 == 0
+    what = "become those of half the period" if doubled else "shrink to an equilibrium"
+    end = ("codimension-2", f"the locus ends where its orbits {what}")
     for back in (BEFORE, 4 * BEFORE, 16 * BEFORE):
         if back < place - before.arclength:
             last = orbit_at(problem, known, place - back)

@@ -8,9 +8,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.flow.flow import Constants
 from slipfold.models.model import Model
-from slipfold.orbits.degeneracy import Degeneracy, degeneracy
+from slipfold.orbits.degeneracy import UNKNOWN, Degeneracy, degeneracy
 from slipfold.orbits.linearisation import Conditions, Linearisation, defect_of
 from slipfold.orbits.shooting import SEGMENTS, Shooting
 
@@ -25,6 +24,9 @@ class CriticalProblem(Shooting):
     An unknown ``z`` holds the scaled states at m phases and both scaled parameters,
     :math:`p_i / w_i`. The equations are those of the orbit and one more, that its monodromy matrix
     is at a bifurcation (see `slipfold.orbits.degeneracy`).
+
+    Cycles and equilibria of autonomous models have their own unknowns and derivatives:
+    `slipfold.orbits.critical_cycle` and `slipfold.orbits.critical_equilibrium`.
 
     Parameters
     ----------
@@ -54,10 +56,19 @@ class CriticalProblem(Shooting):
         segments: int = SEGMENTS,
         offset: float = 0.0,
     ) -> None:
-        super().__init__(model, period, vary, widths, segments, offset)
+        super().__init__(
+            model, period, *self._free(model, vary, widths), segments=segments, offset=offset
+        )
         self.kind = kind
         self.vary = vary
         self.widths = np.array(widths)
+
+    @staticmethod
+    def _free(
+        model: Model, vary: tuple[str, str], widths: tuple[float, float]
+    ) -> tuple[list[str], list[float]]:
+        """Names and scales of the free parameters, those of `vary` last."""
+        return list(vary), list(widths)
 
     # -- what z means --------------------------------------------------------------------------
 
@@ -105,18 +116,39 @@ class CriticalProblem(Shooting):
             for place, (low, high), width in zip((-2, -1), window, self.widths, strict=True)
         ]
 
+    def begun_near(self, z: Array, reference: Array) -> Array:
+        """Return an orbit as it is compared with another one: forced orbits know their phase.
+
+        Parameters
+        ----------
+        z, reference
+            Unknowns.
+        """
+        return z
+
     # -- residual and derivatives --------------------------------------------------------------
 
-    def defect(self, z: Array) -> Array:
-        """Return what Newton's method brings to zero, shape (m n + 1,).
+    def plain(self, z: Array) -> Linearisation:
+        """Return the mismatch and its derivatives, without the condition of the bifurcation.
 
         Parameters
         ----------
         z
             The unknown.
         """
-        plain = Linearisation(*self.transitions(self.nodes(z), self.constants(z)))
-        return defect_of(plain.residual, np.array([self._degeneracy(plain).value]))
+        return Linearisation(*self.transitions(self.nodes(z), self.constants(z)))
+
+    def defect(self, z: Array) -> Array:
+        """Return what Newton's method brings to zero, one number less than there are unknowns.
+
+        Parameters
+        ----------
+        z
+            The unknown.
+        """
+        plain = self.plain(z)
+        value = self._degeneracy(plain).value
+        return defect_of(plain.residual, np.append(plain.conditions.values, value))
 
     def linearise(self, z: Array) -> Linearisation:
         """Return the mismatch and its derivatives.
@@ -126,35 +158,45 @@ class CriticalProblem(Shooting):
         z
             The unknown.
         """
-        nodes, constants = self.nodes(z), self.constants(z)
-        plain = Linearisation(*self.transitions(nodes, constants))
+        plain = self.plain(z)
         found = self._degeneracy(plain)
-        return replace(plain, conditions=self._condition(found, plain, nodes, constants))
+        value = np.append(plain.conditions.values, found.value)
+        if np.isfinite(found.value):
+            gradient, carried, bent = self._gradient(found, plain, z)
+        else:
+            gradient, carried, bent = np.full(len(z), np.nan), None, None
+        above = plain.conditions.gradients
+        gradients = gradient[None] if above is None else np.vstack([above, gradient])
+        return replace(plain, conditions=Conditions(value, gradients, carried, bent))
 
     def _degeneracy(self, linearisation: Linearisation) -> Degeneracy:
-        n = len(self.scales)
         if not np.isfinite(linearisation.blocks).all():
-            return Degeneracy(np.nan, np.full((1, n), np.nan), np.full((1, n), np.nan))
+            return UNKNOWN
         return degeneracy(self.kind, linearisation.monodromy)
 
-    def _condition(
-        self, found: Degeneracy, plain: Linearisation, nodes: Array, constants: Constants
-    ) -> Conditions:
+    def _gradient(
+        self, found: Degeneracy, plain: Linearisation, z: Array
+    ) -> tuple[Array, Array, Array]:
         r"""Differentiate the degeneracy with respect to the unknown.
 
         With :math:`M = A_{m-1} ... A_0` a term :math:`p^T dM q` is the sum over the segments of
         :math:`p_j^T dA_j q_j`, where q is carried forward to segment j and p backward to its end,
         and a change of :math:`A_j q_j` is a second derivative of the flow along q_j.
+
+        Returns
+        -------
+        gradient : ndarray, shape (m n + k,)
+            The derivative.
+        carried, bent
+            See `slipfold.orbits.linearisation.Conditions`.
         """
-        gradient = np.zeros(self.size + 2)
-        if not np.isfinite(found.value):
-            return Conditions(np.array([found.value]), np.full_like(gradient, np.nan)[None])
+        gradient = np.zeros(len(z))
         forward, backward = _carried(plain.blocks, found.left, found.right)
-        bent, pulled = self.curvatures(nodes, constants, forward)
+        bent, pulled = self.curvatures(self.nodes(z), self.constants(z), forward)
         gradient[: self.size] = np.einsum("rja,rjab->jb", backward, bent).ravel()
-        gradient[self.size :] = np.einsum("rja,rjak->k", backward, pulled)
         gradient[: self.size] *= np.sqrt(self.segments)
-        return Conditions(np.array([found.value]), gradient[None], forward, bent)
+        gradient[self.size :] = np.einsum("rja,rjak->k", backward, pulled)
+        return gradient, forward, bent
 
 
 def _carried(blocks: Array, left: Array, right: Array) -> tuple[Array, Array]:

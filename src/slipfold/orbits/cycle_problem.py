@@ -10,8 +10,18 @@ from numpy.typing import NDArray
 from slipfold.models.model import Model
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.linearisation import Conditions, Linearisation, defect_of
+from slipfold.orbits.shooting import Shooting
 
-__all__ = ["CycleProblem"]
+__all__ = [
+    "CycleLinearisation",
+    "CycleProblem",
+    "all_multipliers",
+    "flow_direction",
+    "gauge_conditions",
+    "in_phase",
+    "on_quotient",
+    "quotient_basis",
+]
 
 Array = NDArray[np.float64]
 
@@ -20,6 +30,10 @@ SAMPLES = 16
 
 ALIGNMENTS = 3
 """Corrections of the beginning: from a sample's spacing each squares the error."""
+
+
+ALIGNMENTS = 3
+"""Corrections of a phase, each of which leaves the square of what was left before."""
 
 
 class CycleProblem(PeriodicProblem):
@@ -131,8 +145,7 @@ class CycleProblem(PeriodicProblem):
         multipliers
             The others, shape (n - 1,), largest modulus first.
         """
-        place = int(np.count_nonzero(np.abs(multipliers) > 1))
-        return np.insert(multipliers, place, 1.0)
+        return all_multipliers(multipliers)
 
     def defect(self, z: Array) -> Array:
         """Return what Newton's method brings to zero, shape (m n + 1,): nothing for the phase.
@@ -153,33 +166,83 @@ class CycleProblem(PeriodicProblem):
         z
             The unknown.
         """
-        nodes, constants = self.nodes(z), self.constants(z)
-        residual, blocks, along = self.transitions(nodes, constants)
-        conditions = Conditions(np.zeros(1), self._direction(z)[None])
-        return CycleLinearisation(residual, blocks, along, conditions)
+        transitions = self.transitions(self.nodes(z), self.constants(z))
+        return CycleLinearisation(*transitions, gauge_conditions(self, z))
 
     def aligned(self, guess: Array, known: Array) -> Array:
-        """Return a guess whose phase is that of an orbit nearby.
-
-        Corrections leave the phase as it is in the guess, and extrapolation would magnify small
-        differences from one orbit to the next. Between aligned orbits lies no motion along the
-        flow, to the third order of their distance.
+        """Return a guess whose phase is that of a cycle nearby.
 
         Parameters
         ----------
         guess
             An unknown.
         known
-            The unknown of the orbit.
+            The unknown of the cycle.
         """
-        direction = self._direction(0.5 * (guess + known))
-        return guess - (direction @ (guess - known)) * direction
+        return in_phase(self, guess, known)
 
-    def _direction(self, z: Array) -> Array:
-        """Unit vector along which an orbit is shifted by beginning it later; zero at rest."""
-        rates = self.flow.rates(self.nodes(z), self._start, self.constants(z)) / self.scales
-        size = float(np.linalg.norm(rates)) or 1.0
-        return np.concatenate([rates.ravel() / size, np.zeros(2)])
+
+def all_multipliers(others: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """Return the multipliers of a cycle with that of the flow's own direction, shape (n,).
+
+    Parameters
+    ----------
+    others
+        The others, shape (n - 1,), largest modulus first.
+    """
+    return np.insert(others, int(np.count_nonzero(np.abs(others) > 1)), 1.0)
+
+
+def gauge_conditions(problem: Shooting, z: Array) -> Conditions:
+    """Return the condition that steps are orthogonal to the flow, which is always met.
+
+    Parameters
+    ----------
+    problem
+        Equations of cycles.
+    z
+        A cycle.
+    """
+    return Conditions(np.zeros(1), flow_direction(problem, z)[None])
+
+
+def flow_direction(problem: Shooting, z: Array) -> Array:
+    """Return the unit vector along which a cycle is shifted by beginning it later; zero at rest.
+
+    Parameters
+    ----------
+    problem
+        Equations of cycles.
+    z
+        A cycle.
+    """
+    steps: Array = np.arange(problem.segments, dtype=float)
+    phases: Array = problem.phase + steps * (problem.period / problem.segments)
+    rates = problem.flow.rates(problem.nodes(z), phases, problem.constants(z)) / problem.scales
+    size = float(np.linalg.norm(rates)) or 1.0
+    return np.concatenate([rates.ravel() / size, np.zeros(len(problem.units))])
+
+
+def in_phase(problem: Shooting, guess: Array, known: Array) -> Array:
+    """Return a guess whose phase is that of a cycle nearby.
+
+    Corrections leave the phase as it is in the guess, and extrapolation would magnify small
+    differences from one cycle to the next. Between aligned cycles lies no motion along the flow,
+    to the third order of their distance.
+
+    Parameters
+    ----------
+    problem
+        Equations of cycles.
+    guess
+        An unknown.
+    known
+        The unknown of the cycle.
+    """
+    for _ in range(ALIGNMENTS):
+        direction = flow_direction(problem, 0.5 * (guess + known))
+        guess = guess - (direction @ (guess - known)) * direction
+    return guess
 
 
 class CycleLinearisation(Linearisation):
@@ -208,5 +271,16 @@ def on_quotient(matrix: Array, direction: Array) -> Array:
     ndarray, shape (n - 1, n - 1)
         With the other eigenvalues.
     """
-    basis = np.linalg.qr(direction[:, None], mode="complete")[0][:, 1:]
+    basis = quotient_basis(direction)
     return np.asarray(basis.T @ matrix @ basis)
+
+
+def quotient_basis(direction: Array) -> Array:
+    """Return an orthonormal basis of what is orthogonal to a direction, shape (n, n - 1).
+
+    Parameters
+    ----------
+    direction
+        Shape (n,).
+    """
+    return np.asarray(np.linalg.qr(direction[:, None], mode="complete")[0][:, 1:])

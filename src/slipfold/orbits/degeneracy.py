@@ -34,6 +34,10 @@ class Degeneracy:
     right: Array
 
 
+UNKNOWN = Degeneracy(np.nan, np.empty((0, 0)), np.empty((0, 0)))
+"""Of a matrix that could not be computed, or has no pair."""
+
+
 def degeneracy(kind: str, monodromy: Array) -> Degeneracy:
     r"""Measure how far a matrix is from having a critical multiplier.
 
@@ -56,6 +60,8 @@ def degeneracy(kind: str, monodromy: Array) -> Degeneracy:
         Monodromy matrix in scaled states, shape (n, n).
     """
     found = _pair_degeneracy(monodromy) if kind == "NS" else _real_degeneracy(kind, monodromy)
+    if found is UNKNOWN:
+        return found
     # The matrix is known to a share of its largest entry, and so is the number.
     size = float(np.sqrt(1 + np.linalg.norm(monodromy) ** 2))
     return Degeneracy(found.value / size, found.left / size, found.right)
@@ -95,7 +101,7 @@ def _pair_degeneracy(monodromy: Array) -> Degeneracy:
     multipliers = floquet_multipliers(monodromy)
     pair = critical_pair(multipliers)
     if pair is None:
-        return Degeneracy(np.nan, np.full((2, n), np.nan), np.full((2, n), np.nan))
+        return UNKNOWN
     total = (multipliers[pair[0]] + multipliers[pair[1]]).real
     product = (multipliers[pair[0]] * multipliers[pair[1]]).real
     # The quadratic polynomial of the pair is singular on its plane, also where the two coincide.

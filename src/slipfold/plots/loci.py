@@ -30,7 +30,7 @@ Window = tuple[tuple[float, float], tuple[float, float]]
 ANCHORS = 60
 """Places along each locus where its name may stand."""
 
-ORDER = ("LP", "NS", "PD")
+ORDER = ("LP", "HB", "NS", "PD")
 """From the lowest to the topmost line."""
 
 
@@ -76,10 +76,10 @@ def draw_loci(
 ) -> Axes:
     """Draw a bifurcation set in its plane.
 
-    Supercritical stretches of PD and NS are solid, subcritical ones dashed; LP is dash-dotted. A
-    locus of period 1 is thick, one of period 2 thin. Dots are points of codimension two, rings the
-    extrema of a locus, crosses its ends at a limit of the model. Angles are shown in degrees; the
-    data of the axes are radians.
+    Supercritical stretches of PD, NS and HB are solid, subcritical ones dashed; LP is dash-dotted,
+    of equilibria solid. A locus of equilibria or of period 1 is thick, one of period 2 thin. Dots
+    are points of codimension two, rings the extrema of a locus, crosses its ends at a limit of the
+    model. Angles are shown in degrees; the data of the axes are radians.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def draw_loci(
     ax
         Axes to draw in; new ones if None.
     colours
-        Colour of each type of locus: ``"LP"``, ``"PD"``, ``"NS"``.
+        Colour of each type of locus: ``"LP"``, ``"PD"``, ``"NS"``, ``"HB"``.
     window
         Least and largest value of each parameter to show; those of the diagram if None.
     regions
@@ -123,7 +123,7 @@ def draw_loci(
         draw_regions(ax, diagram.regions, labels)
     for locus in sorted(diagram.loci, key=lambda item: ORDER.index(item.type)):
         for stretch in locus_stretches(locus):
-            style = line_style(locus.type, locus.period, stretch.criticality, colours)
+            style = line_style(locus.type, locus.period, stretch.criticality, colours, locus.kind)
             ax.plot(*stretch.points.T, **style)
     for mark in locus_marks(diagram.loci, diagram.window):
         ax.plot(*mark.values, **mark_style(mark.type))
@@ -195,6 +195,8 @@ def _lines(diagram: HasLoci) -> list[Array]:
 
 
 def _name(locus: Locus) -> str:
+    if locus.type == "LP" and not locus.model.forced:
+        return "LP of equilibria" if locus.kind == "equilibrium" else "LP of cycles"
     return locus.type if locus.period == 1 else f"{locus.type} {locus.period}"
 
 

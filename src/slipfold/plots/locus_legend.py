@@ -10,7 +10,7 @@ from matplotlib.artist import Artist
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from slipfold.loci.locus import CODIMENSION_TWO, Locus
+from slipfold.loci.locus import CODIMENSION_TWO, Locus, locus_title
 from slipfold.loci.region_map import RegionMap
 from slipfold.plots.locus_marks import locus_marks
 from slipfold.plots.locus_style import LOCUS_COLOURS, line_style, mark_style
@@ -79,7 +79,7 @@ def _nothing() -> Artist:
 
 def _lines(diagrams: Sequence[_HasLoci], colours: Mapping[str, str]) -> list[Artist]:
     kinds = {
-        (locus.type, locus.period, stretch.criticality)
+        (locus.type, locus.period, stretch.criticality, locus.kind)
         for diagram in diagrams
         for locus in diagram.loci
         for stretch in locus_stretches(locus)
@@ -87,8 +87,8 @@ def _lines(diagrams: Sequence[_HasLoci], colours: Mapping[str, str]) -> list[Art
     order = list(colours)
     handles: list[Artist] = []
     for kind in sorted(kinds, key=lambda k: (order.index(k[0]), k[1], CRITICALITIES.index(k[2]))):
-        text = f"{kind[0]} of period {kind[1]}{', ' * bool(kind[2])}{kind[2]}"
-        handles.append(Line2D([], [], label=text, **line_style(*kind, colours)))
+        text = locus_title(kind[0], kind[1], kind[3]) + ", " * bool(kind[2]) + kind[2]
+        handles.append(Line2D([], [], label=text, **line_style(*kind[:3], colours, kind[3])))
     return handles
 
 

@@ -12,7 +12,7 @@ from slipfold.plots.style import MARKERS
 __all__ = ["LOCUS_COLOURS", "line_style", "mark_style"]
 
 LOCUS_COLOURS: Mapping[str, str] = MappingProxyType(
-    {"PD": "#0d0887", "NS": "#a72197", "LP": "#d56a14"}
+    {"HB": "#000000", "PD": "#0d0887", "NS": "#a72197", "LP": "#d56a14"}
 )
 """Colour of each type of locus; they differ in lightness too, and from all pale areas."""
 
@@ -25,28 +25,35 @@ DASHES: Mapping[str, Any] = MappingProxyType(
 """Line style by criticality; dotted where it is not known."""
 
 FOLD: Any = (0, (5.0, 1.4, 1.0, 1.4))
-"""Line style of folds, which have no criticality."""
+"""Line style of folds of cycles, which have no criticality; those of equilibria are solid."""
 
 
 def line_style(
-    type_: str, period: int, criticality: str, colours: Mapping[str, str] = LOCUS_COLOURS
+    type_: str,
+    period: int,
+    criticality: str,
+    colours: Mapping[str, str] = LOCUS_COLOURS,
+    kind: str = "periodic",
 ) -> dict[str, Any]:
     """Return the line properties of a stretch of a locus.
 
     Parameters
     ----------
     type_
-        ``"LP"``, ``"PD"`` or ``"NS"``.
+        ``"LP"``, ``"PD"``, ``"NS"`` or ``"HB"``.
     period
         Period in forcing periods.
     criticality
         ``"supercritical"``, ``"subcritical"`` or ``""``.
     colours
         Colour of each type.
+    kind
+        ``"periodic"`` or ``"equilibrium"``.
     """
+    fold = "-" if kind == "equilibrium" else FOLD
     return {
         "color": colours[type_],
-        "linestyle": FOLD if type_ == "LP" else DASHES[criticality],
+        "linestyle": fold if type_ == "LP" else DASHES[criticality],
         "linewidth": WIDTHS.get(period, 0.7),
     }
 

@@ -26,7 +26,7 @@ def bifurcation_set(
     plane: tuple[str, str],
     window: GivenWindow | None = None,
     *,
-    types: str | Iterable[str] = ("LP", "PD", "NS"),
+    types: str | Iterable[str] | None = None,
     periods: int | Iterable[int] = (1, 2),
     regions: bool = True,
     settings: Settings | None = None,
@@ -48,12 +48,13 @@ def bifurcation_set(
         Two values of each, always to be given: a pair of pairs in the order of `plane`, or pairs
         by name; numbers in SI units, or text with a unit such as ``"20deg"``.
     types
-        Types of bifurcation to follow: of ``"LP"``, ``"PD"``, ``"NS"``.
+        Types of bifurcation to follow: of ``"LP"``, ``"PD"``, ``"NS"``, and ``"HB"`` of an
+        autonomous model; all if None.
     periods
         Periods of the orbits whose bifurcations are followed: 1, 2 or both, in forcing periods.
     regions
-        Whether to find the regions, which takes all types and both periods, and to check them by
-        simulations.
+        Whether to find the regions, which takes a forced model, all types and both periods, and to
+        check them by simulations.
     settings
         Options of continuation; the defaults of `slipfold.Settings` if None.
     observer
@@ -92,7 +93,7 @@ def bifurcation_set(
                 f"{name} is varied, so it cannot be set to {parameters[name]} as well; "
                 "give it once, in the window"
             )
-    kinds, wanted = _types(types), _periods(periods)
+    kinds, wanted = None if types is None else _types(types), _periods(periods)
     base = corner_model(model, names, spans, parameters)
     chosen = checked_settings(settings)
     started = perf_counter()

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from slipfold.branches.normal_form import criticality_of
-from slipfold.loci.locus import CODIMENSION_TWO, Locus, LocusPoint
+from slipfold.loci.locus import CODIMENSION_TWO, COEFFICIENT, Locus, LocusPoint
 
 __all__ = ["criticalities", "point_criticality"]
-
-COEFFICIENT = {"PD": "b", "NS": "d"}
-"""Name of the coefficient whose sign is the criticality, by type of locus."""
 
 
 def criticalities(locus: Locus) -> list[str | None]:

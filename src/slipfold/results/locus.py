@@ -11,6 +11,8 @@ from slipfold.branches.special_point import SpecialPoint
 from slipfold.errors import InputError
 from slipfold.loci.follow import follow_loci
 from slipfold.loci.progress import LocusObserver
+from slipfold.models.model import Model
+from slipfold.results.bifurcation_set import bifurcation_set
 from slipfold.results.diagram import Labelled
 from slipfold.results.given_settings import checked_settings
 from slipfold.results.locus_diagram import LocusDiagram
@@ -24,10 +26,11 @@ Given = SpecialPoint | Labelled
 
 
 def locus(
-    special_point: Given | Iterable[Given],
+    special_point: Model | Given | Iterable[Given],
     vary: tuple[str, str],
     window: GivenWindow | None = None,
     *,
+    type: str | None = None,
     settings: Settings | None = None,
     observer: LocusObserver | None = None,
     switch: bool = True,
@@ -37,20 +40,24 @@ def locus(
     Parameters
     ----------
     special_point
-        A special point of a branch, of type LP, PD or NS, or several of one model; an item of
-        `Diagram.special` will do, and so will all of them.
+        A special point of a branch, of type LP, PD, NS or HB, or several of one model; an item of
+        `Diagram.special` will do, and so will all of them. Or a model, whose loci in the window
+        are looked for, see `bifurcation_set`.
     vary
         Names of the two parameters; that of the branch need not be among them.
     window
         Two values of each, always to be given: a pair of pairs in the order of `vary`, or pairs by
         name; numbers in SI units, or text with a unit such as ``"20deg"``.
+    type
+        With a model, the one type of bifurcation to follow, e.g. ``"HB"``; all if None.
     settings
         Options of continuation; the defaults of `slipfold.Settings` if None.
     observer
         Called after every point with a `slipfold.LocusProgress`. If it raises
         `KeyboardInterrupt`, what is finished is returned.
     switch
-        Whether loci that start at points of codimension two are followed as well.
+        Whether loci that start at points of codimension two are followed as well; with a model,
+        those of the given type are.
 
     Returns
     -------
@@ -71,7 +78,20 @@ def locus(
     >>> doubling, = sf.locus(diagram.special[0], ("f", "Nd"), window, switch=False).loci
     >>> doubling.type, doubling.period, doubling.stopped.kind
     ('PD', 1, 'window')
+
+    >>> from slipfold.models import model_named
+    >>> onset, = sf.locus(
+    ...     model_named("lure"), ("a", "b"), ((0.9, 1.1), (0.9, 1.1)), type="HB"
+    ... ).loci
+    >>> onset.kind, bool(abs(onset.values.prod(axis=1) - 1).max() < 1e-12)
+    ('equilibrium', True)
     """
+    if isinstance(special_point, Model):
+        return _of_model(special_point, vary, window, type, settings, observer, switch)
+    if type is not None:
+        raise InputError(
+            f"type = {type!r} goes with a model, but special points have theirs; leave it out"
+        )
     points = _points(special_point)
     model = points[0].model
     plane, spans = parse_plane(model, vary, window)
@@ -88,6 +108,25 @@ def locus(
         chosen,
         provenance(perf_counter() - started),
         interrupted=any(locus.interrupted for locus in loci),
+    )
+
+
+def _of_model(
+    model: Model,
+    vary: tuple[str, str],
+    window: GivenWindow | None,
+    type_: str | None,
+    settings: Settings | None,
+    observer: LocusObserver | None,
+    switch: bool,
+) -> LocusDiagram:
+    if not switch:
+        raise InputError(
+            "switch=False is for loci from special points, but a model is given; give a type of "
+            'bifurcation instead, e.g. type="PD"'
+        )
+    return bifurcation_set(
+        model, vary, window, types=type_, regions=False, settings=settings, observer=observer
     )
 
 

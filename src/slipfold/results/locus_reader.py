@@ -62,13 +62,18 @@ def _locus(
     special: tuple[LocusPoint, ...],
 ) -> Locus:
     columns = saved.columns
-    base = saved.pair("locus_base", row)
+    base = dict(zip(vary, saved.pair("locus_base", row), strict=True))
+    kind = str(columns["locus_kind"][row])
+    durations = None if saved.model.forced else columns["duration"][points]
+    if durations is not None:
+        base["duration"] = float(durations[0])
     return Locus(
         id=int(columns["locus"][row]),
         type=str(columns["locus_type"][row]),
+        kind=kind,
         period=int(columns["locus_period"][row]),
         parent=int(columns["locus_parent"][row]) or None,
-        model=saved.model.replace(**dict(zip(vary, base, strict=True))),
+        model=saved.model.replace(**base),
         vary=vary,
         values=columns["value"][points],
         nodes=columns["nodes"][points, : int(columns["node_count"][row])],
@@ -79,6 +84,7 @@ def _locus(
         special=special,
         begun=_end(saved, "begun", row),
         stopped=_end(saved, "stopped", row),
+        durations=durations if kind == "periodic" else None,
     )
 
 
@@ -87,10 +93,14 @@ def _point(
 ) -> LocusPoint:
     columns = saved.columns
     values = saved.pair("special_value", row)
+    changes = dict(zip(vary, values, strict=True))
+    if not saved.model.forced:
+        changes["duration"] = float(columns["special_duration"][row])
     return LocusPoint(
         type=str(columns["special_type"][row]),
         name=str(columns["special_name"][row]),
-        model=saved.model.replace(**dict(zip(vary, values, strict=True))),
+        kind=str(columns["special_kind"][row]),
+        model=saved.model.replace(**changes),
         vary=vary,
         values=values,
         uncertainty=saved.pair("special_uncertainty", row),

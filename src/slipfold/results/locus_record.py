@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from slipfold.loci.locus import Locus, LocusEnd, LocusPoint
+from slipfold.loci.locus import Locus, LocusEnd, LocusPoint, hopf_duration
 from slipfold.loci.region_map import Region
 from slipfold.results.criticality import criticalities
 from slipfold.results.locus_table import SCHEMA
@@ -39,15 +39,29 @@ def _locus_record(locus: Locus) -> dict[str, Any]:
     return {
         "id": locus.id,
         "type": locus.type,
+        "kind": locus.kind,
         "period": locus.period,
         "parent": locus.parent,
         "points": len(locus),
         "values": [numbers(pair) for pair in locus.values],
         "criticality": None if locus.type == "LP" else criticalities(locus),
+        "coefficient": numbers(locus.coefficient),
+        "durations": None if locus.model.forced else _durations(locus),
+        "eigenvalues": None
+        if locus.eigenvalues is None
+        else [pairs(values) for values in locus.eigenvalues],
         "special": [_point_record(point) for point in locus.special],
         "begun": _end_record(locus.begun),
         "stopped": _end_record(locus.stopped),
     }
+
+
+def _durations(locus: Locus) -> list[float | None]:
+    """Periods of the orbits in seconds; of Hopf points, those of the cycles born there."""
+    if locus.durations is not None:
+        return numbers(locus.period * locus.durations)
+    values = () if locus.eigenvalues is None else locus.eigenvalues
+    return [number(hopf_duration(each)) for each in values]
 
 
 def _end_record(end: LocusEnd) -> dict[str, Any]:
@@ -63,6 +77,8 @@ def _point_record(point: LocusPoint) -> dict[str, Any]:
         "uncertainty": numbers(point.uncertainty),
         "state": numbers(point.state),
         "multipliers": pairs(point.multipliers),
+        "eigenvalues": None if point.eigenvalues is None else pairs(point.eigenvalues),
+        "duration": number(point.duration),
         "coefficients": coefficients,
         "coefficient": next(iter(coefficients.values()), None),
         "leads_to": list(point.leads_to),

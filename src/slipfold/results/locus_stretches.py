@@ -22,8 +22,11 @@ SUPERCRITICAL, SUBCRITICAL, UNKNOWN = CRITICALITIES = ("supercritical", "subcrit
 PIECES = 12
 """Straight pieces drawn between neighbouring points of a locus."""
 
-TURNS = {"PD": ("GPD", "LPPD", "R2"), "NS": ("CH", "LPNS")}
+TURNS = {"PD": ("GPD", "LPPD", "R2"), "NS": ("CH", "LPNS"), "HB": ("GH", "ZH")}
 """Where the coefficient of a normal form has a zero or a pole, and so changes its sign."""
+
+CUSPS = ("CPC", "CP")
+"""Where a locus of folds stands still and turns back."""
 
 CLOSE = 1e-6
 """Points of a locus this near to a special point, over the length of the locus, are left out."""
@@ -163,7 +166,7 @@ def _other(kind: str) -> str:
 def _lines(knots: _Knots) -> list[Array]:
     """Return a line from each knot to the next, in smooth pieces from cusp to cusp."""
     last = len(knots.s) - 1
-    cusps = [i for i in range(1, last) if knots.types[i] == "CPC"]
+    cusps = [i for i in range(1, last) if knots.types[i] in CUSPS]
     lines: list[Array] = []
     for start, end in pairwise([0, *cusps, last]):
         spline = _spline(knots, start, end)
@@ -176,7 +179,7 @@ def _lines(knots: _Knots) -> list[Array]:
 
 def _spline(knots: _Knots, start: int, end: int) -> CubicSpline:
     s, values = knots.s[start : end + 1], knots.values[start : end + 1]
-    if knots.closed and end - start + 1 == len(knots.s) and knots.types[0] != "CPC":
+    if knots.closed and end - start + 1 == len(knots.s) and knots.types[0] not in CUSPS:
         return CubicSpline(s, values, bc_type="periodic")
     ends = [_end_condition(knots.types[i], len(s)) for i in (start, end)]
     return CubicSpline(s, values, bc_type=ends)
@@ -184,6 +187,6 @@ def _spline(knots: _Knots, start: int, end: int) -> CubicSpline:
 
 def _end_condition(type_: str, count: int) -> Any:
     """Return how a spline ends: still at a cusp; straight if it has too few points to bend."""
-    if type_ == "CPC":
+    if type_ in CUSPS:
         return 1, np.zeros(2)
     return "not-a-knot" if count > 3 else (2, np.zeros(2))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipfold.loci.locus import Locus, LocusEnd, LocusPoint
+from slipfold.loci.locus import Locus, LocusEnd, LocusPoint, locus_title
 from slipfold.loci.region_map import Region
 from slipfold.results.criticality import criticalities, point_criticality
 from slipfold.results.printed_table import PrintedTable, html_list, with_unit, without_defaults
@@ -109,7 +109,7 @@ def _loci_named(numbers: Sequence[int]) -> str:
 def _endings(diagram: LocusDiagram) -> list[str]:
     sentences = []
     for locus in diagram.loci:
-        size = f"{locus.type} of period {locus.period}, {len(locus)} points"
+        size = f"{locus_title(locus.type, locus.period, locus.kind)}, {len(locus)} points"
         size += f", from locus {locus.parent}" if locus.parent is not None else ""
         if locus.closed:
             sentences.append(f"Locus {locus.id} ({size}): {locus.stopped.reason}")

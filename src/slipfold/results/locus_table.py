@@ -6,7 +6,9 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from slipfold.loci.locus import Locus
 from slipfold.results.attributes import result_attributes
 from slipfold.results.columns import (
     Columns,
@@ -90,6 +92,7 @@ def _loci(diagram: LocusDiagram) -> dict[str, Variable]:
     add = columns.add
     add("locus", integers(item.id for item in loci), "number of the locus")
     add("locus_type", texts(item.type for item in loci), "type of bifurcation")
+    add("locus_kind", texts(item.kind for item in loci), "what it consists of")
     add("locus_period", integers(item.period for item in loci), "in forcing periods", "")
     add("locus_parent", integers(item.parent or 0 for item in loci), "locus left, 0: none")
     add("node_count", integers(item.nodes.shape[1] for item in loci), "nodes of an orbit", "")
@@ -126,10 +129,27 @@ def _points(diagram: LocusDiagram) -> dict[str, Variable]:
     add("coefficient", coefficient, "of the normal form of the bifurcation, NaN: not defined")
     words = texts(word or "" for item in loci for word in criticalities(item))
     add("criticality", words, "empty: no meaning, or not known")
+    if not diagram.model.forced:
+        durations = joined(_durations(item) for item in loci)
+        about = "of one round; of an equilibrium, what multipliers are over"
+        add("duration", durations, about, "s")
+        eigenvalues = joined((_eigenvalues(item) for item in loci), (n,), complex)
+        add("eigenvalues", eigenvalues, "of equilibria; NaN: a cycle", "1/s", "multiplier")
     residual = joined(item.residual for item in loci)
     add("residual", residual, "how far the orbit fails to close, in scaled states", "")
     add("arclength", joined(item.arclength for item in loci), "in scaled variables", "")
     return columns.variables
+
+
+def _durations(locus: Locus) -> NDArray[np.float64]:
+    if locus.durations is not None:
+        return locus.durations
+    return np.full(len(locus), locus.model.values["duration"])
+
+
+def _eigenvalues(locus: Locus) -> NDArray[np.complex128]:
+    found = locus.eigenvalues
+    return np.full(locus.multipliers.shape, np.nan + 0j) if found is None else found
 
 
 def _special(diagram: LocusDiagram) -> dict[str, Variable]:
@@ -140,12 +160,17 @@ def _special(diagram: LocusDiagram) -> dict[str, Variable]:
     add("locus_of_special", owners, "locus it lies on")
     add("special_type", texts(p.type for p in points), "type of special point")
     add("special_name", texts(p.name for p in points), "what the type means")
+    add("special_kind", texts(p.kind for p in points), "what it is a point of")
     values = stacked((np.array(p.values) for p in points), (2,))
     add("special_value", values, _names(diagram), None, "parameter")
     uncertainty = stacked((np.array(p.uncertainty) for p in points), (2,))
     about = "computed uncertainty of special_value"
     add("special_uncertainty", uncertainty, about, None, "parameter")
     add("special_period", integers(p.period for p in points), "in forcing periods", "")
+    if not diagram.model.forced:
+        durations = reals(p.model.values["duration"] for p in points)
+        about = "of one round; of an equilibrium, what multipliers are over"
+        add("special_duration", durations, about, "s")
     add("special_node_count", integers(len(p.nodes) for p in points), "nodes of the orbit", "")
     nodes = padded((p.nodes[None] for p in points), (_most_nodes(diagram), n))
     about = "states at equal phases over the period, the first special_node_count"

@@ -1,0 +1,91 @@
+"""Normal form coefficients of equilibria, along a locus and at its points of codimension two.
+
+Formulas of Kuznetsov, Elements of Applied Bifurcation Theory, 3rd edition, sections 5.4 and 8.7,
+with the derivatives ``B(u, v)`` and ``C(u, v, w)`` of the vector field in scaled states.
+Eigenvectors have unit length.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from slipfold.branches.normal_form import critical_vectors
+from slipfold.loci.field_map import FieldMap
+from slipfold.loci.normal_forms import cusp_form, double_form, eigenvectors, pair_cubic
+
+__all__ = ["equilibrium_coefficients", "first_lyapunov_coefficient"]
+
+
+def first_lyapunov_coefficient(field: FieldMap) -> float:
+    """Return l1 of a Hopf point: below zero stable cycles are born, above it unstable ones.
+
+    Parameters
+    ----------
+    field
+        Derivatives of the vector field there.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        Where an eigenvalue is zero and there is no such coefficient.
+    """
+    matrix = field.jacobian
+    q, p, value = critical_vectors(
+        matrix, lambda values: np.where(values.imag > 0, np.abs(values.real), np.inf)
+    )
+    identity = np.eye(len(q))
+    qq, q_q = field.second([(q, q), (q, q.conj())])
+    h11 = -np.linalg.solve(matrix, q_q)
+    h20 = np.linalg.solve(2j * value.imag * identity - matrix, qq)
+    return float(pair_cubic(field, q, p, h11, h20).real / value.imag)
+
+
+def equilibrium_coefficients(field: FieldMap, kind: str) -> dict[str, float]:
+    r"""Return the coefficients that decide what happens near a point of codimension two.
+
+    Parameters
+    ----------
+    field
+        Derivatives of the vector field there.
+    kind
+        Type of the point.
+
+    Returns
+    -------
+    dict
+        CP: cubic ``c`` in 1/s. BT: ``a`` > 0 in 1/s^2 and ``b`` in 1/s of the Bogdanov-Takens form;
+        the sign of the eigenvector is free. ZH:
+        quadratic ``a``, ``b`` and the real ``e``, in 1/s. Empty for the others, whose coefficients
+        are of fifth order or for two pairs at once.
+    """
+    form = _FORMS.get(kind)
+    return {} if form is None else form(field)
+
+
+def _bogdanov_takens(field: FieldMap) -> dict[str, float]:
+    found = double_form(field, field.jacobian)
+    sign = -1.0 if found["a"] < 0 else 1.0
+    return {name: sign * value for name, value in found.items()}
+
+
+def _zero_hopf(field: FieldMap) -> dict[str, float]:
+    matrix = field.jacobian
+    q0, p0 = eigenvectors(matrix, 0.0)
+    q1, p1, _ = critical_vectors(
+        matrix, lambda values: np.where(values.imag > 0, np.abs(values.real), np.inf)
+    )
+    b00, b11, b01 = field.second([(q0, q0), (q1, q1.conj()), (q0, q1)])
+    return {
+        "a": float(np.vdot(p0, b00).real / 2),
+        "b": float(np.vdot(p0, b11).real),
+        "e": float(np.vdot(p1, b01).real),
+    }
+
+
+_FORMS: dict[str, Callable[[FieldMap], dict[str, float]]] = {
+    "CP": lambda field: cusp_form(field, field.jacobian),
+    "BT": _bogdanov_takens,
+    "ZH": _zero_hopf,
+}

@@ -1,0 +1,87 @@
+"""A vector field's second and third derivatives at an equilibrium."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.orbits.critical_equilibrium import CriticalEquilibrium
+
+__all__ = ["FieldMap"]
+
+Array = NDArray[np.float64]
+Vector = NDArray[Any]
+
+
+class FieldMap:
+    """Jacobian A and multilinear forms B and C of a vector field, in scaled states and per second.
+
+    Parameters
+    ----------
+    problem
+        How the equilibrium is described.
+    z
+        The equilibrium.
+    scales
+        Scales of the states; those of the problem if None.
+    """
+
+    def __init__(self, problem: CriticalEquilibrium, z: Array, scales: Array | None = None) -> None:
+        self._flow = problem.flow
+        self._state = problem.nodes(z)[0]
+        self._constants = problem.constants(z)
+        self._scales = problem.scales if scales is None else scales
+        self._time = self._constants.period
+        self.rescaling = problem.scales / self._scales
+
+    @property
+    def jacobian(self) -> Array:
+        """Derivative of the rates, shape (n, n)."""
+        found = self._flow.jacobians(self._state[None], np.zeros(1), self._constants)[0]
+        return found * self._scales / self._scales[:, None] / self._time
+
+    def rescaled(self, monodromy: Array) -> Array:
+        """Return a matrix in these scales.
+
+        Parameters
+        ----------
+        monodromy
+            In the scales of the problem, shape (n, n).
+        """
+        return monodromy * self.rescaling[:, None] / self.rescaling
+
+    def powers(self, directions: Array) -> tuple[Array, Array]:
+        """Return B(v, v) and C(v, v, v) for real directions.
+
+        Parameters
+        ----------
+        directions
+            Shape (r, n).
+
+        Returns
+        -------
+        second, third : ndarray, shape (r, n)
+            The forms.
+        """
+        units = self._scales * self._time
+        found = self._flow.powers(self._state, self._constants, directions * self._scales)
+        return found[0] / units, found[1] / units
+
+    def second(self, pairs: list[tuple[Vector, Vector]]) -> list[Vector]:
+        """Return B(u, v) for complex vectors.
+
+        Parameters
+        ----------
+        pairs
+            Vectors of shape (n,).
+        """
+        parts = np.array([part for u, _ in pairs for part in (u.real, u.imag)])
+        none = np.zeros((len(self._constants.values), 1))
+        bent = self._flow.curvatures(self._state, self._constants, parts * self._scales, none)[0]
+        bent = bent * self._scales / self._scales[:, None] / self._time
+        return [
+            (bent[2 * i] + 1j * bent[2 * i + 1]) @ v.astype(complex)
+            for i, (_, v) in enumerate(pairs)
+        ]

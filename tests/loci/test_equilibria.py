@@ -1,0 +1,259 @@
+"""Loci of equilibria against closed forms: Routh-Hurwitz, Bogdanov-Takens and Bautin."""
+
+import math
+
+import numpy as np
+import pytest
+import scipy.linalg
+
+import slipfold as sf
+from slipfold.models import model_named
+
+BOGDANOV_TAKENS = sf.System(
+    name="bogdanov-takens",
+    parameters={"b1": -0.02, "b2": -1.5},
+    states={"x": "y", "y": "b1 + b2*x + x^2 - x*y"},
+)
+BAUTIN = sf.System(
+    name="bautin",
+    parameters={"b1": -0.5, "b2": 1.0},
+    states={
+        "x": "b1*x - y + (b2*(x^2 + y^2) - (x^2 + y^2)^2)*x",
+        "y": "x + b1*y + (b2*(x^2 + y^2) - (x^2 + y^2)^2)*y",
+    },
+)
+CUSP = sf.System(
+    name="cusp", parameters={"a": -1.0, "b": 1.0}, states={"x": "a + b*x - x^3", "y": "-y"}
+)
+QUIET = sf.Settings(largest_period=1)
+
+
+def point_of(model, vary, span, kind, **parameters):
+    diagram = sf.response(model, vary=vary, span=span, settings=QUIET, **parameters)
+    return next(item.point for item in diagram.special if item.point.type == kind)
+
+
+def specials(locus, kind):
+    return [point for point in locus.special if point.type == kind]
+
+
+def check_by_scipy(locus, jacobian, kind):
+    """The critical eigenvalue from a Jacobian written by hand, beside its own size."""
+    for values, state in zip(locus.values, locus.states, strict=True):
+        matrix = jacobian(dict(zip(locus.vary, values, strict=True)), state)
+        found = scipy.linalg.eigvals(matrix)
+        if np.abs(found).max() < 1e-6:  # a double zero parts as the square root of rounding
+            continue
+        critical = found[np.abs(found.real).argmin()] if kind == "HB" else min(found, key=abs)
+        assert abs(critical.real) < 1e-10 * np.linalg.norm(matrix)
+        assert (abs(critical.imag) > 0) == (kind == "HB")
+
+
+def test_lure_hopf_locus_is_a_hyperbola():
+    # s^3 + a s^2 + b s + 1: Routh and Hurwitz say a b = 1, with frequency sqrt(b).
+    found = sf.locus(
+        point_of(model_named("lure"), "a", (1.2, 0.9), "HB"), ("a", "b"), ((0.3, 3), (0.2, 3))
+    )
+    (locus,) = found.loci
+    assert (locus.type, locus.kind, locus.special) == ("HB", "equilibrium", ())
+    assert {locus.begun.kind, locus.stopped.kind} == {"window"}
+    assert locus.values.prod(axis=1) == pytest.approx(1, abs=1e-12)
+    assert np.abs(locus.eigenvalues.imag).max(axis=1) == pytest.approx(np.sqrt(locus.values[:, 1]))
+    assert locus.supercritical.all()
+    check_by_scipy(
+        locus,
+        lambda p, q: [[0, 1, 0], [0, 0, 1], [-1 + 2 * q[0], -p["b"], -p["a"]]],
+        "HB",
+    )
+
+
+def test_lyapunov_coefficient_along_the_locus_is_that_of_the_branch():
+    # The branch takes it from the flow over a time, the locus from the vector field.
+    point = point_of(model_named("lure"), "a", (1.2, 0.9), "HB")
+    (locus,) = sf.locus(point, ("a", "b"), ((0.5, 1.7), (0.2, 3))).loci
+    for row, end in ((0, locus.begun), (-1, locus.stopped)):
+        a = locus.values[row, 0]
+        assert end.values == pytest.approx([a, 1 / a], abs=1e-12)
+        there = point_of(model_named("lure"), "a", (a + 0.2, a - 0.1), "HB", b=1 / a)
+        assert there.value == pytest.approx(a, abs=1e-10)
+        assert locus.coefficient[row] == pytest.approx(there.coefficient, rel=1e-7)
+
+
+def test_lorenz_hopf_locus():
+    # rho = sigma (sigma + beta + 3)/(sigma - beta - 1), subcritical.
+    wing = sf.System(
+        name="lorenz-wing",
+        parameters={"sigma": 10.0, "rho": 20.0, "beta": 8 / 3},
+        states={
+            "x": {"rate": "sigma*(y - x)", "start": 7.1},
+            "y": {"rate": "x*(rho - z) - y", "start": 7.1},
+            "z": {"rate": "x*y - beta*z", "start": 19},
+        },
+    )
+    point = point_of(wing, "rho", (20, 26), "HB")
+    beta = 8 / 3
+    for plane, window in (
+        (("rho", "sigma"), ((15, 60), (6, 30))),
+        (("sigma", "rho"), ((6, 30), (15, 60))),
+    ):
+        (locus,) = sf.locus(point, plane, window).loci
+        sigma, rho = locus.values.T[:: 1 if plane[0] == "sigma" else -1]
+        assert rho == pytest.approx(sigma * (sigma + beta + 3) / (sigma - beta - 1), rel=1e-11)
+        assert locus.subcritical.all()
+        assert np.ptp(sigma) > 10
+        # Where the locus turns in rho: d/dsigma of the formula above is zero.
+        (turn,) = specials(locus, "MIN")
+        sigma = turn.values[plane.index("sigma")]
+        slope = (2 * sigma + beta + 3) * (sigma - beta - 1) - sigma * (sigma + beta + 3)
+        assert slope == pytest.approx(0, abs=1e-9 * sigma**2)
+
+
+def test_onset_of_squeal_by_exponential_stribeck_friction():
+    # The slope of friction is the damping: md (r - 1)/v0 exp(-vd/v0) = c.
+    model = model_named("stribeck")
+    (locus,) = sf.locus(
+        point_of(model, "vd", (2, 0.9), "HB"), ("vd", "md"), ((0.5, 2), (0.1, 2))
+    ).loci
+    vd, md = locus.values.T
+    assert vd == pytest.approx(model.v0 * np.log(md * (model.r - 1) / (model.v0 * model.c)))
+    assert np.abs(locus.eigenvalues) == pytest.approx(1, abs=1e-12)
+    assert locus.subcritical.all()
+
+
+def test_hopf_locus_ends_at_bogdanov_takens():
+    # LP: 4 b1 = b2^2; HB: b1 = 0 for b2 < 0, neutral saddles for b2 > 0; a = 1, b = -1.
+    point = point_of(BOGDANOV_TAKENS, "b1", (-0.02, 1), "HB")
+    hopf, folds = sf.locus(point, ("b1", "b2"), ((-1, 1), (-3, 1))).loci
+    assert (hopf.type, folds.type, hopf.period) == ("HB", "LP", 1)
+    assert hopf.values[:, 0] == pytest.approx(0, abs=1e-13)
+    assert hopf.values[:, 1].max() == pytest.approx(0, abs=1e-12)
+    assert hopf.values[:, 1].min() == -3
+    assert {hopf.begun.kind, hopf.stopped.kind} == {"window", "codimension-2"}
+    end = hopf.stopped if hopf.stopped.kind == "codimension-2" else hopf.begun
+    assert "BT" in end.reason
+    assert "neutral saddle" in end.reason
+    assert folds.values[:, 0] == pytest.approx(folds.values[:, 1] ** 2 / 4, abs=1e-13)
+    for locus in (hopf, folds):
+        (double,) = specials(locus, "BT")
+        assert double.values == pytest.approx([0, 0], abs=1e-12)
+        # The eigenvector (1, 0) has unit length.
+        assert double.coefficients == pytest.approx({"a": 1, "b": -1}, abs=1e-7)
+        # A double eigenvalue parts as the square root of what is left over.
+        assert np.abs(double.eigenvalues).max() < 1e-6
+    assert folds.special[0].leads_to == (hopf.id,)
+    check_by_scipy(hopf, lambda p, q: [[0, 1], [p["b2"] + 2 * q[0] - q[1], -q[0]]], "HB")
+    check_by_scipy(folds, lambda p, q: [[0, 1], [p["b2"] + 2 * q[0] - q[1], -q[0]]], "LP")
+
+
+def test_the_same_from_the_fold():
+    point = point_of(BOGDANOV_TAKENS, "b1", (-0.02, 1), "LP")
+    folds, hopf = sf.locus(point, ("b1", "b2"), ((-1, 1), (-3, 1))).loci
+    assert (folds.type, hopf.type) == ("LP", "HB")
+    assert hopf.values[:, 0] == pytest.approx(0, abs=1e-13)
+    assert hopf.values[:, 1].max() < 1e-12
+    assert hopf.begun.reason == "born at a point of codimension two"
+
+
+def test_bautin_point_and_the_folds_of_cycles_born_there():
+    # l1 = b2 but for a positive factor; cycles fold at b1 = -b2^2/4, b2 > 0.
+    point = point_of(BAUTIN, "b1", (-0.5, 0.5), "HB")
+    hopf, folds = sf.locus(point, ("b1", "b2"), ((-0.5, 1), (-2, 2))).loci
+    assert (hopf.kind, folds.type, folds.kind) == ("equilibrium", "LP", "periodic")
+    assert hopf.values[:, 0] == pytest.approx(0, abs=1e-14)
+    # The eigenvector of unit length is half as long in |z|^2 as the coordinate.
+    assert hopf.coefficient == pytest.approx(2 * hopf.values[:, 1], abs=1e-12)
+    (general,) = specials(hopf, "GH")
+    assert general.values == pytest.approx([0, 0], abs=1e-12)
+    assert all(value < 1e-9 for value in general.uncertainty)
+    assert general.leads_to == (folds.id,)
+    assert general.duration == pytest.approx(2 * math.pi)
+    b1, b2 = folds.values.T
+    assert b1 == pytest.approx(-(b2**2) / 4, abs=1e-12)
+    assert b2.min() > -1e-12
+    assert b2.max() == pytest.approx(math.sqrt(2), abs=1e-12)
+    assert np.hypot(*folds.states.T) == pytest.approx(np.sqrt(np.abs(b2) / 2), abs=1e-6)
+    assert folds.durations == pytest.approx(2 * math.pi)
+
+
+def test_folds_of_cycles_shrink_to_the_bautin_point():
+    point = point_of(BAUTIN, "b1", (-0.5, 0.5), "LP")
+    folds, hopf = sf.locus(point, ("b1", "b2"), ((-0.5, 1), (-2, 2))).loci
+    assert (folds.type, hopf.type) == ("LP", "HB")
+    ends = [end for end in (folds.begun, folds.stopped) if end.kind == "codimension-2"]
+    assert len(ends) == 1
+    assert "shrink to an equilibrium" in ends[0].reason
+    assert ends[0].values == pytest.approx([0, 0], abs=1e-12)
+    assert specials(hopf, "GH")[0].leads_to == (folds.id,)
+
+
+def test_cusp():
+    # Folds of a + b x - x^3: 27 a^2 = 4 b^3, with c = -1 at the cusp.
+    point = point_of(CUSP, "a", (-1, 1), "LP")
+    (locus,) = sf.locus(point, ("a", "b"), ((-1, 1), (-1, 1.5))).loci
+    a, b = locus.values.T
+    assert 27 * a**2 == pytest.approx(4 * b**3, abs=1e-12)
+    (cusp,) = locus.special
+    assert (cusp.type, cusp.name) == ("CP", "cusp")
+    assert cusp.values == pytest.approx([0, 0], abs=1e-10)
+    assert cusp.coefficients == pytest.approx({"c": -1}, abs=1e-9)
+
+
+def test_double_hopf():
+    model = sf.System(
+        name="pairs",
+        parameters={"a": -0.5, "b": -0.5},
+        states={
+            "x": "a*x - y - x*(x^2 + y^2)",
+            "y": "x + a*y - y*(x^2 + y^2)",
+            "u": "b*u - sqrt(2)*v - u*(u^2 + v^2)",
+            "v": "sqrt(2)*u + b*v - v*(u^2 + v^2)",
+        },
+    )
+    point = point_of(model, "a", (-0.5, 0.5), "HB")
+    (locus,) = sf.locus(point, ("a", "b"), ((-1, 1), (-1, 1))).loci
+    assert locus.values[:, 0] == pytest.approx(0, abs=1e-13)
+    (double,) = locus.special
+    assert (double.type, double.coefficients) == ("HH", {})
+    assert double.values == pytest.approx([0, 0], abs=1e-12)
+
+
+def test_zero_hopf():
+    # Fold at b = 0; beside it the pair a + z +- i, with z = +-sqrt(b): Hopf at b = a^2.
+    model = sf.System(
+        name="zero-hopf",
+        parameters={"a": -0.5, "b": 0.5},
+        states={
+            "z": {"rate": "b - z^2", "start": 0.7},
+            "x": "(a + z)*x - y",
+            "y": "x + (a + z)*y - y*(x^2 + y^2)",
+        },
+    )
+    point = point_of(model, "b", (0.5, -0.5), "LP")
+    folds, hopf = sf.locus(point, ("a", "b"), ((-1, 1), (-1, 1))).loci
+    assert folds.values[:, 1] == pytest.approx(0, abs=1e-13)
+    assert hopf.values[:, 1] == pytest.approx(hopf.values[:, 0] ** 2, abs=1e-12)
+    assert np.ptp(hopf.values[:, 0]) == pytest.approx(2)
+    for locus in (folds, hopf):
+        (double,) = specials(locus, "ZH")
+        assert double.values == pytest.approx([0, 0], abs=1e-10)
+        assert abs(double.coefficients["a"]) == pytest.approx(1)
+        assert abs(double.coefficients["e"]) == pytest.approx(1)
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1e3])
+def test_units_of_time_and_state_do_not_matter(scale):
+    # The Lur'e system in another unit of time, its states in another unit each.
+    model = sf.System(
+        name="lure-scaled",
+        parameters={"a": 1.2, "b": 1.0, "w": scale},
+        states={
+            "x": {"rate": "w*y/10", "scale": 1},
+            "y": {"rate": "w*z/10", "scale": 10},
+            "z": {"rate": "w*(-a*z - 10*b*y - 100*x + 100*x^2)", "scale": 100},
+        },
+    )
+    point = point_of(model, "a", (1.2, 0.9), "HB")
+    (locus,) = sf.locus(point, ("a", "b"), ((0.3, 3), (0.2, 3))).loci
+    assert locus.values.prod(axis=1) == pytest.approx(1, abs=1e-12)
+    frequency = np.abs(locus.eigenvalues.imag).max(axis=1) / scale
+    assert frequency == pytest.approx(np.sqrt(locus.values[:, 1]))
