@@ -29,6 +29,8 @@ def test_transcritical_point_of_equilibria():
     assert (other.parent, other.kind) == (1, "equilibrium")
     assert sorted(other.parameter[[0, -1]]) == [-0.5, 0.5]
     assert other.states == pytest.approx(np.column_stack([other.parameter] * 2), abs=1e-10)
+    assert rest.special[0].name == "transcritical branch point"
+    assert rest.special[0].criticality is None
     away = np.abs(other.parameter) > 1e-6
     assert np.array_equal(other.stable[away], other.parameter[away] > 0)
     assert np.all(np.diff(other.arclength) > 0)
@@ -45,6 +47,10 @@ def test_pitchfork_of_equilibria(sign):
     assert sign * other.parameter == pytest.approx(other.states[:, 0] ** 2, abs=1e-10)
     away = np.abs(other.arclength) > 1e-6
     assert np.all(other.stable[away] == (sign > 0))
+    (point,) = rest.special
+    assert point.name == "pitchfork"
+    assert point.coefficient == pytest.approx(-sign, rel=1e-8)
+    assert point.criticality == ("supercritical" if sign > 0 else "subcritical")
 
 
 def test_a_branch_between_two_branch_points_is_followed_once():

@@ -116,7 +116,7 @@ def test_pitchfork_is_a_branch_point(span, largest):
     assert branch.special[0].leads_to == other.id
     item = branch.special[0]
     assert item.critical_multiplier == pytest.approx(1.0, abs=1e-9)
-    assert item.criticality is None
+    assert item.criticality == "supercritical"
     assert branch.stopped.kind == "span"
     # Rest loses stability a little below k = 0, where the parametric force holds it up:
     # b^2/(2 w^2) = 0.005 to lowest order.

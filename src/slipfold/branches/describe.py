@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.crossing import find_crossing
+from slipfold.branches.detection import TURNING
 from slipfold.branches.event import Event
 from slipfold.branches.location import CLOSE
 from slipfold.branches.normal_form import normal_form
@@ -25,6 +26,8 @@ NAMES = {
     "PD": "period doubling",
     "NS": "Neimark-Sacker (torus)",
     "BP": "branch point",
+    "pitchfork": "pitchfork",
+    "transcritical": "transcritical branch point",
     "HB": "Hopf",
 }
 
@@ -40,17 +43,19 @@ def describe_bifurcation(problem: PeriodicProblem, found: Found) -> SpecialPoint
         The bifurcation.
     """
     coefficient, criticality = None, None
-    if found.type in ("LP", "PD", "NS") and problem.kind != "cycle":
-        coefficient, criticality = normal_form(problem, found.point, found.type)
+    form = _form_of(found)
+    name = NAMES["HB" if (problem.kind, form) == ("equilibrium", "NS") else form or found.type]
+    if form is not None:
+        coefficient, criticality = normal_form(problem, found.point, form)
     kind = found.type
     if problem.kind == "equilibrium":
-        kind, coefficient = _of_equilibrium(kind, coefficient, found.point)
+        kind, coefficient = _of_equilibrium(problem, kind, coefficient, found.point)
     value_uncertainty, multiplier_uncertainty = _uncertainties(problem, found)
     return _special(
         problem,
         found.point,
         kind,
-        NAMES[kind],
+        name,
         value_uncertainty,
         multiplier_uncertainty,
         criticality,
@@ -58,14 +63,31 @@ def describe_bifurcation(problem: PeriodicProblem, found: Found) -> SpecialPoint
     )
 
 
-def _of_equilibrium(kind: str, coefficient: float | None, point: Point) -> tuple[str, float | None]:
+def _form_of(found: Found) -> str | None:
+    """Return which normal form a bifurcation has; None for a branch point that no branch crosses.
+
+    Where one of the two branches turns, it bends back on both sides: a pitchfork.
+    """
+    if found.type != "BP":
+        return found.type
+    if found.other is None:
+        return None
+    slopes = abs(found.point.tangent[-1]), abs(found.other[-1])
+    return "pitchfork" if min(slopes) < TURNING else "transcritical"
+
+
+def _of_equilibrium(
+    problem: PeriodicProblem, kind: str, coefficient: float | None, point: Point
+) -> tuple[str, float | None]:
     """Turn what a fixed point of the flow over a time undergoes into what the equilibrium does.
 
-    The map's coefficient is that of the flow, Re c, times the time; the first Lyapunov coefficient
-    is Re c over the frequency (Kuznetsov, section 5.4).
+    The map's coefficient is that of the flow times the time; the first Lyapunov coefficient is that
+    of the flow, Re c, over the frequency (Kuznetsov, section 5.4).
     """
-    if kind != "NS" or coefficient is None:
+    if coefficient is None:
         return kind, coefficient
+    if kind != "NS":
+        return kind, coefficient / problem.model.values["duration"]
     upper = point.multipliers[point.multipliers.imag > 0]
     critical = upper[np.argmin(np.abs(np.abs(upper) - 1))]
     return "HB", coefficient / float(np.angle(critical))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from slipfold.flow.flow import Constants
 from slipfold.orbits.shooting import Shooting
 
-__all__ = ["JetMap"]
+__all__ = ["JetMap", "polarised"]
 
 Array = NDArray[np.float64]
 Vector = NDArray[Any]
@@ -81,27 +82,52 @@ class JetMap:
         pairs
             Vectors of shape (n,).
         """
-        parts = [
-            (place, factor, left, right)
-            for place, (u, v) in enumerate(pairs)
-            for factor, left, right in (
-                (1, u.real, v.real),
-                (-1, u.imag, v.imag),
-                (1j, u.real, v.imag),
-                (1j, u.imag, v.real),
-            )
-            if left.any() and right.any()
-        ]
-        result = [np.zeros(len(self._scales), dtype=complex) for _ in pairs]
-        if not parts:  # a symmetric orbit has no quadratic terms
-            return result
-        sizes = [(np.linalg.norm(left), np.linalg.norm(right)) for _, _, left, right in parts]
-        sums = [
-            left / a + sign * right / b
-            for (_, _, left, right), (a, b) in zip(parts, sizes, strict=True)
-            for sign in (1, -1)
-        ]
-        squares = self.powers(np.array(sums))[0]
-        for i, ((place, factor, _, _), (a, b)) in enumerate(zip(parts, sizes, strict=True)):
-            result[place] += factor * a * b / 4 * (squares[2 * i] - squares[2 * i + 1])
+        return polarised(lambda directions: self.powers(directions)[0], pairs)
+
+    def carried(self, vector: Array) -> Array:
+        """Return a displacement of the flow's end in the map's scales.
+
+        Parameters
+        ----------
+        vector
+            In the scales of the boundary-value problem, shape (n,).
+        """
+        return vector * self.rescaling
+
+
+def polarised(
+    squares: Callable[[Array], Array], pairs: list[tuple[Vector, Vector]]
+) -> list[Vector]:
+    """Return B(u, v) for complex vectors from the squares B(w, w) of real ones.
+
+    Parameters
+    ----------
+    squares
+        Function of vectors of shape (r, n), returns shape (r, n).
+    pairs
+        Vectors of shape (n,).
+    """
+    parts = [
+        (place, factor, left, right)
+        for place, (u, v) in enumerate(pairs)
+        for factor, left, right in (
+            (1, u.real, v.real),
+            (-1, u.imag, v.imag),
+            (1j, u.real, v.imag),
+            (1j, u.imag, v.real),
+        )
+        if left.any() and right.any()
+    ]
+    result: list[Vector] = [np.zeros(len(u), dtype=complex) for u, _ in pairs]
+    if not parts:  # a symmetric orbit has no quadratic terms
         return result
+    sizes = [(np.linalg.norm(left), np.linalg.norm(right)) for _, _, left, right in parts]
+    sums = [
+        left / a + sign * right / b
+        for (_, _, left, right), (a, b) in zip(parts, sizes, strict=True)
+        for sign in (1, -1)
+    ]
+    values = squares(np.array(sums))
+    for i, ((place, factor, _, _), (a, b)) in enumerate(zip(parts, sizes, strict=True)):
+        result[place] += factor * a * b / 4 * (values[2 * i] - values[2 * i + 1])
+    return result

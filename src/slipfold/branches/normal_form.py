@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 
 from slipfold.branches.jet_map import JetMap
 from slipfold.branches.point import Point
+from slipfold.branches.return_map import ReturnMap
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.orbits.cycle_problem import CycleProblem
 from slipfold.orbits.linearisation import Linearisation
 
 __all__ = [
@@ -29,11 +31,35 @@ __all__ = [
 Array = NDArray[np.float64]
 Vector = NDArray[Any]
 
+QUADRATIC = ("LP", "transcritical")
+"""Kinds whose coefficient is of second order; the others are of third."""
+
+
+def _from_one(values: Vector) -> Array:
+    return np.abs(values - 1)
+
+
+def _from_minus_one(values: Vector) -> Array:
+    return np.abs(values + 1)
+
+
+def _from_circle(values: Vector) -> Array:
+    return np.where(values.imag > 0, np.abs(np.abs(values) - 1), np.inf)
+
+
+_DISTANCES: dict[str, Callable[[Vector], Array]] = {
+    "LP": _from_one,
+    "BP": _from_one,
+    "transcritical": _from_one,
+    "pitchfork": _from_one,
+    "PD": _from_minus_one,
+    "NS": _from_circle,
+}
+"""Functions of the multipliers that are smallest for the critical one."""
+
 
 class MapDerivatives(Protocol):
     """Second and third derivatives B and C of a map, in scaled states."""
-
-    rescaling: Array
 
     def rescaled(self, monodromy: Array) -> Array:
         """Return the map's matrix in its scales."""
@@ -55,7 +81,7 @@ def normal_form(problem: PeriodicProblem, point: Point, kind: str) -> tuple[floa
     point
         The located orbit.
     kind
-        ``"PD"``, ``"NS"`` or ``"LP"``.
+        ``"PD"``, ``"NS"``, ``"LP"``, ``"pitchfork"`` or ``"transcritical"``.
 
     Returns
     -------
@@ -63,19 +89,31 @@ def normal_form(problem: PeriodicProblem, point: Point, kind: str) -> tuple[floa
         Of the map's normal form, with eigenvectors of unit length in scaled states: cubic b of
         PD, real part d of NS, quadratic a of LP. The eigenvector of LP points where the orbit
         moves as the parameter grows: with a < 0 the two orbits exist above the fold's value of
-        the parameter, with a > 0 below it.
+        the parameter, with a > 0 below it. At branch points cubic c of a pitchfork, quadratic a of
+        a transcritical point. The map of a cycle is its return map, and the eigenvector's root
+        mean square round the cycle is one: where the cycle is begun plays no part.
     criticality : str or None
-        ``"supercritical"`` or ``"subcritical"`` for PD (b > 0, b < 0) and NS (d < 0, d > 0).
+        ``"supercritical"`` or ``"subcritical"`` for PD (b > 0, b < 0), NS (d < 0, d > 0) and
+        pitchforks (c < 0, c > 0).
     """
     # The orbit's own scales: those of a branch in f are the scales where it began, and a
     # coefficient must not depend on that.
     own = problem.model_at(point.z).state_scales()
-    map_ = JetMap(problem, point.z, problem.constants(point.z), own)
-    matrix = map_.rescaled(point.monodromy)
+    linearisation = problem.linearise(point.z)
+    map_: JetMap | ReturnMap = (
+        ReturnMap(problem, point.z, own)
+        if isinstance(problem, CycleProblem)
+        else JetMap(problem, point.z, problem.constants(point.z), own)
+    )
+    matrix = map_.rescaled(linearisation.product)
     if kind == "LP":
-        pull = _parameter_pull(problem.linearise(point.z)) * map_.rescaling
-        return _fold(map_, matrix, pull), None
-    coefficient = critical_coefficient(map_, matrix, kind)
+        coefficient = _fold(map_, matrix, map_.carried(_parameter_pull(linearisation)))
+    else:
+        coefficient = critical_coefficient(map_, matrix, kind)
+    if isinstance(map_, ReturnMap):
+        q, _, value = critical_vectors(matrix, _DISTANCES[kind])
+        size = map_.length(q, value, linearisation.product)
+        coefficient /= size if kind in QUADRATIC else size**2
     return coefficient, criticality_of(kind, coefficient)
 
 
@@ -105,11 +143,11 @@ def criticality_of(kind: str, coefficient: float) -> str | None:
     Parameters
     ----------
     kind
-        ``"LP"``, ``"PD"`` or ``"NS"``.
+        ``"LP"``, ``"PD"``, ``"NS"``, ``"pitchfork"`` or ``"transcritical"``.
     coefficient
         Of its normal form.
     """
-    if kind == "LP" or not np.isfinite(coefficient) or coefficient == 0:
+    if kind in QUADRATIC or not np.isfinite(coefficient) or coefficient == 0:
         return None
     soft = coefficient > 0 if kind == "PD" else coefficient < 0
     return "supercritical" if soft else "subcritical"
@@ -118,19 +156,36 @@ def criticality_of(kind: str, coefficient: float) -> str | None:
 def _parameter_pull(linearisation: Linearisation) -> Array:
     """Derivative of the map with respect to the parameter, in the problem's scaled states."""
     pull = np.zeros(linearisation.along.shape[1])
-    for block, along in zip(linearisation.blocks, linearisation.along[:, :, 0], strict=True):
+    for block, along in zip(linearisation.blocks, linearisation.along[:, :, -1], strict=True):
         pull = block @ pull + along
     return pull
 
 
 def _fold(map_: MapDerivatives, matrix: Array, pull: Array) -> float:
-    q, p, _ = critical_vectors(matrix, lambda values: np.abs(values - 1))
+    q, p, _ = critical_vectors(matrix, _DISTANCES["LP"])
     second, _ = map_.powers(q.real[None])
     return float(0.5 * (p.real @ second[0]) * np.sign(p.real @ pull))
 
 
+def _transcritical(map_: MapDerivatives, matrix: Array) -> float:
+    q, p, _ = critical_vectors(matrix, _DISTANCES["BP"])
+    second, _ = map_.powers(q.real[None])
+    return float(0.5 * (p.real @ second[0]))
+
+
+def _pitchfork(map_: MapDerivatives, matrix: Array) -> float:
+    """Cubic coefficient on the centre manifold, where the quadratic one is zero by symmetry."""
+    q, p, _ = critical_vectors(matrix, _DISTANCES["BP"])
+    second, third = map_.powers(q.real[None])
+    n = len(q)
+    bordered = np.block([[np.eye(n) - matrix, p.real[:, None]], [p.real[None], np.zeros((1, 1))]])
+    bent = np.linalg.solve(bordered, np.append(second[0], 0.0))[:n]
+    (mixed,) = map_.second([(q, bent.astype(complex))])
+    return float(p.real @ (third[0] + 3 * mixed.real) / 6)
+
+
 def _doubling(map_: MapDerivatives, matrix: Array) -> float:
-    q, p, _ = critical_vectors(matrix, lambda values: np.abs(values + 1))
+    q, p, _ = critical_vectors(matrix, _DISTANCES["PD"])
     second, third = map_.powers(q.real[None])
     bent = np.linalg.solve(np.eye(len(q)) - matrix, second[0])
     (mixed,) = map_.second([(q, bent.astype(complex))])
@@ -138,9 +193,7 @@ def _doubling(map_: MapDerivatives, matrix: Array) -> float:
 
 
 def _torus(map_: MapDerivatives, matrix: Array) -> float:
-    q, p, value = critical_vectors(
-        matrix, lambda values: np.where(values.imag > 0, np.abs(np.abs(values) - 1), np.inf)
-    )
+    q, p, value = critical_vectors(matrix, _DISTANCES["NS"])
     a, b = q.real, q.imag
     second, third = map_.powers(np.array([a, b, a + b, a - b]))
     aa, bb = second[0], second[1]
@@ -160,6 +213,8 @@ def _torus(map_: MapDerivatives, matrix: Array) -> float:
 _FORMS: dict[str, Callable[[MapDerivatives, Array], float]] = {
     "PD": _doubling,
     "NS": _torus,
+    "transcritical": _transcritical,
+    "pitchfork": _pitchfork,
 }
 
 

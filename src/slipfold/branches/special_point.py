@@ -53,7 +53,9 @@ class SpecialPoint:
         ``"supercritical"``, ``"subcritical"`` or None where it has no meaning.
     coefficient
         Normal form coefficient: of the map for PD (cubic), NS (real part of the first Lyapunov
-        coefficient) and LP (quadratic); first Lyapunov coefficient of HB; None elsewhere.
+        coefficient), LP (quadratic) and BP (cubic of a pitchfork, else quadratic), of an
+        equilibrium that of the flow; first Lyapunov coefficient of HB; None elsewhere. See
+        `slipfold.branches.normal_form`.
     leads_to
         Id of the branch that was started here, or None.
     """

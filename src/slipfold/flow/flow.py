@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from typing import Any
@@ -22,6 +23,9 @@ Array = NDArray[np.float64]
 TOLERANCE = 1e-13
 """Local error a step may make: multipliers are then right to about 1e-13, for a tenth more time
 than 1e-12 takes."""
+
+TINY = 1e-300
+"""Length of a step that is taken for what is known before it."""
 
 MAX_STEPS = 500
 """Steps a segment may take; it takes about 5, and 80 where it passes a singularity at 1e-5."""
@@ -297,17 +301,64 @@ class Flow:
         result = np.empty((total, JET_ORDER, n))
         starts = np.broadcast_to(states, directions.shape)
         first, last = np.broadcast_to(start, total), np.broadcast_to(end, total)
-        count = len(constants.values)
-        values = np.concatenate([constants.values, np.zeros(n + 1)])[:, None]
         for some in _chunks(total):
-            batch = self._prepare(self._code.jet, starts[some], first[some], values)
-            batch.pars[count : count + n] = _pad(directions[some]).T
-            batch.state[n:] = 0.0
-            batch.propagate_until(_pad(last[some]), max_steps=MAX_STEPS)
+            batch = self._run_jets(
+                starts[some], first[some], last[some], constants, directions[some]
+            )
             finished = _finished(batch, batch.state[n:], some.stop - some.start)
             result[some] = finished.reshape(-1, JET_ORDER, n)
             result[some, 0] += directions[some]  # the jet is that of phi(x + s v) - s v
         return result
+
+    def jet_in_time(
+        self, state: Array, start: float, end: float, constants: Constants, directions: Array
+    ) -> Array:
+        """Differentiate the flow along directions of the start state and in the end's phase.
+
+        Parameters
+        ----------
+        state
+            The start that all share, shape (n,).
+        start, end
+            Phases.
+        constants
+            Coefficients.
+        directions
+            Shape (m, n).
+
+        Returns
+        -------
+        ndarray, shape (m, 4, 4, n)
+            ``d^j/ds^j d^k/dt^k phi(state + s v)`` for j, k = 0 ... 3 and each direction v.
+        """
+        n, total, orders = self.dimension, len(directions), JET_ORDER + 1
+        result = np.empty((total, orders, orders, n))
+        starts = np.broadcast_to(state, directions.shape)
+        first, last = np.full(total, start), np.full(total, end)
+        for some in _chunks(total):
+            batch = self._run_jets(
+                starts[some], first[some], last[some], constants, directions[some]
+            )
+            ends = _finished(batch, batch.state, some.stop - some.start)
+            batch.step(np.full(LANES, TINY), write_tc=True)  # for the Taylor coefficients in time
+            for k in range(orders):
+                taylor = batch.tc[:, k, : len(ends)].T * math.factorial(k)
+                slopes = ends if k == 0 else np.where(np.isfinite(ends), taylor, np.nan)
+                result[some, :, k] = slopes.reshape(-1, orders, n)
+            result[some, 1, 0] += directions[some]  # the jet is that of phi(x + s v) - s v
+        return result
+
+    def _run_jets(
+        self, states: Array, start: Array, end: Array, constants: Constants, directions: Array
+    ) -> Any:
+        """Carry up to as many jets as there are lanes to their end."""
+        n, count = self.dimension, len(constants.values)
+        values = np.concatenate([constants.values, np.zeros(n + 1)])[:, None]
+        batch = self._prepare(self._code.jet, states, start, values)
+        batch.pars[count : count + n] = _pad(directions).T
+        batch.state[n:] = 0.0
+        batch.propagate_until(_pad(end), max_steps=MAX_STEPS)
+        return batch
 
     def rates(self, states: Array, phases: Array, constants: Constants) -> Array:
         """Evaluate dq/dphase.

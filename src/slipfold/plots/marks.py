@@ -78,7 +78,9 @@ def limit_name(model: Model, reason: str) -> str:
 
 def _special(branch: Branch, output: str, measure: str) -> Iterator[Mark]:
     for point in branch.special:
-        if point.type in MARKERS:
+        # A branch point lies on two branches; the one met first marks it.
+        again = point.type == "BP" and (point.leads_to or branch.id) < branch.id
+        if point.type in MARKERS and not again:
             value = float(measure_of(point.orbit.extrema, output, measure)[0])
             hollow = point.criticality == "subcritical"
             yield Mark(point.type, _short_name(point), float(point.value), value, hollow)

@@ -1,0 +1,170 @@
+"""A cycle's return map to a section across the flow, with its derivatives from Taylor jets."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.branches.jet_map import polarised
+from slipfold.orbits.cycle_problem import CycleProblem
+
+__all__ = ["ReturnMap"]
+
+Array = NDArray[np.float64]
+Vector = NDArray[Any]
+
+SAMPLES = 8
+"""Samples of a segment over which the length of a vector carried along is averaged."""
+
+OFF_ONE = 1e-3
+"""A multiplier this far from one has an eigenvector of its own beside the flow's direction."""
+
+
+class ReturnMap:
+    r"""Where motions near a cycle cross a section the next time, in scaled states.
+
+    The section is the plane through the first node orthogonal to the flow there. The flow over the
+    cycle's duration leads beside it; the time that is missing follows order by order from
+
+    .. math:: f^T (\phi(x_0 + s v, T + \tau(s)) - x_0) = 0
+
+    with the derivatives of the flow along v and in time. Vectors are coordinates in the section.
+
+    Parameters
+    ----------
+    problem
+        How the cycle is described.
+    z
+        The cycle.
+    scales
+        Scales of the states.
+    """
+
+    def __init__(self, problem: CycleProblem, z: Array, scales: Array) -> None:
+        self._problem, self._z = problem, z
+        self._constants = problem.constants(z)
+        self._scales = scales
+        self._rescaling = problem.scales / scales
+        node = problem.nodes(z)[:1]
+        rates = problem.flow.rates(node, np.array([problem.phase]), self._constants)[0]
+        self._flow = rates / scales
+        self._basis = np.linalg.qr(self._flow[:, None], mode="complete")[0][:, 1:]
+
+    def rescaled(self, monodromy: Array) -> Array:
+        """Return the map's matrix, shape (n - 1, n - 1).
+
+        Parameters
+        ----------
+        monodromy
+            Of the flow over the duration, in the scales of the problem, shape (n, n).
+        """
+        return np.asarray(self._basis.T @ self._in_scales(monodromy) @ self._basis)
+
+    def carried(self, vector: Array) -> Array:
+        """Return a displacement of the flow's end as one of the map, shape (n - 1,).
+
+        Parameters
+        ----------
+        vector
+            In the scales of the problem, shape (n,).
+        """
+        return np.asarray(self._basis.T @ (vector * self._rescaling))
+
+    def powers(self, directions: Array) -> tuple[Array, Array]:
+        """Return B(v, v) and C(v, v, v) for real directions.
+
+        Parameters
+        ----------
+        directions
+            Shape (r, n - 1).
+
+        Returns
+        -------
+        second, third : ndarray, shape (r, n - 1)
+            The forms.
+        """
+        problem = self._problem
+        jets = problem.flow.jet_in_time(
+            problem.nodes(self._z)[0],
+            problem.phase,
+            problem.phase + problem.period,
+            self._constants,
+            directions @ self._basis.T * self._scales,
+        )
+        y = np.moveaxis(jets / self._scales, 0, 2)  # order in s, order in time, direction, state
+        across = self._flow / (self._flow @ self._flow)
+
+        def late(displacement: Array) -> Array:
+            """Time that brings a displacement back into the section."""
+            return -(displacement @ across)[:, None]
+
+        a = late(y[1, 0])
+        second = y[2, 0] + 2 * a * y[1, 1] + a**2 * y[0, 2]
+        b = late(second)
+        third = y[3, 0] + 3 * a * y[2, 1] + 3 * a**2 * y[1, 2] + a**3 * y[0, 3]
+        third = third + 3 * b * y[1, 1] + 3 * a * b * y[0, 2]
+        return second @ self._basis, third @ self._basis
+
+    def second(self, pairs: list[tuple[Vector, Vector]]) -> list[Vector]:
+        """Return B(u, v) for complex vectors, by polarisation.
+
+        Parameters
+        ----------
+        pairs
+            Vectors of shape (n - 1,).
+        """
+        return polarised(lambda directions: self.powers(directions)[0], pairs)
+
+    def length(self, q: Vector, multiplier: complex, monodromy: Array) -> float:
+        """Return the root mean square, round the cycle, of an eigenvector of the map.
+
+        It does not depend on where the cycle is begun, and so do coefficients by it. The vector is
+        the flow's eigenvector that belongs to it; at a fold, where there is none, the part across
+        the flow.
+
+        Parameters
+        ----------
+        q
+            The eigenvector, shape (n - 1,).
+        multiplier
+            Its eigenvalue.
+        monodromy
+            Of the flow over the duration, in the scales of the problem, shape (n, n).
+        """
+        problem, f = self._problem, self._flow
+        vector = self._basis @ q
+        if abs(multiplier - 1) > OFF_ONE:
+            along = f @ (self._in_scales(monodromy) @ vector) / (f @ f)
+            vector = vector + f * along / (multiplier - 1)
+        edges = np.linspace(problem.phase, problem.phase + problem.period, problem.segments + 1)
+        nodes, total = problem.nodes(self._z), 0.0
+        blocks = self._blocks(edges[:-1], edges[1:])[1]
+        starts = [vector]
+        for block in blocks[:-1]:
+            starts.append(block @ starts[-1])
+        for k in range(SAMPLES):
+            ends = edges[:-1] + (edges[1:] - edges[:-1]) * k / SAMPLES
+            states, matrices = (nodes, None) if k == 0 else self._blocks(edges[:-1], ends)
+            moved = np.array(starts)
+            if matrices is not None:
+                moved = np.einsum("jab,jb->ja", matrices, moved)
+            if abs(multiplier - 1) <= OFF_ONE:
+                rates = problem.flow.rates(states, ends, self._constants) / self._scales
+                share = np.sum(moved * rates, axis=1) / np.sum(rates**2, axis=1)
+                moved = moved - share[:, None] * rates
+            total += float(np.mean(np.sum(np.abs(moved) ** 2, axis=1)))
+        return float(np.sqrt(total / SAMPLES))
+
+    def _in_scales(self, matrix: Array) -> Array:
+        return matrix * self._rescaling[:, None] / self._rescaling
+
+    def _blocks(self, start: Array, end: Array) -> tuple[Array, Array]:
+        """Return where segments end and their transition matrices."""
+        problem = self._problem
+        along = self._constants.rates[:, problem.indices]  # as compiled for the branch
+        ends, matrices, _ = problem.flow.linearise(
+            problem.nodes(self._z), start, end, self._constants, along
+        )
+        return ends, matrices * self._scales[None, :] / self._scales[:, None]

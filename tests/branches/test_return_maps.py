@@ -1,0 +1,140 @@
+"""Normal forms of cycles of unknown duration, from their return maps."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import slipfold as sf
+from slipfold.models import model_named
+
+ALONE = sf.Settings(largest_period=1)
+ROUND = {"x": "x*(1 - x^2 - y^2) - y", "y": "y*(1 - x^2 - y^2) + x"}
+"""A cycle of radius one and duration 2 pi."""
+
+
+def special(diagram, kind, branch):
+    return [item for item in diagram.branches[branch - 1].special if item.type == kind]
+
+
+def beside(first, last, **states):
+    """What becomes of the round cycle as r goes from first to last, with more states beside it."""
+    model = sf.System(name="beside", parameters={"r": first}, states={**ROUND, **states})
+    start = [1.0, 0.0] + [0.0] * len(states)
+    cycle = sf.periodic_orbit(model, state=start, duration=6)
+    return sf.response(cycle, vary="r", span=(first, last), settings=ALONE)
+
+
+def test_doubling_of_the_lure_cycle():
+    # xi becomes mu xi + b xi^3 with mu near -1: on the doubled branch xi^2 = -(1 + mu)/b. The
+    # halves of its orbits differ by 2 xi times a vector whose mean square is one.
+    born = 0.6303020061596
+    events = [sf.Event("a", born - gap, "parameter") for gap in (1e-4, 2e-4)]
+    settings = sf.Settings(largest_period=2)
+    diagram = sf.response(
+        model_named("lure"), vary="a", span=(1.2, 0.62), settings=settings, events=events
+    )
+    (doubling,) = special(diagram, "PD", 2)
+    estimates = []
+    for once, twice in zip(special(diagram, "EVENT", 2), special(diagram, "EVENT", 3), strict=True):
+        halves = np.split(twice.orbit.sample(128)[1], 2)
+        square = np.mean(np.sum((halves[0] - halves[1]) ** 2, axis=1)) / 4
+        estimates.append(-(1 + once.multipliers.real.min()) / square)
+    near, far = estimates
+    assert doubling.coefficient == pytest.approx(2 * near - far, rel=1e-4)
+    assert doubling.criticality == "supercritical"
+
+
+@pytest.mark.parametrize("state", [[1.0, 0.0], [0.6, -0.8]])
+def test_fold_of_cycles_is_exact(state):
+    # r' = r (m + 2 r^2 - r^4): at m = -1, r = 1 the radial map has the second derivative -8 T;
+    # two cycles exist above, so a < 0.
+    square = "(x^2 + y^2)"
+    growth = f"(m + 2*{square} - {square}^2)"
+    model = sf.System(
+        name="Bautin",
+        parameters={"m": -0.5},
+        states={"x": f"x*{growth} - y", "y": f"y*{growth} + x"},
+    )
+    radius = np.sqrt(1 + np.sqrt(0.5))
+    cycle = sf.periodic_orbit(model, state=radius * np.array(state), duration=6)
+    diagram = sf.response(cycle, vary="m", span=(-0.5, -1.2), settings=ALONE)
+    (fold,) = special(diagram, "LP", 1)
+    assert fold.value == pytest.approx(-1, abs=1e-11)
+    assert fold.coefficient == pytest.approx(-4 * 2 * np.pi, rel=1e-7)
+    assert fold.criticality is None
+
+
+@pytest.mark.parametrize("n", [1, -0.5])
+def test_torus_of_cycles_is_exact(n):
+    # w' = (r + 0.3 i) w - n w |w|^2: |w| becomes |w| (1 - n T |w|^2); a unit vector has
+    # |w|^2 = 2 |zeta|^2.
+    square = f"{n}*(u^2 + v^2)"
+    diagram = beside(-0.3, 0.3, u=f"r*u - 0.3*v - u*{square}", v=f"0.3*u + r*v - v*{square}")
+    (torus,) = special(diagram, "NS", 1)
+    assert torus.value == pytest.approx(0, abs=1e-11)
+    assert torus.critical_multiplier == pytest.approx(np.exp(0.6j * np.pi), abs=1e-9)
+    assert torus.coefficient == pytest.approx(-2 * n * 2 * np.pi, rel=1e-7)
+    assert torus.criticality == ("supercritical" if n > 0 else "subcritical")
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_pitchfork_of_cycles_is_exact(sign):
+    diagram = beside(-0.3, 0.3, z=f"r*z - {sign}*z^3")
+    (point,) = special(diagram, "BP", 1)
+    assert point.name == "pitchfork"
+    assert point.coefficient == pytest.approx(-sign * 2 * np.pi, rel=1e-7)
+    assert point.criticality == ("supercritical" if sign > 0 else "subcritical")
+
+
+def test_transcritical_point_of_cycles_is_exact():
+    diagram = beside(-0.3, 0.3, z="r*z - z^2")
+    (point,) = special(diagram, "BP", 1)
+    assert point.name == "transcritical branch point"
+    assert abs(point.coefficient) == pytest.approx(2 * np.pi, rel=1e-7)
+    assert point.criticality is None
+
+
+def test_a_forced_doubling_is_that_of_the_cycle_with_its_forcing():
+    # The force comes from an oscillator of its own: the same map, beside a fast decay.
+    rate = "-0.02*v - (1 + h*{wave})*q - q^3"
+    forced = sf.System(
+        name="forced",
+        parameters={"h": 0.0},
+        states={"q": "v", "v": rate.format(wave="cos(2*t)")},
+        forcing={"period": "pi"},
+    )
+    own = sf.System(
+        name="own",
+        parameters={"h": 0.02},
+        states={
+            "x": "x*(1 - x^2 - y^2) - 2*y",
+            "y": "y*(1 - x^2 - y^2) + 2*x",
+            "q": "v",
+            "v": rate.format(wave="x"),
+        },
+    )
+    (published,) = special(sf.response(forced, "h", (0, 0.06), settings=ALONE), "PD", 1)
+    cycle = sf.periodic_orbit(own, state=[1, 0, 0, 0], duration=np.pi)
+    (doubling,) = special(sf.response(cycle, "h", (0.02, 0.06), settings=ALONE), "PD", 1)
+    assert doubling.value == pytest.approx(published.value, abs=1e-10)
+    assert doubling.criticality == published.criticality
+    # The forced one has a unit vector at phase zero, the other one in the mean over the period.
+    mean = mean_square(published.value)
+    assert doubling.coefficient == pytest.approx(published.coefficient / mean, rel=1e-6)
+
+
+def mean_square(h):
+    """Of the critical vector of q'' + 0.02 q' + (1 + h cos 2t) q = 0 over a period, by SciPy."""
+
+    def rates(time, vectors):
+        matrix = np.array([[0, 1], [-(1 + h * np.cos(2 * time)), -0.02]])
+        return (matrix @ vectors.reshape(2, 2)).ravel()
+
+    grid = np.linspace(0, np.pi, 65)
+    run = solve_ivp(
+        rates, (0, np.pi), np.eye(2).ravel(), "DOP853", rtol=1e-12, atol=1e-13, t_eval=grid
+    )
+    matrices = run.y.T.reshape(-1, 2, 2)
+    values, vectors = np.linalg.eig(matrices[-1])
+    critical = vectors[:, np.abs(values + 1).argmin()].real
+    return np.mean(np.sum((matrices[:-1] @ critical) ** 2, axis=1))
