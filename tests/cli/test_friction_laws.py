@@ -68,7 +68,6 @@ def test_what_a_law_brings_is_shown():
         (["models", "sliding", "--friction", "stribek"], "no law 'stribek'; did you mean Stribeck"),
         (["models", "duffing", "--friction", "dahl"], "duffing takes no friction law"),
         (["models", "--friction", "dahl"], "--friction dahl is for one model"),
-        (["models", "sliding", "--friction", "jenkins"], "Jenkins switches between stick and slip"),
         (["models", "sliding", "--friction", "regularised"], "Regularised has no of; give it"),
         (["locus", "x.nc", "--friction", "dahl", "--vary", "f=1:2"], "--friction dahl is for a mo"),
         (["simulate", "sliding", "--friction", "stribeck", "--set", "mu=1"], "no parameter 'mu'"),

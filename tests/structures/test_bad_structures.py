@@ -5,7 +5,7 @@ import pytest
 from scipy import sparse
 
 from slipfold.errors import InputError
-from slipfold.models.friction import BoucWen, Coulomb, Jenkins, Regularised
+from slipfold.models.friction import BoucWen, Coulomb, Regularised
 from slipfold.models.structures import (
     BaseMotion,
     ContactLoad,
@@ -127,7 +127,6 @@ BAD = {
         lambda: make(elements=HarmonicForce("q1")), "is not known among elements; give LinearSpring"
     ),
     "law": (lambda: FrictionContact("q1", 0.4), "law = 0.4 is not a friction law"),
-    "Jenkins": (lambda: FrictionContact("q1", Jenkins()), "switches between stick and slip"),
     "load": (lambda: FrictionContact("q1", load=[1]), "is no normal force; give a number in N"),
     "no load": (lambda: FrictionContact("q1", load=0), "Ns = 0 is outside its bounds"),
     "opens": (lambda: ModulatedLoad(Ns=1, Nd=1), "Nd = 1 N is not below Ns = 1 N"),

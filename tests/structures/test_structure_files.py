@@ -229,7 +229,6 @@ def test_a_text_in_no_file_has_no_files_beside_it():
         ("mu_s = 0.4", "mu_s = 0.1", "line 27, column 39: mu_s = 0.1 is below mu_k = 0.3"),
         ("mu_s = 0.4", "mu = 1", "line 27, column 32: Stribeck has no entry 'mu'; did you mean"),
         ('"20 cm/s"', '"20 cm"', "line 27, column 49: vs = '20 cm' has the unit 'cm'"),
-        ('{ law = "Stribeck", mu_s = 0.4, vs = "20 cm/s" }', '"Jenkins"', "switches between stick"),
         ('"ModulatedLoad"', '"Load"', "line 28, column 17: there is no type 'Load'"),
         ("Nd = 0.5", "Nd = 5", "line 28, column 47: Nd = 5 N is not below Ns = 2 N"),
         ("load =", "loads =", "line 28, column 1: FrictionContact has no entry 'loads'; did you"),
