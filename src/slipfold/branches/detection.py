@@ -77,7 +77,7 @@ class _Bifurcations:
         # Where the branch turns at a branch point there is no fold.
         turns = any(_turns(item) for item in found)
         for kind in ("PD", "NS") if turns else ("PD", "NS", "LP"):
-            if kind in a.tests and _changes_sign(a.tests[kind], b.tests[kind]):
+            if kind in a.tests and _changes_sign(kind, a, b):
                 found.append(locate_test(self._problem, known, a, b, kind, kind))
         return [item for item in found if _is_genuine(item)]
 
@@ -100,7 +100,7 @@ class _Bifurcations:
 
     def accounts_for(self, found: list[Found], a: Point, b: Point) -> bool:
         """Whether what was found explains the change in the number of unstable multipliers."""
-        if min(np.abs(np.abs(item.multipliers) - 1).min() for item in (a, b)) < ROUNDING:
+        if min(map(_off_circle, (a, b))) < ROUNDING:
             return True  # which side of the circle it is on is not known
         change = abs(b.unstable - a.unstable)
         turning = sum(_turns(item) for item in found)
@@ -113,12 +113,22 @@ class _Bifurcations:
         return change <= single + 2 * pairs and (change - single) % 2 == 0
 
 
-def _changes_sign(before: float, after: float) -> bool:
-    """Whether a function is positive at one of two points only, beyond what rounding does.
+def _changes_sign(kind: str, a: Point, b: Point) -> bool:
+    """Whether a test function is positive at one of two points only, beyond what rounding does.
 
-    Along a family of centres, which have the same value of the parameter, it is zero throughout.
+    Along a family of centres, which have the same value of the parameter, it is zero throughout,
+    with a multiplier on the circle. A function alone may be small where none is: it is a product
+    over all multipliers, which lie close together where a fast decay sets the unit of time.
     """
-    return (before > 0) != (after > 0) and max(abs(before), abs(after)) > ROUNDING
+    before, after = a.tests[kind], b.tests[kind]
+    if (before > 0) == (after > 0):
+        return False
+    return max(abs(before), abs(after)) > ROUNDING or max(map(_off_circle, (a, b))) > ROUNDING
+
+
+def _off_circle(point: Point) -> float:
+    """Return the least distance of a multiplier from the unit circle."""
+    return float(np.abs(np.abs(point.multipliers) - 1).min())
 
 
 def _turns(found: Found) -> bool:
