@@ -247,7 +247,7 @@ def piece_through(model, vary, span, period, nodes):
         start = corrected_point(problem, correct(problem, z, row), 0.0)
         # The first short step of what may close on its parent is not searched.
         settings = Settings(largest_period=2)
-        both.append(trace_branch(problem, start, span, settings, doubled=period % 2 == 0))
+        both.append(trace_branch(problem, start, span, settings, departs=period % 2 == 0))
     ahead, behind = both
     points = [replace(item, arclength=-item.arclength) for item in behind.points[:0:-1]]
     points += ahead.points
