@@ -6,7 +6,7 @@ import pytest
 from helpers.diagrams import assert_same_diagram
 from slipfold.branches.event import Event
 from slipfold.errors import InputError
-from slipfold.models import SlidingOscillator
+from slipfold.models import SlidingOscillator, model_named
 from slipfold.results import load, response
 
 
@@ -99,3 +99,11 @@ def test_bad_input(arguments, message):
     given = {"model": SlidingOscillator(), "vary": "Nd", "span": (0, 0.98)} | arguments
     with pytest.raises(InputError, match=message):
         response(**given)
+
+
+def test_the_table_shows_rounding_as_zero():
+    diagram = response(model_named("stuart-landau"), vary="r", span=(-0.5, 0.5))
+    cells = [line.split() for line in diagram.summary().splitlines()]
+    first, hopf, last = [line for line in cells if line and line[0] == "1"]
+    assert [first[6:10], last[6:10]] == [["0"] * 4] * 2
+    assert hopf[5:10] == ["0"] * 5

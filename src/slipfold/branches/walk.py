@@ -77,7 +77,7 @@ class _Measures:
 
         The turn grows with the first power of the step, the drift with the second to third.
         """
-        wanted = min(self.error**-POWER, 0.7 / max(self.turn, 1e-3), max(self.drift, 1e-6) ** -0.4)
+        wanted = min(self.error**-POWER, 0.9 / max(self.turn, 1e-3), max(self.drift, 1e-6) ** -0.4)
         return float(np.clip(0.9 * wanted, 0.2, 2.5))
 
 

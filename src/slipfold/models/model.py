@@ -52,9 +52,10 @@ class Model(ABC):
     _values: Mapping[str, float]
 
     def __init__(self, **values: float | str) -> None:
-        checked = {parameter.name: parameter.default for parameter in self.parameters}
+        known = {parameter.name: parameter for parameter in self.parameters}
+        checked = {name: parameter.default for name, parameter in known.items()}
         for key, value in values.items():
-            parameter = self.parameter(key)
+            parameter = known.get(key) or self.parameter(key)
             checked[key] = parameter.check(parse_quantity(value, parameter.unit, key))
         object.__setattr__(self, "_values", MappingProxyType(checked))
         self.check(checked)

@@ -20,7 +20,8 @@ def limit_margins(problem: Shooting, z: Array) -> Array:
     """Return by how much each watched output stays above its bound over the orbit.
 
     The first look samples the orbit. Between samples an output may be lower by what its slope
-    allows; where that could matter, its minimum over the continuous orbit is found.
+    allows, or its bend, an eighth of which is the fall of a parabola below its lowest sample; where
+    that could matter, its minimum over the continuous orbit is found.
 
     Parameters
     ----------
@@ -35,6 +36,8 @@ def limit_margins(problem: Shooting, z: Array) -> Array:
         Margins in the units of the outputs; negative beyond the limit.
     """
     limits = problem.model.limits
+    if not limits:
+        return np.empty(0)
     flow, constants, nodes = problem.flow, problem.constants(z), problem.nodes(z)
     m, period = problem.segments, problem.period
     each = -(-SAMPLES * period // m)
@@ -46,7 +49,9 @@ def limit_margins(problem: Shooting, z: Array) -> Array:
     bounds = np.array([limit.bound for limit in limits])
     values = flow.outputs(samples, phases, constants)[:, columns]
     lowest = values.min(axis=0)
-    fall = np.abs(np.diff(values, axis=0, append=values[:1])).max(axis=0)
+    steps = np.diff(values, axis=0, append=values[:1])
+    bends = np.diff(steps, axis=0, prepend=steps[-1:])
+    fall = np.minimum(np.abs(steps).max(axis=0), np.abs(bends).max(axis=0))
     for i in np.flatnonzero(lowest - fall < 2 * bounds):
         before = [int(values[:, i].argmin()) - 1]  # -1 is the last sample: the orbit is closed
         lowest[i] = refine_minimum(

@@ -60,6 +60,7 @@ class Shooting(ABC):
         self.free = tuple(free)
         self.units = np.array(units, dtype=float)
         self.indices = [model.parameter_index(name) for name in free]
+        self._vector = model.vector
         self.segments = segments
         self.flow: Flow = flow_of(model)
         self.scales = model.state_scales()
@@ -157,7 +158,7 @@ class Shooting(ABC):
         z
             The unknown.
         """
-        vector = self.model.vector.copy()
+        vector = self._vector.copy()
         vector[self.indices] = self.free_values(z)
         return vector
 

@@ -23,6 +23,9 @@ __all__ = ["Row", "points_by_label", "summary_html", "summary_rows", "summary_te
 SHOWN = 2
 """States shown where nobody says which."""
 
+ROUNDING = 1e-14
+"""What is smaller than this share of the size of its column is rounding, and shown as zero."""
+
 
 @dataclass(frozen=True, eq=False)
 class Row:
@@ -137,14 +140,32 @@ def _cells(diagram: Diagram, outputs: Sequence[str] | None) -> PrintedTable:
     heads = ["BR", "period", "PT", "TY", "LAB", diagram.model.parameter(diagram.vary).name]
     heads += [f"{which} {name}" for name in names for which in ("max", "min")]
     lines = []
-    for label, row in enumerate(summary_rows(diagram), 1):
+    rows = summary_rows(diagram)
+    sizes = {name: _size(diagram, rows, name) for name in names}
+    wide = max(map(abs, diagram.span))
+    for label, row in enumerate(rows, 1):
         line = [str(row.branch), str(row.period), str(row.point), row.type, str(label)]
-        line.append(f"{row.value:.10g}")
+        line.append(_shown(row.value, wide, 10))
         for name in names:
             low, high = row.extrema.of(name)
-            line += [f"{high[0]:.6g}", f"{low[0]:.6g}"]
+            line += [_shown(value, sizes[name], 6) for value in (high[0], low[0])]
         lines.append([*line, row.stable, row.note])
     return PrintedTable([*heads, "stable", ""], lines, words=("TY", "stable", ""))
+
+
+def _shown(value: float, size: float, digits: int) -> str:
+    """Write a number, zero if it is no more than rounding beside the size of its column."""
+    return "0" if abs(value) < ROUNDING * size else f"{value:.{digits}g}"
+
+
+def _size(diagram: Diagram, rows: Sequence[Row], name: str) -> float:
+    """Return how large a state or output is, by its scale or at the rows of the table."""
+    scales = {
+        state.name: float(scale)
+        for state, scale in zip(diagram.model.states, diagram.model.state_scales(), strict=True)
+    }
+    ends = [end[0] for row in rows for end in row.extrema.of(name)]
+    return float(np.nanmax([scales.get(name, 0.0), *np.abs(ends)]))
 
 
 def _title(diagram: Diagram) -> str:
