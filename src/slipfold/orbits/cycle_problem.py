@@ -127,13 +127,14 @@ class CycleProblem(PeriodicProblem):
         away = (around[shifts % (m * SAMPLES)] - wanted) / self.scales
         begin = int(np.sum(away**2, axis=(1, 2)).argmin())
         sampled = nodes = around[shifts[begin] % (m * SAMPLES)]
-        later = 0.0
+        later, apart = 0.0, float(self._end[0] - self._start[0]) / SAMPLES
         for _ in range(ALIGNMENTS):
             rates = self.flow.rates(nodes, self._start, constants) / self.scales
             size = float(np.sum(rates**2))
             if size == 0:  # an equilibrium
                 break
             later -= float(np.sum((nodes - wanted) / self.scales * rates)) / size
+            later = min(max(later, -apart), apart)  # beside an equilibrium all are as near
             nodes = self.flow.advance(sampled, self._start, self._start + later, constants)
         return np.concatenate([self.flat(nodes), z[self.size :]])
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Mapping
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Self
 
@@ -35,6 +36,9 @@ from slipfold.models.unforced import Unforced
 __all__ = ["Structure"]
 
 Array = NDArray[np.float64]
+
+QUARTERS = (0.0, 0.25, 0.5, 0.75)
+"""Phases of the forcing at which loads are looked at."""
 
 _PARTS = (
     *("M", "C", "K", "names", "reduction", "elements", "contacts", "forcing"),
@@ -321,7 +325,11 @@ class Structure(Model):
         return np.array([0.0] * (2 * self._assembly.size) + memories)
 
     def state_scales(self) -> Array:
-        """Displacements 1, rates the circular frequency, memories as the laws say."""
+        """Typical displacements, rates by the circular frequency, memories as the laws say.
+
+        Displacements are measured in the length scale that was given; without one in what the loads
+        at rest would do to the softest mode.
+        """
         return self._scales(self._values["f"]) if self.forced else self.quiet_scales()
 
     def quiet_scales(self) -> Array:
@@ -331,11 +339,25 @@ class Structure(Model):
 
     def _scales(self, frequency: float) -> Array:
         assembly = self._assembly
-        scales = [1.0] * assembly.size + [2 * math.pi * frequency] * assembly.size
+        length = self._typical_length
+        scales = [length] * assembly.size + [2 * math.pi * frequency * length] * assembly.size
         for item in assembly.placed:
             size = item.component.memory_scale(item.component.own(self._values))
             scales += [size] * len(item.component.memory())
         return np.array(scales)
+
+    @cached_property
+    def _typical_length(self) -> float:
+        """Displacement of the softest mode under the loads on the structure at rest, in m."""
+        assembly = self._assembly
+        moving = assembly.frequencies[assembly.frequencies > 0]
+        if assembly.definition.length_scale != 1 or not len(moving):
+            return 1.0
+        functions = evaluation_of(self)
+        places = slice(assembly.size, 2 * assembly.size)
+        pushes = [functions.rates(self, self.start, phase)[places] for phase in QUARTERS]
+        push = float(np.abs(pushes).max())
+        return push / (2 * math.pi * float(moving[0])) ** 2 if 0 < push < math.inf else 1.0
 
     def replace(self, **changes: Any) -> Self:
         """Return a new structure with some parameters or parts changed.

@@ -1,0 +1,54 @@
+"""What a structure in metres is measured in: a pin vibrates by micrometres, a tower by metres."""
+
+import math
+
+import numpy as np
+import pytest
+
+import slipfold as sf
+
+
+@pytest.mark.parametrize("size", [1e-6, 1e-3, 1.0])
+def test_squeal_does_not_depend_on_the_unit_of_length(size):
+    # All lengths shrink and the belt slows down with them: the same motion, smaller.
+    def pin(stiffness: float) -> sf.Structure:
+        law = sf.Stribeck(mu_s=0.6, mu_k=0.3, vs=0.4 * size)
+        contact = sf.FrictionContact(("u", "w"), law, load=5.0 * size, Vd=2.0 * size)
+        return sf.Structure(
+            0.05 * np.eye(2),
+            0.4 * np.eye(2),
+            np.diag([stiffness, 1.3 * stiffness]),
+            names=("u", "w"),
+            contacts=contact,
+        )
+
+    diagram = sf.response(pin(2000.0), vary="Vd", span=(2 * size, 0.5 * size))
+    still, cycles = diagram.branches
+    (hopf,) = still.special
+    exact = 0.4 * size * math.log(5 * 0.3 / (0.4 * 0.4))
+    assert hopf.value == pytest.approx(exact, rel=1e-10)
+    assert hopf.leads_to == cycles.id
+    assert cycles.stopped.kind == "limit"
+    assert cycles.stopped.value / size == pytest.approx(1.381596529, rel=1e-7)
+
+
+def test_several_modes_of_a_chain_may_begin_to_squeal_in_one_step():
+    # With twenty states test functions are 1e-30 everywhere; the eigenvalues say what is lost.
+    n = 10
+    stiffness = 100.0 * (2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))
+    stiffness[-1, -1] = 100.0
+    damping = 0.05 * np.eye(n) + 0.0005 * stiffness
+    belt = sf.FrictionContact("q10", sf.Stribeck(mu_s=0.5, mu_k=0.3, vs=0.4), load=10.0, Vd=3.0)
+    chain = sf.Structure(np.eye(n), damping, stiffness, contacts=belt)
+    settings = sf.Settings(steps=sf.Steps(points=8))
+    still = sf.response(chain, vary="Vd", span=(3, 0.8), settings=settings).branches[0]
+    assert [point.type for point in still.special] == ["HB"] * 3
+
+    def growths(speed: float) -> np.ndarray:
+        c = damping.copy()
+        c[-1, -1] += -10 * 0.2 / 0.4 * np.exp(-speed / 0.4)
+        matrix = np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness, -c]])
+        return np.linalg.eigvals(matrix).real
+
+    for point in still.special:
+        assert np.abs(growths(point.value)).min() < 1e-11
