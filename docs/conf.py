@@ -19,8 +19,25 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.mathjax",
     "sphinx.ext.viewcode",
+    "sphinx_gallery.gen_gallery",
 ]
-exclude_patterns = ["_build"]
+exclude_patterns = ["_build", "gallery"]
+
+# The scripts in gallery/ are run; the pages made of them, which are not kept, go beside them.
+sphinx_gallery_conf = {
+    "examples_dirs": "gallery",
+    "gallery_dirs": "gallery_pages",
+    "filename_pattern": r".*",
+    "ignore_pattern": r"comparison\.py$",
+    "within_subsection_order": "FileNameSortKey",
+    "abort_on_example_error": True,
+    "download_all_examples": False,
+    "show_memory": False,
+    "min_reported_time": 1e9,
+    "remove_config_comments": True,
+}
+html_static_path = ["static"]
+html_css_files = ["gallery.css"]
 
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"

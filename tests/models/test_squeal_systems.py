@@ -82,15 +82,6 @@ def test_onset_of_squeal_is_subcritical_for_a_contact_that_hardens():
     assert diagram.branches[1].parameter[1] < hopf.value
 
 
-def test_onset_of_squeal_in_two_parameters():
-    hopf = hopf_of(sf.response(model_named("squeal"), "mu", (0.6, 0.8), settings=SINGLE))
-    [found] = sf.locus(hopf, ("mu", "c"), ((0.7, 0.9), (0.01, 0.3)), switch=False).loci
-    mu, c = np.asarray(found.values).T
-    assert found.type == "HB"
-    assert c.max() == pytest.approx(0.3)
-    assert mu == pytest.approx(0.75 * (1 + 2 * c**2), abs=1e-10)
-
-
 # -- the pin on a disc -----------------------------------------------------------------------------
 
 

@@ -1,0 +1,39 @@
+r"""
+A mass on a belt: squeal by falling friction
+=============================================
+
+.. math::
+
+    x'' + c x' + x = -\operatorname{sgn}(v_r) \left[m_d + m_d (r - 1) e^{-|v_r| / v_0}\right],
+    \qquad v_r = x' - v_d
+
+Friction that falls with speed works against damping. Steady sliding is an equilibrium; as the belt
+slows down it loses stability in a Hopf bifurcation, here subcritical: squeal begins with a jump.
+The branch of cycles ends where the mass would stick.
+"""
+
+import math
+
+from comparison import Comparison
+
+import slipfold as sf
+
+model = sf.built_in_models()["stribeck"]()
+diagram = sf.response(model, vary="vd", span=(2, 0.9))
+diagram.plot("x")
+print(diagram.summary())
+
+# %%
+
+hopf = next(point for point in diagram.branches[0].special if point.type == "HB")
+print(hopf.criticality)
+
+# %%
+# The exact value is :math:`v_0 \ln((r - 1) m_d / (v_0 c))`.
+
+table = Comparison()
+exact = model.v0 * math.log((model.r - 1) * model.md / (model.v0 * model.c))
+table.add("Hopf point vd", hopf.value, exact, "exact")
+table.add("the same", hopf.value, "1.151292546497", "Stender and Hoffmann 2022 (bSTAB)")
+table.check("cycle beside sticking", diagram.branches[1].orbit(-2))
+table

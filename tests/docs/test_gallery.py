@@ -1,0 +1,30 @@
+"""Every page of the gallery runs, and its table agrees with what is published."""
+
+from __future__ import annotations
+
+import runpy
+from pathlib import Path
+
+import matplotlib as mpl
+import pytest
+
+GALLERY = Path(__file__).parents[2] / "docs" / "gallery"
+PAGES = sorted(path for path in GALLERY.glob("*.py") if path.stem != "comparison")
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_page_agrees_with_what_is_published(page: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    import matplotlib.pyplot as plt
+
+    monkeypatch.setitem(mpl.rcParams, "backend", "agg")
+    monkeypatch.syspath_prepend(str(GALLERY))
+    with mpl.rc_context():
+        table = runpy.run_path(str(page))["table"]
+    plt.close("all")
+    rows = list(table)
+    assert rows
+    assert all(row.agrees for row in rows), f"\n{table}"
+
+
+def test_there_is_a_page_for_every_system_asked_for() -> None:
+    assert len(PAGES) == 15
