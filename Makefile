@@ -20,6 +20,9 @@ SETUP := $(VENV)/.package-installed
 DOCS_INSTALLED := $(VENV)/.docs-installed
 BENCH_INSTALLED := $(VENV)/.bench-installed
 
+# pyHarm wants other versions than slipfold, so it has an environment of its own.
+PYHARM := $(VENV)/pyharm
+
 # Debian keeps ensurepip apart from python3; root may be spared a second command.
 INSTALL_VENV = { \
 	[ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null \
@@ -76,6 +79,7 @@ lock: $(VENV_MADE) ## resolve the dependencies anew and write the lock files
 	$(LOCK) --upgrade pyproject.toml --extra explore --group test --group dev -o requirements.lock
 	$(LOCK) --upgrade -c requirements.lock --group docs -o requirements-docs.lock
 	$(LOCK) --upgrade -c requirements.lock --group bench -o requirements-bench.lock
+	$(LOCK) --upgrade --group pyharm -o requirements-pyharm.lock
 
 clean: ## remove everything that the other targets made
 	rm -rf $(VENV) $(OUT) build dist docs/_build .pytest_cache .mypy_cache .ruff_cache \
@@ -101,9 +105,12 @@ $(DOCS_INSTALLED): requirements-docs.lock $(SETUP)
 	$(PIP) install --quiet -r requirements-docs.lock
 	@touch $@
 
-$(BENCH_INSTALLED): requirements-bench.lock $(SETUP)
+$(BENCH_INSTALLED): requirements-bench.lock requirements-pyharm.lock $(SETUP)
 	@command -v gfortran >/dev/null || \
 		{ echo "The benchmarks compare with AUTO-07p, which bifpy compiles while it is" \
 		"installed: install gfortran first (on Debian: apt-get install gfortran)."; exit 1; }
 	$(PIP) install --quiet -r requirements-bench.lock
+	$(PYTHON) -m venv $(PYHARM)
+	$(PYHARM)/bin/python -m pip install --quiet --disable-pip-version-check \
+		-r requirements-pyharm.lock
 	@touch $@

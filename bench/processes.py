@@ -29,10 +29,17 @@ class Usage(NamedTuple):
     memory: int
 
 
+def interpreter(peer: str) -> str:
+    """The Python of a peer that has an environment of its own, else the one that runs here."""
+    own = Path(sys.prefix, peer, "bin", "python")
+    return str(own) if own.exists() else sys.executable
+
+
 def ask(script: str, *arguments: str, **environment: str) -> dict[str, Any] | Absent:
     """The record a script of this folder prints, or why there is none."""
+    own = interpreter(Path(script).stem.partition("_")[0])
     done = subprocess.run(
-        [sys.executable, str(BENCH / script), *arguments],
+        [own, str(BENCH / script), *arguments],
         env={**os.environ, **environment},
         capture_output=True,
         text=True,

@@ -10,6 +10,7 @@ import locus_report
 import machine
 import map_report
 import reference
+import systems_report
 from slipfold.paper.tables import table
 from wording import magnitude, milliseconds, task_seconds, verdict
 
@@ -134,6 +135,7 @@ def aim_rows(measured: Measured) -> Iterator[list[str]]:
         yield [f"{what} under {aim} s", f"{took:.2f} s", verdict(took < aim)]
     yield from locus_report.aim_rows(measured.loci)
     yield from map_report.aim_rows(measured.map)
+    yield from systems_report.aim_rows(measured.systems)
 
 
 def left_out(measured: Measured) -> list[str]:
@@ -169,6 +171,7 @@ def report(measured: Measured) -> str:
         "SciPy at rtol 1e-10 and atol 1e-12, its right-hand side in plain Python.",
         *locus_report.section(measured.loci),
         *map_report.section(measured.map),
+        *systems_report.section(measured.systems),
         "## Commands",
         table(["", "time", "largest process"], process_rows(measured)),
         "First ever: no compiled flows, no font list.",
@@ -200,6 +203,7 @@ def brief(measured: Measured) -> str:
             table(["1000 periods from rest", "time", "ratio", "error of x/L, y/L"], runs),
             locus_report.brief(measured.loci),
             map_report.brief(measured.map),
+            systems_report.brief(measured.systems),
             *left_out(measured),
             f"Commands, time and memory: {'; '.join(commands)}. On {machine.description()}.",
         ]

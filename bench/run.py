@@ -42,6 +42,28 @@ LOCUS_CONTENDERS: dict[str, tuple[str, ...]] = {
 }
 """The same of the locus of period doubling."""
 
+SYSTEM_PEERS = {
+    "AUTO-07p": "peers/auto07p_systems.py",
+    "XPPAUT": "peers/xppaut_systems.py",
+    "pyHarm": "peers/pyharm_systems.py",
+}
+
+SYSTEM_CONTENDERS: dict[str, dict[str, tuple[str, ...]]] = {
+    system: {
+        "slipfold": ("ours_systems.py", "--repeat", "3", "--system", system),
+        **{
+            f"{name}, {settings}": (
+                script, "--repeat", "2", "--settings", settings, "--system", system
+            )
+            for name, script in SYSTEM_PEERS.items()
+            if name != "pyHarm" or system == "duffing"
+            for settings in ("usual", "large", "fine")
+        },
+    }
+    for system in ("duffing", "vanderpol", "chain")
+}  # fmt: skip
+"""The same of three systems; pyHarm has elements for the first only."""
+
 MAP = ("threshold_map.py", "--repeat", "1")
 
 FEW = 3
@@ -60,6 +82,7 @@ class Measured(NamedTuple):
     paper: list[Usage]
     loci: dict[str, dict[str, Any]]
     map: dict[str, Any]
+    systems: dict[str, dict[str, dict[str, Any]]]
 
 
 def note(sentence: str) -> None:
@@ -117,9 +140,14 @@ def thresholds(rounds: int) -> dict[str, Any]:
     return kept["slipfold"]
 
 
-def all_absent(responses: dict[str, str], loci: dict[str, str]) -> dict[str, str]:
+def all_absent(responses: dict[str, str], others: dict[str, dict[str, str]]) -> dict[str, str]:
     """Why programs did not run, each reason of a program once."""
-    new = {f"{name}, locus": why for name, why in loci.items() if responses.get(name) != why}
+    new = {
+        f"{name}, {task}": why
+        for task, absent in others.items()
+        for name, why in absent.items()
+        if responses.get(name) != why
+    }
     return {**responses, **new}
 
 
@@ -138,13 +166,16 @@ def measure(rounds: int) -> Measured:
     records, absent = compete(rounds, CONTENDERS)
     loci, without_locus = compete(rounds, LOCUS_CONTENDERS, **processes.ONE_THREAD)
     few = min(rounds, FEW)
+    systems, missing_there = {}, {"locus": without_locus}
+    for name, contenders in SYSTEM_CONTENDERS.items():
+        systems[name], missing_there[name] = compete(few, contenders, **processes.ONE_THREAD)
     first = repeated(rounds, "first process ever", processes.response_process)
     with tempfile.TemporaryDirectory() as folder:
         processes.response_process(Path(folder))
         cached = [processes.response_process(Path(folder)) for _ in range(rounds)]
     paper = repeated(few, "the paper, cold", processes.paper_process)
-    missing = all_absent(absent, without_locus)
-    return Measured(records, missing, first, cached, paper, loci, thresholds(few))
+    missing = all_absent(absent, missing_there)
+    return Measured(records, missing, first, cached, paper, loci, thresholds(few), systems)
 
 
 def main() -> None:

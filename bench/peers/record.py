@@ -17,8 +17,9 @@ class Record:
 
     ``seconds`` is the wall time of each repeat of each task, without ``build_seconds``, what is
     done once (tracing, compiling, loading). ``solver_seconds`` is the peer's own clock, where it
-    has one. A locus is its points (f in Hz, Nd in N) in order of f; ``landed`` are those of its
-    points on which accuracy is compared, ``named`` those found on the way, with their names.
+    has one, and ``processor_seconds`` the time of the processor. A locus is its points (f in Hz,
+    Nd in N) in order of f; ``landed`` are those of its points on which accuracy is compared,
+    ``named`` those found on the way, with their names.
     """
 
     peer: str
@@ -27,6 +28,7 @@ class Record:
     build_seconds: float
     seconds: dict[str, list[float]]
     solver_seconds: dict[str, list[float]] | None = None
+    processor_seconds: dict[str, list[float]] | None = None
     specials: dict[str, list[tuple[str, float]]] = field(default_factory=dict)
     points: dict[str, int] = field(default_factory=dict)
     reached: dict[str, float] = field(default_factory=dict)
@@ -45,8 +47,10 @@ class Record:
         )
 
 
-def arguments(description: str, presets: Iterable[str] = ()) -> argparse.Namespace:
-    """Parse the command line; the first preset is the default."""
+def arguments(
+    description: str, presets: Iterable[str] = (), systems: Iterable[str] = ()
+) -> argparse.Namespace:
+    """Parse the command line; the first preset is the default, and so is the first system."""
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument(
         "--repeat", type=int, default=5, help="timed repeats of each task (default 5)"
@@ -54,6 +58,9 @@ def arguments(description: str, presets: Iterable[str] = ()) -> argparse.Namespa
     names = list(presets)
     if names:
         parser.add_argument("--settings", choices=names, default=names[0])
+    kinds = list(systems)
+    if kinds:
+        parser.add_argument("--system", choices=kinds, default=kinds[0])
     return parser.parse_args()
 
 

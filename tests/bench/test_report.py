@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import importlib
+import math
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import numpy as np
 import pytest
+
+from slipfold.models.evaluation import evaluation_of
+from slipfold.models.registry import model_named
 
 BENCH = Path(__file__).parents[2] / "bench"
 PD, FIRST, SECOND = 0.043578911491, 0.056690677223, 0.166438167073
@@ -95,8 +100,31 @@ def measured(bench: Bench, records: dict[str, Any], **absent: str) -> Any:
     usage = bench.processes.Usage(0.9, 100_000_000)
     slow = bench.processes.Usage(40.0, 100_000_000)
     return bench.run.Measured(
-        records, absent, [usage], [usage], [slow], loci(bench), thresholds(stuck=3)
+        records, absent, [usage], [usage], [slow], loci(bench), thresholds(stuck=3), systems()
     )
+
+
+def branch(seconds: float, *points: tuple[str, float], **clocks: Any) -> dict[str, Any]:
+    """The record of a program that takes so long for one of the three systems."""
+    return {
+        "seconds": {"branch": [3 * seconds]},
+        "processor_seconds": {"branch": [seconds]},
+        "specials": {"branch": list(points)},
+        "points": {"branch": 30},
+        **clocks,
+    }
+
+
+def systems() -> dict[str, Any]:
+    """Van der Pol's oscillator: one is slower, one is fast and blind, one has a clock."""
+    return {
+        "vanderpol": {
+            "slipfold": branch(0.1, ("NS", 1.086728948108)),
+            "XPPAUT, usual": branch(0.3, ("NS", 1.0867289)),
+            "XPPAUT, large": branch(0.01),
+            "AUTO-07p, usual": branch(0.7, ("NS", 1.08672894), solver_seconds={"branch": [0.2]}),
+        }
+    }
 
 
 def test_aims_are_judged_against_the_faster_peer(bench: Bench) -> None:
@@ -176,7 +204,8 @@ def test_another_round_counts_in_the_time_a_point(bench: Bench) -> None:
 
 def test_a_reason_is_given_once(bench: Bench) -> None:
     missing = {"AUTO-07p, fine": "not installed"}
-    both = bench.run.all_absent(missing, {**missing, "AUTO-07p, largest": "missed f = 12 Hz"})
+    locus = {**missing, "AUTO-07p, largest": "missed f = 12 Hz"}
+    both = bench.run.all_absent(missing, {"locus": locus, "chain": missing})
     assert both == {**missing, "AUTO-07p, largest, locus": "missed f = 12 Hz"}
 
 
@@ -229,3 +258,26 @@ def test_a_threshold_missed_is_infinitely_far(bench: Bench) -> None:
     nan = float("nan")
     assert apart(nan, nan) == 0
     assert apart(nan, 0.1) == apart(0.1, nan) == float("inf")
+
+
+def test_the_systems_are_judged_against_who_finds_every_point(bench: Bench) -> None:
+    rows = list(bench.report.systems_report.aim_rows(systems()))
+    assert [row[1:] for row in rows] == [
+        ["2 times (AUTO-07p, usual)", "falls short"], ["2 times (AUTO-07p, usual)", "met"]
+    ]  # fmt: skip
+    whole = bench.report.report(measured(bench, {"slipfold": ours(0.01)}))
+    assert "| XPPAUT, large | 30 | 30 | 10 | 0.1 | a point missed or invented |" in whole
+    assert "| AUTO-07p, usual | 30 | 2100 | 200 | 2 | 8e-09 |" in whole
+    assert "200 ms (AUTO-07p, usual)" in bench.report.brief(
+        measured(bench, {"slipfold": ours(0.01)})
+    )
+
+
+@pytest.mark.parametrize("name", ["duffing", "vanderpol", "chain"])
+def test_all_programs_get_the_systems_of_slipfold(name: str, bench: Bench) -> None:
+    system = importlib.import_module("systems").SYSTEMS[name]
+    model = model_named(system.model, **{system.parameter: system.span[0]})
+    state = np.linspace(-0.4, 0.5, len(system.states))
+    rates = system.rates(list(state), math.cos(2 * math.pi * 0.3), system.span[0], math.exp)
+    assert rates == pytest.approx(evaluation_of(model).rates(model, state, 0.3), rel=1e-13)
+    assert system.period(system.span[0]) == pytest.approx(model.period(model.values))

@@ -57,7 +57,7 @@ def test_response_of_a_structure_and_its_saved_result(file, tmp_path):
     assert sf.periodic_orbit(
         diagram.model.replace(f=1.0)
     ).multipliers.shape == fold.multipliers.shape  # fmt: skip
-    assert run("plot", str(out), "--output", "tip").exit_code == 0
+    assert run("plot", str(out)).exit_code == 0
 
 
 def test_a_structure_is_shown_and_simulated(file):

@@ -136,6 +136,12 @@ BAD = {
     "three directions": (
         lambda: FrictionContact(("a", "b", "c")), "acts along 3 directions; give 1 to 2"
     ),
+    "parallel": (
+        lambda: FrictionContact(("a", {"a": -2})), "a, -2 a of a friction contact lie in one anot"
+    ),
+    "plane of three": (
+        lambda: GeometricSpring(("a", "b", {"a": 1, "b": 1}), (1, 1, 1)), "a, b, a + b of a geom"
+    ),
     "harmonic": (lambda: HarmonicForce("q1", harmonic=1.5), "has the harmonic 1.5"),
     "harmonics": (lambda: MultiHarmonicForce("q1", {0: 1.0}), "is no periodic force"),
     "amplitude": (lambda: MultiHarmonicForce("q1", {1: np.inf}), "F1 = inf is not a finite"),

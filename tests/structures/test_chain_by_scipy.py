@@ -8,6 +8,7 @@ from slipfold.flow import simulate
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.friction import BoucWen, Coulomb, LuGre, Stribeck
 from slipfold.models.structures import (
+    BaseMotion,
     ConstantLoad,
     ContactLoad,
     CubicSpring,
@@ -211,3 +212,60 @@ def test_motions_begin_at_rest(parts):
         (0, 10), rest, "DOP853", rtol=1e-11, atol=1e-13,
     )  # fmt: skip
     assert simulate(model, 2).strobe[-1] == pytest.approx(found.y[:, -1], abs=1e-8)
+
+
+def after_a_period(rhs, state, period):
+    found = solve_ivp(rhs, (0, period), state, "DOP853", rtol=1e-12, atol=1e-15)
+    return found.y[:, -1]
+
+
+def test_a_shaken_structure_in_coordinates_at_rest():
+    m, k = np.diag([1.0, 2.0]), np.array([[300.0, -100.0], [-100.0, 100.0]])
+    base, lead, rate = 0.02, 0.4, 2 * np.pi * 1.3
+    model = Structure(
+        m, 0.01 * k, k, names="a b", elements=CubicSpring("a", k3=3e4),
+        forcing=BaseMotion(A=base, phi=lead), f=1.3, length_scale=0.01,
+    )  # fmt: skip
+    orbit = periodic_orbit(model)
+
+    def ground(time):
+        angle = rate * time + lead
+        return base * np.cos(angle), -base * rate * np.sin(angle)
+
+    def rhs(time, state):
+        place, speed = ground(time)
+        u, v = state[:2] - place, state[2:] - speed
+        force = -k @ u - 0.01 * k @ v
+        force[0] -= 3e4 * u[0] ** 3
+        return np.concatenate([state[2:], np.linalg.solve(m, force)])
+
+    state = orbit.state * 0.01 + np.repeat(ground(0.0), 2)
+    assert after_a_period(rhs, state, 1 / 1.3) == pytest.approx(state, abs=1e-11)
+
+
+def test_a_contact_in_the_plane_pressed_by_its_own_stiffness():
+    k = np.diag([50.0, 60.0, 400.0])
+    k[0, 2] = k[2, 0] = -20
+    model = Structure(
+        np.eye(3), 0.3 * np.eye(3), k, names="x y z",
+        contacts=FrictionContact(
+            ("x", "y"), Stribeck(mu_s=0.5, mu_k=0.3, vs=0.3),
+            ContactLoad("z", Ns=6, kn=200, cn=0.5), Vd=1.5, alpha="30deg",
+        ),
+        forcing=HarmonicForce("z", F=1.0), f=1.4,
+    )  # fmt: skip
+    orbit = periodic_orbit(model)
+    plate = 1.5 * np.array([np.cos(np.pi / 6), 0.5])
+
+    def rhs(time, state):
+        u, v = state[:3], state[3:]
+        normal = 6 - 200 * u[2] - 0.5 * v[2]
+        slip = plate - v[:2]
+        speed = np.hypot(*slip)
+        force = -k @ u - 0.3 * v
+        force[:2] += (0.3 + 0.2 * np.exp(-speed / 0.3)) * normal * slip / speed
+        force[2] += normal + np.cos(2 * np.pi * 1.4 * time)
+        return np.concatenate([v, force])
+
+    assert after_a_period(rhs, orbit.state, 1 / 1.4) == pytest.approx(orbit.state, abs=1e-11)
+    assert orbit.output("N")[1].min() > 3

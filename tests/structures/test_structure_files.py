@@ -188,7 +188,7 @@ def test_a_text_in_no_file_has_no_files_beside_it():
         ("[structure]", "[structur]", "line 2, column 1: a structure has no entry 'structur'; did"),
         ("M = { diagonal = [1, 2] }", "", "line 2, column 1: the structure has no matrix M"),
         ("[1, 2]", "[1, 0]", "line 3, column 5: M is singular or not positive definite: the mass "),
-        ("[1, 2]", '[1, "a"]', "line 3, column 22: an entry of a matrix is a text"),
+        ("[1, 2]", '[1, "a"]', "line 3, column 22: an entry of M is a text"),
         ("[1, 2]", "[1, 2, 3]", "line 4, column 5: K has 2 rows and M has 3"),
         ("diagonal", "diag", "line 3, column 7: M has no entry 'diag'; did you mean diagonal?"),
         ("{ diagonal = [1, 2] }", "[[1, 1], [1, 1]]", "column 5: M is singular or not positive"),
@@ -198,7 +198,7 @@ def test_a_text_in_no_file_has_no_files_beside_it():
         ("{ diagonal = [1, 2] }", "true", "column 5: M is true or false, no matrix; give rows"),
         ("[[200, -100], [-100, 100]]", "[[200, -100], [-100]]", "column 19: row 2 of K has 1 numb"),
         ("[[200, -100], [-100, 100]]", "[[200, -100]]", "K has the shape 1 x 2; give a square"),
-        ("[[200, -100], [-100, 100]]", "[200, -100]", "column 6: this part of a matrix is a numb"),
+        ("[[200, -100], [-100, 100]]", "[200, -100]", "column 6: this part of K is a number"),
         ("[[200, -100], [-100, 100]]", "[]", "K has the shape 0; give a square matrix"),
         ("-100, 100]]", "-90, 100]]", "line 4, column 5: K is not symmetric: row 1, column 2 is"),
         ("[[200, -100]", "[[200, inf]", "column 12: an entry of K is inf; give a finite number"),
@@ -266,6 +266,23 @@ def test_matrices_are_read_from_below_the_folder_only(name, file):
     file.write_text(TEXT.replace("{ diagonal = [1, 2] }", f'"{name}"'))
     with pytest.raises(InputError, match="leads out of the folder of this file; put the matrix"):
         sf.Structure.from_toml(file)
+
+
+def test_samples_of_a_force_lie_beside_the_file_too(file):
+    table = np.array([0.0, 1.0, 0.5, -2.0])
+    np.save(file.parent / "force.npy", table[:, None])
+    np.save(file.parent / "plane.npy", np.eye(3))
+    more = '[[forcing]]\ntype = "TabulatedForce"\nat = "tip"\nsamples = SAMPLES\n[watch]\n'
+    text = TEXT.replace("[watch]\n", more)
+    file.write_text(text.replace("SAMPLES", '"force.npy"'))
+    assert sf.Structure.from_toml(file).structure["forcing"][1].samples == tuple(table)
+    for name, words in {
+        "plane.npy": "plane.npy holds no row of numbers",
+        "../force.npy": "leads out of the folder",
+    }.items():
+        file.write_text(text.replace("SAMPLES", f'"{name}"'))
+        with pytest.raises(InputError, match=f"line 38, column 11: .*{words}"):
+            sf.Structure.from_toml(file)
 
 
 def test_a_damaged_matrix_file_is_named(file):

@@ -30,7 +30,10 @@ OPTIONS: dict[str, tuple[str, tuple[str, ...]]] = {
 Result = Annotated[str, typer.Argument(metavar="RESULT.nc", help="A file written by --out.")]
 Output = Annotated[
     str | None,
-    typer.Option(metavar="NAME", help="Of a response or simulation: what to draw, x by default."),
+    typer.Option(
+        metavar="NAME",
+        help="Of a response or simulation: what to draw, by default the first state.",
+    ),
 ]
 Measure = Annotated[
     str | None,

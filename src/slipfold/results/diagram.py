@@ -118,13 +118,13 @@ class Diagram(Result):
 
         return diagram_record(self)
 
-    def plot(self, output: str = "x", **options: Any) -> Any:
+    def plot(self, output: str | None = None, **options: Any) -> Any:
         """Draw the diagram.
 
         Parameters
         ----------
         output
-            A state or output of the model.
+            A state or output of the model; the first state if None.
         **options
             Options of the drawing, e.g. ``measure="peak_to_peak"`` and ``ax=`` the axes to draw in.
 
@@ -141,7 +141,8 @@ class Diagram(Result):
         # By name: the layer of results lies below that of plots, and starts without matplotlib.
         from importlib import import_module
 
-        return import_module("slipfold.plots.response").draw_response(self, output, **options)
+        shown = self.model.states[0].name if output is None else output
+        return import_module("slipfold.plots.response").draw_response(self, shown, **options)
 
     def _table(self) -> LabelledTable:
         from slipfold.results.diagram_table import diagram_table

@@ -96,13 +96,13 @@ class Simulation(Trajectory, Result):
 
         return simulation_record(self)
 
-    def plot(self, output: str = "x", kind: str = "timeseries", **options: Any) -> Any:
+    def plot(self, output: str | None = None, kind: str = "timeseries", **options: Any) -> Any:
         """Draw the motion.
 
         Parameters
         ----------
         output
-            A state or output of the model.
+            A state or output of the model; the first state if None.
         kind
             ``"timeseries"``, ``"spectrum"`` or ``"phase"``.
         **options
@@ -124,7 +124,8 @@ class Simulation(Trajectory, Result):
         from importlib import import_module
 
         draw = getattr(import_module(f"slipfold.plots.{kind}"), f"draw_{kind}")
-        return draw(self.spectrum() if kind == "spectrum" else self, output, **options)
+        shown = self.model.states[0].name if output is None else output
+        return draw(self.spectrum() if kind == "spectrum" else self, shown, **options)
 
     def _table(self) -> LabelledTable:
         from slipfold.results.simulation_table import simulation_table

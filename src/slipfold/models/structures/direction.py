@@ -125,12 +125,22 @@ def as_directions(value: Any, what: str, most: int) -> tuple[Direction, ...]:
     Raises
     ------
     InputError
-        If there are none or too many, or one of them is no direction.
+        If there are none or too many, one of them is no direction, or they are not independent.
     """
     several = value if isinstance(value, list | tuple) else (value,)
     if not 1 <= len(several) <= most:
         raise InputError(f"{what} acts along {len(several)} directions; give 1 to {most} of them")
-    return tuple(as_direction(item, what) for item in several)
+    directions = tuple(as_direction(item, what) for item in several)
+    names = sorted({name for item in directions for name, _ in item.weights})
+    vectors = np.array([item.vector(names) for item in directions])
+    sizes = np.linalg.norm(vectors, axis=1, keepdims=True)
+    if np.linalg.matrix_rank(vectors / sizes) < len(directions):
+        listed_directions = ", ".join(str(item) for item in directions)
+        raise InputError(
+            f"the directions {listed_directions} of {what} lie in one another; give directions at "
+            "right angles"
+        )
+    return directions
 
 
 def listed(names: Sequence[str]) -> str:

@@ -1,4 +1,4 @@
-"""Matrices of a structure in its file: written there, or in files beside it."""
+"""Matrices and samples of a structure in its file: written there, or in files beside it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from slipfold.models.toml_entries import Entries, type_name
 from slipfold.models.toml_parts import plain
 from slipfold.models.toml_places import Path
 
-__all__ = ["matrix_table", "read_matrix_entry"]
+__all__ = ["matrix_table", "read_matrix_entry", "read_samples_entry"]
 
 FORM = (
     "give rows such as [[2, -1], [-1, 1]], { diagonal = [1, 1] }, or the name of a .npz, .npy, "
@@ -74,6 +74,35 @@ def read_matrix_entry(source: Source, path: Path, value: Any, folder: FilePath |
         raise source.error(path, str(error)) from None
 
 
+def read_samples_entry(
+    source: Source, path: Path, value: Any, folder: FilePath | None
+) -> list[float]:
+    """Read the samples of a tabulated force.
+
+    Parameters
+    ----------
+    source
+        Where it was written.
+    path
+        Keys that lead to it.
+    value
+        Numbers, or the name of a ``.npz``, ``.npy`` or ``.mat`` file that holds a row or a column.
+    folder
+        Folder of the file with the structure; None if there is none.
+
+    Raises
+    ------
+    InputError
+        If it is no row of numbers, or the file is not below the folder or cannot be read.
+    """
+    if not isinstance(value, str):
+        return _row(source, path, value)
+    found = np.asarray(_from_file(source, path, value, folder))
+    if found.dtype.kind not in "fiu" or found.size != max(found.shape, default=0):
+        raise source.error(path, f"{value} holds no row of numbers; save one period of the force")
+    return [float(number) for number in found.ravel()]
+
+
 def matrix_table(matrix: Matrix) -> dict[str, Any]:
     """Return a matrix as plain data: its size, and rows and columns from 0 with the entries there.
 
@@ -97,14 +126,18 @@ def matrix_table(matrix: Matrix) -> dict[str, Any]:
 
 def _row(source: Source, path: Path, value: Any) -> list[float]:
     if not isinstance(value, list | tuple):
-        raise source.error(path, f"this part of a matrix is {type_name(value)}; {FORM}")
+        raise source.error(path, f"this part of {_named(path)} is {type_name(value)}; {FORM}")
     numbers = plain(source, path, value)
     for n, number in enumerate(numbers):
         if not isinstance(number, int | float):
             raise source.error(
-                (*path, str(n)), f"an entry of a matrix is {type_name(number)}; give a number"
+                (*path, str(n)), f"an entry of {_named(path)} is {type_name(number)}; give a number"
             )
     return [float(number) for number in numbers]
+
+
+def _named(path: Path) -> str:
+    return next(key for key in reversed(path) if not key.isdigit() and key != "diagonal")
 
 
 def _from_file(source: Source, path: Path, given: str, folder: FilePath | None) -> Any:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path as FilePath
 from typing import Any, TypeVar
 
@@ -23,7 +24,7 @@ from slipfold.models.structures.definition import (
 )
 from slipfold.models.structures.direction import Direction
 from slipfold.models.structures.matrices import Matrix, check_mass
-from slipfold.models.structures.matrix_reader import read_matrix_entry
+from slipfold.models.structures.matrix_reader import read_matrix_entry, read_samples_entry
 from slipfold.models.structures.normal_loads import (
     ConstantLoad,
     ContactLoad,
@@ -33,7 +34,7 @@ from slipfold.models.structures.normal_loads import (
 from slipfold.models.structures.reduction import CraigBampton, ModalReduction, Reduction
 from slipfold.models.system_source import Source
 from slipfold.models.toml_entries import Entries, type_name
-from slipfold.models.toml_parts import plain, read_part
+from slipfold.models.toml_parts import Reader, plain, read_part
 from slipfold.models.toml_places import Path
 
 __all__ = ["TABLES", "read_structure", "read_values"]
@@ -109,7 +110,7 @@ def read_structure(
         "names": names,
         "length_scale": _placed(source, (*path, "length_scale"), checked_length, scale),
         "reduction": _reduction(source, mass, stiffness, names),
-        **{what: _components(source, what, names) for what in _COMPONENTS},
+        **{what: _components(source, what, names, folder) for what in _COMPONENTS},
         "watch": _watch(source, names),
     }
 
@@ -167,7 +168,9 @@ def _reduction(
     return reduction
 
 
-def _components(source: Source, what: str, names: tuple[str, ...]) -> tuple[Component, ...]:
+def _components(
+    source: Source, what: str, names: tuple[str, ...], folder: FilePath | None
+) -> tuple[Component, ...]:
     tables = source.tables.get(what, ())
     if not isinstance(tables, list | tuple):
         raise source.error(
@@ -177,15 +180,21 @@ def _components(source: Source, what: str, names: tuple[str, ...]) -> tuple[Comp
         raise source.error((what,), f"there are {len(tables)} {what}, more than {MOST}")
     kinds = {cls.__name__: cls for cls in _COMPONENTS[what]}
     return tuple(
-        _component(source, (what, str(place)), table, kinds, names)
+        _component(source, (what, str(place)), table, kinds, names, folder)
         for place, table in enumerate(tables)
     )
 
 
 def _component(
-    source: Source, path: Path, table: Any, kinds: Mapping[str, type], names: tuple[str, ...]
+    source: Source,
+    path: Path,
+    table: Any,
+    kinds: Mapping[str, type],
+    names: tuple[str, ...],
+    folder: FilePath | None,
 ) -> Component:
-    readers = {"friction": read_law, "load": _load}
+    samples = partial(read_samples_entry, folder=folder)
+    readers: dict[str, Reader] = {"friction": read_law, "load": _load, "samples": samples}
     component: Component = read_part(
         source, path, table, kinds, "type", readers, {"friction": "law"}
     )
