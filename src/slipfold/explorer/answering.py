@@ -19,6 +19,7 @@ from slipfold.explorer.messages import (
     ViewRequest,
 )
 from slipfold.explorer.views.diagram import diagram_view
+from slipfold.explorer.views.labels import axis_of
 from slipfold.explorer.views.orbit import orbit_view
 from slipfold.explorer.views.plane import plane_view
 from slipfold.explorer.views.simulation import stream_simulation
@@ -102,6 +103,7 @@ class Answering:
 
     def _answer(self, request: ViewRequest, tell: Emit, check: Check) -> None:
         if isinstance(request, DiagramRequest):
+            axis_of(asked_model(self._catalogue, request), request.show)  # before what takes time
             draft = self._computing.draft(request)
             if draft is not None:
                 view = diagram_view(draft, request.show, request.statistic)

@@ -10,8 +10,9 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from fastapi import FastAPI, WebSocket
-from fastapi.responses import FileResponse, PlainTextResponse, Response
+from fastapi import FastAPI, Request, WebSocket
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import FileResponse, JSONResponse, PlainTextResponse, Response
 
 from slipfold.explorer.catalogue import Catalogue
 from slipfold.explorer.export.files import MEDIA_TYPES, SUFFIXES
@@ -58,10 +59,18 @@ def make_app(catalogue: Catalogue, access: Access, workers: Workers, limits: Lim
         await workers.stop()
 
     app = FastAPI(title="slipfold explore", docs_url=None, redoc_url=None, lifespan=running)
+    app.add_exception_handler(RequestValidationError, _refusal)
     _add_files(app)
     _add_interface(app, catalogue, workers, limits)
     _add_socket(app, workers, limits)
     return Guard(app, access, limits)
+
+
+async def _refusal(request: Request, error: Exception) -> Response:
+    """Say what is wrong with a request without repeating it, which may be no text at all."""
+    assert isinstance(error, RequestValidationError)
+    told = [{name: item[name] for name in ("loc", "msg", "type")} for item in error.errors()]
+    return JSONResponse({"detail": told}, 422)
 
 
 def _add_files(app: FastAPI) -> None:

@@ -33,7 +33,6 @@ LETTERS = {
     "Gamma": "Γ",
     "Delta": "Δ",
     "Lambda": "Λ",
-    "arg": "arg ",
     "cdot": "·",
 }
 

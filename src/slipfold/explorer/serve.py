@@ -7,6 +7,7 @@ import os
 import socket
 import webbrowser
 from collections.abc import Callable
+from typing import Any
 
 import uvicorn
 
@@ -18,7 +19,7 @@ from slipfold.explorer.security import LOCAL, Access
 from slipfold.explorer.workers import Workers
 from slipfold.models.model import Model
 
-__all__ = ["default_workers", "serve"]
+__all__ = ["default_workers", "listen", "serve", "settings_of_server"]
 
 MOST_WORKERS = 4
 """Processes by default; more gain one user nothing."""
@@ -60,23 +61,13 @@ def serve(
     InputError
         If the address or the port cannot be listened on.
     """
-    listener = _listen(public or "127.0.0.1", port)
+    listener = listen(public or "127.0.0.1", port)
     shown = _bracketed(public) if public else "127.0.0.1"
     access = Access(listener.getsockname()[1], (shown,) if public else LOCAL)
     limits = Limits()
     pool = Workers(given, workers, limits)
     app = make_app(Catalogue(given), access, pool, limits)
-    config = uvicorn.Config(
-        app,
-        log_level="warning",
-        server_header=False,
-        proxy_headers=False,
-        ws="websockets-sansio",
-        ws_max_size=limits.request_bytes,
-        ws_per_message_deflate=False,
-        limit_concurrency=4 * limits.clients,
-        timeout_graceful_shutdown=2,
-    )
+    config = uvicorn.Config(app, **settings_of_server(limits))
     address = f"http://{shown}:{access.port}/?token={access.token}"
     say(address)
     if browser:
@@ -84,7 +75,41 @@ def serve(
     uvicorn.Server(config).run(sockets=[listener])
 
 
-def _listen(address: str, port: int) -> socket.socket:
+def settings_of_server(limits: Limits) -> dict[str, Any]:
+    """Return the options of uvicorn.
+
+    Parameters
+    ----------
+    limits
+        Bounds on what is asked for.
+    """
+    return {
+        "log_level": "warning",
+        "server_header": False,
+        "proxy_headers": False,
+        "ws": "websockets-sansio",
+        "ws_max_size": limits.request_bytes,
+        "ws_per_message_deflate": False,
+        "limit_concurrency": 4 * limits.clients,
+        "timeout_graceful_shutdown": 2,
+    }
+
+
+def listen(address: str, port: int) -> socket.socket:
+    """Open a port.
+
+    Parameters
+    ----------
+    address
+        An address of this machine.
+    port
+        The port; 0 for any free one.
+
+    Raises
+    ------
+    InputError
+        If it cannot be listened on.
+    """
     if _is_every(address):
         raise InputError(
             f"--public-bind {address} means every address of this machine, but requests are "

@@ -12,6 +12,9 @@ __all__ = ["DIGITS", "number", "short"]
 DIGITS = 7
 """Significant digits of what is drawn: a screen shows four, a zoom a hundredfold six."""
 
+SMALLEST = 1e-290
+"""Below this rounding would overflow; nothing that is drawn is so small."""
+
 
 def short(values: ArrayLike) -> list[float]:
     """Round an array for drawing, relative to its largest value.
@@ -28,7 +31,9 @@ def short(values: ArrayLike) -> list[float]:
     """
     array = np.asarray(values, dtype=float)
     largest = float(np.abs(array).max(initial=0.0))
-    decimals = DIGITS - 1 - math.floor(math.log10(largest)) if largest else 0
+    if largest < SMALLEST:
+        return [0.0] * len(array)
+    decimals = DIGITS - 1 - math.floor(math.log10(largest))
     rounded: list[float] = (np.round(array, decimals) + 0.0).tolist()
     return rounded
 

@@ -13,7 +13,7 @@ from slipfold.explorer.start import start_of
 from slipfold.explorer.views.numbers import short
 from slipfold.flow import flow_of
 from slipfold.flow.flow import Constants, Flow
-from slipfold.flow.guarded_flow import Stop, guarded_flow_of
+from slipfold.flow.guarded_flow import CHUNK, Stop, guarded_flow_of
 from slipfold.flow.settlement import judge_settlement
 from slipfold.flow.simulate import initial_state
 from slipfold.models.model import Model
@@ -22,8 +22,8 @@ __all__ = ["stream_simulation"]
 
 Array = NDArray[np.float64]
 
-PERIODS = 20
-"""Forcing periods in a piece."""
+PERIODS = 2 * CHUNK
+"""Forcing periods in a piece: as the flow counts them, so that a motion is that of simulate."""
 
 SAMPLES = 64
 """Samples a forcing period that maxima and minima are taken from."""

@@ -1,0 +1,88 @@
+"""What is offered: every built-in model, with sliders that its parameters may take."""
+
+import json
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import slipfold as sf
+from slipfold.errors import InputError
+from slipfold.explorer.catalogue import Catalogue
+from slipfold.explorer.plain_text import plain_text
+from slipfold.explorer.views.numbers import number, short
+
+DESCRIBED = {item["name"]: item for item in Catalogue().describe()}
+
+
+def test_every_built_in_model_is_offered():
+    assert list(DESCRIBED) == list(sf.built_in_models())
+    json.dumps(DESCRIBED, allow_nan=False)
+
+
+@pytest.mark.parametrize("name", DESCRIBED)
+def test_sliders_go_where_the_model_allows(name):
+    model = sf.built_in_models()[name]()
+    for slider in DESCRIBED[name]["parameters"]:
+        parameter = model.parameter(slider["name"])
+        assert slider["low"] <= slider["value"] <= slider["high"]
+        assert slider["low"] < slider["high"]
+        parameter.check(slider["low"])
+        parameter.check(slider["high"])
+
+
+@pytest.mark.parametrize("name", DESCRIBED)
+def test_the_first_view_names_what_there_is(name):
+    model, view = sf.built_in_models()[name](), DESCRIBED[name]["default"]
+    parameter = model.parameter(view["vary"])
+    assert view["vary"] in DESCRIBED[name]["vary"]
+    assert [parameter.check(value) for value in view["span"]] == view["span"]
+    assert view["show"] in {item["name"] for item in DESCRIBED[name]["states"]}
+
+
+def test_the_first_view_of_the_first_model_is_the_papers_figure():
+    view = DESCRIBED["sliding"]["default"]
+    assert (view["vary"], view["span"], view["show"]) == ("Nd", [0.0, 0.98], "x")
+
+
+def test_a_given_model_comes_first_with_its_own_values():
+    described = Catalogue(sf.SlidingOscillator(f=12.2)).describe()
+    assert described[0]["name"] == "sliding"
+    values = {item["name"]: item["value"] for item in described[0]["parameters"]}
+    assert values["f"] == 12.2
+
+
+def test_an_unknown_model_is_refused_with_a_suggestion():
+    with pytest.raises(InputError, match=r"there is no model 'dufing'.*duffing"):
+        Catalogue().model("dufing", {})
+
+
+@pytest.mark.parametrize(
+    ("formula", "text"),
+    [
+        (r"$k_{ext}$", "kext"),
+        (r"$\zeta_1$", "ζ₁"),
+        (r"$V_{rel}/V_d$", "Vrel/Vd"),
+        (r"$\arg F$ (rad)", "arg F (rad)"),
+        ("x", "x"),
+    ],
+)
+def test_formulas_become_plain_text(formula, text):
+    assert plain_text(formula) == text
+
+
+@given(st.text(max_size=30))
+def test_any_text_becomes_plain(text):
+    assert "$" not in plain_text(text)
+
+
+@given(st.lists(st.floats(-1e12, 1e12), max_size=5))
+def test_short_numbers_are_those_that_were_given(values):
+    largest = max(map(abs, values), default=0.0)
+    for ours, theirs in zip(short(values), values, strict=True):
+        assert abs(ours - theirs) <= max(1e-6 * largest, 1e-290)
+
+
+def test_what_is_not_finite_is_none():
+    assert [number(value) for value in (math.nan, math.inf, None, 1)] == [None, None, None, 1.0]

@@ -1,0 +1,183 @@
+"""What is copied or saved makes what is shown: texts are run, files are read back."""
+
+import csv
+import io
+import json
+import shlex
+
+import numpy as np
+import pytest
+
+import slipfold as sf
+from helpers.command_line import run
+from helpers.explorer_server import BASE, diagram
+from slipfold.errors import InputError
+from slipfold.explorer.answering import Answering
+from slipfold.explorer.catalogue import Catalogue
+from slipfold.explorer.messages import ExportRequest
+
+VALUES = {"f": 12.2, "Vd": 0.1 + 0.5}
+DIAGRAM = diagram(parameters={**VALUES, "Nd": 0.5}, span=[0, 0.3], show="y", statistic="modulus")
+ORBIT = {"kind": "orbit", "id": 1, **BASE, "at": {"branch": 2, "arclength": 0.3}}
+SIMULATION = {
+    "kind": "simulation",
+    "id": 1,
+    "model": "sliding",
+    "parameters": {**VALUES, "Nd": 0.15},
+    "start": {"x": 0.1},
+    "nudge": {"vy": 0.5},
+    "periods": 50,
+}
+PLANE = {
+    "kind": "plane",
+    "id": 1,
+    "model": "sliding",
+    "parameters": {},
+    "x": {"name": "f", "span": [12.4, 12.5]},
+    "y": {"name": "Nd", "span": [0, 0.06]},
+}
+SYSTEM = """
+name = "own"
+title = 'it''s "own"'
+[parameters]
+W = { value = 0.9, unit = "rad/s", above = 0 }
+F = { value = 0.18 }
+[states]
+q = { rate = "v" }
+v = { rate = "F*cos(W*t) - 0.05*v - q - 0.1*q^3" }
+[forcing]
+period = "2*pi/W"
+""".replace("'it''s \"own\"'", '"one\'s own"')
+DUFFING = diagram(model="duffing", parameters={"F": 0.17}, vary="W", span=[0.8, 1.4], show="q")
+OWN = {**DUFFING, "model": "own"}
+
+
+@pytest.fixture(scope="module")
+def exported():
+    answering = Answering(Catalogue(sf.System.from_toml(SYSTEM)))
+
+    def export(view, form):
+        request = ExportRequest.model_validate({"view": view, "format": form})
+        return answering.export(request, lambda: None)
+
+    return export
+
+
+def run_python(text, folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    names = {}
+    exec(compile(text, "copied.py", "exec"), names)
+    return names
+
+
+@pytest.mark.parametrize("view", [DIAGRAM, DUFFING, OWN], ids=["sliding", "duffing", "own"])
+def test_copied_python_draws_the_same_curve(exported, view, tmp_path, monkeypatch, capsys):
+    names = run_python(exported(view, "python").decode(), tmp_path, monkeypatch)
+    (tmp_path / "saved.nc").write_bytes(exported(view, "nc"))
+    saved = sf.load(tmp_path / "saved.nc")
+    assert names["diagram"].model == saved.model
+    for mine, theirs in zip(names["diagram"].branches, saved.branches, strict=True):
+        np.testing.assert_array_equal(mine.parameter, theirs.parameter)
+        np.testing.assert_array_equal(mine.nodes, theirs.nodes)
+    assert "<svg" in (tmp_path / "diagram.svg").read_text()
+    assert "TY" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "view", [DIAGRAM, DUFFING, OWN, SIMULATION], ids=["sliding", "duffing", "own", "simulation"]
+)
+def test_the_command_in_a_copied_case_file_gives_the_same_numbers(
+    exported, view, tmp_path, monkeypatch
+):
+    text = exported(view, "toml").decode()
+    (tmp_path / "case.toml").write_text(text)
+    monkeypatch.chdir(tmp_path)
+    program, *arguments = shlex.split(text.splitlines()[0].removeprefix("# "))
+    assert program == "slipfold"
+    assert run(*arguments, "--out", "run.nc").exit_code == 0
+    (tmp_path / "saved.nc").write_bytes(exported(view, "nc"))
+    ours, theirs = sf.load("saved.nc"), sf.load("run.nc")
+    assert ours.model == theirs.model
+    ours, theirs = ours.to_xarray(), theirs.to_xarray()
+    for name in ours.data_vars:
+        np.testing.assert_array_equal(ours[name].values, theirs[name].values)
+
+
+def test_copied_python_gives_the_same_orbit(exported, tmp_path, monkeypatch, capsys):
+    names = run_python(exported(ORBIT, "python").decode(), tmp_path, monkeypatch)
+    rows = list(csv.reader(io.StringIO(exported(ORBIT, "csv").decode())))
+    assert rows[0][:3] == ["time (s)", "x", "y"]
+    first = np.array(rows[1][1:5], dtype=float)
+    np.testing.assert_allclose(names["orbit"].state, first, rtol=1e-8)
+    assert names["orbit"].period == 2
+
+
+def test_an_orbit_as_netcdf_is_read_by_xarray(exported, tmp_path):
+    import xarray
+
+    (tmp_path / "orbit.nc").write_bytes(exported(ORBIT, "nc"))
+    with xarray.open_dataset(tmp_path / "orbit.nc", engine="h5netcdf") as data:
+        assert data.N.attrs["units"] == "N"
+        assert float(data.N.max()) == pytest.approx(1 + data.attrs["parameter_Nd"])
+        assert data.multipliers_real.shape == (4,)
+
+
+def test_copied_python_gives_the_same_motion(exported, tmp_path, monkeypatch, capsys):
+    names = run_python(exported(SIMULATION, "python").decode(), tmp_path, monkeypatch)
+    (tmp_path / "saved.nc").write_bytes(exported(SIMULATION, "nc"))
+    np.testing.assert_array_equal(names["motion"].strobe, sf.load(tmp_path / "saved.nc").strobe)
+    assert names["motion"].strobe[0].tolist() == [0.1, 0, 0, 0.5]
+
+
+def test_copied_python_gives_the_same_plane(exported, tmp_path, monkeypatch, capsys):
+    names = run_python(exported(PLANE, "python").decode(), tmp_path, monkeypatch)
+    (tmp_path / "saved.nc").write_bytes(exported(PLANE, "nc"))
+    saved = sf.load(tmp_path / "saved.nc")
+    for mine, theirs in zip(names["found"].loci, saved.loci, strict=True):
+        np.testing.assert_array_equal(mine.values, theirs.values)
+
+
+def test_the_command_of_a_plane_names_both_spans(exported):
+    first = exported(PLANE, "toml").decode().splitlines()[0]
+    assert first == "# slipfold locus case.toml --vary f=12.4:12.5 --vary Nd=0.0:0.06 --regions"
+
+
+def test_a_friction_law_is_copied_with_its_values():
+    model = sf.SlidingOscillator(friction=sf.Stribeck(vs=0.25), f=12.2)
+    answering = Answering(Catalogue(model))
+    view = diagram(parameters={})
+    request = ExportRequest.model_validate({"view": view, "format": "python"})
+    line = answering.export(request, lambda: None).decode().splitlines()[2]
+    names = {"sf": sf}
+    exec(line, names)
+    assert names["model"].replace(Nd=0.0) == model
+
+
+def test_an_orbit_has_no_command(exported):
+    with pytest.raises(InputError, match="copy it as Python"):
+        exported(ORBIT, "toml")
+
+
+def test_a_csv_has_the_points_of_the_diagram(exported):
+    rows = list(csv.DictReader(io.StringIO(exported(DIAGRAM, "csv").decode())))
+    assert {row["branch"] for row in rows} == {"1", "2"}
+
+
+@pytest.mark.parametrize(("form", "name"), [("python", "py"), ("toml", "toml"), ("csv", "csv")])
+def test_the_server_hands_files_over_with_names(explorer, form, name):
+    with explorer.http() as http:
+        answer = http.post("/api/export", json={"view": diagram(span=[0, 0.05]), "format": form})
+    assert answer.status_code == 200
+    assert answer.headers["content-disposition"] == f'attachment; filename="diagram.{name}"'
+
+
+def test_what_cannot_be_exported_is_said_in_a_sentence(explorer):
+    with explorer.http() as http:
+        answer = http.post("/api/export", json={"view": ORBIT, "format": "toml"})
+        assert (answer.status_code, answer.text) == (
+            400,
+            "no command computes a single orbit from a case file; copy it as Python instead",
+        )
+        malformed = http.post("/api/export", json={"view": {}, "format": "pickle"})
+    assert malformed.status_code == 422
+    assert json.loads(malformed.text)["detail"]

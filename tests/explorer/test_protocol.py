@@ -1,0 +1,223 @@
+"""Requests over the WebSocket and their answers, with the real solver."""
+
+import math
+from itertools import pairwise
+
+import pytest
+
+import slipfold as sf
+from helpers.explorer_server import BASE, diagram
+
+ORBIT = {"kind": "orbit", "id": 2, **BASE}
+
+
+@pytest.fixture(scope="module")
+def base():
+    return sf.response(sf.SlidingOscillator(f=12.5), "Nd", (0, 0.98))
+
+
+def numbers_in(data):
+    if isinstance(data, dict):
+        for value in data.values():
+            yield from numbers_in(value)
+    elif isinstance(data, list):
+        for value in data:
+            yield from numbers_in(value)
+    elif isinstance(data, float):
+        yield data
+
+
+def test_a_diagram_has_the_branches_and_bifurcations_of_the_response(client, base):
+    answer = client.ask(diagram())
+    assert not answer["draft"]
+    assert [b["period"] for b in answer["branches"]] == [b.period for b in base.branches]
+    for shown, branch in zip(answer["branches"], base.branches, strict=True):
+        assert shown["stopped"]["reason"] == branch.stopped.reason
+        for mark, point in zip(shown["special"], branch.special, strict=True):
+            assert (mark["type"], mark["criticality"]) == (point.type, point.criticality)
+            assert mark["value"] == pytest.approx(point.value, rel=1e-12)
+            assert mark["leads_to"] == point.leads_to
+            assert point.name in mark["sentence"]
+
+
+def test_lines_are_whole_and_marks_lie_on_them(client):
+    answer = client.ask(diagram())
+    for branch in answer["branches"]:
+        x, y = branch["x"], branch["y"]
+        assert len(x) == len(y) == len(branch["arclength"])
+        edges = [(item["first"], item["last"]) for item in branch["stretches"]]
+        assert edges[0][0] == 0
+        assert edges[-1][1] == len(x) - 1
+        assert all(left[1] == right[0] for left, right in pairwise(edges))
+        places = list(zip(x, y, strict=True))
+        for mark in branch["special"]:
+            distance = min(math.hypot(mark["value"] - a, mark["y"] - b) for a, b in places)
+            assert distance < 1e-6
+    assert all(math.isfinite(number) for number in numbers_in(answer))
+
+
+def test_a_draft_comes_before_the_diagram_of_a_neighbour_and_agrees_with_it(client):
+    client.ask(diagram(1))
+    draft, exact = ask_all(client, diagram(2, parameters={"f": 12.5, "Vd": 0.61}))
+    assert (draft["draft"], exact["draft"]) == (True, False)
+    for rough, fine in zip(draft["branches"], exact["branches"], strict=True):
+        for mark, true in zip(rough["special"], fine["special"], strict=True):
+            assert mark["type"] == true["type"]
+            assert mark["value"] == pytest.approx(true["value"], abs=3e-4)
+            assert mark["y"] == pytest.approx(true["y"], abs=1e-3)
+
+
+def ask_all(client, request):
+    client.send(request)
+    return client.until_done(request["id"])
+
+
+def test_an_orbit_on_a_branch_closes_and_has_its_multipliers(client, base):
+    branch = base.branches[1]
+    place = float(branch.arclength[9])
+    answer = client.ask({**ORBIT, "at": {"branch": 2, "arclength": place}})
+    assert answer["period"] == 2
+    assert answer["value"] == branch.parameter[9]
+    assert answer["stable"] == bool(branch.stable[9])
+    assert [complex(*item) for item in answer["multipliers"]] == pytest.approx(
+        branch.multipliers[9].tolist(), rel=1e-9
+    )
+    assert answer["t"][-1] == pytest.approx(2 / 12.5, rel=1e-6)
+    assert answer["phase"][-1] == pytest.approx(2)
+    for column in [*answer["states"].values(), *answer["outputs"].values()]:
+        assert column[0] == pytest.approx(column[-1])
+    assert answer["mechanism"] == {"kind": "sliding"}
+
+
+def test_the_spectrum_is_that_of_the_orbit(client):
+    answer = client.ask({**ORBIT, "at": {"branch": 2, "arclength": 0.3}})
+    frequency, amplitude = answer["spectrum"]["frequency"], answer["spectrum"]["amplitude"]["x"]
+    assert frequency[:3] == pytest.approx([0, 6.25, 12.5])
+    x = answer["states"]["x"][:-1]
+    phase = [math.pi * value for value in answer["phase"][:-1]]
+    cosine = sum(a * math.cos(b) for a, b in zip(x, phase, strict=True))
+    sine = sum(a * math.sin(b) for a, b in zip(x, phase, strict=True))
+    assert amplitude[1] == pytest.approx(2 * math.hypot(cosine, sine) / len(x), rel=1e-5)
+
+
+def test_an_orbit_near_a_state_is_found(client):
+    state = {"x": 0.1, "y": 0.05, "vx": 0, "vy": 0}
+    answer = client.ask({**ORBIT, "at": {"value": 0.03, "state": state}})
+    right = sf.periodic_orbit(sf.SlidingOscillator(f=12.5, Nd=0.03), 1, state)
+    assert answer["states"]["x"][0] == pytest.approx(right.state[0], rel=1e-6)
+
+
+def test_a_motion_comes_in_pieces_and_ends_with_what_simulate_says(client):
+    values = {"f": 12.2, "Nd": 0.15}
+    request = {"kind": "simulation", "id": 3, "model": "sliding", "parameters": values}
+    pieces = ask_all(client, request)
+    right = sf.simulate(sf.SlidingOscillator(**values), 400)
+    assert pieces[-1]["verdict"] == right.settlement.message
+    assert (pieces[-1]["settled"], pieces[-1]["period"]) == (True, 2)
+    starts = [x for piece in pieces[:-1] for x in piece["sections"]["start"]["x"]]
+    assert starts == pytest.approx(right.strobe[:-1, 0].tolist(), rel=1e-5, abs=1e-8)
+    assert [k for piece in pieces[:-1] for k in piece["sections"]["period"]] == list(range(400))
+    times = [t for piece in pieces for t in piece["t"]]
+    assert times == sorted(times)
+
+
+def test_a_motion_starts_beside_an_orbit_where_it_is_nudged(client):
+    request = {"kind": "simulation", "id": 4, "model": "sliding", "periods": 3}
+    start, nudge = {"x": 0.1, "y": 0.05, "vx": 0, "vy": 0}, {"x": 0.01}
+    pieces = ask_all(client, {**request, "start": start, "nudge": nudge})
+    assert pieces[0]["sections"]["start"]["x"][0] == pytest.approx(0.11)
+
+
+def test_a_motion_that_meets_a_limit_says_which(client):
+    request = {"kind": "simulation", "id": 5, "model": "sliding", "start": {"y": -0.9999}}
+    assert client.ask(request)["verdict"].startswith("spring collapsed")
+
+
+def test_a_plane_tells_its_progress_and_has_the_loci(client):
+    request = {
+        "kind": "plane",
+        "id": 6,
+        "model": "sliding",
+        "x": {"name": "f", "span": [12.4, 12.6]},
+        "y": {"name": "Nd", "span": [0, 0.06]},
+    }
+    *progress, plane = ask_all(client, request)
+    assert all(set(item) >= {"progress", "done"} for item in progress)
+    assert ("PD", 1) in {(locus["type"], locus["period"]) for locus in plane["loci"]}
+    regions = plane["regions"]
+    assert len(regions["labels"]) == len(regions["y"])
+    assert {len(row) for row in regions["labels"]} == {len(regions["x"])}
+    assert {label for row in regions["labels"] for label in row} - {0} <= set(
+        map(int, regions["names"])
+    )
+
+
+def test_autonomous_models_are_shown_too(client):
+    request = diagram(7, model="lorenz", parameters={}, vary="rho", span=[0.5, 20])
+    answer = client.ask(request)
+    assert [mark["type"] for mark in answer["branches"][0]["special"]] == ["BP"]
+    del request["show"]
+    orbit = client.ask({**request, "kind": "orbit", "at": {"branch": 1, "arclength": 0.1}})
+    assert orbit["spectrum"]["amplitude"]["x"][1] == pytest.approx(0, abs=1e-9)
+    assert orbit["mechanism"] is None
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"model": "slidin"}, "there is no model 'slidin'"),
+        ({"parameters": {"F": 1.0}}, "has no parameter 'F'"),
+        ({"parameters": {"f": -1.0}}, "f = -1 is outside its bounds"),
+        ({"vary": "nd"}, "has no parameter 'nd'"),
+        ({"span": [0.1, 0.1]}, "is empty"),
+        ({"show": "z"}, "'z'"),
+    ],
+    ids=str,
+)
+def test_what_cannot_be_computed_is_said_in_a_sentence(client, change, words):
+    answer = client.ask(diagram(8, **change))
+    assert words in answer["error"]
+    assert "Traceback" not in answer["error"]
+
+
+@pytest.mark.parametrize("junk", ["", "{", "null", "[]", '{"kind": "shell"}', b"\xff\xfe", "\x00"])
+def test_junk_is_refused_and_the_next_request_is_answered(client, junk):
+    client.send(junk)
+    assert client.receive()["error"].startswith("the request cannot be used")
+    assert client.ask(diagram())["branches"]
+
+
+def test_the_newest_request_wins(client):
+    client.ask(diagram(0))
+    for number in range(1, 30):
+        client.send(diagram(number, parameters={"f": 12.5 + 0.0001 * number}))
+    done = []
+    while 29 not in done:
+        answer = client.receive()
+        assert "error" not in answer
+        if answer["done"]:
+            done.append(answer["id"])
+    # One may have been finished before the next arrived, not most of them.
+    assert len(done) < 15
+
+
+def test_slots_do_not_disturb_each_other(client):
+    for number, slot in enumerate(["pin:1", "live", "pin:2"]):
+        client.send(diagram(number, slot=slot, parameters={"f": 12.3 + 0.05 * number}))
+    done = {}
+    while len(done) < 3:
+        answer = client.receive()
+        if answer["done"]:
+            done[answer["id"]] = answer["slot"]
+    assert done == {0: "pin:1", 1: "live", 2: "pin:2"}
+
+
+def test_what_is_cancelled_is_not_answered(client):
+    client.send({"kind": "simulation", "id": 9, "model": "sliding", "periods": 20_000})
+    client.send({"kind": "cancel", "id": 10, "of": "simulation"})
+    answers = [client.receive()]
+    while answers[-1]["kind"] != "cancel":
+        answers.append(client.receive())
+    assert not any(answer["done"] for answer in answers[:-1])
+    assert client.ask(diagram(11))["branches"]
+    assert not any(answer["kind"] == "simulation" for answer in answers[20:])

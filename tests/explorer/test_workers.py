@@ -1,0 +1,120 @@
+"""Worker processes: what is dropped is dropped, what is killed is replaced, what is large ends."""
+
+import asyncio
+import json
+import os
+import signal
+
+import pytest
+
+from helpers.explorer_server import diagram, running_explorer
+from slipfold.explorer.job import Job
+from slipfold.explorer.limits import Limits
+from slipfold.explorer.messages import parse_request
+from slipfold.explorer.workers import Workers
+
+PLANE = {
+    "kind": "plane",
+    "id": 1,
+    "model": "sliding",
+    "x": {"name": "f", "span": [11.5, 13.5]},
+    "y": {"name": "Nd", "span": [0, 0.9]},
+}
+
+
+@pytest.fixture(scope="module")
+def explorer():
+    """One worker, so that it is known which."""
+    with running_explorer(workers=1) as running:
+        yield running
+
+
+def test_a_killed_worker_gives_a_sentence_and_a_fresh_one(explorer):
+    with explorer.client() as client:
+        client.send(PLANE)
+        assert "progress" in client.receive()
+        [before] = explorer.workers.processes
+        os.kill(before, signal.SIGKILL)
+        answer = client.until_done(1)[-1]
+        assert "ended from outside (signal 9)" in answer["error"]
+        assert client.ask(diagram(2))["branches"]
+    assert explorer.workers.processes != [before]
+
+
+def test_a_long_computation_ends_when_it_is_no_longer_wanted(explorer):
+    # The plane takes many seconds; its worker is free for the diagram at the next point.
+    with explorer.client() as client:
+        client.send(PLANE)
+        assert "progress" in client.receive()
+        [process] = explorer.workers.processes
+        client.send({"kind": "cancel", "id": 2, "of": "plane"})
+        assert client.ask(diagram(3))["done"]
+        assert explorer.workers.processes == [process]
+
+
+def test_a_client_that_leaves_takes_its_requests_along(explorer):
+    with explorer.client() as client:
+        client.send(PLANE)
+        assert "progress" in client.receive()
+    with explorer.client() as client:
+        assert client.ask(diagram(1))["branches"]
+
+
+def computed(workers, *requests):
+    """Last replies, or sentences, of requests that are submitted one after the other."""
+
+    async def run():
+        await workers.start()
+        outcomes = [await one(workers, request) for request in requests]
+        await workers.stop()
+        return outcomes
+
+    async def one(workers, request):
+        arrived = asyncio.get_running_loop().create_future()
+
+        def deliver(reply):
+            if reply.last:
+                arrived.set_result(reply)
+
+        workers.submit(Job(parse_request(json.dumps(request)), 0, deliver, arrived.set_result))
+        return await arrived
+
+    return asyncio.run(run())
+
+
+def test_what_takes_too_long_is_given_up():
+    limits = Limits(seconds={"plane": 1e-3, "diagram": 60.0})
+    sentence, reply = computed(Workers(None, 1, limits), PLANE, diagram())
+    assert sentence.startswith("this took more than 0.001 s and was given up")
+    assert b'"branches"' in reply.body
+
+
+def test_a_worker_that_has_grown_is_replaced():
+    workers = Workers(None, 1, Limits(worker_bytes=1))
+    first, second = computed(workers, diagram(1), diagram(2))
+    assert b'"branches"' in first.body
+    assert b'"branches"' in second.body
+
+
+class Unloadable:
+    """What ends the process that reads it."""
+
+    def __reduce__(self):
+        return os._exit, (7,)
+
+
+def test_workers_that_cannot_start_are_not_started_for_ever():
+    [sentence] = computed(Workers(Unloadable(), 1, Limits()), diagram())
+    assert "no worker process can be started" in sentence
+
+
+def test_quick_requests_go_first_and_none_waits_for_ever():
+    def job(request, place):
+        made = Job(parse_request(json.dumps(request)), 0, None, None)
+        made.place = place
+        return made
+
+    plane = job(PLANE, 1)
+    assert job(diagram(), 2).order < plane.order
+    assert job(diagram(), 200).order > plane.order
+    assert job(diagram(slot="pin:1"), 2).order > job(diagram(), 3).order
