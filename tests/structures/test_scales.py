@@ -1,4 +1,4 @@
-"""What a structure in metres is measured in: a pin vibrates by micrometres, a tower by metres."""
+"""What a structure in metres is measured in: a pin vibrates by micrometres, a tower by more."""
 
 import math
 
@@ -8,7 +8,7 @@ import pytest
 import slipfold as sf
 
 
-@pytest.mark.parametrize("size", [1e-6, 1e-3, 1.0])
+@pytest.mark.parametrize("size", [1e-2, 1.0, 10.0])
 def test_squeal_does_not_depend_on_the_unit_of_length(size):
     # All lengths shrink and the belt slows down with them: the same motion, smaller.
     def pin(stiffness: float) -> sf.Structure:
