@@ -10,6 +10,7 @@ import locus_report
 import machine
 import map_report
 import reference
+import size_report
 import systems_report
 from slipfold.paper.tables import table
 from wording import magnitude, milliseconds, task_seconds, verdict
@@ -135,6 +136,7 @@ def aim_rows(measured: Measured) -> Iterator[list[str]]:
         yield [f"{what} under {aim} s", f"{took:.2f} s", verdict(took < aim)]
     yield from locus_report.aim_rows(measured.loci)
     yield from map_report.aim_rows(measured.map)
+    yield from size_report.aim_rows(measured.size)
     yield from systems_report.aim_rows(measured.systems)
 
 
@@ -171,6 +173,7 @@ def report(measured: Measured) -> str:
         "SciPy at rtol 1e-10 and atol 1e-12, its right-hand side in plain Python.",
         *locus_report.section(measured.loci),
         *map_report.section(measured.map),
+        *size_report.section(measured.size),
         *systems_report.section(measured.systems),
         "## Commands",
         table(["", "time", "largest process"], process_rows(measured)),

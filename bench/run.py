@@ -66,6 +66,8 @@ SYSTEM_CONTENDERS: dict[str, dict[str, tuple[str, ...]]] = {
 
 MAP = ("threshold_map.py", "--repeat", "1")
 
+SIZE = ("size.py", "--repeat", "5")
+
 FEW = 3
 """Rounds of what takes long."""
 
@@ -83,6 +85,7 @@ class Measured(NamedTuple):
     loci: dict[str, dict[str, Any]]
     map: dict[str, Any]
     systems: dict[str, dict[str, dict[str, Any]]]
+    size: dict[str, Any]
 
 
 def note(sentence: str) -> None:
@@ -140,6 +143,14 @@ def thresholds(rounds: int) -> dict[str, Any]:
     return kept["slipfold"]
 
 
+def sizes() -> dict[str, Any]:
+    """The record of the cost by size, with an empty cache, so that compiling is seen."""
+    with tempfile.TemporaryDirectory() as folder:
+        environment = {"SLIPFOLD_CACHE_DIR": folder, **processes.ONE_THREAD}
+        records, _ = compete(1, {"slipfold": SIZE}, **environment)
+    return records["slipfold"]
+
+
 def all_absent(responses: dict[str, str], others: dict[str, dict[str, str]]) -> dict[str, str]:
     """Why programs did not run, each reason of a program once."""
     new = {
@@ -175,7 +186,7 @@ def measure(rounds: int) -> Measured:
         cached = [processes.response_process(Path(folder)) for _ in range(rounds)]
     paper = repeated(few, "the paper, cold", processes.paper_process)
     missing = all_absent(absent, missing_there)
-    return Measured(records, missing, first, cached, paper, loci, thresholds(few), systems)
+    return Measured(records, missing, first, cached, paper, loci, thresholds(few), systems, sizes())
 
 
 def main() -> None:

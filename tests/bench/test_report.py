@@ -100,7 +100,15 @@ def measured(bench: Bench, records: dict[str, Any], **absent: str) -> Any:
     usage = bench.processes.Usage(0.9, 100_000_000)
     slow = bench.processes.Usage(40.0, 100_000_000)
     return bench.run.Measured(
-        records, absent, [usage], [usage], [slow], loci(bench), thresholds(stuck=3), systems()
+        records,
+        absent,
+        [usage],
+        [usage],
+        [slow],
+        loci(bench),
+        thresholds(stuck=3),
+        systems(),
+        sizes(2.0),
     )
 
 
@@ -169,6 +177,34 @@ def test_points_found_on_the_locus_are_compared_where_a_reference_is(bench: Benc
     assert "smallest Nd at 12.46291 Hz, 0.04008398 N (errors < 1e-12 Hz, 2e-09 N)" in text
     assert "cusp of cycles at 12 Hz, 0.1 N." in text
     assert "AUTO-07p, fine: BP. AUTO-07p, largest: nothing." in text
+
+
+def sizes(power: float, compile_seconds: float = 1.0) -> dict[str, Any]:
+    """The record of structures whose cost grows with a power of their size."""
+    return {
+        "sizes": [
+            {
+                "size": size,
+                "states": 2 * size,
+                "groups": 1 if size < 12 else size // 2,
+                "compile_seconds": compile_seconds,
+                "seconds": [1e-5 * size**power],
+                "expected_compile_seconds": 1.0,
+                "expected_seconds": 2e-5 * size**power,
+            }
+            for size in (1, 5, 10, 20)
+        ]
+    }
+
+
+def test_cost_by_size_has_its_exponent(bench: Bench) -> None:
+    report = importlib.import_module("size_report")
+    assert report.exponent(sizes(1.7)) == pytest.approx(1.7)
+    section = "\n".join(report.section(sizes(2.0)))
+    assert "with the power 2.00 of their number" in section
+    assert "| 20 | 40 | in 10 groups | 1 | 1 | 4 | 8 |" in section
+    assert [row[-1] for row in report.aim_rows(sizes(2.0))] == ["met"]
+    assert [row[-1] for row in report.aim_rows(sizes(2.0, 60.0))] == ["falls short"]
 
 
 def test_the_map_is_judged_cold_and_warm(bench: Bench) -> None:

@@ -11,6 +11,8 @@ import numpy as np
 
 from slipfold.flow.cache import cached
 from slipfold.flow.equations import Equations
+from slipfold.flow.perturbed import perturbed_system
+from slipfold.models.variations import COLUMNS
 
 __all__ = ["JET_ORDER", "LANES", "CompiledCode"]
 
@@ -40,6 +42,7 @@ class CompiledCode:
         self._count = len(equations.coefficients)
         self._linear: dict[int, Any] = {}
         self._curved: dict[int, Any] = {}
+        self._perturbed: dict[tuple[bool, bool], Any] = {}
 
     # -- integrators ---------------------------------------------------------------------------
 
@@ -99,14 +102,49 @@ class CompiledCode:
         return self._curved[directions]
 
     def _curved_batch(self, directions: int) -> Any:
-        states, rates = self._equations.states, self._equations.rates
-        carried = [hy.expression(f"carried_{state}") for state in states]
-        slopes = [_slope(rate, states, carried) for rate in rates]
+        states, rates = self._with_tangent()
         moved, along = self._moved_along(directions)
         moved["phase"] = hy.time
-        system = list(zip([*states, *carried], hy.subs([*rates, *slopes], moved), strict=True))
-        variations = hy.var_ode_sys(system, [*states, *along], order=1)
+        system = list(zip(states, hy.subs(rates, moved), strict=True))
+        variations = hy.var_ode_sys(system, [*self._equations.states, *along], order=1)
         return self._batch(variations, (1 + directions) * self._count + directions, size=2)
+
+    def _alone(self) -> tuple[list[Any], list[Any]]:
+        """States and their rates."""
+        return list(self._equations.states), list(self._equations.rates)
+
+    def _with_tangent(self) -> tuple[list[Any], list[Any]]:
+        """States and one perturbation of them, and the rates of both."""
+        states, rates = self._alone()
+        carried = [hy.expression(f"carried_{state}") for state in states]
+        slopes = [_slope(rate, states, carried) for rate in rates]
+        return [*states, *carried], [*rates, *slopes]
+
+    def perturbed(self, *, tangent: bool, changed: bool) -> Any:
+        """Batch of the states and a few perturbations of them, see `perturbed_system`.
+
+        Parameters
+        ----------
+        tangent
+            Whether one derivative of the states along a vector belongs to what is perturbed.
+        changed
+            Whether the perturbation, then only one, comes from a change of the coefficients;
+            otherwise there are `COLUMNS`, of the states.
+        """
+        columns = 1 if changed else COLUMNS
+        key = (tangent, changed)
+        if key not in self._perturbed:
+
+            def build() -> Any:
+                states, rates = self._with_tangent() if tangent else self._alone()
+                c = self._equations.coefficients
+                system = perturbed_system(states, rates, c, columns, changed=changed)
+                parameters = (1 + columns if changed else 1) * self._count
+                return self._batch(system, parameters, size=(1 + columns) * (2 if tangent else 1))
+
+            kind = f"{columns} perturbations tangent={tangent} changed={changed}"
+            self._perturbed[key] = self._kept(kind, build)
+        return self._perturbed[key]
 
     def _moved_along(self, directions: int) -> tuple[dict[str, Any], list[Any]]:
         """Coefficients moved by s_k along their directions, and the s_k."""
@@ -162,8 +200,9 @@ class CompiledCode:
         """Derivatives of the rates with respect to the states, row by row."""
 
         def build() -> Any:
-            rates, states = self._equations.rates, self._equations.states
-            return self._function([hy.diff(rate, state) for rate in rates for state in states])
+            states, rates = self._alone()
+            slopes = hy.diff_tensors(rates, diff_args=states, diff_order=1).jacobian
+            return self._function(slopes.ravel())
 
         return self._kept("jacobian", build)
 

@@ -15,6 +15,7 @@ from slipfold.errors import InputError
 from slipfold.flow.compiled_code import JET_ORDER, LANES, CompiledCode
 from slipfold.flow.equations import Equations, build_equations
 from slipfold.models.model import Kind, Model
+from slipfold.models.variations import COLUMNS, carried_whole
 
 __all__ = ["Flow", "flow_of"]
 
@@ -204,6 +205,9 @@ class Flow:
             Derivatives of the end states along the directions.
         """
         n, k = self.dimension, directions.shape[-1]
+        if not carried_whole(n):
+            finished, derivatives = self._columns(states, start, end, constants, directions)
+            return finished, derivatives[:, :, :n], derivatives[:, :, n:]
         derivatives = np.empty((len(states), n, n + k))
         ends = np.empty_like(states)
         count = constants.values.shape[-1]
@@ -221,6 +225,68 @@ class Flow:
             ends[some] = result[:, :n]
             derivatives[some] = result[:, n:].reshape(-1, n, n + k)
         return ends, derivatives[:, :, :n], derivatives[:, :, n:]
+
+    def _columns(
+        self, states: Array, start: Array, end: Array, constants: Constants, directions: Array
+    ) -> tuple[Array, Array]:
+        """Carry states and their derivatives, a few columns of these at a time.
+
+        Parameters
+        ----------
+        states
+            Those of the model, shape (m, n), or with a tangent, shape (m, 2 n).
+        start, end, constants, directions
+            As for `linearise`.
+
+        Returns
+        -------
+        ends : ndarray, shape (m, N)
+            States at `end`, N = n or 2 n.
+        derivatives : ndarray, shape (m, N, n + k)
+            Derivatives of these with respect to the model's states at the start, and along the
+            directions.
+        """
+        m, size = states.shape
+        n, (count, k) = self.dimension, directions.shape[-2:]
+        tangent = size > n
+        groups = -(-n // COLUMNS)
+        units = np.eye(groups * COLUMNS, size)
+        units[n:] = 0.0
+        values = np.broadcast_to(constants.values, (m, count))
+        finished = self._propagated(
+            self._code.perturbed(tangent=tangent, changed=False),
+            [np.repeat(states, groups, axis=0), np.tile(units.reshape(groups, -1), (m, 1))],
+            np.repeat(start, groups),
+            np.repeat(end, groups),
+            [np.repeat(values, groups, axis=0)],
+        )
+        changes = np.broadcast_to(np.moveaxis(directions, -1, -2), (m, k, count))
+        changed = self._propagated(
+            self._code.perturbed(tangent=tangent, changed=True),
+            [np.repeat(states, k, axis=0), np.zeros((m * k, size))],
+            np.repeat(start, k),
+            np.repeat(end, k),
+            [np.repeat(values, k, axis=0), changes.reshape(m * k, count)],
+        )
+        derivatives = np.empty((m, size, n + k))
+        columns = finished[:, size:].reshape(m, groups * COLUMNS, size)[:, :n]
+        derivatives[..., :n] = columns.transpose(0, 2, 1)
+        derivatives[..., n:] = changed[:, size:].reshape(m, k, size).transpose(0, 2, 1)
+        return finished[:, :size].reshape(m, groups, size)[:, 0], derivatives
+
+    def _propagated(
+        self, code: Any, starts: list[Array], start: Array, end: Array, values: list[Array]
+    ) -> Array:
+        """Carry whole states of compiled code; starts and values are given in parts, by column."""
+        state, pars = np.concatenate(starts, axis=1), np.concatenate(values, axis=1)
+        result = np.empty_like(state)
+        for some in _chunks(len(state)):
+            code.set_time(_pad(start[some]))
+            code.state[:] = _pad(state[some]).T
+            code.pars[:] = _pad(pars[some]).T
+            code.propagate_until(_pad(end[some]), max_steps=MAX_STEPS)
+            result[some] = _finished(code, code.state, some.stop - some.start)
+        return result
 
     def curve(
         self,
@@ -254,6 +320,10 @@ class Flow:
             The same along the directions of the coefficients.
         """
         n, k = self.dimension, directions.shape[-1]
+        if not carried_whole(n):
+            both = np.concatenate([states, vectors], axis=1)
+            second = self._columns(both, start, end, constants, directions)[1][:, n:]
+            return second[:, :, :n], second[:, :, n:]
         result = np.empty((len(states), n, n + k))
         count = constants.values.shape[-1]
         code = self._code.curved(k)

@@ -1,0 +1,65 @@
+"""Cost by the number of degrees of freedom in the report."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from statistics import median
+from typing import Any
+
+import numpy as np
+
+from slipfold.paper.tables import table
+from wording import milliseconds, verdict
+
+COMPILE_SECONDS = 10
+"""What «compile times in seconds» means."""
+
+LARGE = 5
+"""Degrees of freedom from which the exponent is fitted: below, what does not grow rules."""
+
+
+def exponent(record: dict[str, Any]) -> float:
+    """Slope of the time of an orbit over the degrees of freedom, both logarithmic."""
+    some = [item for item in record["sizes"] if item["size"] >= LARGE]
+    sizes = np.log([item["size"] for item in some])
+    times = np.log([median(item["seconds"]) for item in some])
+    return float(np.polyfit(sizes, times, 1)[0])
+
+
+def rows(record: dict[str, Any]) -> Iterator[list[str]]:
+    """One row for each size."""
+    for item in record["sizes"]:
+        yield [
+            str(item["size"]),
+            str(item["states"]),
+            "all at once" if item["groups"] == 1 else f"in {item['groups']} groups",
+            f"{item['compile_seconds']:.2g}",
+            f"{item['expected_compile_seconds']:.2g}",
+            milliseconds(median(item["seconds"])),
+            milliseconds(item["expected_seconds"]),
+        ]
+
+
+def section(record: dict[str, Any]) -> list[str]:
+    """The section of the report."""
+    heads = ["DOF", "states", "derivatives", "compile s", "said", "orbit ms", "said"]
+    return [
+        "## Cost by size",
+        "A chain of masses with a cubic spring and a friction contact: one period with the "
+        "derivatives with respect to the start and one parameter, eight segments side by side, one "
+        "thread, processor time. «Said» is what `structure.cost()` estimates beforehand.",
+        table(heads, list(rows(record))),
+        f"From {LARGE} degrees of freedom the time of an orbit grows with the power "
+        f"{exponent(record):.2f} of their number.",
+    ]
+
+
+def aim_rows(record: dict[str, Any]) -> Iterator[list[str]]:
+    """The aim beside what was measured."""
+    largest = record["sizes"][-1]
+    took = largest["compile_seconds"]
+    yield [
+        f"{largest['size']} degrees of freedom compile in seconds",
+        f"{took:.2g} s",
+        verdict(took < COMPILE_SECONDS),
+    ]
