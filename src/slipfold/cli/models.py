@@ -74,6 +74,7 @@ def _record(model: Model) -> dict[str, Any]:
             {
                 "name": item.name,
                 "default": item.default,
+                "value": model.values[item.name],
                 "unit": item.unit,
                 "lower": item.lower if math.isfinite(item.lower) else None,
                 "upper": item.upper if math.isfinite(item.upper) else None,
@@ -92,7 +93,7 @@ def _record(model: Model) -> dict[str, Any]:
 
 def _details(model: Model) -> str:
     parameters = [
-        (item.name, f"{item.default:.10g}", item.unit, item.bounds, item.doc)
+        (item.name, f"{model.values[item.name]:.10g}", item.unit, item.bounds, item.doc)
         for item in model.parameters
     ]
     quantities = [
@@ -102,7 +103,7 @@ def _details(model: Model) -> str:
     limits = [(item.name, f"where {item.output} <= {item.bound:g}") for item in model.limits]
     sections = [
         [f"{model.name}: {model.title}" if model.title else model.name],
-        ["Parameters", *_table([("name", "default", "unit", "bounds", "meaning"), *parameters])],
+        ["Parameters", *_table([("name", "value", "unit", "bounds", "meaning"), *parameters])],
         ["States", *_table(quantities[0])],
         ["Outputs", *_table(quantities[1])],
         ["Limits, where a branch ends", *_table(limits)],

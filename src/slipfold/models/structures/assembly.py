@@ -192,8 +192,11 @@ class Assembly:
         scaled = self.definition.length_scale != 1
         units = ("", "1/s") if scaled else ("m", "m/s")
         over = " over the length scale" if scaled else ""
+        labels = ["" if scaled else f"{name} (m)" for name in self.names]
+        labels += [f"v{name} ({units[1]})" for name in self.names]
         states = [State(name, units[0], f"displacement {name}{over}") for name in self.names]
         states += [State(f"v{name}", units[1], f"rate of {name}") for name in self.names]
+        states = [replace(item, label=text) for item, text in zip(states, labels, strict=True)]
         for item in self.placed:
             states += [
                 replace(state, name=item.component.called(state.name))
