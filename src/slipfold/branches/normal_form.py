@@ -25,6 +25,7 @@ __all__ = [
     "critical_coefficient",
     "critical_vectors",
     "criticality_of",
+    "mean_coefficient",
     "normal_form",
 ]
 
@@ -111,10 +112,43 @@ def normal_form(problem: PeriodicProblem, point: Point, kind: str) -> tuple[floa
     else:
         coefficient = critical_coefficient(map_, matrix, kind)
     if isinstance(map_, ReturnMap):
-        q, _, value = critical_vectors(matrix, _DISTANCES[kind])
-        size = map_.length(q, value, linearisation.product)
+        size = _mean_length(map_, matrix, linearisation.product, kind)
         coefficient /= size if kind in QUADRATIC else size**2
     return coefficient, criticality_of(kind, coefficient)
+
+
+def mean_coefficient(map_: ReturnMap, matrix: Array, product: Array, kind: str) -> float:
+    """Return the coefficient of a cycle's PD or NS, wherever the cycle is begun.
+
+    Parameters
+    ----------
+    map_
+        Its return map.
+    matrix
+        The map's matrix, shape (n - 1, n - 1).
+    product
+        Monodromy matrix of the cycle in the scales of its problem, shape (n, n).
+    kind
+        ``"PD"`` or ``"NS"``.
+
+    Returns
+    -------
+    float
+        For a critical vector whose root mean square round the cycle is one.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        Where a second multiplier is critical and there is no such coefficient.
+    """
+    return critical_coefficient(map_, matrix, kind) / (
+        _mean_length(map_, matrix, product, kind) ** 2
+    )
+
+
+def _mean_length(map_: ReturnMap, matrix: Array, product: Array, kind: str) -> float:
+    q, _, value = critical_vectors(matrix, _DISTANCES[kind])
+    return map_.length(q, value, product)
 
 
 def critical_coefficient(map_: MapDerivatives, monodromy: Array, kind: str) -> float:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.branches.normal_form import mean_coefficient
 from slipfold.branches.point import Point
+from slipfold.branches.return_map import ReturnMap
 from slipfold.loci.locus_problem import LocusProblem
 from slipfold.orbits.critical_cycle import CriticalCycle
 from slipfold.orbits.cycle_problem import all_multipliers
@@ -20,8 +22,9 @@ Multipliers = NDArray[np.complex128]
 class CycleLocus(LocusProblem, CriticalCycle):
     """A locus of LP, PD or NS of cycles in two parameters.
 
-    Normal forms of cycles are not computed: there are no coefficients along the locus, and GPD and
-    CH, where one of them is zero, are not found.
+    Coefficients along it are those of the return map, as for the special points of branches, for a
+    critical vector whose root mean square round the cycle is one. At points of codimension two no
+    coefficients are computed.
     """
 
     @property
@@ -52,4 +55,19 @@ class CycleLocus(LocusProblem, CriticalCycle):
         return {}
 
     def _coefficient(self, z: Array, linearisation: Linearisation) -> float:
-        return np.nan
+        map_ = ReturnMap(self, z, self.model_at(z).state_scales())
+        matrix = map_.rescaled(linearisation.product)
+        try:
+            return mean_coefficient(map_, matrix, linearisation.product, self.kind)
+        except np.linalg.LinAlgError:
+            return np.nan
+
+    def own_length(self, point: Point) -> float:
+        """Return one: coefficients are for vectors of a mean length already.
+
+        Parameters
+        ----------
+        point
+            A point of the locus.
+        """
+        return 1.0

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from slipfold.branches.point import Point, corrected_point
 from slipfold.branches.search import Found
 from slipfold.loci.locus import CODIMENSION_TWO, COEFFICIENT, LocusPoint
-from slipfold.loci.locus_problem import LocusProblem, critical_places
+from slipfold.loci.locus_problem import LocusProblem
 from slipfold.orbits.newton import correct
 
 __all__ = ["coefficient_at", "describe_point"]
@@ -30,11 +30,7 @@ def coefficient_at(problem: LocusProblem, point: Point) -> float:
     if not np.isfinite(raw):
         return np.nan
     # It goes with the inverse square of the critical vector's length, in the orbit's own scales.
-    places = critical_places(problem.kind, point.multipliers)
-    values, vectors = np.linalg.eig(point.monodromy)
-    vector = vectors[:, np.abs(values - point.multipliers[places[0]]).argmin()]
-    length = np.linalg.norm(vector * problem.scales / problem.model_at(point.z).state_scales())
-    return float(raw / length**2)
+    return float(raw / problem.own_length(point) ** 2)
 
 
 def describe_point(problem: LocusProblem, found: Found) -> LocusPoint:

@@ -154,6 +154,19 @@ class LocusProblem(CriticalProblem):
         poles = tests["R1"] * (2 - tests["R1"]) * tests["LPNS"]
         return tests["CH"] / poles if poles else np.nan
 
+    def own_length(self, point: Point) -> float:
+        """Return the length of the unit critical vector in the scales of the orbit's own model.
+
+        Parameters
+        ----------
+        point
+            A point of the locus.
+        """
+        places = critical_places(self.kind, point.multipliers)
+        values, vectors = np.linalg.eig(point.monodromy)
+        vector = vectors[:, np.abs(values - point.multipliers[places[0]]).argmin()]
+        return float(np.linalg.norm(vector * self.scales / self.model_at(point.z).state_scales()))
+
     def codimension_two(self, point: Point, kind: str) -> dict[str, float]:
         """Return the coefficients that decide what happens near a point of codimension two.
 

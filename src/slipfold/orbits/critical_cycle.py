@@ -11,8 +11,8 @@ from slipfold.models.model import Model
 from slipfold.orbits.critical_problem import CriticalProblem
 from slipfold.orbits.cycle_problem import (
     CycleLinearisation,
+    aligned_cycle,
     gauge_conditions,
-    in_phase,
     quotient_basis,
 )
 from slipfold.orbits.degeneracy import Degeneracy
@@ -71,7 +71,7 @@ class CriticalCycle(CriticalProblem):
         known
             The unknown of the cycle.
         """
-        return in_phase(self, guess, known)
+        return aligned_cycle(self, guess, known)
 
     def begun_near(self, z: Array, reference: Array) -> Array:
         """Return a cycle begun where it passes nearest to another.

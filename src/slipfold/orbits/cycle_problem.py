@@ -10,27 +10,21 @@ from numpy.typing import NDArray
 from slipfold.models.model import Model
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.linearisation import Conditions, Linearisation, defect_of
+from slipfold.orbits.phase_alignment import begun_nearest
 from slipfold.orbits.shooting import Shooting
 
 __all__ = [
     "CycleLinearisation",
     "CycleProblem",
+    "aligned_cycle",
     "all_multipliers",
     "flow_direction",
     "gauge_conditions",
-    "in_phase",
     "on_quotient",
     "quotient_basis",
 ]
 
 Array = NDArray[np.float64]
-
-SAMPLES = 16
-"""Samples of a segment among which the beginning of a cycle is chosen."""
-
-ALIGNMENTS = 3
-"""Corrections of the beginning: from a sample's spacing each squares the error."""
-
 
 ALIGNMENTS = 3
 """Corrections of a phase, each of which leaves the square of what was left before."""
@@ -111,8 +105,6 @@ class CycleProblem(PeriodicProblem):
     def in_phase(self, z: Array, like: Array) -> Array:
         """Return the same cycle begun where it lies nearest to another.
 
-        The beginning is chosen among samples, then corrected by least squares.
-
         Parameters
         ----------
         z
@@ -120,23 +112,7 @@ class CycleProblem(PeriodicProblem):
         like
             The other one.
         """
-        m, constants, wanted = self.segments, self.constants(z), self.nodes(like)
-        samples = self.flow.sample(self.nodes(z), self._start, self._end, SAMPLES, constants)
-        around = samples.reshape(m * SAMPLES, -1)
-        shifts = np.arange(m * SAMPLES)[:, None] + np.arange(m) * SAMPLES
-        away = (around[shifts % (m * SAMPLES)] - wanted) / self.scales
-        begin = int(np.sum(away**2, axis=(1, 2)).argmin())
-        sampled = nodes = around[shifts[begin] % (m * SAMPLES)]
-        later, apart = 0.0, float(self._end[0] - self._start[0]) / SAMPLES
-        for _ in range(ALIGNMENTS):
-            rates = self.flow.rates(nodes, self._start, constants) / self.scales
-            size = float(np.sum(rates**2))
-            if size == 0:  # an equilibrium
-                break
-            later -= float(np.sum((nodes - wanted) / self.scales * rates)) / size
-            later = min(max(later, -apart), apart)  # beside an equilibrium all are as near
-            nodes = self.flow.advance(sampled, self._start, self._start + later, constants)
-        return np.concatenate([self.flat(nodes), z[self.size :]])
+        return begun_nearest(self, z, like)
 
     def all_multipliers(self, multipliers: NDArray[np.complex128]) -> NDArray[np.complex128]:
         """Return the multipliers with that of the flow's own direction, shape (n,).
@@ -180,7 +156,7 @@ class CycleProblem(PeriodicProblem):
         known
             The unknown of the cycle.
         """
-        return in_phase(self, guess, known)
+        return aligned_cycle(self, guess, known)
 
 
 def all_multipliers(others: NDArray[np.complex128]) -> NDArray[np.complex128]:
@@ -224,7 +200,7 @@ def flow_direction(problem: Shooting, z: Array) -> Array:
     return np.concatenate([rates.ravel() / size, np.zeros(len(problem.units))])
 
 
-def in_phase(problem: Shooting, guess: Array, known: Array) -> Array:
+def aligned_cycle(problem: Shooting, guess: Array, known: Array) -> Array:
     """Return a guess whose phase is that of a cycle nearby.
 
     Corrections leave the phase as it is in the guess, and extrapolation would magnify small

@@ -44,9 +44,11 @@ def begun_nearest(problem: Shooting, z: Array, reference: Array) -> Array:
     rolled = [np.roll(samples, -shift, axis=0)[::SAMPLES] for shift in range(m * SAMPLES)]
     gaps = [float(np.linalg.norm((item - wanted) / problem.scales)) for item in rolled]
     nodes = rolled[int(np.argmin(gaps))]
+    apart = period / (m * SAMPLES)
     for _ in range(CORRECTIONS):
         rates = problem.flow.rates(nodes, start, constants) / problem.scales
         gap = (wanted - nodes) / problem.scales
         later = float((rates * gap).sum() / (rates * rates).sum())
+        later = min(max(later, -apart), apart)  # beside an equilibrium all phases are as near
         nodes = problem.flow.advance(nodes, start, start + later, constants)
     return problem.join(nodes, problem.free_values(z))

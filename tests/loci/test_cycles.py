@@ -1,0 +1,152 @@
+"""Loci of cycles against responses in one parameter, other integrators and exact symmetries."""
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import slipfold as sf
+from slipfold.models import model_named
+
+QUIET = sf.Settings(largest_period=1)
+WINDOW = ((0.4, 0.9), (0.7, 1.4))
+
+
+@lru_cache
+def doubling(**parameters):
+    """The first PD of the Lur'e system's cycle."""
+    model = model_named("lure").replace(**parameters)
+    first = 1.05 / model.b
+    diagram = sf.response(model, vary="a", span=(first, 0.3), settings=QUIET)
+    return next(item.point for item in diagram.special if item.point.type == "PD")
+
+
+@lru_cache
+def lure_locus(plane=("a", "b")):
+    window = WINDOW if plane == ("a", "b") else WINDOW[::-1]
+    return sf.locus(doubling(), plane, window)
+
+
+def test_doublings_of_lure_are_those_of_responses():
+    (locus,) = lure_locus().loci
+    assert (locus.type, locus.kind, locus.period) == ("PD", "periodic", 1)
+    for row in (0, len(locus) // 2, -1):
+        a, b = locus.values[row]
+        alone = doubling(b=float(b))
+        assert alone.value == pytest.approx(a, abs=1e-9)
+        assert alone.duration == pytest.approx(locus.durations[row], abs=1e-8)
+        assert alone.coefficient == pytest.approx(locus.coefficient[row], rel=1e-5)
+
+
+def test_cycles_of_a_locus_under_another_integrator():
+    # The monodromy matrix by SciPy: multipliers 1, -1, and the third from the mean divergence -a.
+    (locus,) = lure_locus().loci
+    for row in (0, len(locus) // 2, -1):
+        (a, b), duration = locus.values[row], locus.durations[row]
+
+        def rates(time, q, a=a, b=b):
+            x, y, z = q[:3]
+            jacobian = np.array([[0, 1, 0], [0, 0, 1], [2 * x - 1, -b, -a]])
+            matrix = jacobian @ q[3:].reshape(3, 3)
+            return [y, z, -a * z - b * y - x + x * x, *matrix.ravel()]
+
+        start = np.concatenate([locus.states[row], np.eye(3).ravel()])
+        end = solve_ivp(rates, (0, duration), start, "DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+        assert end[:3] == pytest.approx(locus.states[row], abs=1e-8)
+        found = np.sort(np.linalg.eigvals(end[3:].reshape(3, 3)).real)
+        assert found == pytest.approx([-1, -np.exp(-a * duration), 1], abs=1e-7)
+        assert np.sort(locus.multipliers[row].real) == pytest.approx(found, abs=1e-7)
+
+
+def test_swapped_parameters_give_the_same_locus():
+    (locus,), (swapped,) = lure_locus().loci, lure_locus(("b", "a")).loci
+    ends = sorted(end.values for end in (locus.begun, locus.stopped))
+    others = sorted(end.values[::-1] for end in (swapped.begun, swapped.stopped))
+    assert np.array(ends) == pytest.approx(np.array(others), abs=1e-10)
+
+
+def test_a_locus_of_cycles_is_known_in_any_phase():
+    # Of the same doubling begun elsewhere on the cycle there is no second locus.
+    point = doubling(b=1.05)
+    later = sf.SpecialPoint(
+        **{
+            **{name: getattr(point, name) for name in point.__dataclass_fields__},
+            "nodes": np.roll(point.nodes, -3, axis=0),
+        }
+    )
+    found = sf.locus([doubling(), later], ("a", "b"), WINDOW)
+    assert len(found.loci) == 1
+
+
+def test_folds_and_tori_of_freire():
+    # AUTO's demo tor: at r = 0.6 the fold of cycles is at n = -0.584335, period 8.42647.
+    model = model_named("freire")
+    diagram = sf.response(model, vary="n", span=(-0.55, -0.592), settings=QUIET)
+    point = next(item.point for item in diagram.special if item.point.type == "LP")
+    found = sf.locus(point, ("n", "r"), ((-0.59, -0.57), (0.58, 0.62)), switch=False)
+    (locus,) = found.loci
+    assert (locus.type, locus.kind) == ("LP", "periodic")
+    row = int(np.abs(locus.values[:, 1] - 0.6).argmin())
+    assert locus.values[row] == pytest.approx([point.value, 0.6], abs=1e-9)
+    for end in (locus.begun, locus.stopped):
+        assert end.kind == "window"
+    # The mirror image of a cycle of this circuit is a cycle too, at the same parameters.
+    mirrored = sf.SpecialPoint(
+        **{
+            **{name: getattr(point, name) for name in point.__dataclass_fields__},
+            "nodes": -point.nodes,
+        }
+    )
+    (other,) = sf.locus(mirrored, ("n", "r"), ((-0.59, -0.57), (0.58, 0.62)), switch=False).loci
+    assert np.array(other.begun.values) == pytest.approx(locus.begun.values, abs=1e-9)
+
+
+def test_loci_are_saved_read_back_and_exported(tmp_path):
+    point = sf.response(model_named("lure"), vary="a", span=(1.2, 0.9), settings=QUIET).special[0]
+    for diagram in (lure_locus(), sf.locus(point.point, ("a", "b"), ((0.5, 2), (0.4, 2)))):
+        path = tmp_path / f"{diagram.loci[0].type}.nc"
+        diagram.save(path)
+        again = sf.load(path)
+        for old, new in zip(diagram.loci, again.loci, strict=True):
+            assert (old.kind, old.type, old.model) == (new.kind, new.type, new.model)
+            assert np.array_equal(old.nodes, new.nodes)
+            assert (old.durations is None) == (new.durations is None)
+            if old.durations is not None:
+                assert np.array_equal(old.durations, new.durations)
+            for item, other in zip(old.special, new.special, strict=True):
+                assert (item.kind, item.model) == (other.kind, other.model)
+        assert again.to_json() == diagram.to_json()
+        record = again.to_json()["loci"][0]
+        assert len(record["durations"]) == len(record["coefficient"]) == record["points"]
+        assert (record["eigenvalues"] is None) == (record["kind"] == "periodic")
+        assert again.summary() == diagram.summary()
+        axes = again.plot()
+        names = [text.get_text() for text in axes.get_legend().get_texts()]
+        assert any(locus_name in name for name in names for locus_name in ("HB of eq", "PD of per"))
+
+
+def test_a_model_and_a_type_are_enough():
+    found = sf.locus(model_named("lure"), ("a", "b"), ((0.95, 1.05), (0.95, 1.05)), type="hb")
+    (locus,) = found.loci
+    assert locus.values.prod(axis=1) == pytest.approx(1, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda m, p: sf.locus(p, ("a", "b"), WINDOW, type="HB"), "goes with a model"),
+        (lambda m, p: sf.locus(m, ("a", "b"), WINDOW, type="CH"), "no loci of type 'CH'"),
+        (lambda m, p: sf.locus(m, ("a", "b"), WINDOW, switch=False), "a model is given"),
+        (lambda m, p: sf.bifurcation_set(m, ("a", "b"), WINDOW), "lure is autonomous"),
+        (
+            lambda m, p: sf.locus(
+                sf.SlidingOscillator(), ("f", "Nd"), ((12, 13), (0, 0.5)), type="HB"
+            ),
+            "no loci of type 'HB' of sliding, which is forced",
+        ),
+    ],
+)
+def test_what_cannot_be_done_is_refused(call, words):
+    with pytest.raises(sf.InputError, match=words):
+        call(model_named("lure"), doubling())
