@@ -29,7 +29,7 @@ export class Requests {
     const line = this.#lines.get(key) ?? { sent: null, waiting: null };
     this.#lines.set(key, line);
     line.waiting = { request, receiver };
-    if (supersede || line.sent === null) this.#send(line);
+    if (supersede || line.sent === null || line.sent.drafted) this.#send(line);
   }
 
   /**
@@ -67,7 +67,8 @@ export class Requests {
     if (!sent || message.id !== sent.id) return;
     if ("error" in message || message.done) line.sent = null;
     // A draft is enough where the slider has moved on: refining it would keep the newest waiting.
-    if (line.waiting && (line.sent === null || message.draft)) this.#send(line);
+    if (message.draft) sent.drafted = true;
+    if (line.waiting && (line.sent === null || sent.drafted)) this.#send(line);
     if ("error" in message) sent.receiver.onError(message.error);
     else sent.receiver.onAnswer(message);
   }

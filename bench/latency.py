@@ -1,0 +1,120 @@
+"""From moving a slider of the explorer to the new curve on the screen, in headless Chromium.
+
+    python bench/latency.py [--moves 60]
+
+The base case (Fig. 2 of the paper) with all special points; each move waits until the one before is
+on the screen, as a reader's eye does. The first curve after a move may be a draft: what it is and
+how far it may be off is told in docs/explorer.md. "refined" is the time until the exact one.
+"""
+
+import argparse
+import os
+import re
+import shutil
+import subprocess
+import sys
+from statistics import median
+
+PLOT = "#diagram .plot"
+
+MOVE = """
+([selector, name, values]) => {
+  const plot = document.querySelector(selector);
+  const slider = document.querySelector(`#parameter-${name}-slider`);
+  const painted = (isWanted) => new Promise((resolve) => {
+    const listen = ({ detail }) => {
+      if (!isWanted(detail)) return;
+      plot.removeEventListener("painted", listen);
+      resolve(detail);
+    };
+    plot.addEventListener("painted", listen);
+  });
+  const move = async (value) => {
+    const last = Number(plot.dataset.drawn);
+    const start = performance.now();
+    const next = painted(({ id }) => id > last);
+    slider.value = value;
+    slider.dispatchEvent(new Event("input"));
+    const { id, draft } = await next;
+    return { id, draft, first: performance.now() - start, start };
+  };
+  return (async () => {
+    const moves = [];
+    for (const value of values) moves.push(await move(value));
+    const last = moves.at(-1);
+    if (last.draft) await painted(({ id, draft }) => id === last.id && !draft);
+    const refined = performance.now() - last.start;
+    const back = painted(({ id, draft }) => id > last.id && !draft);
+    slider.dispatchEvent(new Event("change"));
+    document.querySelector(`.parameter[data-name=${name}] .back`).click();
+    await back;
+    return { moves, refined };
+  })();
+}
+"""
+
+DRAGS = {"f": (12.46, 12.54), "Vd": (0.56, 0.64), "mu": (0.47, 0.53)}
+"""Sliders, and between which values they are moved."""
+
+
+def note(sentence):
+    print(f"latency: {sentence}")
+
+
+def measure(page, count):
+    """Times in ms until the first curve after each move, how many were drafts, and the rest."""
+    first, drafts, refined = [], 0, []
+    for name, (low, high) in DRAGS.items():
+        steps = [low + (high - low) * i / (count - 1) for i in range(count)]
+        result = page.evaluate(MOVE, [PLOT, name, steps])
+        first += [move["first"] for move in result["moves"]]
+        drafts += sum(move["draft"] for move in result["moves"])
+        refined.append(result["refined"])
+    return first, drafts, refined
+
+
+def address_of(server):
+    return next(found[0] for line in server.stdout if (found := re.search(r"http://\S+", line)))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--moves", type=int, default=60, help="moves of each slider")
+    count = parser.parse_args().moves
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
+    if chromium is None:
+        note("there is no chromium, so nothing is measured (on Debian: apt-get install chromium)")
+        return
+    try:
+        from playwright.sync_api import sync_playwright
+    except ImportError:
+        note("playwright is not installed, so nothing is measured")
+        return
+    as_root = ["--no-sandbox"] if hasattr(os, "geteuid") and os.geteuid() == 0 else []
+    command = [sys.executable, "-m", "slipfold.cli", "explore", "--no-browser"]
+    with (
+        subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server,
+        sync_playwright() as playwright,
+    ):
+        try:
+            browser = playwright.chromium.launch(executable_path=chromium, args=as_root)
+            page = browser.new_page(viewport={"width": 1280, "height": 800})
+            page.add_init_script("localStorage.setItem('slipfold-tour-seen', 'yes')")
+            page.goto(f"{address_of(server)}#model=sliding&plane=none")
+            page.wait_for_selector(f"{PLOT}[data-drawn]")
+            measure(page, 5)
+            first, drafts, refined = measure(page, count)
+            browser.close()
+        finally:
+            server.terminate()
+    first.sort()
+    note(
+        f"{len(first)} moves of {', '.join(DRAGS)}, {drafts} drawn as drafts first, on "
+        f"{os.cpu_count()} processors: median {median(first):.0f} ms, 95th percentile "
+        f"{first[int(0.95 * len(first))]:.0f} ms, longest {first[-1]:.0f} ms; refined after "
+        f"{median(refined):.0f} ms"
+    )
+
+
+if __name__ == "__main__":
+    main()
