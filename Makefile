@@ -68,8 +68,9 @@ layers: $(SETUP) ## check which layer imports which
 
 check: lint types layers ## lint, types and layers
 
-bench: $(BENCH_INSTALLED) ## compare with other programs (needs gfortran to install AUTO-07p)
+bench: $(BENCH_INSTALLED) ## compare with other programs (needs gfortran), time the explorer in Chromium
 	$(BIN)/python bench/run.py
+	$(BIN)/python bench/latency.py
 
 docs: $(DOCS_INSTALLED) ## build the documentation into docs/_build/html
 	$(BIN)/sphinx-build -W --keep-going -q -b html docs docs/_build/html

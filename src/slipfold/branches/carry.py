@@ -176,10 +176,19 @@ def _knots(branch: Branch, special: list[SpecialPoint]) -> tuple[Array, Array, A
 
 
 def _thinned(s: Array, taken: list[float]) -> list[int]:
-    """Choose points of a branch: both ends, and others not too near to what is chosen."""
+    """Choose points of a branch: both ends, and others not too near to what is chosen.
+
+    Between two special points at least one is chosen, so that they are told apart.
+    """
     apart = APART * float(np.ptp(s))
     chosen = [0, len(s) - 1]
     held = [float(s[0]), float(s[-1]), *taken]
+    for left, right in pairwise(sorted(held)):
+        inside = np.flatnonzero((s > left) & (s < right))
+        if len(inside):
+            middle = int(inside[np.abs(s[inside] - 0.5 * (left + right)).argmin()])
+            chosen.append(middle)
+            held.append(float(s[middle]))
     for i in range(1, len(s) - 1):
         if min(abs(place - s[i]) for place in held) >= apart:
             chosen.append(i)
