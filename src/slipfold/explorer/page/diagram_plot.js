@@ -42,10 +42,12 @@ export class DiagramPlot {
     session.diagramArrived.subscribe(() => this.#schedule());
     session.pinsChanged.subscribe(() => this.#schedule());
     session.placeChanged.subscribe(() => this.#place());
+    session.failed.subscribe(({ sentence }) => sentence && this.#tellBusy());
     session.store.changed.subscribe(({ view, before }) => {
       if (view.zoom !== before.zoom) this.#schedule();
       if (view.model !== before.model) this.#simulated = null;
       this.#place();
+      this.#tellBusy();
     });
     themeChanged.subscribe(() => this.#schedule());
     new ResizeObserver(() => this.#schedule()).observe(this.node);
@@ -106,7 +108,7 @@ export class DiagramPlot {
   /** Tell that a diagram is on the screen: those who measure or test wait for it. */
   #painted({ id, draft = false }) {
     this.node.dataset.drawn = id;
-    this.node.dataset.draft = draft;
+    this.#tellBusy();
     this.node.dispatchEvent(new CustomEvent("painted", { detail: { id, draft } }));
   }
 
@@ -170,6 +172,11 @@ export class DiagramPlot {
       for (const branch of answer.branches) yield* branch.y;
     }
     yield* this.#simulated?.y ?? [];
+  }
+
+  /** Whether what is drawn is still to be replaced. */
+  #tellBusy() {
+    this.node.setAttribute("aria-busy", String(!this.#session.isSettled));
   }
 
   /** Move what marks the working point. */
@@ -259,7 +266,8 @@ export class DiagramPlot {
     const y = display(diagram.y);
     const value = `${valueTitle(diagram.y)} = ${formatted(place.y * y.factor)}`;
     const kind = place.kind === "stable" ? "stable" : `unstable: ${place.kind}`;
-    return `${at}\n${value}\nperiod ${place.period}, ${kind}`;
+    const orbit = place.isEquilibrium ? "equilibrium" : `period ${place.period}`;
+    return `${at}\n${value}\n${orbit}, ${kind}`;
   }
 
   #click(event) {

@@ -29,7 +29,7 @@ const SHORT = { supercritical: "super", subcritical: "sub" };
  * @returns {Mark[]} in SI units
  */
 export function marksOf(diagram) {
-  return diagram.branches.flatMap((branch) => [
+  return distinct(diagram.branches.flatMap((branch) => [
     ...branch.special.map((point) => ({
       type: point.type,
       text: [point.type, SHORT[point.criticality]].filter(Boolean).join(" "),
@@ -38,7 +38,13 @@ export function marksOf(diagram) {
       hollow: point.criticality === "subcritical",
     })),
     ...limitOf(branch),
-  ]);
+  ]));
+}
+
+/** Marks without those that lie on another of the same name: branches that mirror each other. */
+function distinct(marks) {
+  const places = marks.map(({ text, x, y }) => `${text} ${x.toPrecision(5)} ${y.toPrecision(5)}`);
+  return marks.filter((_, i) => places.indexOf(places[i]) === i);
 }
 
 function limitOf({ stopped, x, y }) {

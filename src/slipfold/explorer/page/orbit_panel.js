@@ -141,7 +141,8 @@ function titleOf(answer, place, vary, isForced) {
   const at = `${vary.label ?? vary.name} = ${withUnit(vary, answer.value ?? place.x)}`;
   const kind = answer.stable ? "stable" : "unstable";
   const size = `largest multiplier ${formatted(Math.max(0, ...answer.multipliers.map(([re, im]) => Math.hypot(re, im))), 4)}`;
-  const what = answer.duration === 0 || answer.t.length < 3 ? "equilibrium" :
-    isForced ? `period ${answer.period}` : `cycle of ${formatted(answer.t.at(-1) - answer.t[0])} s`;
+  const cycle = `cycle of ${formatted(answer.t.at(-1) - answer.t[0])}\u202fs`;
+  const moving = isForced ? `period ${answer.period}` : cycle;
+  const what = place.isEquilibrium ? "equilibrium" : moving;
   return `${at}: ${what}, ${kind}; ${size}`;
 }

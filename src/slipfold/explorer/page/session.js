@@ -28,6 +28,7 @@ export class Session {
   place = null;
   pins = new Map();
   #keys = { diagram: "", plane: "" };
+  #settled = null;
   #pinKeys = new Map();
   #orbits = new Map();
   #followed = null;
@@ -48,6 +49,11 @@ export class Session {
 
   get view() {
     return this.store.view;
+  }
+
+  /** Whether nothing more is to come for the diagram of the view. */
+  get isSettled() {
+    return this.#settled === this.#keys.diagram;
   }
 
   /** The model of the view, as the server describes it. */
@@ -92,7 +98,7 @@ export class Session {
       this.diagram = null;
     }
     if (view.at !== before.at) this.#followed = view.at;
-    this.#followDiagram(live);
+    this.#followDiagram();
     this.#followPins();
     this.#followPlane(live);
     if (view.parameters[view.vary] !== before.parameters[view.vary] || view.at !== before.at) {
@@ -100,7 +106,7 @@ export class Session {
     }
   }
 
-  #followDiagram(live) {
+  #followDiagram() {
     const { view } = this;
     const request = diagramRequest(view);
     const key = JSON.stringify(request);
@@ -108,15 +114,16 @@ export class Session {
     this.#keys.diagram = key;
     const onAnswer = (answer) => {
       this.diagram = answer;
+      this.#settled = answer.done ? key : null;
       this.failed.announce({ kind: "diagram", sentence: null });
       this.diagramArrived.announce({ answer, view, request });
       this.#choosePlace();
-      if (!live && view.at && this.#followed && this.#followed.y !== view.at.y) {
+      if (!this.store.isLive && this.view.at && this.#followed && this.#followed.y !== this.view.at.y) {
         this.store.amend({ at: this.#followed });
       }
     };
     const onError = (sentence) => {
-      this.#keys.diagram = "";
+      this.#settled = key;
       this.failed.announce({ kind: "diagram", sentence });
     };
     this.requests.ask(request, { onAnswer, onError });
@@ -178,6 +185,7 @@ export class Session {
 
   #askOrbit(place) {
     if (!place) {
+      this.requests.cancel("orbit");
       this.orbitArrived.announce(null);
       return;
     }

@@ -1,7 +1,7 @@
 /** A motion followed period by period, as it is computed. */
 
 import { Signal } from "./signal.js";
-import { simulationRequest } from "./view.js";
+import { diagramRequest, simulationRequest } from "./view.js";
 
 const PERIODS = 600;
 
@@ -18,7 +18,7 @@ export class Simulation {
       if (kind === "simulation" && sentence) this.#become({ isRunning: false });
     });
     session.store.changed.subscribe(({ view, before }) => {
-      if (view.model !== before.model) this.clear();
+      if (systemOf(view) !== systemOf(before)) this.clear();
     });
   }
 
@@ -48,6 +48,7 @@ export class Simulation {
 
   /** Forget it. */
   clear() {
+    if (this.state.view === null) return;
     this.#session.requests.cancel("simulation");
     this.state = nothing();
     this.changed.announce(this.state);
@@ -98,6 +99,12 @@ export class Simulation {
     this.state = { ...this.state, ...changes };
     this.changed.announce(this.state);
   }
+}
+
+/** What a motion shown on the diagram belongs to: everything but the value at which it was started. */
+function systemOf(view) {
+  const { model, parameters, vary } = diagramRequest(view);
+  return JSON.stringify([model, parameters, vary]);
 }
 
 function nothing() {

@@ -36,7 +36,7 @@ export class SpecialPoints {
     const sentences = ends.map(({ period, stopped }) =>
       `Period ${period} ends at ${withUnit(diagram.x, stopped.value)}: ${stopped.reason}.`);
     const key = JSON.stringify([items.map(({ text }) => text), sentences]);
-    this.#ends.textContent = sentences.join(" ");
+    this.#ends.textContent = [...new Set(sentences)].join(" ");
     this.#ends.title = this.#ends.textContent;
     this.#items = items;
     if (key === this.#key) return;

@@ -93,12 +93,13 @@ export function diagramRequest(view, parameters = view.parameters) {
 /**
  * The request for an orbit on the diagram of a view.
  * @param {View} view
- * @param {{branch: number, arclength: number}} place
+ * @param {import("./working_point.js").Place} place
  */
-export function orbitRequest(view, { branch, arclength }) {
+export function orbitRequest(view, { branch, arclength, x, isTurn = false }) {
   const { model, vary, span } = view;
   const parameters = without(view.parameters, vary);
-  return { kind: "orbit", model, parameters, vary, span, at: { branch, arclength } };
+  const at = isTurn ? { branch, arclength } : { branch, arclength, value: x };
+  return { kind: "orbit", model, parameters, vary, span, at };
 }
 
 /** The request for the plane of a view. */

@@ -8,7 +8,12 @@
  * @property {number} y
  * @property {number} period
  * @property {string} kind `"stable"` or unstable by what
+ * @property {boolean} isEquilibrium
+ * @property {boolean} [isTurn] whether the branch turns here, so that the value does not tell where
  */
+
+/** Share of a branch's range within which a value is that of its fold: drawn values are rounded. */
+const TURN = 1e-6;
 
 /**
  * All places where branches cross a value.
@@ -20,7 +25,11 @@ export function crossings(diagram, value) {
   const found = [];
   for (const branch of diagram.branches) {
     const { x } = branch;
+    const slack = TURN * (Math.max(...x) - Math.min(...x));
     for (let i = 0; i + 1 < x.length; i++) {
+      if (isTurn(x, i) && Math.abs(x[i] - value) <= slack) {
+        found.push({ ...placeOn(branch, i, 0), isTurn: true });
+      }
       if ((x[i] - value) * (x[i + 1] - value) > 0 || x[i] === x[i + 1]) continue;
       const place = placeOn(branch, i, (value - x[i]) / (x[i + 1] - x[i]));
       const last = found.at(-1);
@@ -61,8 +70,13 @@ export function placeOn(branch, i, share) {
     x: between(branch.x),
     y: between(branch.y),
     period: branch.period,
+    isEquilibrium: branch.kind === "equilibrium",
     kind: stretch?.kind ?? "stable",
   };
+}
+
+function isTurn(x, i) {
+  return i > 0 && i + 1 < x.length && (x[i] - x[i - 1]) * (x[i + 1] - x[i]) < 0;
 }
 
 /** The place of a special point. */

@@ -1,0 +1,92 @@
+"""The explorer as its users have it: the command's server, and Debian's Chromium on its page."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+sync_api = pytest.importorskip("playwright.sync_api", reason="the browser tests need playwright")
+
+from helpers.explorer_page import ExplorerPage  # noqa: E402
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+AS_ROOT = ["--no-sandbox"] if hasattr(os, "geteuid") and os.geteuid() == 0 else []
+
+HOSTILE = """
+name = "hostile"
+title = "<img src=x onerror=alert(1)>"
+[parameters]
+W = { value = 1.2, unit = "rad/s", above = 0, doc = "<b>forcing</b>", symbol = "<i>W</i>" }
+F = { value = 0.2, doc = "<script>alert(2)</script>" }
+[states]
+q = { rate = "v", label = "<u>q</u>" }
+v = { rate = "F*cos(W*t) - 0.2*v - q" }
+[forcing]
+period = "2*pi/W"
+quiet = "F"
+"""
+"""A model whose texts are markup; the page must show them as they are."""
+
+
+@pytest.fixture(scope="session")
+def address(tmp_path_factory):
+    """The address that the command prints."""
+    pytest.importorskip("fastapi")
+    case = tmp_path_factory.mktemp("explorer") / "hostile.toml"
+    case.write_text(HOSTILE)
+    command = [sys.executable, "-m", "slipfold.cli", "explore", str(case), "--no-browser"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
+        try:
+            yield next(
+                found[0] for line in server.stdout if (found := re.search(r"http://\S+", line))
+            )
+        finally:
+            server.terminate()
+            server.communicate()
+
+
+@pytest.fixture(scope="session")
+def browser():
+    if CHROMIUM is None:
+        pytest.skip("there is no chromium")
+    with sync_api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=AS_ROOT)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="session")
+def context(browser):
+    """A reader who has seen the tour, on a laptop, and wishes for less motion."""
+    context = browser.new_context(
+        viewport={"width": 1280, "height": 800},
+        permissions=["clipboard-read", "clipboard-write"],
+        reduced_motion="reduce",
+    )
+    context.add_init_script("localStorage.setItem('slipfold-tour-seen', 'yes')")
+    yield context
+    context.close()
+
+
+@pytest.fixture(scope="session")
+def tab(context, address):
+    return ExplorerPage(context.new_page(), address)
+
+
+@pytest.fixture
+def explorer(tab):
+    """A tab that was used before; nothing may go wrong on it unseen."""
+    yield tab
+    assert tab.faults == []
+
+
+@pytest.fixture
+def new_tab(context, address):
+    """A tab of its own."""
+    explorer = ExplorerPage(context.new_page(), address)
+    yield explorer
+    explorer.page.close()
+    assert explorer.faults == []

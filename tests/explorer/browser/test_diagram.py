@@ -1,0 +1,179 @@
+"""The diagram follows what is set, marks what is found, and can be compared and undone."""
+
+import re
+
+import pytest
+from playwright.sync_api import expect
+
+from helpers.explorer_page import DIAGRAM, PATIENCE
+
+BASE = [
+    "PD 0.04358\u202fN supercritical",
+    "NS 0.05669\u202fN subcritical",
+    "NS 0.1664\u202fN supercritical",
+]
+
+
+def test_the_base_case_with_its_points_and_its_end(explorer):
+    explorer.open()
+    assert explorer.specials() == BASE
+    expect(explorer.page.locator(".ends")).to_contain_text("Period 1 ends at 0.3759\u202fN: spring")
+    dashes = {trace["name"].removeprefix("live, "): trace["dash"] for trace in explorer.traces()}
+    assert set(dashes) == {"stable", "period doubling", "fold or torus"}
+    assert dashes["stable"] == "solid"
+    assert len(set(dashes.values())) == 3
+    shown = explorer.page.locator(f"{DIAGRAM} text").all_text_contents()
+    assert {"PD super", "NS sub", "NS super", "spring collapsed"} <= set(shown)
+
+
+def test_the_curve_follows_a_slider_that_is_not_let_go(new_tab):
+    explorer = new_tab.open()
+    sight = explorer.ranges()
+    before = explorer.traces()
+    with explorer.redrawn():
+        explorer.slide("Vd", 0.7)
+    assert explorer.traces() != before
+    assert explorer.specials()[0].startswith("PD 0.040")
+    # The axes stand still, nothing is to be undone, and the address waits.
+    assert explorer.ranges() == sight
+    expect(explorer.page.get_by_label("Undo (Ctrl+Z)")).to_be_disabled()
+    assert "Vd" not in explorer.page.url
+    explorer.release("Vd")
+    expect(explorer.page.get_by_label("Undo (Ctrl+Z)")).to_be_enabled()
+    explorer.page.wait_for_url("**p.Vd=0.7*")
+
+
+def test_of_many_moves_the_last_is_drawn(explorer):
+    explorer.open()
+    for step in range(20):
+        explorer.slide("f", 12.3 + 0.02 * step)
+    with explorer.redrawn():
+        explorer.slide("f", 12.2)
+        explorer.release("f")
+    expect(explorer.page.locator(".specials")).to_contain_text("PD 0.1398\u202fN subcritical")
+
+
+def test_boxes_keys_and_units(explorer):
+    explorer.open()
+    assert explorer.box("alpha").input_value() == "60"
+    expect(explorer.page.locator("[data-name=alpha] .unit")).to_have_text("°")
+    with explorer.redrawn():
+        explorer.type("alpha", 30)
+    assert explorer.specials()[0].startswith("PD 0.09864\u202fN")
+    explorer.page.wait_for_url("**p.alpha=0.5235987*")
+    with explorer.redrawn():
+        explorer.slider("alpha").press("ArrowRight")
+    assert explorer.parameter("alpha") > 30
+    with explorer.redrawn():
+        explorer.page.locator("[data-name=alpha] .back").click()
+    assert explorer.specials() == BASE
+
+
+def test_another_output_statistic_parameter_and_span(explorer):
+    explorer.open()
+    page = explorer.page
+    with explorer.redrawn():
+        page.get_by_label("of", exact=True).select_option("y")
+    with explorer.redrawn():
+        page.get_by_label("Draw").select_option("min")
+    stable = next(trace for trace in explorer.traces() if trace["dash"] == "solid")
+    assert stable["y"][0] == pytest.approx(0.061106649797)
+    with explorer.redrawn():
+        page.get_by_label("Vary", exact=True).select_option("f")
+        page.get_by_label("Vary from").fill("12")
+        page.get_by_label("Vary from").press("Enter")
+    with explorer.redrawn():
+        page.get_by_label("Vary to").fill("13")
+        page.get_by_label("Vary to").press("Enter")
+    assert min(x for x in explorer.traces()[0]["x"] if x is not None) >= 12
+    assert explorer.ranges()[1] == pytest.approx(13, abs=0.1)
+
+
+def test_pinned_curves_stay_and_have_names(explorer):
+    explorer.open()
+    page = explorer.page
+    page.get_by_role("button", name="Pin this curve").click()
+    with explorer.redrawn():
+        explorer.type("Vd", 0.4)
+    page.get_by_role("button", name="Pin this curve").click()
+    names = page.get_by_label("Name of the pinned curve")
+    assert [names.nth(i).input_value() for i in range(2)] == ["base case", "Vd = 0.4\u202fm/s"]
+    names.first.fill("as published")
+    names.first.press("Enter")
+    with explorer.redrawn():
+        explorer.type("Vd", 1)
+    page.wait_for_function(
+        "(selector) => document.querySelector(selector).data"
+        ".some(({ name, x }) => name === 'as published, stable' && x.length > 0)",
+        arg=f"{DIAGRAM} .plot-canvas",
+        timeout=PATIENCE,
+    )
+    starts = {trace["name"] for trace in explorer.traces()}
+    assert {"as published, stable", "Vd = 0.4\u202fm/s, stable", "live, stable"} <= starts
+    page.get_by_label("Remove as published").click()
+    expect(names).to_have_count(1)
+
+
+def test_undo_and_redo(explorer):
+    explorer.open()
+    with explorer.redrawn():
+        explorer.type("f", 12.2)
+    changed = explorer.specials()
+    with explorer.redrawn():
+        explorer.page.locator("body").click(position={"x": 2, "y": 2})
+        explorer.page.keyboard.press("Control+z")
+    assert explorer.specials() == BASE
+    assert explorer.parameter("f") == 12.5
+    with explorer.redrawn():
+        explorer.page.get_by_label("Redo (Ctrl+Shift+Z)").click()
+    assert explorer.specials() == changed
+
+
+def test_a_part_of_the_diagram_and_the_whole_again(explorer):
+    explorer.open()
+    whole = explorer.ranges()
+    start, end = explorer.pixel(0.02, 0.1), explorer.pixel(0.2, 0.3)
+    mouse = explorer.page.mouse
+    mouse.move(*start)
+    mouse.down()
+    mouse.move(*end, steps=4)
+    mouse.up()
+    back = explorer.page.get_by_role("button", name="Whole diagram")
+    expect(back).to_be_visible()
+    assert explorer.ranges() == pytest.approx([0.02, 0.2, 0.1, 0.3], abs=0.01)
+    back.click()
+    expect(back).to_be_hidden()
+    explorer.page.wait_for_function(
+        "([selector, end]) => document.querySelector(selector).layout.xaxis.range[1] === end",
+        arg=[f"{DIAGRAM} .plot-canvas", whole[1]],
+    )
+
+
+def test_what_cannot_be_computed_is_a_sentence(explorer):
+    explorer.open()
+    explorer.type("Vd", -1)
+    alert = explorer.page.get_by_role("alert")
+    expect(alert).to_contain_text("Vd")
+    assert "Traceback" not in alert.inner_text()
+    with explorer.redrawn():
+        explorer.type("Vd", 0.7)
+    expect(alert).to_have_count(0)
+
+
+def test_markup_in_a_model_is_shown_as_text(explorer):
+    explorer.open("model=hostile")
+    expect(explorer.page.get_by_label("Model")).to_contain_text("<img src=x onerror=alert(1)>")
+    expect(explorer.page.locator("[data-name=F] .doc")).to_have_text("<script>alert(2)</script>")
+    assert explorer.page.locator("main img, main script, aside b").count() == 0
+    assert "<u>q</u>" in "".join(explorer.page.locator(f"{DIAGRAM} text").all_text_contents())
+
+
+@pytest.mark.parametrize("model", ["duffing", "stuart-landau"])
+def test_textbook_systems(explorer, model):
+    explorer.open(f"model={model}")
+    assert explorer.traces()
+    expect(explorer.page.locator("#plot-motion")).to_be_visible()
+    expect(explorer.page.locator("#plot-path")).to_be_hidden()
+    expect(explorer.page.locator("#plot-multipliers svg")).to_have_attribute(
+        "aria-label", re.compile("Floquet multipliers: moduli")
+    )

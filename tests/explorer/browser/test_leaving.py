@@ -1,0 +1,88 @@
+"""What is shown leaves as the text that makes it, as pictures and data; a link brings it back."""
+
+import tomllib
+
+import numpy as np
+import pytest
+from playwright.sync_api import expect
+
+import slipfold as sf
+
+VIEW = "model=sliding&p.Vd=0.7&p.Nd=0.3"
+
+
+def menu(explorer, panel, item):
+    explorer.page.get_by_label(f"Export the {panel}").first.click()
+    return explorer.page.locator(f"#{panel} .menu").get_by_text(item, exact=True)
+
+
+def saved(explorer, panel, item):
+    with explorer.page.expect_download() as waiting:
+        menu(explorer, panel, item).click()
+    return waiting.value.path()
+
+
+@pytest.fixture
+def shown(explorer):
+    explorer.open(VIEW)
+    explorer.orbit_shown(2)
+    return explorer
+
+
+def test_python_and_toml_are_copied(shown):
+    menu(shown, "diagram", "Copy as Python").click()
+    dialog = shown.page.locator("dialog")
+    expect(dialog).to_contain_text("Copied.")
+    text = shown.page.evaluate("navigator.clipboard.readText()")
+    assert dialog.locator("pre").inner_text().strip() == text.strip()
+    compile(text, "copied.py", "exec")
+    assert "Vd=0.7" in text
+    dialog.get_by_role("button", name="Close").click()
+    menu(shown, "diagram", "Copy as TOML").click()
+    expect(dialog.locator("h2")).to_have_text("The diagram in TOML")
+    case = tomllib.loads(dialog.locator("pre").inner_text())
+    assert "0.7" in str(case)
+    dialog.get_by_role("button", name="Close").click()
+    expect(dialog).to_be_hidden()
+
+
+@pytest.mark.parametrize("panel", ["diagram", "orbit"])
+def test_pictures(shown, panel):
+    assert saved(shown, panel, "PNG").read_bytes().startswith(b"\x89PNG")
+    text = saved(shown, panel, "SVG").read_text()
+    assert text.startswith("<svg")
+    assert "</svg>" in text
+
+
+def test_data(shown):
+    rows = saved(shown, "diagram", "CSV").read_text().splitlines()
+    assert "Nd" in rows[0] or rows[0].startswith("#")
+    file = saved(shown, "diagram", "netCDF")
+    renamed = file.with_name("response.nc")
+    file.rename(renamed)
+    diagram = sf.load(renamed)
+    assert diagram.model.values["Vd"] == 0.7
+    threshold = diagram.branches[0].special[0]
+    shown_value = float(
+        shown.specials()[0].split()[1].rstrip("N").rstrip("\u202f").split("\u202f")[0]
+    )
+    np.testing.assert_allclose(threshold.value, shown_value, rtol=1e-3)
+
+
+def test_a_link_gives_the_same_page(shown, new_tab):
+    page = shown.page
+    page.get_by_role("button", name="Pin this curve").click()
+    page.get_by_label("of", exact=True).select_option("y")
+    with shown.redrawn():
+        shown.type("f", 12.4)
+    page.get_by_label("Copy the link").click()
+    link = page.evaluate("navigator.clipboard.readText()")
+    assert "token" not in link
+    other = new_tab
+    other.open(link.split("#")[1], plane=True)
+    assert other.specials() == shown.specials()
+    assert other.parameter("f") == 12.4
+    assert other.parameter("Vd") == 0.7
+    assert other.page.get_by_label("of", exact=True).input_value() == "y"
+    name = other.page.get_by_label("Name of the pinned curve")
+    assert name.input_value() == "Vd = 0.7\u202fm/s"

@@ -1,0 +1,129 @@
+"""An orbit in all its pictures, at one moment."""
+
+import re
+
+import pytest
+from playwright.sync_api import expect
+
+from helpers.explorer_page import DIAGRAM, ExplorerPage
+
+PICTURES = ("time", "phase", "path", "spectrum", "multipliers", "forces")
+
+
+def paths(explorer, picture):
+    """The lines of a small plot as drawn."""
+    return explorer.page.locator(f"#plot-{picture} .line").evaluate_all(
+        "(lines) => lines.map((line) => line.getAttribute('d'))"
+    )
+
+
+def test_a_point_that_is_clicked_is_shown_in_every_picture(explorer):
+    explorer.open("model=sliding&p.Nd=0.3")
+    assert explorer.orbit_shown(2) == pytest.approx(0.3)
+    before = {picture: paths(explorer, picture) for picture in ("time", "phase", "path", "forces")}
+    explorer.page.mouse.click(*explorer.pixel(0.025, 0.1318))
+    assert explorer.orbit_shown(1) == pytest.approx(0.025, abs=3e-3)
+    assert explorer.parameter("Nd") == pytest.approx(0.025, abs=3e-3)
+    for picture in PICTURES:
+        expect(explorer.page.locator(f"#plot-{picture}")).to_be_visible()
+    for picture, lines in before.items():
+        assert paths(explorer, picture) != lines
+    expect(explorer.page.locator("#plot-multipliers .dot.inside")).to_have_count(4)
+    expect(explorer.page.locator("#plot-multipliers .dot.outside")).to_have_count(0)
+    expect(explorer.page.locator("#orbit-title")).to_contain_text("period 1, stable")
+
+
+def test_a_point_under_the_pointer_is_previewed(explorer):
+    explorer.open("model=sliding&p.Nd=0.3")
+    explorer.orbit_shown(2)
+    explorer.page.mouse.move(*explorer.pixel(0.025, 0.1318))
+    tip = explorer.page.locator(f"{DIAGRAM} .tip")
+    expect(tip).to_contain_text("period 1, stable")
+    explorer.orbit_shown(1)
+    assert explorer.parameter("Nd") == 0.3
+    explorer.page.mouse.move(5, 5)
+    expect(tip).to_be_hidden()
+    assert explorer.orbit_shown(2) == pytest.approx(0.3)
+
+
+def test_special_points_are_a_list_to_go_to(explorer):
+    explorer.open()
+    explorer.page.locator(".chip", has_text="NS 0.1664").click()
+    assert explorer.orbit_shown(2) == pytest.approx(0.1664381671, abs=1e-4)
+    moduli = explorer.page.locator("#plot-multipliers svg").get_attribute("aria-label")
+    assert re.search(r"moduli 1, 1,", moduli)
+
+
+def test_keys_move_along_and_between_branches(explorer):
+    explorer.open("model=sliding&p.Nd=0.3")
+    explorer.orbit_shown(2)
+    plot = explorer.page.locator(DIAGRAM)
+    plot.focus()
+    plot.press("ArrowDown")
+    assert explorer.orbit_shown(1) == pytest.approx(0.3)
+    expect(explorer.page.locator("#orbit-title")).to_contain_text("unstable")
+    plot.press("ArrowLeft")
+    expect(explorer.box("Nd")).to_have_value("0.2951")
+    plot.press("End")
+    expect(explorer.page.locator("#orbit-title")).to_contain_text("0.98")
+
+
+def test_where_no_branch_reaches_the_page_says_so(explorer):
+    explorer.open("model=sliding&p.Nd=0.3")
+    explorer.orbit_shown(2)
+    with explorer.redrawn():
+        explorer.page.get_by_label("Vary to").fill("0.2")
+        explorer.page.get_by_label("Vary to").press("Enter")
+    explorer.type("Nd", 0.5)
+    expect(explorer.page.locator("#orbit-title")).to_contain_text(
+        "No branch of the diagram reaches"
+    )
+
+
+def test_one_moment_in_all_pictures(explorer):
+    """Cursor, dots and mechanism are at the same phase; the pointer moves all of them."""
+    explorer.open("model=sliding&p.Nd=0.3")
+    explorer.orbit_shown(2)
+    page = explorer.page
+    tip = page.locator(".tip-group")
+    rest = tip.get_attribute("transform")
+    moment = page.get_by_label("Moment in the orbit")
+    moment.evaluate("(input) => { input.value = 0.25; input.dispatchEvent(new Event('input')); }")
+    moved = tip.get_attribute("transform")
+    assert moved != rest
+    # A quarter of an orbit of period 2 is half a forcing period: N is least there.
+    expect(page.locator(".reading")).to_contain_text("N = 0.7\u202fN")
+    box = page.locator("#plot-time .box").bounding_box()
+    cursor = page.locator("#plot-time .across").bounding_box()
+    assert cursor["x"] - box["x"] == pytest.approx(box["width"] / 4, abs=2)
+    page.mouse.move(box["x"] + 0.5 * box["width"], box["y"] + 10)
+    assert tip.get_attribute("transform") != moved
+    expect(page.locator(".reading")).to_contain_text("N = 1.3\u202fN")
+
+
+def test_motion_plays_in_slow_motion_unless_less_motion_is_wished(explorer):
+    explorer.open("model=sliding&p.Nd=0.3")
+    explorer.orbit_shown(2)
+    page = explorer.page
+    play = page.get_by_role("button", name="Play the motion")
+    expect(play).to_be_visible()
+    start = page.locator(".tip-group").get_attribute("transform")
+    play.click()
+    page.wait_for_function(
+        "(start) => document.querySelector('.tip-group').getAttribute('transform') !== start",
+        arg=start,
+    )
+    speed = page.get_by_label("Slow motion")
+    factor = page.locator(".factor").inner_text()
+    speed.press("ArrowRight")
+    assert page.locator(".factor").inner_text() != factor
+    page.get_by_role("button", name="Pause the motion").click()
+    expect(play).to_be_visible()
+
+
+def test_motion_begins_by_itself_for_others(browser, address):
+    with browser.new_context(reduced_motion="no-preference") as context:
+        context.add_init_script("localStorage.setItem('slipfold-tour-seen', 'yes')")
+        explorer = ExplorerPage(context.new_page(), address).open()
+        expect(explorer.page.get_by_role("button", name="Pause the motion")).to_be_visible()
+        assert explorer.faults == []

@@ -1,0 +1,66 @@
+"""The plane beside the diagram: what is dragged in it is followed by diagram and orbit."""
+
+import pytest
+from playwright.sync_api import expect
+
+from helpers.explorer_page import PLANE
+
+WINDOW = "model=sliding&p.Nd=0.1&plane=f~12.4~12.6~Nd~0~0.12"
+"""A small window: seconds to compute."""
+
+
+@pytest.fixture
+def plane(new_tab):
+    explorer = new_tab
+    explorer.open(WINDOW, plane=True)
+    explorer.page.wait_for_function(
+        "(selector) => Number(document.querySelector(selector).dataset.loci) > 0", arg=PLANE
+    )
+    return explorer
+
+
+def drawn(explorer):
+    return explorer.page.evaluate(
+        "(selector) => document.querySelector(selector).data.map(({ type, name }) => name ?? type)",
+        f"{PLANE} .plot-canvas",
+    )
+
+
+def test_loci_and_regions_and_the_working_point_dragged(plane):
+    traces = drawn(plane)
+    assert "heatmap" in traces
+    assert "PD of period 1, supercritical" in traces
+    assert any(str(name).startswith("NS of period 2") for name in traces)
+    names = plane.page.locator(f"{PLANE} .annotation-text").all_text_contents()
+    assert "period 1" in names
+    point = plane.page.locator(".working-point")
+    box = point.bounding_box()
+    mouse = plane.page.mouse
+    mouse.move(box["x"] + 9, box["y"] + 9)
+    mouse.down()
+    with plane.redrawn():
+        mouse.move(box["x"] + 60, box["y"] + 30, steps=3)
+    assert plane.parameter("f") > 12.5
+    assert plane.parameter("Nd") < 0.1
+    expect(plane.page.get_by_label("Undo (Ctrl+Z)")).to_be_disabled()
+    mouse.up()
+    expect(plane.page.get_by_label("Undo (Ctrl+Z)")).to_be_enabled()
+    # It moves by keys too, and it does not make the plane old.
+    f = plane.parameter("f")
+    with plane.redrawn():
+        point.press("ArrowLeft")
+    assert plane.parameter("f") == pytest.approx(f - 0.002, abs=1e-4)
+    assert "stale" not in plane.page.locator(PLANE).get_attribute("class").split()
+
+
+def test_it_is_put_away_and_comes_back(explorer):
+    explorer.open("model=duffing")
+    switch = explorer.page.get_by_role("button", name="Plane", exact=True)
+    expect(explorer.page.locator("#plane")).to_be_hidden()
+    switch.click()
+    expect(explorer.page.locator("#plane")).to_be_visible()
+    expect(switch).to_have_attribute("aria-pressed", "true")
+    explorer.page.get_by_role("button", name="Stop").click()
+    expect(explorer.page.locator(".progress")).to_contain_text("Stopped")
+    switch.click()
+    expect(explorer.page.locator("#plane")).to_be_hidden()

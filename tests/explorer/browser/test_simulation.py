@@ -1,0 +1,45 @@
+"""A simulation is drawn on the diagram while it is computed."""
+
+import re
+
+from playwright.sync_api import expect
+
+from helpers.explorer_page import DIAGRAM
+
+SETTLED = re.compile("^(settled|Settled)")
+
+DOTS = (  # the trace of a simulation is that with fading markers
+    "(selector) => document.querySelector(selector).data"
+    ".filter(({ marker }) => Array.isArray(marker?.opacity)).map(({ x, y }) => [x, y])[0]"
+)
+
+
+def dots(explorer):
+    x, y = explorer.page.evaluate(DOTS, f"{DIAGRAM} .plot-canvas")
+    return x, y
+
+
+def test_from_rest_it_settles_on_the_stable_branch(explorer):
+    explorer.open("model=sliding&p.Nd=0.02")
+    explorer.orbit_shown(1)
+    explorer.page.get_by_role("button", name="From rest").click()
+    expect(explorer.page.locator(".verdict")).to_have_text(SETTLED)
+    x, y = dots(explorer)
+    assert explorer.page.locator("#plot-settling .dot").count() == len(y) > 100
+    assert set(x) == {0.02}
+    chosen = explorer.page.locator(f"{DIAGRAM} .place.chosen").bounding_box()
+    height = chosen["y"] + chosen["height"] / 2
+    assert abs(explorer.pixel(0.02, y[-1])[1] - height) < 3
+    assert abs(explorer.pixel(0.02, max(y[:5]))[1] - height) > 10
+
+
+def test_from_an_orbit_nudged_off_it_and_cleared(explorer):
+    explorer.open("model=sliding&p.Nd=0.02")
+    explorer.orbit_shown(1)
+    page = explorer.page
+    page.get_by_label("Nudge").select_option("10 %")
+    page.get_by_role("button", name="From this orbit").click()
+    expect(page.locator(".verdict")).to_have_text(SETTLED)
+    page.get_by_role("button", name="Clear").click()
+    expect(page.locator("#plot-settling")).to_be_hidden()
+    expect(page.locator(".verdict")).to_be_empty()

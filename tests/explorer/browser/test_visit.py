@@ -1,0 +1,143 @@
+"""The first visit is guided; anyone can read the page; a lost connection comes back."""
+
+import pytest
+from playwright.sync_api import expect
+
+from helpers.explorer_page import DIAGRAM, ExplorerPage
+
+WIDTHS = (900, 1280, 1600, 1920)
+
+NAMELESS = """
+() => [...document.querySelectorAll('button, input, select, summary, [role=img]')]
+  .filter((node) => node.getClientRects().length > 0)
+  .filter((node) => !node.getAttribute('aria-label') && !node.textContent.trim())
+  .filter((node) => !node.labels?.length)
+  .map((node) => node.outerHTML)
+"""
+
+CONTRAST = """
+() => {
+  const channel = (value) =>
+    (value /= 255) <= 0.04045 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4;
+  const light = (colour) => {
+    const [r, g, b] = colour.match(/[0-9.]+/g).map(Number).map(channel);
+    return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+  };
+  const paper = (node) => {
+    for (; node; node = node.parentElement) {
+      const colour = getComputedStyle(node).backgroundColor;
+      if (!/, 0\\)$|transparent/.test(colour)) return colour;
+    }
+  };
+  return [...document.querySelectorAll('p, h2, button:enabled, .unit, .choice span')]
+    .filter((node) => node.getClientRects().length > 0 && node.textContent.trim())
+    .map((node) => [light(getComputedStyle(node).color), light(paper(node)), node.textContent])
+    .map(([a, b, text]) => [(Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05), text])
+    .filter(([ratio]) => ratio < 4.5);
+}
+"""
+
+
+def without_a_file(route):
+    """Answer as if the command had been given no model of one's own, which else comes first."""
+    models = route.fetch().json()
+    route.fulfill(json=sorted(models, key=lambda model: model["name"] != "sliding"))
+
+
+def test_the_first_visit_is_guided(browser, address):
+    context = browser.new_context(viewport={"width": 1280, "height": 800}, reduced_motion="reduce")
+    explorer = ExplorerPage(context.new_page(), address)
+    page = explorer.page
+    page.route("**/api/models", without_a_file)
+    page.goto(address)
+    page.wait_for_selector(f"{DIAGRAM}[aria-busy=false]")
+    assert explorer.specials()[0] == "PD 0.04358\u202fN supercritical"
+    assert "token" not in page.url
+    tour = page.get_by_role("dialog")
+    expect(tour.locator("h2")).to_have_text("A tip on a moving plate")
+    steps = int(tour.locator(".count").inner_text().split()[-1])
+    told = []
+    for step in range(1, steps + 1):
+        expect(tour.locator(".count")).to_have_text(f"{step} of {steps}")
+        if tour.locator("h2").inner_text() in ("The threshold", "Criticality"):
+            expect(tour).to_contain_text("= 0.")
+        told.append(tour.locator("p").inner_text())
+        tour.locator(".main").click()
+    expect(tour).to_be_hidden()
+    assert "Nd = 0.0436" in told[1] or "Nd = 0.04358" in told[1]
+    # It is not forced on anyone twice, but it can be had again, and left.
+    page.reload()
+    page.wait_for_selector(f"{DIAGRAM}[data-drawn]")
+    expect(tour).to_be_hidden()
+    page.get_by_role("button", name="Tour").click()
+    page.get_by_role("button", name="Skip the tour").click()
+    expect(tour).to_be_hidden()
+    assert explorer.faults == []
+    context.close()
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_it_can_be_read_in_both_themes_and_every_width(new_tab, theme):
+    explorer, page = new_tab, new_tab.page
+    page.emulate_media(color_scheme=theme, reduced_motion="reduce")
+    explorer.open("model=sliding&p.Nd=0.3")
+    explorer.orbit_shown(2)
+    assert page.evaluate("document.documentElement.dataset.theme") == theme
+    assert page.evaluate(NAMELESS) == []
+    assert page.evaluate(CONTRAST) == []
+    for width in WIDTHS:
+        page.set_viewport_size({"width": width, "height": 900})
+        page.wait_for_function(
+            "(selector) => { const plot = document.querySelector(selector);"
+            " return plot.firstChild.layout.width === plot.clientWidth; }",
+            arg=DIAGRAM,
+        )
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+
+def test_the_theme_is_switched_and_kept(new_tab):
+    page = new_tab.open().page
+    theme = "document.documentElement.dataset.theme"
+    page.get_by_label("Theme: as the system").click()
+    assert page.evaluate(theme) == "light"
+    page.get_by_label("Theme: light").click()
+    assert page.evaluate(theme) == "dark"
+    page.reload()
+    page.wait_for_selector(f"{DIAGRAM}[data-drawn]")
+    assert page.evaluate(theme) == "dark"
+    page.get_by_label("Theme: dark").click()
+
+
+def test_what_changed_is_said(explorer):
+    explorer.open()
+    heard = explorer.page.locator("[aria-live=polite]")
+    expect(heard).to_contain_text("PD at 0.04358\u202fN supercritical")
+    with explorer.redrawn():
+        explorer.type("f", 12.2)
+    expect(heard).to_contain_text("PD at 0.1398\u202fN subcritical")
+
+
+def test_a_lost_connection_comes_back(new_tab):
+    explorer, sockets = new_tab, []
+
+    def through(socket):
+        sockets.append(socket)
+        socket.connect_to_server()
+
+    explorer.page.route_web_socket("**/ws", through)
+    explorer.open()
+    state = explorer.page.locator(".connection")
+    expect(state).to_have_text("connected")
+    states = explorer.page.evaluate_handle(
+        "() => { const seen = []; const node = document.querySelector('.connection');"
+        " const look = new MutationObserver(() => seen.push(node.textContent));"
+        " look.observe(node, { childList: true });"
+        " return seen; }"
+    )
+    sockets[0].close()
+    explorer.page.wait_for_function("(seen) => seen.at(-1) === 'connected'", arg=states)
+    assert "reconnecting" in states.json_value()
+    assert len(sockets) == 2
+    with explorer.redrawn():
+        explorer.type("f", 12.2)
+    assert explorer.specials()[0] == "PD 0.1398\u202fN subcritical"

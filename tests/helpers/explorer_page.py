@@ -1,0 +1,133 @@
+"""The explorer's page in a browser, driven as a reader would, and what is seen on it."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+
+from playwright.sync_api import Page, expect
+
+PATIENCE = 40_000
+"""Milliseconds to wait for what a busy machine computes."""
+
+DIAGRAM = "#diagram .plot"
+ORBIT = ".orbit"
+PLANE = ".plane-plot"
+
+FOLLOW = """
+async (fragment) => {
+  if (location.hash.slice(1) === fragment) return;
+  const heard = new Promise((resolve) => addEventListener("hashchange", resolve, { once: true }));
+  location.hash = fragment;
+  await heard;
+}
+"""
+"""Follow a link within the page."""
+
+
+class ExplorerPage:
+    """One tab with the explorer."""
+
+    def __init__(self, page: Page, address: str):
+        self.page = page
+        self.address = address
+        self.faults: list[str] = []
+        page.set_default_timeout(PATIENCE)
+        expect.set_options(timeout=PATIENCE)
+        page.on("pageerror", lambda error: self.faults.append(str(error)))
+        page.on("console", self._note)
+
+    def _note(self, message):
+        if message.type in ("error", "warning"):
+            self.faults.append(message.text)
+
+    def open(self, fragment="model=sliding", plane=False):
+        """Open a link to a view, without its plane unless it is asked for, and wait for the curve.
+
+        A page that is open takes the link over, as if it were pasted.
+        """
+        suffix = "" if plane or not fragment else "&plane=none"
+        if self.page.url.startswith("http"):
+            self.page.evaluate(FOLLOW, fragment + suffix)
+        else:
+            self.page.goto(f"{self.address}#{fragment}{suffix}")
+        self.page.wait_for_function(
+            "(selector) => document.querySelector(selector)?.ariaBusy === 'false'", arg=DIAGRAM
+        )
+        return self
+
+    @contextmanager
+    def redrawn(self):
+        """Wait until another diagram is on the screen, and it is no draft."""
+        before = self.drawn
+        yield
+        self.page.wait_for_function(
+            "([selector, before]) => { const plot = document.querySelector(selector);"
+            " return plot.dataset.drawn !== before && plot.ariaBusy === 'false'; }",
+            arg=[DIAGRAM, before],
+        )
+
+    @property
+    def drawn(self):
+        """Number of the diagram on the screen."""
+        return self.page.locator(DIAGRAM).get_attribute("data-drawn")
+
+    def slider(self, name):
+        return self.page.locator(f"#parameter-{name}-slider")
+
+    def box(self, name):
+        return self.page.locator(f"#parameter-{name}-box")
+
+    def slide(self, name, value):
+        """Move a slider and do not let go of it."""
+        self.slider(name).evaluate(
+            "(slider, value) => { slider.value = value;"
+            " slider.dispatchEvent(new Event('input')); }",
+            value,
+        )
+
+    def release(self, name):
+        """Let go of a slider."""
+        self.slider(name).evaluate("(slider) => slider.dispatchEvent(new Event('change'))")
+
+    def type(self, name, value):
+        """Write a value into the box of a parameter."""
+        self.box(name).fill(str(value))
+        self.box(name).press("Enter")
+
+    def specials(self):
+        """Texts of the list of special points."""
+        return self.page.locator(".specials .chip").all_inner_texts()
+
+    def traces(self):
+        """Lines of the diagram that have points: name, dashes, first point."""
+        return self.page.evaluate(
+            "(selector) => document.querySelector(selector).data"
+            ".filter((trace) => trace.mode === 'lines' && trace.x.length > 0)"
+            ".map(({ name, line, x, y }) => ({ name, dash: line.dash, x, y }))",
+            f"{DIAGRAM} .plot-canvas",
+        )
+
+    def ranges(self):
+        """What the axes of the diagram show."""
+        return self.page.evaluate(
+            "(selector) => { const { xaxis, yaxis } = document.querySelector(selector).layout;"
+            " return [...xaxis.range, ...yaxis.range]; }",
+            f"{DIAGRAM} .plot-canvas",
+        )
+
+    def pixel(self, x, y):
+        """Where data of the diagram are on the screen."""
+        box = self.page.locator(f"{DIAGRAM} .nsewdrag").bounding_box()
+        left, right, low, high = self.ranges()
+        return (
+            box["x"] + (x - left) / (right - left) * box["width"],
+            box["y"] + (1 - (y - low) / (high - low)) * box["height"],
+        )
+
+    def orbit_shown(self, period):
+        """Wait for an orbit of a period; return the value of the parameter it is at."""
+        self.page.wait_for_selector(f"{ORBIT}[data-period='{period}']")
+        return float(self.page.locator(ORBIT).get_attribute("data-drawn"))
+
+    def parameter(self, name):
+        return float(self.box(name).input_value())
