@@ -6,6 +6,7 @@ import pytest
 import slipfold as sf
 from slipfold.branches.carry import carry_branches
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.results.stretches import stretches_of
 
 SPAN = (0, 0.9)
 CHANGES = [{"f": 12.51}, {"Vd": 0.62}, {"mu": 0.52}, {"alpha": 1.1}, {"Ns": 0.95}]
@@ -26,6 +27,31 @@ def test_special_points_are_where_they_are_when_followed(known, change):
         for mine, right in zip(ours.special, theirs.special, strict=True):
             # A screen shows two thousandths of the span.
             assert mine.value == pytest.approx(right.value, abs=3e-4)
+
+
+def polyline(branch):
+    lines = stretches_of(branch, "x")
+    points = [np.column_stack([line.parameter, line.value]) for line in lines]
+    return np.concatenate(points)
+
+
+def distances(points, line):
+    """Distance of each point from a polyline."""
+    start, along = line[:-1], np.diff(line, axis=0)
+    square = np.maximum((along**2).sum(axis=1), 1e-300)
+    share = ((points[:, None] - start) * along).sum(axis=2) / square
+    nearest = start + np.clip(share, 0, 1)[:, :, None] * along
+    return np.linalg.norm(points[:, None] - nearest, axis=2).min(axis=1)
+
+
+@pytest.mark.parametrize("change", CHANGES, ids=str)
+def test_carried_lines_lie_on_those_that_are_followed(known, change):
+    carried = carry_branches(known.branches, known.model.replace(**change))
+    followed = sf.response(known.model, "Nd", SPAN, **change).branches
+    for ours, theirs in zip(carried, followed, strict=True):
+        line = polyline(theirs)
+        size = np.ptp(line, axis=0)
+        assert distances(polyline(ours) / size, line / size).max() < 5e-4
 
 
 def test_every_carried_point_is_an_orbit_with_its_multipliers(known):
