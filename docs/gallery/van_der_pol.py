@@ -17,7 +17,7 @@ import slipfold as sf
 free = sf.built_in_models()["vanderpol-free"]()
 cycle = sf.periodic_orbit(free)
 diagram = sf.response(cycle, vary="mu", span=(1, 10))
-diagram.plot("x")
+axes = diagram.plot("x")
 
 # %%
 # Under a force the response is entrained between two Neimark-Sacker points.

@@ -106,3 +106,14 @@ def test_a_duration_past_its_bound_ends_the_branch():
 def test_bounds_that_leave_no_branch_are_refused(value):
     with pytest.raises(sf.InputError, match="largest_duration"):
         sf.Settings(largest_duration=value)
+
+
+def test_cycles_that_cannot_be_followed_any_nearer_say_where_they_lead():
+    # Lorenz: homoclinic orbit at rho = 13.926557 (Sparrow 1982).
+    settings = sf.Settings(largest_period=1)
+    lorenz = sf.built_in_models()["lorenz"]()
+    diagram = sf.response(lorenz, vary="rho", span=(0.5, 26), settings=settings)
+    ends = [branch.stopped for branch in diagram.branches if branch.durations is not None]
+    assert [end.kind for end in ends] == ["homoclinic"] * 2
+    assert not diagram.failed
+    assert ends[0].value == pytest.approx(13.926557, abs=1e-3)

@@ -128,10 +128,13 @@ def failure_end(problem: PeriodicProblem, last: Point, failure: Failure, clause:
     failure
         Why there is no next one.
     clause
-        What else is to be said.
+        What is known of where the branch leads, as a clause: it is then the reason.
     """
     value = problem.value(last.z)
     kind, reason = failure_reason(problem, last, failure)
+    if kind == "failed" and clause:
+        found = clause.removeprefix("; ")
+        return End("homoclinic", f"{found} (no cycle was found any nearer to it)", value)
     return End(kind, reason + clause, value)
 
 

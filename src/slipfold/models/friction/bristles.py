@@ -83,9 +83,10 @@ class Dahl(_Bristles):
         \dot z = v - \sigma_0 |v| z/\mu_k, \qquad F = N \sigma_0 z
 
     With a constant normal force this is :math:`\dot F = N \sigma_0 v (1 - F \operatorname{sgn}
-    v/(N \mu_k))`. In the plane z and v are vectors and |v| is the modulus of v as a whole, which
-    treats all directions alike. |v| is rounded off to :math:`\sqrt{v^2 + \varepsilon^2}`, so that
-    slip may reverse; the price is a creep of the bristles at rest with the rate
+    v/(N \mu_k))`. In the plane z and v are vectors and ``|v|`` is the modulus of v as a whole,
+    which treats all directions alike. It is rounded off to
+    :math:`\sqrt{v^2 + \varepsilon^2}`, so that slip may reverse; the price is a creep of the
+    bristles at rest with the rate
     :math:`\sigma_0 \varepsilon/\mu_k`. A small e is a sharp corner where the slip passes through
     zero, and there a branch may fail.
 
@@ -96,7 +97,7 @@ class Dahl(_Bristles):
     s0
         Stiffness of the contact over the normal force, in 1/m.
     e
-        Speed below which |v| is rounded off, in m/s.
+        Speed below which ``|v|`` is rounded off, in m/s.
 
     References
     ----------
@@ -162,8 +163,8 @@ class LuGre(_Bristles):
         g = \mu_k + (\mu_s - \mu_k) e^{-(v/v_s)^2}, \quad
         F = N (\sigma_0 z + \sigma_1 \dot z + \sigma_2 v)
 
-    In the plane z and v are vectors and |v| is the modulus of v as a whole, which treats all
-    directions alike. |v| is rounded off to :math:`\sqrt{v^2 + \varepsilon^2}`, so that slip may
+    In the plane z and v are vectors and ``|v|`` is the modulus of v as a whole, which treats all
+    directions alike. ``|v|`` is rounded off to :math:`\sqrt{v^2 + \varepsilon^2}`, so that slip may
     reverse; the price is a creep of the bristles at rest with the rate
     :math:`\sigma_0 \varepsilon/\mu_s`. A small e is a sharp corner where the slip passes through
     zero, and there a branch may fail.
@@ -183,7 +184,7 @@ class LuGre(_Bristles):
     s2
         Viscous friction: coefficient per slip speed, in s/m.
     e
-        Speed below which |v| is rounded off, in m/s.
+        Speed below which ``|v|`` is rounded off, in m/s.
 
     References
     ----------
