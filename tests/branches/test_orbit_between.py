@@ -46,3 +46,24 @@ def test_a_value_that_the_branch_does_not_have_there_gives_the_orbit_of_the_plac
     fold = max(branch.special, key=lambda point: point.value)
     orbit = orbit_between(branch, fold.arclength, fold.value + 0.2)
     assert fold.value == orbit.model.W
+
+
+@pytest.fixture(scope="module")
+def squeal():
+    return sf.response(sf.built_in_models()["squeal"](), "mu", (0, 1.2)).branches
+
+
+@pytest.mark.parametrize("which", [0, 1], ids=["equilibria", "cycles"])
+def test_autonomous_models_have_orbits_between_points_too(squeal, which):
+    branch = squeal[which]
+    low, high = branch.parameter[2:4]
+    place, value = 0.5 * (branch.arclength[2] + branch.arclength[3]), 0.3 * low + 0.7 * high
+    orbit = orbit_between(branch, place, value)
+    assert orbit.model.mu == pytest.approx(value, rel=1e-14)
+    again = sf.simulate(orbit.model, 1, orbit.state).strobe[-1]
+    np.testing.assert_allclose(again, orbit.state, atol=1e-9)
+    assert len(orbit.multipliers) == 4
+    if branch.durations is not None:
+        assert np.abs(orbit.multipliers - 1).min() < 1e-6
+        low, high = sorted(branch.durations[2:4])
+        assert low <= orbit.duration <= high

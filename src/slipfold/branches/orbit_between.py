@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from slipfold.branches.branch import Branch
 from slipfold.errors import InputError
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
-from slipfold.orbits.find import hold_parameter
+from slipfold.orbits.cycle_problem import CycleProblem
+from slipfold.orbits.equilibrium_problem import EquilibriumProblem
 from slipfold.orbits.floquet import floquet_multipliers
 from slipfold.orbits.newton import Correction, correct
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
@@ -43,7 +44,7 @@ def orbit_between(branch: Branch, arclength: float, value: float | None = None) 
     Returns
     -------
     PeriodicOrbit
-        The orbit. Of equilibria and of the cycles of autonomous models: the nearest known one.
+        The orbit; a cycle of an autonomous model begins in the phase of its neighbour.
 
     Raises
     ------
@@ -66,8 +67,6 @@ def orbit_between(branch: Branch, arclength: float, value: float | None = None) 
     nearest = int(np.abs(places - arclength).argmin())
     exact = abs(places[nearest] - arclength) <= NEAR * float(np.ptp(places))
     outside = not places[0] < arclength < places[-1]
-    if branch.durations is not None or branch.kind == "equilibrium":
-        return known[nearest][1]
     if exact or outside:
         return _with_value(branch, known[nearest][1], value)
     after = int(np.searchsorted(places, arclength))
@@ -87,9 +86,9 @@ def _corrected(
     branch: Branch, before: PeriodicOrbit, after: PeriodicOrbit, share: float
 ) -> PeriodicOrbit:
     problem = _problem(branch, before)
-    ends = [problem.pack(item.nodes, item.model.values[branch.vary]) for item in (before, after)]
-    chord = ends[1] - ends[0]
-    found = correct(problem, ends[0] + share * chord, chord / np.linalg.norm(chord))
+    start = _unknown(problem, before)
+    chord = problem.in_phase(_unknown(problem, after), start) - start
+    found = correct(problem, start + share * chord, chord / np.linalg.norm(chord))
     if not found.converged:
         raise InputError(
             f"no orbit was found between two points of branch {branch.id}: {found.failure}; "
@@ -103,20 +102,35 @@ def _with_value(branch: Branch, orbit: PeriodicOrbit, value: float | None) -> Pe
     if value is None or value == orbit.model.values[branch.vary]:
         return orbit
     problem = _problem(branch, orbit)
-    found = correct(problem, problem.pack(orbit.nodes, value), hold_parameter(problem.size))
+    guess = _unknown(problem, orbit)
+    guess[-1] = value / problem.width
+    keep = np.zeros(len(guess))
+    keep[-1] = 1.0
+    found = correct(problem, guess, keep)
     return _as_orbit(problem, found) if found.converged and found.distance < BESIDE else orbit
 
 
 def _problem(branch: Branch, orbit: PeriodicOrbit) -> PeriodicProblem:
+    """Return the equations of the orbits of a branch, scaled as at one of them."""
     width = float(np.ptp(branch.parameter)) or 1.0
-    return PeriodicProblem(branch.model, branch.vary, branch.period, width, len(orbit.nodes))
+    segments = len(orbit.nodes)
+    if branch.kind == "equilibrium":
+        return EquilibriumProblem(orbit.model, branch.vary, branch.period, width, segments)
+    if branch.durations is not None:
+        return CycleProblem(orbit.model, branch.vary, branch.period, width, segments)
+    return PeriodicProblem(orbit.model, branch.vary, branch.period, width, segments)
+
+
+def _unknown(problem: PeriodicProblem, orbit: PeriodicOrbit) -> Array:
+    return problem.join(orbit.nodes, [orbit.model.values[name] for name in problem.free])
 
 
 def _as_orbit(problem: PeriodicProblem, found: Correction) -> PeriodicOrbit:
+    multipliers = floquet_multipliers(problem.linearise(found.z).monodromy)
     return PeriodicOrbit(
         problem.model_at(found.z),
         problem.period,
         problem.nodes(found.z),
-        floquet_multipliers(problem.linearise(found.z).monodromy),
+        problem.all_multipliers(multipliers),
         found.residual,
     )

@@ -78,6 +78,8 @@ class Catalogue:
 
 def _described(model: Model) -> dict[str, Any]:
     first = _first_views().get(model.name, {})
+    # The duration of an autonomous model is an unknown of its cycles, no knob.
+    knobs = [item for item in model.parameters if model.forced or item.name != "duration"]
     sliders = first.get("sliders", {})
     return {
         "name": model.name,
@@ -85,8 +87,8 @@ def _described(model: Model) -> dict[str, Any]:
         "forced": model.forced,
         "states": [axis_of(model, item.name) for item in model.states],
         "outputs": [axis_of(model, item.name) for item in model.outputs()],
-        "parameters": [_parameter(model, item, sliders) for item in model.parameters],
-        "vary": [item.name for item in model.parameters if model.forced or item.name != "duration"],
+        "parameters": [_parameter(model, item, sliders) for item in knobs],
+        "vary": [item.name for item in knobs],
         "default": _default(model, first),
         "plane": first.get("plane"),
     }
