@@ -21,6 +21,10 @@ from slipfold.models.model import Model
 
 __all__ = ["default_workers", "listen", "serve", "settings_of_server"]
 
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+"""Variables that say how many threads linear algebra takes. The matrices are small and the workers
+share the cores, so each takes one, unless the user says otherwise."""
+
 MOST_WORKERS = 4
 """Processes by default; more gain one user nothing."""
 
@@ -65,6 +69,8 @@ def serve(
     shown = _bracketed(public) if public else "127.0.0.1"
     access = Access(listener.getsockname()[1], (shown,) if public else LOCAL)
     limits = Limits()
+    for variable in THREADS:
+        os.environ.setdefault(variable, "1")
     pool = Workers(given, workers, limits)
     app = make_app(Catalogue(given), access, pool, limits)
     config = uvicorn.Config(app, **settings_of_server(limits))
