@@ -50,7 +50,7 @@ export const STEPS = [
     title: "Criticality",
     at: "#diagram",
     text: (session) =>
-      `At 12.2 Hz the same threshold is subcritical (open marker): ${found(session, "PD", 1).toLowerCase()} the tip jumps to a large motion. Coming down it stays there until the fold (LP). ${found(session, "LP", 2)} the fold lies far below the threshold: two responses are stable in between.`,
+      `At 12.2 Hz the same threshold is subcritical (open marker). ${found(session, "PD", 1)} the tip jumps to a large motion. Coming down it stays there until the fold (LP). ${found(session, "LP", 2)} the fold lies far below the threshold: two responses are stable in between.`,
     view: (model) => shown(model, { f: 12.2 }, 0.1, 2, [pin(1, "f = 12.5 Hz", model, {})]),
   },
   {
@@ -84,11 +84,14 @@ export const STEPS = [
   },
 ];
 
+/** Beyond what any response reaches: of several on a branch the largest is meant. */
+const LARGEST = 10;
+
 /** A view of the paper's base case. */
 function shown(model, values, Nd, branch = null, pins = []) {
   const usual = initialView(model);
   const parameters = { ...usual.parameters, ...values, Nd };
-  return { ...usual, parameters, pins, at: branch && { branch, y: 0 } };
+  return { ...usual, parameters, pins, at: branch && { branch, y: LARGEST } };
 }
 
 function pin(id, name, model, values) {
