@@ -63,7 +63,7 @@ def test_autonomous_models_have_orbits_between_points_too(squeal, which):
     again = sf.simulate(orbit.model, 1, orbit.state).strobe[-1]
     np.testing.assert_allclose(again, orbit.state, atol=1e-9)
     assert len(orbit.multipliers) == 4
-    if branch.durations is not None:
+    if branch.kind == "periodic":
         assert np.abs(orbit.multipliers - 1).min() < 1e-6
         low, high = sorted(branch.durations[2:4])
         assert low <= orbit.duration <= high

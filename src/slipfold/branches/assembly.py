@@ -16,6 +16,7 @@ from slipfold.branches.special_point import SpecialPoint
 from slipfold.branches.trace import Trace
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.cycle_problem import CycleProblem
+from slipfold.orbits.equilibrium_problem import EquilibriumProblem
 
 __all__ = ["assemble", "joined", "turned"]
 
@@ -51,12 +52,13 @@ def assemble(
     if beginning is not None:
         described.append((beginning, None))
     described.sort(key=lambda pair: pair[0].arclength)
+    durations, model = _durations(problem, points), problem.model
     branch = Branch(
         id=number,
         kind="equilibrium" if problem.kind == "equilibrium" else "periodic",
         period=problem.period,
         parent=parent,
-        model=problem.model,
+        model=model if durations is None else model.replace(duration=float(durations[0])),
         vary=problem.vary,
         parameter=np.array([problem.value(point.z) for point in points]),
         nodes=np.array([problem.nodes(point.z) for point in points]),
@@ -66,14 +68,14 @@ def assemble(
         special=tuple(special for special, _ in described),
         stopped=trace.end,
         begun=begun,
-        durations=_durations(problem, points),
+        durations=durations,
     )
     return branch, [(i, found) for i, (_, found) in enumerate(described) if found is not None]
 
 
 def _durations(problem: PeriodicProblem, points: Sequence[Point]) -> NDArray[np.float64] | None:
-    """Durations of one round of cycles in seconds; None where the parameters give them."""
-    if not isinstance(problem, CycleProblem):
+    """Durations in seconds of one round of cycles, of equilibria their units of time."""
+    if not isinstance(problem, CycleProblem | EquilibriumProblem):
         return None
     return np.array([problem.duration(point.z) for point in points])
 

@@ -80,7 +80,8 @@ class Branch:
         Why it begins where it begins.
     durations
         Durations of one round of each cycle of an autonomous model, in seconds, shape (n_points,);
-        None where the model's parameters give the period.
+        of equilibria the unit of time that their multipliers are over, which keeps pace with the
+        fastest turning. None where the model's parameters give the period.
     """
 
     id: int

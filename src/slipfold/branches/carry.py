@@ -120,7 +120,7 @@ def carry_branches(branches: Sequence[Branch], model: Model) -> tuple[Branch, ..
     """
     carried: list[Branch] = []
     for branch in branches:
-        if branch.kind != "periodic" or branch.durations is not None or not model.forced:
+        if branch.durations is not None or not model.forced:
             return None
         special = [item for item in branch.special if item.type in BIFURCATIONS]
         if any(item.type not in TESTS for item in special):

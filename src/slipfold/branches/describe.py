@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from slipfold.branches.crossing import find_crossing
 from slipfold.branches.detection import TURNING
+from slipfold.branches.equilibrium_form import equilibrium_form
 from slipfold.branches.event import Event
 from slipfold.branches.location import CLOSE
 from slipfold.branches.normal_form import normal_form
@@ -14,6 +15,7 @@ from slipfold.branches.point import Point, corrected_point, make_point
 from slipfold.branches.search import Found
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.orbits.equilibrium_problem import EquilibriumProblem
 from slipfold.orbits.floquet import match_multipliers
 from slipfold.orbits.newton import correct
 
@@ -44,12 +46,13 @@ def describe_bifurcation(problem: PeriodicProblem, found: Found) -> SpecialPoint
     """
     coefficient, criticality = None, None
     form = _form_of(found)
-    name = NAMES["HB" if (problem.kind, form) == ("equilibrium", "NS") else form or found.type]
     if form is not None:
-        coefficient, criticality = normal_form(problem, found.point, form)
-    kind = found.type
-    if problem.kind == "equilibrium":
-        kind, coefficient = _of_equilibrium(problem, kind, coefficient, found.point)
+        if isinstance(problem, EquilibriumProblem):
+            coefficient, criticality = equilibrium_form(problem, found.point, form)
+        else:
+            coefficient, criticality = normal_form(problem, found.point, form)
+    kind = "HB" if (problem.kind, found.type) == ("equilibrium", "NS") else found.type
+    name = NAMES[kind if kind == "HB" else form or kind]
     value_uncertainty, multiplier_uncertainty = _uncertainties(problem, found)
     return _special(
         problem,
@@ -74,23 +77,6 @@ def _form_of(found: Found) -> str | None:
         return None
     slopes = abs(found.point.tangent[-1]), abs(found.other[-1])
     return "pitchfork" if min(slopes) < TURNING else "transcritical"
-
-
-def _of_equilibrium(
-    problem: PeriodicProblem, kind: str, coefficient: float | None, point: Point
-) -> tuple[str, float | None]:
-    """Turn what a fixed point of the flow over a time undergoes into what the equilibrium does.
-
-    The map's coefficient is that of the flow times the time; the first Lyapunov coefficient is that
-    of the flow, Re c, over the frequency (Kuznetsov, section 5.4).
-    """
-    if coefficient is None:
-        return kind, coefficient
-    if kind != "NS":
-        return kind, coefficient / problem.model.values["duration"]
-    upper = point.multipliers[point.multipliers.imag > 0]
-    critical = upper[np.argmin(np.abs(np.abs(upper) - 1))]
-    return "HB", coefficient / float(np.angle(critical))
 
 
 def describe_event(problem: PeriodicProblem, event: Event, point: Point) -> SpecialPoint:

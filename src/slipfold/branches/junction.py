@@ -14,6 +14,7 @@ from slipfold.branches.point import Point
 from slipfold.branches.search import Found
 from slipfold.branches.start import doubled_start, hopf_start
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.orbits.equilibrium_problem import EquilibriumProblem
 
 __all__ = ["Junction", "Meeting", "find_meeting", "junctions_on", "linked"]
 
@@ -113,7 +114,7 @@ def junctions_on(
 def _birth(problem: PeriodicProblem, found: Found, largest_period: int) -> Birth | None:
     if found.type == "BP" and found.other is not None:
         return Birth(problem, _other_branch(found, found.other))
-    if found.type == "NS" and problem.kind == "equilibrium":
+    if found.type == "NS" and isinstance(problem, EquilibriumProblem):
         return Birth(*hopf_start(problem, found.point))
     if found.type == "PD" and 2 * problem.period <= largest_period:
         return Birth(*doubled_start(problem, found.point))

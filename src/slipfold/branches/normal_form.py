@@ -25,6 +25,7 @@ __all__ = [
     "critical_coefficient",
     "critical_vectors",
     "criticality_of",
+    "fold_coefficient",
     "mean_coefficient",
     "normal_form",
 ]
@@ -108,7 +109,7 @@ def normal_form(problem: PeriodicProblem, point: Point, kind: str) -> tuple[floa
     )
     matrix = map_.rescaled(linearisation.product)
     if kind == "LP":
-        coefficient = _fold(map_, matrix, map_.carried(_parameter_pull(linearisation)))
+        coefficient = fold_coefficient(map_, matrix, map_.carried(_parameter_pull(linearisation)))
     else:
         coefficient = critical_coefficient(map_, matrix, kind)
     if isinstance(map_, ReturnMap):
@@ -195,7 +196,18 @@ def _parameter_pull(linearisation: Linearisation) -> Array:
     return pull
 
 
-def _fold(map_: MapDerivatives, matrix: Array, pull: Array) -> float:
+def fold_coefficient(map_: MapDerivatives, matrix: Array, pull: Array) -> float:
+    """Return the quadratic coefficient of a fold.
+
+    Parameters
+    ----------
+    map_
+        The map.
+    matrix
+        Its matrix, in its scales, shape (n, n).
+    pull
+        Its derivative with respect to the parameter, shape (n,).
+    """
     q, p, _ = critical_vectors(matrix, _DISTANCES["LP"])
     second, _ = map_.powers(q.real[None])
     return float(0.5 * (p.real @ second[0]) * np.sign(p.real @ pull))

@@ -77,9 +77,8 @@ def stability_stretches(branch: Branch) -> tuple[StabilityStretch, ...]:
         elif i == 0 or i == len(marks):
             outside = _outside(branch.multipliers[-1 if i == len(marks) else 0])
         else:
-            outside = _behind(
-                marks[i - 1], len(stretches[-1].outside), branch.durations is not None
-            )
+            cycle = not branch.model.forced and branch.kind == "periodic"
+            outside = _behind(marks[i - 1], len(stretches[-1].outside), cycle)
         stretches.append(StabilityStretch(begin, end, outside))
     return tuple(stretches)
 

@@ -14,7 +14,7 @@ from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.cycle_problem import CycleProblem, on_quotient
-from slipfold.orbits.equilibrium_problem import EquilibriumProblem, unit_of_time
+from slipfold.orbits.equilibrium_problem import EquilibriumProblem, transition, unit_of_time
 from slipfold.orbits.find import guess_orbit, hold_parameter
 from slipfold.orbits.limits import broken_limit
 from slipfold.orbits.newton import correct
@@ -137,7 +137,7 @@ def equilibrium_start(
     paced = model.replace(duration=unit_of_time(model, functions.jacobian(model, state)))
     problem = EquilibriumProblem(paced, vary, 1, abs(last - first))
     row = hold_parameter(problem.size) * np.sign(last - first)
-    correction = correct(problem, problem.pack(np.tile(state, (problem.segments, 1)), first), row)
+    correction = correct(problem, problem.pack(state[None], first), row)
     if not correction.converged:
         raise InputError(
             f"no equilibrium of {model.name} was found at {vary} = {first:g}: "
@@ -223,7 +223,7 @@ def doubled_start(problem: PeriodicProblem, point: Point) -> tuple[PeriodicProbl
     return child, make_point(z, tangent, 0.0, point.monodromy @ point.monodromy, point.residual)
 
 
-def hopf_start(problem: PeriodicProblem, point: Point) -> tuple[CycleProblem, Point]:
+def hopf_start(problem: EquilibriumProblem, point: Point) -> tuple[CycleProblem, Point]:
     """Return the first point of the branch of cycles that is born at a Hopf point.
 
     It is the equilibrium itself, taken for a cycle of no amplitude; its tangent is the critical
@@ -236,20 +236,21 @@ def hopf_start(problem: PeriodicProblem, point: Point) -> tuple[CycleProblem, Po
     point
         The Hopf point on its branch.
     """
-    values, vectors = np.linalg.eig(point.monodromy)
-    pair = np.where(values.imag > 0, np.abs(np.abs(values) - 1), np.inf)
+    constants = problem.constants(point.z)
+    jacobian = problem.jacobian(point.z, constants)
+    values, vectors = np.linalg.eig(jacobian)
+    pair = np.where(values.imag > 0, np.abs(values.real), np.inf)
     critical = int(pair.argmin())
-    turn = float(np.angle(values[critical]))
-    duration = problem.model.values["duration"] * 2 * np.pi / turn
+    duration = constants.period * 2 * np.pi / float(values[critical].imag)
     model = problem.model.replace(duration=duration)
-    m = problem.segments
-    child = CycleProblem(model, problem.vary, 1, problem.width, m)
+    child = CycleProblem(model, problem.vary, 1, problem.width)
+    m = child.segments
     q = vectors[:, critical]
     angles = 2 * np.pi * np.arange(m) / m
     turning = np.real(q[None] * np.exp(1j * angles)[:, None])
     tangent = np.concatenate([turning.ravel(), np.zeros(2)])
     tangent /= np.linalg.norm(tangent)
-    z = child.pack_cycle(problem.nodes(point.z), duration, problem.value(point.z))
-    product = child.linearise(z).product
+    z = child.pack_cycle(np.tile(problem.nodes(point.z), (m, 1)), duration, problem.value(point.z))
+    product = transition(jacobian * (duration / constants.period))
     monodromy = on_quotient(product, np.real(1j * q))
     return child, make_point(z, tangent, 0.0, monodromy, point.residual)

@@ -211,8 +211,8 @@ class CompiledCode:
         """Derivatives of the rates and of their slope along a vector.
 
         Arguments are states, phase, coefficients, the vector v and a direction d of the
-        coefficients. Values are ``D^2 f [v, .]`` row by row, then the derivatives of ``Df v`` and
-        of ``f`` along d.
+        coefficients. Values are ``D^2 f [v, .]`` row by row, then the derivative of ``Df v`` along
+        d.
         """
 
         def build() -> Any:
@@ -224,10 +224,24 @@ class CompiledCode:
             )
             slopes = [_slope(rate, states, vector) for rate in rates]
             second = [hy.diff(slope, state) for slope in slopes for state in states]
-            pulls = [_slope(item, equations.coefficients, along) for item in [*slopes, *rates]]
+            pulls = [_slope(item, equations.coefficients, along) for item in slopes]
             return self._function([*second, *pulls], [*vector, *along])
 
-        return self._kept("curvature", build)
+        return self._kept("bent", build)
+
+    @cached_property
+    def pull(self) -> Any:
+        """Derivatives of the rates along a direction d of the coefficients.
+
+        Arguments are states, phase, coefficients and d.
+        """
+
+        def build() -> Any:
+            rates, coefficients = self._equations.rates, self._equations.coefficients
+            along = self._directions("d", coefficients)
+            return self._function([_slope(rate, coefficients, along) for rate in rates], along)
+
+        return self._kept("pull", build)
 
     @cached_property
     def powers(self) -> Any:

@@ -516,8 +516,8 @@ class Flow:
 
     def curvatures(
         self, state: Array, constants: Constants, vectors: Array, directions: Array
-    ) -> tuple[Array, Array, Array]:
-        """Differentiate the rates of an autonomous model and their slopes along vectors.
+    ) -> tuple[Array, Array]:
+        """Differentiate the slopes of an autonomous model's rates along vectors.
 
         Parameters
         ----------
@@ -536,16 +536,30 @@ class Flow:
             ``D^2 f [v, .]``.
         mixed : ndarray, shape (r, n, k)
             Derivatives of ``Df v`` along the directions.
-        pulls : ndarray, shape (n, k)
-            Derivatives of f along the directions.
         """
         n, r, k = self.dimension, len(vectors), directions.shape[1]
         more = np.concatenate([np.repeat(vectors, k, axis=0), np.tile(directions.T, (r, 1))], 1)
         states = np.tile(state, (r * k, 1))
         found = self._evaluate(self._code.curvature, states, np.zeros(r * k), constants, more)
-        found = found.reshape(r, k, n * n + 2 * n)
-        mixed = np.swapaxes(found[:, :, n * n : n * n + n], 1, 2)
-        return found[:, 0, : n * n].reshape(r, n, n), mixed, found[0, :, n * n + n :].T
+        found = found.reshape(r, k, n * n + n)
+        mixed = np.swapaxes(found[:, :, n * n :], 1, 2)
+        return found[:, 0, : n * n].reshape(r, n, n), mixed
+
+    def pulls(self, state: Array, constants: Constants, directions: Array) -> Array:
+        """Return the derivatives of the rates along changes of the coefficients, shape (n, k).
+
+        Parameters
+        ----------
+        state
+            Shape (n,).
+        constants
+            Coefficients.
+        directions
+            Changes of the coefficients, shape (n_c, k).
+        """
+        count = directions.shape[1]
+        states = np.tile(state, (count, 1))
+        return self._evaluate(self._code.pull, states, np.zeros(count), constants, directions.T).T
 
     def powers(self, state: Array, constants: Constants, vectors: Array) -> tuple[Array, Array]:
         """Return second and third derivatives of the rates of an autonomous model along vectors.

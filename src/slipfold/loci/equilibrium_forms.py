@@ -1,8 +1,8 @@
-"""Normal form coefficients of equilibria, along a locus and at its points of codimension two.
+"""Normal form coefficients of equilibria at points of codimension two.
 
-Formulas of Kuznetsov, Elements of Applied Bifurcation Theory, 3rd edition, sections 5.4 and 8.7,
-with the derivatives ``B(u, v)`` and ``C(u, v, w)`` of the vector field in scaled states.
-Eigenvectors have unit length.
+Formulas of Kuznetsov, Elements of Applied Bifurcation Theory, 3rd edition, section 8.7, with the
+derivatives ``B(u, v)`` and ``C(u, v, w)`` of the vector field in scaled states. Eigenvectors have
+unit length.
 """
 
 from __future__ import annotations
@@ -11,35 +11,11 @@ from collections.abc import Callable
 
 import numpy as np
 
+from slipfold.branches.field_map import FieldMap
 from slipfold.branches.normal_form import critical_vectors
-from slipfold.loci.field_map import FieldMap
-from slipfold.loci.normal_forms import cusp_form, double_form, eigenvectors, pair_cubic
+from slipfold.loci.normal_forms import cusp_form, double_form, eigenvectors
 
-__all__ = ["equilibrium_coefficients", "first_lyapunov_coefficient"]
-
-
-def first_lyapunov_coefficient(field: FieldMap) -> float:
-    """Return l1 of a Hopf point: below zero stable cycles are born, above it unstable ones.
-
-    Parameters
-    ----------
-    field
-        Derivatives of the vector field there.
-
-    Raises
-    ------
-    numpy.linalg.LinAlgError
-        Where an eigenvalue is zero and there is no such coefficient.
-    """
-    matrix = field.jacobian
-    q, p, value = critical_vectors(
-        matrix, lambda values: np.where(values.imag > 0, np.abs(values.real), np.inf)
-    )
-    identity = np.eye(len(q))
-    qq, q_q = field.second([(q, q), (q, q.conj())])
-    h11 = -np.linalg.solve(matrix, q_q)
-    h20 = np.linalg.solve(2j * value.imag * identity - matrix, qq)
-    return float(pair_cubic(field, q, p, h11, h20).real / value.imag)
+__all__ = ["equilibrium_coefficients"]
 
 
 def equilibrium_coefficients(field: FieldMap, kind: str) -> dict[str, float]:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.branches.equilibrium_form import first_lyapunov_coefficient
+from slipfold.branches.field_map import FieldMap
 from slipfold.branches.point import Point
-from slipfold.loci.equilibrium_forms import equilibrium_coefficients, first_lyapunov_coefficient
-from slipfold.loci.field_map import FieldMap
+from slipfold.loci.equilibrium_forms import equilibrium_coefficients
 from slipfold.loci.locus_problem import LocusProblem
 from slipfold.orbits.critical_equilibrium import CriticalEquilibrium, eigenvalues_of
 from slipfold.orbits.linearisation import Linearisation

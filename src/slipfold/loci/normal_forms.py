@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.normal_form import MapDerivatives, critical_vectors
+from slipfold.branches.pair_form import pair_cubic, third_form
 
 __all__ = [
     "codimension_two_coefficients",
     "cusp_form",
     "double_form",
     "eigenvectors",
-    "pair_cubic",
 ]
 
 Array = NDArray[np.float64]
@@ -109,8 +109,8 @@ def _second_resonance(map_: MapDerivatives, matrix: Array) -> dict[str, float]:
     h20 = np.linalg.solve(still, b00)
     h11 = np.linalg.solve(still, b01 + h20)
     with_h20, with_h11, other_h20 = map_.second([(q0, h20), (q0, h11), (q1, h20)])
-    c000 = _third(map_, q0, q0, q0) + 3 * with_h20
-    c001 = _third(map_, q0, q0, q1) + 2 * with_h11 + other_h20
+    c000 = third_form(map_, q0, q0, q0) + 3 * with_h20
+    c001 = third_form(map_, q0, q0, q1) + 2 * with_h11 + other_h20
     return {"c": float((p0 @ c000).real / 6), "d": float((p0 @ c001 + p1 @ c000).real / 2)}
 
 
@@ -137,26 +137,9 @@ def _fourth_resonance(map_: MapDerivatives, matrix: Array) -> dict[str, float]:
     h20 = np.linalg.solve(-np.eye(len(q)) - matrix, qq)
     cubic = pair_cubic(map_, q, p, h11, h20)
     (with_h02,) = map_.second([(q.conj(), h20.conj())])
-    bar = _third(map_, q.conj(), q.conj(), q.conj()) + 3 * with_h02
+    bar = third_form(map_, q.conj(), q.conj(), q.conj()) + 3 * with_h02
     ratio = -1j * cubic / abs(np.vdot(p, bar) / 6)
     return {"a": float(ratio.real), "b": float(ratio.imag)}
-
-
-def pair_cubic(map_: MapDerivatives, q: Vector, p: Vector, h11: Vector, h20: Vector) -> complex:
-    """Return the cubic coefficient of a pair.
-
-    Parameters
-    ----------
-    map_
-        Derivatives of a map, or of a vector field.
-    q, p
-        Its eigenvectors, right and left.
-    h11, h20
-        Quadratic parts of the centre manifold, shape (n,).
-    """
-    with_h11, with_h20 = map_.second([(q, h11), (q.conj(), h20)])
-    inner = _third(map_, q, q, q.conj()) + 2 * with_h11 + with_h20
-    return complex(np.vdot(p, inner) / 2)
 
 
 # -- two different multipliers ---------------------------------------------------------------------
@@ -242,21 +225,3 @@ def _bordered_solve(singular: Array, left: Vector, right: Vector, side: Vector) 
     matrix[:n, n] = right if np.iscomplexobj(left) else left
     matrix[n, :n] = left.conj() if np.iscomplexobj(left) else right
     return np.linalg.solve(matrix, np.append(side, 0.0))[:n].astype(complex)
-
-
-def _third(map_: MapDerivatives, u: Vector, v: Vector, w: Vector) -> Vector:
-    """Return C(u, v, w) for complex vectors, by polarisation of the cubic form."""
-    result = np.zeros(len(u), dtype=complex)
-    parts = [
-        (factor_u * factor_v * factor_w, a, b, c)
-        for factor_u, a in ((1, u.real), (1j, u.imag))
-        for factor_v, b in ((1, v.real), (1j, v.imag))
-        for factor_w, c in ((1, w.real), (1j, w.imag))
-        if a.any() and b.any() and c.any()
-    ]
-    sums = [a + s * b + t * c for _, a, b, c in parts for s in (1, -1) for t in (1, -1)]
-    cubes = map_.powers(np.array(sums))[1]
-    for i, (factor, *_) in enumerate(parts):
-        plus_plus, plus_minus, minus_plus, minus_minus = cubes[4 * i : 4 * i + 4]
-        result += factor / 24 * (plus_plus - plus_minus - minus_plus + minus_minus)
-    return result

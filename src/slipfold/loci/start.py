@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.closing import asymmetry
+from slipfold.branches.field_map import FieldMap
 from slipfold.branches.point import Point, corrected_point
 from slipfold.branches.search import Found
 from slipfold.branches.settings import Settings
@@ -17,7 +18,6 @@ from slipfold.branches.walk import Failure, walk
 from slipfold.errors import InputError
 from slipfold.loci.cycle_locus import CycleLocus
 from slipfold.loci.equilibrium_locus import EquilibriumLocus
-from slipfold.loci.field_map import FieldMap
 from slipfold.loci.locus_problem import LocusProblem
 from slipfold.orbits.newton import correct
 

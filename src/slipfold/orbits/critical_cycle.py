@@ -100,9 +100,7 @@ class CriticalCycle(CriticalProblem):
         weights = (direction @ plain.product @ lifted.right.T) @ lifted.left
         rate = self.flow.rates(nodes[:1], self._start[:1], constants)[0] / self.scales
         slope = self.flow.jacobians(nodes[:1], self._start[:1], constants)[0] * self._ratios
-        pulls = self.flow.curvatures(
-            nodes[0], constants, np.zeros((1, n)), constants.rates[:, self.indices]
-        )[2]
+        pulls = self.flow.pulls(nodes[0], constants, constants.rates[:, self.indices])
         turned = weights / np.linalg.norm(rate)
         gradient[:n] -= turned @ slope * np.sqrt(self.segments)
         gradient[self.size :] -= turned @ (pulls * (self.units / self.scales[:, None]))

@@ -3,27 +3,23 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.flow.flow import Constants
 from slipfold.models.model import Model
 from slipfold.orbits.critical_problem import CriticalProblem
 from slipfold.orbits.degeneracy import Degeneracy
 from slipfold.orbits.linearisation import Linearisation
+from slipfold.orbits.resting import Resting
 
 __all__ = ["CriticalEquilibrium", "eigenvalues_of"]
 
 Array = NDArray[np.float64]
 
-OTHER = 1.3
-"""Neighbouring states differ by this much more in scale where a result is computed anew: no power
-of two, so that all rounding differs."""
 
-
-class CriticalEquilibrium(CriticalProblem):
+class CriticalEquilibrium(Resting, CriticalProblem):
     r"""Equilibria with an eigenvalue zero (LP) or an imaginary pair (NS), in two free parameters.
 
     An unknown ``z`` holds the scaled state and both scaled parameters; the equations are those of
@@ -65,9 +61,7 @@ class CriticalEquilibrium(CriticalProblem):
     ) -> None:
         super().__init__(model, kind, vary, period, widths, segments)
         if offset:
-            self.scales = self.scales * OTHER ** np.arange(len(self.scales))
-            self._node_scales = self.scales
-            self._ratios = self.scales[None, :] / self.scales[:, None]
+            self.take_other_scales()
 
     def plain(self, z: Array) -> Linearisation:
         """Return the rates and their derivatives over the size of the Jacobian.
@@ -77,42 +71,14 @@ class CriticalEquilibrium(CriticalProblem):
         z
             The unknown.
         """
-        state, constants = self.nodes(z), self.constants(z)
-        jacobian = self._jacobian(state, constants)
+        constants = self.constants(z)
+        jacobian = self.jacobian(z, constants)
         size = float(np.linalg.norm(jacobian))
-        along = constants.rates[:, self.indices]
-        pulls = self.flow.curvatures(state[0], constants, np.zeros_like(state), along)[2]
-        residual = self.flow.rates(state, np.zeros(1), constants) / (self.scales * size)
         return EquilibriumLinearisation(
-            residual,
+            self.rates(z, constants) / size,
             (np.eye(len(self.scales)) + jacobian / size)[None],
-            (pulls * (self.units / self.scales[:, None]) / size)[None],
+            (self.pulls(z, constants) / size)[None],
         )
-
-    def shifted(self, z: Array, tangent: Array) -> tuple[Self, Array, Array]:
-        """Return the same equilibrium in other scales of the states, where rounding differs.
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        tangent
-            Tangent of the locus at `z`.
-
-        Returns
-        -------
-        problem : CriticalEquilibrium
-            The problem in other scales.
-        z, tangent : ndarray
-            In that problem.
-        """
-        other = self.begun_later()
-        moved = other.join(self.nodes(z), self.free_values(z))
-        direction = other.join(self.nodes(tangent), self.free_values(tangent))
-        return other, moved, direction / np.linalg.norm(direction)
-
-    def _jacobian(self, state: Array, constants: Constants) -> Array:
-        return self.flow.jacobians(state, np.zeros(1), constants)[0] * self._ratios
 
     def _gradient(self, found: Degeneracy, plain: Linearisation, z: Array) -> tuple[Any, Any, Any]:
         r"""Differentiate the degeneracy with :math:`dM = (I - A)^{-1} dA (I + M)`.
@@ -121,12 +87,12 @@ class CriticalEquilibrium(CriticalProblem):
         imaginary axis stay there.
         """
         state, constants = self.nodes(z), self.constants(z)
-        size = 2 * float(np.linalg.norm(self._jacobian(state, constants)))
+        size = 2 * float(np.linalg.norm(self.jacobian(z, constants)))
         identity = np.eye(len(self.scales))
         inside = (plain.blocks[0] - identity) / 2
         left = np.linalg.solve((identity - inside).T, found.left.T).T / size
         right = found.right @ (identity + plain.monodromy).T
-        second, mixed, _ = self.flow.curvatures(
+        second, mixed = self.flow.curvatures(
             state[0], constants, right * self.scales, constants.rates[:, self.indices]
         )
         along_state = np.einsum("ra,rab->b", left, second * self._ratios)

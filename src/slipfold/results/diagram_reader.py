@@ -60,7 +60,6 @@ def _branch(
     if not model.forced and len(points):
         durations = columns["duration"][points]
         model = model.replace(duration=float(durations[0]))
-        durations = None if kind == "equilibrium" else durations
     branch = Branch(
         id=int(columns["branch"][row]),
         kind=kind,

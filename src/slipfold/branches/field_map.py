@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.orbits.critical_equilibrium import CriticalEquilibrium
+from slipfold.orbits.shooting import Shooting
 
 __all__ = ["FieldMap"]
 
@@ -28,7 +28,7 @@ class FieldMap:
         Scales of the states; those of the problem if None.
     """
 
-    def __init__(self, problem: CriticalEquilibrium, z: Array, scales: Array | None = None) -> None:
+    def __init__(self, problem: Shooting, z: Array, scales: Array | None = None) -> None:
         self._flow = problem.flow
         self._state = problem.nodes(z)[0]
         self._constants = problem.constants(z)
@@ -68,6 +68,16 @@ class FieldMap:
         units = self._scales * self._time
         found = self._flow.powers(self._state, self._constants, directions * self._scales)
         return found[0] / units, found[1] / units
+
+    def carried(self, vector: Array) -> Array:
+        """Return a displacement in these scales.
+
+        Parameters
+        ----------
+        vector
+            In the scales of the problem, shape (n,).
+        """
+        return vector * self.rescaling
 
     def second(self, pairs: list[tuple[Vector, Vector]]) -> list[Vector]:
         """Return B(u, v) for complex vectors.

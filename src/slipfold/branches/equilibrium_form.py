@@ -1,0 +1,78 @@
+"""Normal forms of equilibria, by the vector field itself."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slipfold.branches.field_map import FieldMap
+from slipfold.branches.normal_form import (
+    critical_coefficient,
+    critical_vectors,
+    criticality_of,
+    fold_coefficient,
+)
+from slipfold.branches.pair_form import pair_cubic
+from slipfold.branches.point import Point
+from slipfold.orbits.equilibrium_problem import EquilibriumProblem
+
+__all__ = ["equilibrium_form", "first_lyapunov_coefficient"]
+
+
+def equilibrium_form(
+    problem: EquilibriumProblem, point: Point, kind: str
+) -> tuple[float, str | None]:
+    """Return the coefficient of an equilibrium's bifurcation and its criticality.
+
+    Parameters
+    ----------
+    problem
+        The equations.
+    point
+        The located equilibrium.
+    kind
+        ``"NS"``, which is the Hopf bifurcation, ``"LP"``, ``"pitchfork"`` or ``"transcritical"``.
+
+    Returns
+    -------
+    coefficient : float
+        First Lyapunov coefficient of a Hopf point; else of the field on the centre manifold, in
+        1/s, with the conventions of `slipfold.branches.normal_form.normal_form`.
+    criticality : str or None
+        ``"supercritical"`` or ``"subcritical"`` for Hopf points and pitchforks.
+    """
+    field = FieldMap(problem, point.z, problem.model_at(point.z).state_scales())
+    if kind == "NS":
+        coefficient = first_lyapunov_coefficient(field)
+        return coefficient, criticality_of(kind, coefficient)
+    # The map x -> x + f(x) has the equilibrium as its fixed point and the field's derivatives.
+    matrix = np.eye(len(problem.scales)) + field.jacobian
+    if kind == "LP":
+        pull = problem.pulls(point.z, problem.constants(point.z))[:, -1]
+        coefficient = fold_coefficient(field, matrix, field.carried(pull))
+    else:
+        coefficient = critical_coefficient(field, matrix, kind)
+    return coefficient, criticality_of(kind, coefficient)
+
+
+def first_lyapunov_coefficient(field: FieldMap) -> float:
+    """Return l1 of a Hopf point: below zero stable cycles are born, above it unstable ones.
+
+    Parameters
+    ----------
+    field
+        Derivatives of the vector field there.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        Where an eigenvalue is zero and there is no such coefficient.
+    """
+    matrix = field.jacobian
+    q, p, value = critical_vectors(
+        matrix, lambda values: np.where(values.imag > 0, np.abs(values.real), np.inf)
+    )
+    identity = np.eye(len(q))
+    qq, q_q = field.second([(q, q), (q, q.conj())])
+    h11 = -np.linalg.solve(matrix, q_q)
+    h20 = np.linalg.solve(2j * value.imag * identity - matrix, qq)
+    return float(pair_cubic(field, q, p, h11, h20).real / value.imag)
