@@ -187,7 +187,7 @@ def test_types_and_periods_reach_the_computation(monkeypatch):
     )
     assert run(*LOCUS).exit_code == 0
     assert (asked["types"], asked["periods"], asked["regions"]) == (
-        ("LP", "PD", "NS"),
+        None,  # those of the model
         (1, 2),
         False,
     )

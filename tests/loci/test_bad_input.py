@@ -36,7 +36,7 @@ def test_a_branch_point_has_no_locus():
     assert point.type == "BP"
     text = refusal([point], ("k", "b"), ((-1.0, 1.0), (0.1, 1.0)))
     assert text == (
-        "a special point of type BP has no locus in k and b; give one of type LP, PD, NS"
+        "a special point of type BP has no locus in k and b; give one of type LP, PD, NS, HB"
     )
 
 

@@ -30,7 +30,16 @@ _TAKEN = frozenset(
             "period",
             "duration",
         ),
-        *("coefficients", "rates", "state_scales", "check", "structure", "kind", "values"),
+        *(
+            "coefficients",
+            "rates",
+            "state_scales",
+            "quiet_scales",
+            "check",
+            "structure",
+            "kind",
+            "values",
+        ),
         *("vector", "parameter", "parameter_index", "replace", "evaluate"),
         *("events", "forced", "start", "from_toml", "to_toml"),
         # ... and arguments of what takes parameters by name.
