@@ -21,6 +21,9 @@ CLOSE = 1e-12
 EVALUATIONS = 40
 """Orbits after which a zero counts as not found; 8 are seldom needed."""
 
+ASIDE = 0.5
+"""Where an orbit cannot be found exactly at a zero, one this much of `close` beside it is taken."""
+
 BLURRED = 1e-6
 """Arclength within which rounding, magnified by large multipliers, may hide a zero. The point's
 uncertainty, computed apart, says how much it does."""
@@ -144,7 +147,11 @@ def locate(
         at = _inverse_interpolation(tried, low, high)
         if not low < at < high or (count > PATIENCE and count % 2):
             at = 0.5 * (low + high)
-        point = chord.orbit_at(at)
+        try:
+            point = chord.orbit_at(at)
+        except LostBranchError:  # Newton's method is singular exactly at a branch point
+            at += ASIDE * close
+            point = chord.orbit_at(at)
         value = function(point)
         if value == 0.0 or _error(tried, at, value) <= close or high - low <= close:
             return point

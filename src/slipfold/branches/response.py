@@ -137,45 +137,36 @@ def _checked(
 def _first(
     model: Model, vary: str, first: float, last: float, orbit: PeriodicOrbit | None
 ) -> tuple[PeriodicProblem, Point, End]:
-    """Return the first branch: from the orbit given, or the response, or the equilibrium."""
+    """Return the first branch: from the orbit given, or the response, or the equilibrium.
+
+    Where the first value of the span has none, it begins at the last.
+    """
     if orbit is not None:
         problem, start = orbit_start(orbit, vary, first, last)
         return problem, start, _span_begin(vary, first)
-    begin = _first_point if model.forced else _first_equilibrium
-    return begin(model, vary, first, last)
-
-
-def _first_point(
-    model: Model, vary: str, first: float, last: float
-) -> tuple[PeriodicProblem, Point, End]:
-    """Start at the first value of the span, or at the last where the first has no response."""
-    problem, forward = (
-        PeriodicProblem(model, vary, 1, abs(last - first)),
-        math.copysign(1.0, last - first),
-    )
+    begin = _begin_response if model.forced else equilibrium_start
     try:
-        start = response_start(problem, first, forward)
-        return problem, start, _span_begin(vary, first)
+        return (*begin(model, vary, first, last), _span_begin(vary, first))
     except InputError as error:
         try:
-            start = response_start(problem, last, -forward)
+            problem, start = begin(model.replace(**{vary: last}), vary, last, first)
         except InputError:
             raise error from None
+    what = "response of period 1" if model.forced else "regular equilibrium"
     end = End(
         "span",
-        f"there is no response of period 1 at {vary} = {first:g}, so the span was followed from "
+        f"there is no {what} at {vary} = {first:g}, so the span was followed from "
         f"its other end, {vary} = {last:g}",
         last,
     )
     return problem, start, end
 
 
-def _first_equilibrium(
+def _begin_response(
     model: Model, vary: str, first: float, last: float
-) -> tuple[PeriodicProblem, Point, End]:
-    """Start at the equilibrium at the first value of the span."""
-    problem, start = equilibrium_start(model, vary, first, last)
-    return problem, start, _span_begin(vary, first)
+) -> tuple[PeriodicProblem, Point]:
+    problem = PeriodicProblem(model, vary, 1, abs(last - first))
+    return problem, response_start(problem, first, math.copysign(1.0, last - first))
 
 
 def _span_begin(vary: str, first: float) -> End:

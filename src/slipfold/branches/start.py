@@ -24,6 +24,10 @@ __all__ = ["doubled_start", "equilibrium_start", "hopf_start", "orbit_start", "r
 
 Array = NDArray[np.float64]
 
+SINGULAR = 1e8
+"""Newton's method at a worse condition leaves half of all digits: the value held is that of a fold
+or branch point."""
+
 NEAR = 0.3
 """An orbit this far from the linear response, in scaled states, may belong to another branch."""
 
@@ -142,6 +146,12 @@ def equilibrium_start(
         raise InputError(
             f"no equilibrium of {model.name} was found at {vary} = {first:g}: "
             f"{correction.failure}; start the span elsewhere"
+        )
+    assert correction.bordered is not None  # it converged
+    if np.linalg.cond(correction.bordered.matrix) > SINGULAR:
+        raise InputError(
+            f"the span cannot start at {vary} = {first:g}: the equilibrium there is at a fold or "
+            "branch point; start the span beside it"
         )
     broken = broken_limit(problem, correction.z)
     if broken is not None:

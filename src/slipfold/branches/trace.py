@@ -19,6 +19,7 @@ from slipfold.branches.closing import (
     step_beside_parent,
 )
 from slipfold.branches.detection import find_bifurcations
+from slipfold.branches.edge import EDGE, end_on_edge
 from slipfold.branches.ending import (
     cut_at_event,
     cut_at_limit,
@@ -50,9 +51,6 @@ MEMORY = 6
 
 CLOSED = "the branch closed on itself"
 """How a closed curve ends."""
-
-EDGE = 1e-9
-"""Distance from the end of the span, in spans, that counts as none."""
 
 REACH = 1.0
 """Steps are shorter, so a cycle whose duration and parameter differ by more is not the next."""
@@ -173,7 +171,7 @@ def _follow(
     for item in walk(problem, trace.points, first, problem.bounds(span), settings, cap):
         before = trace.points[-1]
         if isinstance(item, Failure):
-            trace.end = failure_end(problem, before, item, nears_homoclinic(problem, trace.points))
+            _give_up(trace, item, span, settings)
             return None
         if np.abs(item.multipliers).max() > RESOLVED:
             trace.end = unresolved_end(problem, item, nears_homoclinic(problem, trace.points))
@@ -183,7 +181,7 @@ def _follow(
         except LostBranchError as error:
             step = RETREAT * (item.arclength - before.arclength)
             if step < settings.steps.smallest:
-                trace.end = failure_end(problem, before, Failure("failed", str(error)))
+                _give_up(trace, Failure("failed", str(error)), span, settings)
                 return None
             return step
         if trace.end is None:
@@ -193,6 +191,20 @@ def _follow(
             return None
     trace.end = span_end(problem, trace.points[-1])
     return None
+
+
+def _give_up(trace: Trace, failure: Failure, span: tuple[float, float], settings: Settings) -> None:
+    """End a branch that cannot be followed: where it failed, or on the end of the span."""
+    problem = trace.problem
+    ending = end_on_edge(problem, trace.points, span, settings)
+    if failure.kind != "failed" or ending is None:
+        clause = nears_homoclinic(problem, trace.points)
+        trace.end = failure_end(problem, trace.points[-1], failure, clause)
+        return
+    trace.points, found, trace.end = ending
+    sure = trace.points[-2].arclength
+    trace.found = [item for item in trace.found if item.point.arclength <= sure] + found
+    trace.events = [item for item in trace.events if item[1].arclength <= sure]
 
 
 def _first_step(problem: PeriodicProblem, start: Point, settings: Settings) -> float:

@@ -40,6 +40,10 @@ POWER = 0.22
 GUESSES = 12
 """Bisections for where a prediction reaches a bound: it is corrected anyway."""
 
+SLACK = 1e-9
+"""A guess that is less beyond a bound may be so by rounding: where the curve begins on a bound and
+runs along it, as a pitchfork's does, its orbit decides."""
+
 REJECT = 4.0
 """A step whose measures exceed their aims by this factor is taken again, shorter."""
 
@@ -170,7 +174,7 @@ def _try(
     last = recent[-1]
     target = last.arclength + step
     guess, row = hermite(recent, target)
-    held = _first_bound_beyond(recent, guess, bounds, target)
+    held = _first_bound_beyond(recent, guess, bounds, target, SLACK)
     if held is None:
         guess = curve.aligned(guess, last.z)
         correction = _correct(curve, guess, row, settings)
@@ -197,13 +201,17 @@ def _try(
 
 
 def _first_bound_beyond(
-    recent: list[Point], z: Array, bounds: Sequence[Bound], target: float
+    recent: list[Point],
+    z: Array,
+    bounds: Sequence[Bound],
+    target: float,
+    slack: float = 0.0,
 ) -> tuple[int, float] | None:
     """Return the component and the bound that the curve passes first on its way to z, if any."""
     passed = [
         (index, low if z[index] < low else high)
         for index, low, high in bounds
-        if not low <= z[index] <= high
+        if not low - slack <= z[index] <= high + slack
     ]
     return min(
         passed, key=lambda item: _arclength_at(recent, item[0], item[1], target), default=None

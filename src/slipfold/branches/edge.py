@@ -1,0 +1,89 @@
+"""Branches that end on a singular point at the very end of the span."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import takewhile
+
+from slipfold.branches.branch import End
+from slipfold.branches.detection import find_bifurcations
+from slipfold.branches.ending import span_end
+from slipfold.branches.location import LostBranchError
+from slipfold.branches.point import Point
+from slipfold.branches.search import Found
+from slipfold.branches.settings import Settings
+from slipfold.branches.walk import Failure, walk
+from slipfold.orbits.boundary_value_problem import PeriodicProblem
+
+__all__ = ["EDGE", "end_on_edge"]
+
+EDGE = 1e-9
+"""Distance from the end of the span, in spans, that counts as none."""
+
+NEAR = 0.01
+"""Distance from the end of the span, in spans, within which a failure may be due to it."""
+
+CLEAR = 1e-3
+"""Points nearer to the end are taken back: beside a branch point their tangents say little."""
+
+LONGEST = 0.1
+"""Longest step over the end, in scaled variables."""
+
+
+def end_on_edge(
+    problem: PeriodicProblem,
+    points: list[Point],
+    span: tuple[float, float],
+    settings: Settings,
+) -> tuple[list[Point], list[Found], End] | None:
+    """Return how a branch ends that failed since a branch point lies on the end of the span.
+
+    With the parameter held Newton's method is singular there. So a step is taken over the end, and
+    the branch point is located between.
+
+    Parameters
+    ----------
+    problem
+        The boundary-value problem.
+    points
+        Points of the branch; the last of them lie where it failed.
+    span
+        The span.
+    settings
+        Options.
+
+    Returns
+    -------
+    points : list of Point
+        Points of the branch, the last one on the end of the span.
+    found : list of Found
+        What was found behind the last but one of them.
+    end : End
+        Names the end of the span.
+    """
+    edge = min(problem.bounds(span)[0][1:], key=lambda bound: abs(points[-1].z[-1] - bound))
+
+    def away(point: Point) -> float:
+        return abs(float(point.z[-1]) - edge)
+
+    close = len(list(takewhile(lambda point: away(point) < CLEAR, reversed(points))))
+    kept = points[: len(points) - close]
+    if away(points[-1]) > NEAR or not kept:
+        return None
+    before = kept[-1]
+    step = min(2 * away(before) / max(abs(before.tangent[-1]), EDGE), LONGEST)
+    beyond = next(iter(walk(problem, kept, step, (), settings)))
+    if isinstance(beyond, Failure):
+        return None
+    try:
+        found = find_bifurcations(problem, [*kept, beyond], before, beyond)
+    except LostBranchError:
+        return None
+    place = next((i for i, item in enumerate(found) if away(item.point) < EDGE), None)
+    if place is None:
+        return None
+    z = found[place].point.z.copy()
+    z[-1] = edge  # exactly, whatever rounding did
+    last = replace(found[place].point, z=z)
+    found[place] = replace(found[place], point=last)
+    return [*kept, last], found[: place + 1], span_end(problem, last)
