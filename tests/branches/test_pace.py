@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.special import ellipk
 
 import slipfold as sf
 
@@ -76,3 +77,17 @@ def test_a_hopf_point_beside_fast_turning_that_decays():
     assert hopf.type == "HB"
     assert hopf.value == pytest.approx(0, abs=1e-9)
     assert hopf.duration == pytest.approx(1, rel=1e-9)
+
+
+def test_the_swings_of_a_pendulum_up_to_near_its_separatrix():
+    # A family of centres: the duration is 4 K(sin^2(a/2)) at amplitude a, the parameter stands.
+    model = sf.System(
+        name="pendulum", parameters={"c": 0.1}, states={"q": "v", "v": "c*v - sin(q)"}
+    )
+    amplitudes = (1.0, 2.0, 3.0, 3.1)
+    events = [sf.Event("q", item, stop=item == amplitudes[-1]) for item in amplitudes]
+    diagram = sf.response(model, vary="c", span=(-0.1, 0.1), events=events, settings=ALONE)
+    family = diagram.branches[1]
+    assert [item.type for item in family.special] == ["EVENT"] * 4
+    exact = [4 * ellipk(np.sin(item / 2) ** 2) for item in amplitudes]
+    assert [item.duration for item in family.special] == pytest.approx(exact, rel=1e-9)

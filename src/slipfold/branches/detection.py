@@ -123,6 +123,8 @@ def _changes_sign(kind: str, a: Point, b: Point) -> bool:
     before, after = a.tests[kind], b.tests[kind]
     if (before > 0) == (after > 0):
         return False
+    if kind == "LP" and max(abs(before), abs(after)) <= ROUNDING:
+        return False
     return max(abs(before), abs(after)) > ROUNDING or max(map(_off_circle, (a, b))) > ROUNDING
 
 

@@ -85,7 +85,8 @@ def _growth(problem: PeriodicProblem, points: Sequence[Point]) -> float:
 
 def _stands(problem: PeriodicProblem, points: Sequence[Point], share: float) -> bool:
     """Whether the parameter stands still while the duration grows; at a fold one point may."""
-    if _growth(problem, points) < GROWN:
+    values = [point.z[-1] for point in points]
+    if _growth(problem, points) < GROWN or np.ptp(values) < STILL:  # a family of centres
         return False
     unit = points[0].z[-2]
     last = np.array([point.tangent[-2:] for point in points[-2:]])
