@@ -247,10 +247,7 @@ def _curve(
     problem: PeriodicProblem, found: Corrected, reach: float = np.inf, whole: bool = True
 ) -> _Curve:
     multipliers = np.array([floquet_multipliers(item) for item in found.monodromies])
-    rows = [
-        evaluate_tests(matrix, values)
-        for matrix, values in zip(found.monodromies, multipliers, strict=True)
-    ]
+    rows = [evaluate_tests(values) for values in multipliers]
     tests = {name: np.array([row[name] for row in rows]) for name in ("PD", "NS")}
     tests["LP"] = found.tangents[:, -1]
     return _Curve(problem, found.z, multipliers, tests, reach, whole)

@@ -83,7 +83,7 @@ def make_point(
         Largest mismatch, in scaled states.
     """
     multipliers = floquet_multipliers(monodromy)
-    tests = {**evaluate_tests(monodromy, multipliers), "LP": float(tangent[-1])}
+    tests = {**evaluate_tests(multipliers), "LP": float(tangent[-1])}
     return Point(z, tangent, arclength, monodromy, multipliers, tests, 0, residual)
 
 

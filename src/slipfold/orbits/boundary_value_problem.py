@@ -218,7 +218,7 @@ class PeriodicProblem(Shooting):
         tangent
             Unit tangent of the branch.
         """
-        tests = evaluate_tests(linearisation.monodromy, multipliers)
+        tests = evaluate_tests(multipliers)
         return {**tests, "LP": float(tangent[-1])}
 
     def growth(self, linearisation: Linearisation) -> float:
