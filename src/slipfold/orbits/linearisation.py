@@ -91,16 +91,7 @@ class Linearisation:
         row
             Shape (m n + k,). There are k - 1 conditions.
         """
-        m, n, k = self.along.shape
-        size = m * n
-        matrix = np.zeros((size + k, size + k))
-        matrix.ravel()[_block_places(m, n, k)] = self.blocks.ravel()
-        matrix[np.arange(size), (np.arange(size) + n) % size] -= 1.0
-        matrix[:size, size:] = self.along.reshape(size, k)
-        if self.conditions.gradients is not None:
-            matrix[size:-1] = self.conditions.gradients
-        matrix[-1] = row
-        return Bordered(matrix)
+        return Bordered(self, row)
 
 
 def defect_of(residual: Array, values: Array) -> Array:
@@ -127,31 +118,105 @@ def _block_places(m: int, n: int, k: int) -> NDArray[np.int64]:
 
 @dataclass(frozen=True, eq=False)
 class Bordered:
-    """Jacobian of an orbit with one more row, square.
+    """Jacobian of an orbit with one more row, square of size m n + k.
+
+    The unknowns of all nodes but the first are eliminated by way of the transition matrices, so
+    that systems of size n + k are solved: small enough that linear algebra does not share them out
+    among threads, which costs far more than it gains. What rounding adds, magnified by the
+    multipliers, Newton's method removes.
 
     Parameters
     ----------
-    matrix
-        Shape (m n + k, m n + k).
+    linearisation
+        The derivatives.
+    row
+        The last row, shape (m n + k,).
     """
 
-    matrix: Array
+    linearisation: Linearisation
+    row: Array
 
     @cached_property
-    def inverse(self) -> Array:
-        """Inverse, NaN if the matrix is singular.
+    def matrix(self) -> Array:
+        """The whole matrix."""
+        part = self.linearisation
+        m, n, k = part.along.shape
+        size = m * n
+        matrix = np.zeros((size + k, size + k))
+        matrix.ravel()[_block_places(m, n, k)] = part.blocks.ravel()
+        matrix[np.arange(size), (np.arange(size) + n) % size] -= 1.0
+        matrix[:size, size:] = part.along.reshape(size, k)
+        matrix[size:] = self._lines
+        return matrix
 
-        It is small and serves several right-hand sides; what rounding adds Newton's method
-        removes.
+    @cached_property
+    def _lines(self) -> Array:
+        """The rows below those of the segments, shape (k, m n + k)."""
+        gradients = self.linearisation.conditions.gradients
+        return self.row[None] if gradients is None else np.vstack([gradients, self.row])
+
+    @cached_property
+    def _carried(self) -> Array:
+        """Nodes, then parameters, by the first node and the parameters: shape (m n + k, n + k)."""
+        part = self.linearisation
+        m, n, k = part.along.shape
+        carried = np.zeros((m * n + k, n + k))
+        carried[m * n :, n:] = np.eye(k)
+        nodes = carried[: m * n].reshape(m, n, n + k)
+        nodes[0, :, :n] = np.eye(n)
+        for j in range(m - 1):
+            np.matmul(part.blocks[j], nodes[j], out=nodes[j + 1])
+            nodes[j + 1, :, n:] += part.along[j]
+        return carried
+
+    @cached_property
+    def _condensed(self) -> Array:
+        """What is left for the first node and the parameters, shape (n + k, n + k).
+
+        Its determinant is that of the whole matrix: the pivots are -1, and as many columns change
+        places.
         """
+        part = self.linearisation
+        m, n, _ = part.along.shape
+        last = part.blocks[-1] @ self._carried[(m - 1) * n : m * n]
+        last[:, n:] += part.along[-1]
+        last[:, :n] -= np.eye(n)
+        return np.vstack([last, self._lines @ self._carried])
+
+    @cached_property
+    def _inverse(self) -> Array:
+        """Inverse of what is left, NaN if it is singular."""
         try:
-            return np.asarray(np.linalg.inv(self.matrix), dtype=float)
+            return np.asarray(np.linalg.inv(self._condensed), dtype=float)
         except np.linalg.LinAlgError:
-            return np.full_like(self.matrix, np.nan)
+            return np.full_like(self._condensed, np.nan)
+
+    def solve(self, right: Array) -> Array:
+        """Return the solution for a right-hand side, NaN if the matrix is singular.
+
+        Parameters
+        ----------
+        right
+            Shape (m n + k,).
+        """
+        part = self.linearisation
+        m, n, k = part.along.shape
+        alone = np.zeros(m * n + k)  # what the right-hand side does with the first node held
+        nodes, sides = alone[: m * n].reshape(m, n), right[: m * n].reshape(m, n)
+        for j in range(m - 1):
+            nodes[j + 1] = part.blocks[j] @ nodes[j] - sides[j]
+        last = sides[-1] - part.blocks[-1] @ nodes[-1]
+        left = np.concatenate([last, right[m * n :] - self._lines @ alone])
+        return alone + self._carried @ (self._inverse @ left)
+
+    @cached_property
+    def _kernel(self) -> Array:
+        """Last column of the whole inverse."""
+        return self._carried @ self._inverse[:, -1]
 
     @cached_property
     def _determinant(self) -> tuple[float, float]:
-        sign, logarithm = np.linalg.slogdet(self.matrix)
+        sign, logarithm = np.linalg.slogdet(self._condensed)
         return float(sign), float(logarithm)
 
     @property
@@ -166,9 +231,8 @@ class Bordered:
         A row r and the tangent t give determinants in the ratio r t, and the last column of the
         inverse is t/(r t).
         """
-        return self._determinant[1] + float(np.log(np.linalg.norm(self.inverse[:, -1])))
+        return self._determinant[1] + float(np.log(np.linalg.norm(self._kernel)))
 
     def tangent(self) -> Array:
         """Return the unit vector of the kernel that the last row leaves, along that row."""
-        tangent = self.inverse[:, -1]
-        return tangent / np.linalg.norm(tangent)
+        return self._kernel / np.linalg.norm(self._kernel)

@@ -111,7 +111,7 @@ def correct(
             failure = "the orbit met a singularity of the model"
             break
         bordered = linearisation.bordered(row)
-        step = bordered.inverse @ np.append(-defect, row @ (guess - z))
+        step = bordered.solve(np.append(-defect, row @ (guess - z)))
         previous, moved = moved, float(np.linalg.norm(step))
         if not moved < max(GROWTH * previous, ROUNDING):
             failure = "Newton's method diverged"
@@ -158,7 +158,7 @@ def _chord_steps(
         defect = problem.defect(z)
         if not np.isfinite(defect).all():
             break
-        step = bordered.inverse @ np.append(-defect, constraint)
+        step = bordered.solve(np.append(-defect, constraint))
         length = float(np.linalg.norm(step))
         if length > CHORD_GAIN * moved:
             break

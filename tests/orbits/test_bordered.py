@@ -1,0 +1,36 @@
+"""The bordered Jacobian solved by elimination against the whole matrix."""
+
+import numpy as np
+import pytest
+
+from slipfold.orbits.linearisation import Conditions, Linearisation
+
+
+@pytest.mark.parametrize(
+    ("m", "n", "k"), [(8, 4, 1), (8, 3, 3), (1, 3, 1), (16, 5, 1), (8, 20, 1), (3, 2, 2)]
+)
+def test_elimination_gives_what_the_whole_matrix_gives(m, n, k):
+    generator = np.random.default_rng(m + n + k)
+    size = m * n + k
+    gradients = generator.normal(size=(k - 1, size)) if k > 1 else None
+    linearisation = Linearisation(
+        generator.normal(size=(m, n)),
+        generator.normal(size=(m, n, n)) / np.sqrt(n),
+        generator.normal(size=(m, n, k)),
+        Conditions(generator.normal(size=k - 1), gradients),
+    )
+    right = generator.normal(size=size)
+    bordered = linearisation.bordered(generator.normal(size=size))
+    assert bordered.solve(right) == pytest.approx(
+        np.linalg.solve(bordered.matrix, right), rel=1e-9, abs=1e-11
+    )
+    last = np.linalg.solve(bordered.matrix, np.eye(size)[-1])
+    assert bordered.tangent() == pytest.approx(last / np.linalg.norm(last), abs=1e-11)
+    sign, logarithm = np.linalg.slogdet(bordered.matrix)
+    assert bordered.sign == sign
+    assert bordered.volume == pytest.approx(logarithm + np.log(np.linalg.norm(last)), abs=1e-10)
+
+
+def test_a_singular_matrix_gives_nan():
+    linearisation = Linearisation(np.zeros((2, 1)), np.ones((2, 1, 1)), np.zeros((2, 1, 1)))
+    assert np.isnan(linearisation.bordered(np.zeros(3)).solve(np.ones(3))).all()
