@@ -143,3 +143,21 @@ def test_an_equilibrium_that_does_not_exist_is_refused():
     model = sf.System(name="runaway", parameters={"a": 1.0}, states={"x": "a + x^2"})
     with pytest.raises(sf.InputError, match="no equilibrium of runaway was found at a = 1"):
         sf.response(model, vary="a", span=(1, 2))
+
+
+def test_van_der_pol_from_its_rest_over_the_centres_to_the_relaxation_cycle():
+    # At mu = 0 every circle is a cycle; that of radius 2 is where the limit cycle crosses.
+    diagram = sf.response(model_named("vanderpol-free"), vary="mu", span=(-0.5, 1))
+    still, centres, relaxing = diagram.branches
+    assert [(item.type, item.leads_to) for item in still.special] == [("HB", centres.id)]
+    assert centres.stopped.kind == "family"
+    assert centres.durations == pytest.approx(2 * math.pi, rel=1e-9)
+    (crossing,) = [item for item in centres.special if item.type == "BP"]
+    assert crossing.leads_to == relaxing.id
+    assert crossing.orbit.extrema.of("x")[1][0] == pytest.approx(2, abs=1e-8)
+    cycle = relaxing.orbit(-1)
+    assert cycle.model.mu == 1
+    assert cycle.duration == pytest.approx(6.663286859323, abs=1e-11)
+    assert cycle.extrema.of("x")[1][0] == pytest.approx(2.008619860875, abs=3e-12)
+    # exp of the integral of the divergence along the cycle, by DOP853.
+    assert cycle.multipliers[1].real == pytest.approx(8.59695063604e-4, abs=1e-14)

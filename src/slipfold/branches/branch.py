@@ -26,7 +26,7 @@ class End:
     kind
         One word for programs: ``"span"``, ``"limit"``, ``"closed"``, ``"event"``, ``"failed"``,
         ``"unresolved"``, ``"points"``, ``"interrupted"``, ``"born"``, ``"homoclinic"``,
-        ``"duration"``.
+        ``"duration"``, ``"family"``.
     reason
         A sentence that says what happened and what can be done.
     value

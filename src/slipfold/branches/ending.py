@@ -21,10 +21,17 @@ __all__ = [
     "cut_at_limit",
     "failure_end",
     "failure_reason",
+    "family_end",
     "span_end",
     "unresolved_end",
     "unresolved_reason",
 ]
+
+FAMILY = 200
+"""Orbits with one value of the parameter after which a family is followed no farther."""
+
+STANDS_STILL = 1e-9
+"""Change of the parameter, in spans, that is none: special points are located to less."""
 
 CLOSE_TO_LIMIT = 5.0
 """A branch lost with an output within this factor of its bound ends because of that limit."""
@@ -133,9 +140,35 @@ def failure_end(problem: PeriodicProblem, last: Point, failure: Failure, clause:
     value = problem.value(last.z)
     kind, reason = failure_reason(problem, last, failure)
     if kind == "failed" and clause:
-        found = clause.removeprefix("; ")
-        return End("homoclinic", f"{found} (no cycle was found any nearer to it)", value)
-    return End(kind, reason + clause, value)
+        return End("homoclinic", f"{clause} (no cycle was found any nearer to it)", value)
+    return End(kind, f"{reason}; {clause}" if clause else reason, value)
+
+
+def family_end(problem: PeriodicProblem, points: Sequence[Point]) -> End | None:
+    """Return the end of a branch along which the parameter stands still, None if it goes on.
+
+    The cycles round a centre form such a family. It may be followed as far as one likes, and
+    nothing new happens on it.
+
+    Parameters
+    ----------
+    problem
+        The boundary-value problem.
+    points
+        Points of the branch.
+    """
+    if len(points) <= FAMILY:
+        return None
+    values = [point.z[-1] for point in points[-FAMILY:]]
+    if max(values) - min(values) > STANDS_STILL:
+        return None
+    value = problem.value(points[-1].z)
+    shown = 0.0 if abs(value) < STANDS_STILL * problem.width else value
+    reason = (
+        f"{FAMILY} orbits have the same {problem.vary} = {shown:.9g}: they are a family, as round "
+        "a centre, that goes on; stop it at an amplitude by an event"
+    )
+    return End("family", reason, value)
 
 
 def failure_reason(problem: Shooting, last: Point, failure: Failure) -> tuple[str, str]:
@@ -175,9 +208,12 @@ def unresolved_end(problem: PeriodicProblem, point: Point, clause: str = "") -> 
     point
         The orbit.
     clause
-        What else is to be said.
+        What is known of where the branch leads, as a clause: it is then the reason.
     """
-    return End("unresolved", unresolved_reason(point) + clause, problem.value(point.z))
+    value, reason = problem.value(point.z), unresolved_reason(point)
+    if clause:
+        return End("homoclinic", f"{clause}; {reason}", value)
+    return End("unresolved", reason, value)
 
 
 def unresolved_reason(point: Point) -> str:

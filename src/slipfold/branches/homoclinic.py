@@ -72,7 +72,7 @@ def nears_homoclinic(problem: PeriodicProblem, points: Sequence[Point]) -> str:
     if not _stands(problem, points, STANDS):
         return ""
     return (
-        f"; the duration grew to {_growth(problem, points):.3g} times that at first while "
+        f"the duration grew to {_growth(problem, points):.3g} times that at first while "
         f"{problem.vary} hardly changes: the cycle nears a homoclinic orbit"
     )
 

@@ -25,6 +25,7 @@ from slipfold.branches.ending import (
     cut_at_limit,
     cut_at_span,
     failure_end,
+    family_end,
     span_end,
     unresolved_end,
 )
@@ -186,6 +187,8 @@ def _follow(
             return step
         if trace.end is None:
             trace.end = homoclinic_end(problem, trace.points, settings.largest_duration)
+        if trace.end is None:
+            trace.end = family_end(problem, trace.points)
         watch(trace)
         if trace.end is not None:
             return None
