@@ -132,3 +132,15 @@ def test_a_motion_that_settles_on_nothing_is_refused():
     result = run("response", "lorenz", "--vary", "rho=10:20", "--settled")
     assert result.exit_code == 2
     assert "comes to rest or does not come back" in result.stderr
+
+
+def test_the_duration_of_cycles_is_not_varied():
+    result = run("response", "lorenz", "--vary", "duration=1:2")
+    assert result.exit_code == 2
+    assert "vary one of sigma, rho, beta" in result.stderr
+
+
+def test_only_what_lasts_has_a_duration():
+    result = run("response", "lorenz", "--vary", "rho=0.5:2", "--json", "-")
+    special = json.loads(result.stdout)["branches"][0]["special"]
+    assert [(item["type"], item["duration"]) for item in special] == [("BP", None)]

@@ -52,3 +52,16 @@ def test_several_modes_of_a_chain_may_begin_to_squeal_in_one_step():
 
     for point in still.special:
         assert np.abs(growths(point.value)).min() < 1e-11
+
+
+def test_two_equal_pairs_that_cross_at_once_are_not_missed():
+    # Two equal masses and one contact: both pairs of eigenvalues cross at one speed, so that the
+    # product of test functions touches zero without a change of sign.
+    equal = np.eye(2)
+    belt = sf.FrictionContact("x", sf.Stribeck(mu_s=0.6, mu_k=0.3, vs=0.5), load=1.0, Vd=2.0)
+    model = sf.Structure(equal, 0.05 * equal, [[2, -1], [-1, 2]], names="x y", contacts=belt)
+    still = sf.response(model, vary="Vd", span=(2, 0.5)).branches[0]
+    (hopf,) = still.special
+    assert hopf.type == "HB"
+    # The contact takes 0.3/0.5 exp(-Vd/0.5) from the damping 0.05 of one of them, which halves.
+    assert hopf.value == pytest.approx(0.5 * math.log(0.6 / 0.1), abs=1e-9)

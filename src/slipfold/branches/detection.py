@@ -112,6 +112,23 @@ class _Bifurcations:
             return False
         return change <= single + 2 * pairs and (change - single) % 2 == 0
 
+    def hidden(self, found: list[Found], known: list[Point], a: Point, b: Point) -> list[Found]:
+        """Return where several pairs cross the unit circle at once, so that NS has a double zero.
+
+        Two equal parts of a structure, which friction does not tell apart, do.
+        """
+        change = abs(b.unstable - a.unstable)
+        if found or change < 4 or change % 2:
+            return []
+        place = min(a.unstable, b.unstable)
+
+        def growth(point: Point) -> float:
+            return float(np.log(np.sort(np.abs(point.multipliers))[::-1][place]))
+
+        point = locate(self._problem, known, a, b, growth)
+        slope = (growth(b) - growth(a)) / (b.arclength - a.arclength)
+        return [Found("NS", point, slope)]
+
 
 def _changes_sign(kind: str, a: Point, b: Point) -> bool:
     """Whether a test function is positive at one of two points only, beyond what rounding does.

@@ -172,6 +172,10 @@ def critical_coefficient(map_: MapDerivatives, monodromy: Array, kind: str) -> f
     return _FORMS[kind](map_, monodromy)
 
 
+DEGENERATE = 1e-12
+"""Coefficients below this, in scaled states, are rounding: neither soft nor hard."""
+
+
 def criticality_of(kind: str, coefficient: float) -> str | None:
     """Return ``"supercritical"`` or ``"subcritical"``; None where it is not defined.
 
@@ -182,7 +186,7 @@ def criticality_of(kind: str, coefficient: float) -> str | None:
     coefficient
         Of its normal form.
     """
-    if kind in QUADRATIC or not np.isfinite(coefficient) or coefficient == 0:
+    if kind in QUADRATIC or not abs(coefficient) > DEGENERATE:  # or it is not a number
         return None
     soft = coefficient > 0 if kind == "PD" else coefficient < 0
     return "supercritical" if soft else "subcritical"

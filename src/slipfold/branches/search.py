@@ -63,6 +63,9 @@ class Watch(Protocol):
     def accounts_for(self, found: list[Found], a: Point, b: Point) -> bool:
         """Whether what was found explains how two points differ."""
 
+    def hidden(self, found: list[Found], known: list[Point], a: Point, b: Point) -> list[Found]:
+        """Return special points at which no test function changes its sign."""
+
 
 def search_between(
     curve: Shooting, watch: Watch, known: list[Point], a: Point, b: Point, depth: int = 0
@@ -97,7 +100,10 @@ def search_between(
     place = _suspicious_place(known, a, b) if depth < DEPTH else None
     if place is None:
         found = watch.located(known, a, b)
-        if depth >= DEPTH or watch.accounts_for(found, a, b):
+        explained = watch.accounts_for(found, a, b)
+        if depth >= DEPTH and not explained:
+            found += watch.hidden(found, known, a, b)
+        if depth >= DEPTH or explained:
             return sorted(found, key=lambda item: item.point.arclength)
         place = 0.5 * (a.arclength + b.arclength)
     middle = orbit_at(curve, known, place)

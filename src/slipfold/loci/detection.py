@@ -87,6 +87,10 @@ class _SpecialPoints:
         pairs = sum(item.type in _PAIR[self._problem.kind] for item in found)
         return change <= single + 2 * pairs and (change - single) % 2 == 0
 
+    def hidden(self, found: list[Found], known: list[Point], a: Point, b: Point) -> list[Found]:
+        """Return nothing: where pairs cross at once is of codimension three."""
+        return []
+
     def _outside(self, point: Point) -> int:
         """Number of multipliers outside the unit circle besides the critical ones."""
         places = critical_places(self._problem.kind, point.multipliers)

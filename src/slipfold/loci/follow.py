@@ -85,14 +85,21 @@ def follow_loci(
         _check_point(point, base, vary, window)
     largest = largest_period or 2 * max(point.period for point in points)
     work = _Work(base, vary, window, settings, observer, types if switch else (), largest)
+    refusals: list[InputError] = []
     for point in points:
         problem = work.problem(point)
         z = locus_unknown(problem, point)
         if work.known_family(problem, z) is None:
-            start = regular_start(problem, z, settings)
+            try:
+                start = regular_start(problem, z, settings)
+            except InputError as error:
+                refusals.append(error)
+                continue
             work.follow([start, start.reversed()], None)
         if work.interrupted:
             break
+    if len(refusals) == len(points):  # one point among many may be known too badly to start from
+        raise refusals[0]
     return work.loci()
 
 

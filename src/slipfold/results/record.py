@@ -91,7 +91,7 @@ def _branch_record(branch: Branch) -> dict[str, Any]:
         "period": branch.period,
         "parent": branch.parent,
         "points": len(branch),
-        "special": [_point_record(point) for point in branch.special],
+        "special": [_point_record(point, branch.kind) for point in branch.special],
         "begun": _end_record(branch.begun),
         "stopped": _end_record(branch.stopped),
     }
@@ -101,13 +101,15 @@ def _end_record(end: End) -> dict[str, Any]:
     return {"kind": end.kind, "reason": end.reason, "value": number(end.value)}
 
 
-def _point_record(point: SpecialPoint) -> dict[str, Any]:
+def _point_record(point: SpecialPoint, kind: str) -> dict[str, Any]:
+    # An equilibrium has no duration, but at a Hopf point that of the cycle born there.
+    lasts = kind != "equilibrium" or point.type == "HB"
     return {
         "type": point.type,
         "name": point.name,
         "value": number(point.value),
         "uncertainty": number(point.uncertainty),
-        "duration": number(point.duration),
+        "duration": number(point.duration) if lasts else None,
         "state": numbers(point.state),
         "multipliers": pairs(point.multipliers),
         "multiplier_uncertainty": numbers(point.multiplier_uncertainty),
