@@ -76,6 +76,7 @@ def test_an_orbit_on_a_branch_closes_and_has_its_multipliers(client, base):
     branch = base.branches[1]
     place = float(branch.arclength[9])
     answer = client.ask({**ORBIT, "at": {"branch": 2, "arclength": place}})
+    assert (answer["kind"], answer["slot"]) == ("orbit", "live")
     assert answer["period"] == 2
     assert answer["value"] == branch.parameter[9]
     assert answer["stable"] == bool(branch.stable[9])

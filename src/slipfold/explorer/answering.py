@@ -77,7 +77,8 @@ class Answering:
         def tell(view: dict[str, Any]) -> None:
             check()
             elapsed = round(1e3 * (perf_counter() - started), 1)
-            emit({**head, "done": True, **view, "elapsed_ms": elapsed})
+            # No view may rename the request that it answers: the page would not take it.
+            emit({"done": True, **view, **head, "elapsed_ms": elapsed})
 
         try:
             self._answer(request, tell, check)

@@ -141,3 +141,20 @@ def test_a_lost_connection_comes_back(new_tab):
     with explorer.redrawn():
         explorer.type("f", 12.2)
     assert explorer.specials()[0] == "PD 0.1398\u202fN subcritical"
+
+
+def test_what_takes_time_says_so_and_hides_the_model_before(explorer):
+    explorer.open()
+    plot = explorer.page.locator("#diagram .plot")
+    waiting = plot.get_by_text("Computing the response…")
+    seen = explorer.page.evaluate(
+        "() => { const choice = document.querySelector('select[aria-label=Model]');"
+        " choice.value = 'duffing'; choice.dispatchEvent(new Event('change'));"
+        " return [...document.querySelector('#diagram .plot').classList]; }"
+    )
+    assert {"empty", "working"} <= set(seen)
+    explorer.page.wait_for_function(
+        "(selector) => document.querySelector(selector).ariaBusy === 'false'", arg="#diagram .plot"
+    )
+    expect(waiting).to_be_hidden()
+    expect(plot.locator(".plot-canvas")).to_be_visible()

@@ -28,6 +28,7 @@ export class DiagramPlot {
   #chosen = element("div", { class: "place chosen", hidden: true });
   #hovered = element("div", { class: "place hovered", hidden: true });
   #tip = element("div", { class: "tip", hidden: true });
+  #waiting = element("p", { class: "waiting", role: "status" }, "Computing the response…");
   #session;
   #drawn = null;
   #sight = { key: "", y: [0, 1] };
@@ -38,7 +39,9 @@ export class DiagramPlot {
   /** @param {import("./session.js").Session} session */
   constructor(session) {
     this.#session = session;
-    this.node.append(this.#canvas, this.#cursor, this.#chosen, this.#hovered, this.#tip);
+    this.node.append(this.#canvas, this.#cursor, this.#chosen, this.#hovered, this.#tip,
+      this.#waiting);
+    this.#tellBusy();
     session.diagramArrived.subscribe(() => this.#schedule());
     session.pinsChanged.subscribe(() => this.#schedule());
     session.placeChanged.subscribe(() => this.#place());
@@ -174,9 +177,12 @@ export class DiagramPlot {
     yield* this.#simulated?.y ?? [];
   }
 
-  /** Whether what is drawn is still to be replaced. */
+  /** Whether what is drawn is still to be replaced; what is of another model is not shown. */
   #tellBusy() {
-    this.node.setAttribute("aria-busy", String(!this.#session.isSettled));
+    const { isSettled, diagram, store } = this.#session;
+    this.node.setAttribute("aria-busy", String(!isSettled));
+    this.node.classList.toggle("empty", !diagram);
+    this.node.classList.toggle("working", !isSettled && (!diagram || !store.isLive));
   }
 
   /** Move what marks the working point. */

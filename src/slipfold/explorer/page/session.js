@@ -95,7 +95,11 @@ export class Session {
   #follow({ view, before, live }) {
     if (view.model !== before.model) {
       this.#followed = null;
+      this.#hovered = null;
       this.diagram = null;
+      this.place = null;
+      // Answers about the model before could not be drawn with the quantities of this one.
+      for (const kind of ["diagram", "orbit"]) this.requests.cancel(kind);
     }
     if (view.at !== before.at) this.#followed = view.at;
     this.#followDiagram();

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipfold.attractors.spectrum import find_spectrum
 from slipfold.explorer.views.numbers import number, short
@@ -23,9 +22,6 @@ LONGEST = 4096
 
 PER_PERIOD = 64
 """Samples a forcing period that the spectrum is taken from."""
-
-STILL = 1e-9
-"""Motion in scaled states below which an orbit is an equilibrium."""
 
 ORDERS = 8
 """Highest frequency shown, in forcing frequencies."""
@@ -45,8 +41,8 @@ def orbit_view(orbit: PeriodicOrbit, vary: str) -> dict[str, Any]:
     -------
     dict
         ``t`` in s and ``phase`` in forcing periods, both ends included, ``states`` and ``outputs``
-        by name, ``spectrum``, ``multipliers`` as pairs, ``kind``, ``stable``, ``period``,
-        ``value``, ``duration`` and ``mechanism``: what to animate, or None.
+        by name, ``spectrum``, ``multipliers`` as pairs, ``stable``, ``period``, ``value``,
+        ``duration`` and ``mechanism``: what to animate, or None.
     """
     model = orbit.model
     flow = flow_of(model)
@@ -67,15 +63,10 @@ def orbit_view(orbit: PeriodicOrbit, vary: str) -> dict[str, Any]:
         "multipliers": [[float(item.real), float(item.imag)] for item in orbit.multipliers],
         "stable": orbit.stable,
         "period": orbit.period,
-        "kind": "periodic" if _moves(states, model.state_scales()) else "equilibrium",
         "value": number(model.values[vary]),
         "duration": number(orbit.duration),
         "mechanism": {"kind": "sliding"} if isinstance(model, SlidingOscillator) else None,
     }
-
-
-def _moves(states: NDArray[np.float64], scales: NDArray[np.float64]) -> bool:
-    return bool((np.ptp(states, axis=0) > STILL * scales).any())
 
 
 def _spectrum(orbit: PeriodicOrbit) -> dict[str, Any]:
