@@ -63,7 +63,9 @@ export class OrbitPanel {
   #show({ answer, place, view, request }) {
     const isFirst = this.#orbit === null;
     const { model } = this.#session;
-    const quantity = (name) => this.#session.quantity(name);
+    // The motion runs on while another model is computed: its quantities are those of its own model.
+    const described = [...model.parameters, ...model.states, ...model.outputs];
+    const quantity = (name) => described.find((item) => item.name === name);
     this.#orbit = { answer, quantity, isForced: model.forced, view, request };
     this.cursor.adopt(answer.t.at(-1) - answer.t[0], model.forced ? answer.period : 1);
     const stage = this.#stageOf(answer);
