@@ -173,6 +173,7 @@ class _Reduction:
         """Solve all equations but one at two coordinates; None if that fails."""
         z = self._origin + self._kernel.T @ place
         remainder, n = 0.0, len(z)
+        still = False
         for _ in range(ROUNDS):
             linearisation = self._curve.linearise(z)
             defect = linearisation.defect + remainder * self._left
@@ -186,7 +187,9 @@ class _Reduction:
             kept = self._kernel @ (z - self._origin) - place
             step = inverse @ np.concatenate([-defect, -kept])
             z, remainder = z + step[:n], remainder + float(step[n])
-            if np.linalg.norm(step) < STILL:
+            if still:
                 moves, slopes = inverse[:n, -2:], inverse[n, -2:]
                 return _Solved(z, remainder, moves, slopes, linearisation)
+            # The derivatives are those before the step: they are taken once it is rounding.
+            still = bool(np.linalg.norm(step) < STILL)
         return None
