@@ -12,12 +12,10 @@ import numpy as np
 from slipfold.flow.cache import cached
 from slipfold.flow.equations import Equations
 from slipfold.flow.perturbed import perturbed_system
+from slipfold.flow.precision import LANES
 from slipfold.models.variations import COLUMNS
 
-__all__ = ["JET_ORDER", "LANES", "CompiledCode"]
-
-LANES = 8
-"""Trajectories integrated together: two registers of AVX2, one of AVX-512."""
+__all__ = ["JET_ORDER", "CompiledCode"]
 
 JET_ORDER = 3
 

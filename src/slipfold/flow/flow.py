@@ -12,18 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.errors import InputError
-from slipfold.flow.compiled_code import JET_ORDER, LANES, CompiledCode
+from slipfold.flow.compiled_code import JET_ORDER, CompiledCode
 from slipfold.flow.equations import Equations, build_equations
+from slipfold.flow.precision import LANES, TOLERANCE
 from slipfold.models.model import Kind, Model
 from slipfold.models.variations import COLUMNS, carried_whole
 
 __all__ = ["Flow", "flow_of"]
 
 Array = NDArray[np.float64]
-
-TOLERANCE = 1e-13
-"""Local error a step may make: multipliers are then right to about 1e-13, for a tenth more time
-than 1e-12 takes."""
 
 TINY = 1e-300
 """Length of a step that is taken for what is known before it."""

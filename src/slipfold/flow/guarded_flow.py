@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from slipfold.flow.cache import cached
 from slipfold.flow.equations import build_equations
-from slipfold.flow.flow import MAX_STEPS, TOLERANCE, Constants, Flow, flow_of
+from slipfold.flow.flow import MAX_STEPS, Constants, Flow, flow_of
+from slipfold.flow.precision import TOLERANCE
 from slipfold.models.model import Kind, Model
 
 __all__ = ["GuardedFlow", "Stop", "guarded_flow_of"]
