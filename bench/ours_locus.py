@@ -20,9 +20,9 @@ import numpy as np
 import reference
 import slipfold as sf
 from peers import record
+from slipfold.continuation.newton import correct
 from slipfold.loci.follow import follow_loci
 from slipfold.loci.locus_problem import LocusProblem
-from slipfold.orbits.newton import correct
 from slipfold.version import package_version
 
 FREQUENCY = 12.5

@@ -15,8 +15,8 @@ from scipy.interpolate import CubicSpline
 from slipfold.branches import Settings, Steps, trace_response
 from slipfold.branches.describe import describe_bifurcation
 from slipfold.branches.normal_form import criticality_of
-from slipfold.branches.point import corrected_point
 from slipfold.branches.trace import trace_branch
+from slipfold.continuation.newton import correct
 from slipfold.errors import InputError
 from slipfold.loci.bifurcation_set import find_bifurcation_set
 from slipfold.loci.describe import coefficient_at
@@ -25,7 +25,6 @@ from slipfold.loci.locus_problem import LocusProblem
 from slipfold.models import SlidingOscillator
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.find import hold_parameter
-from slipfold.orbits.newton import correct
 
 PLANES = {
     ("f", "Nd"): ((11.5, 13.5), (0.0, 0.98)),
@@ -146,7 +145,7 @@ def locus_crossings(locus, axis, value):
         guess[axis - 2] = value / widths[axis]
         found = correct(problem, guess, row, iterations=20)
         assert found.converged, f"{locus.type} at {locus.vary[axis]} = {value}: {found.failure}"
-        yield Crossing(locus, problem, corrected_point(problem, found, 0.0))
+        yield Crossing(locus, problem, problem.point(found, 0.0))
 
 
 def same_orbit(nodes, others, scales, period):
@@ -244,7 +243,7 @@ def piece_through(model, vary, span, period, nodes):
     both = []
     for sign in (1, -1):
         row = sign * hold_parameter(problem.size)
-        start = corrected_point(problem, correct(problem, z, row), 0.0)
+        start = problem.point(correct(problem, z, row), 0.0)
         # The first short step of what may close on its parent is not searched.
         settings = Settings(largest_period=2)
         both.append(trace_branch(problem, start, span, settings, departs=period % 2 == 0))

@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from slipfold.branches.branch import Branch, End
 from slipfold.branches.describe import describe_bifurcation, describe_event
-from slipfold.branches.point import Point
-from slipfold.branches.search import Found
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.branches.trace import Trace
+from slipfold.continuation.search import Found
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.cycle_problem import CycleProblem
 from slipfold.orbits.equilibrium_problem import EquilibriumProblem
+from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["assemble", "joined", "turned"]
 
@@ -73,7 +73,9 @@ def assemble(
     return branch, [(i, found) for i, (_, found) in enumerate(described) if found is not None]
 
 
-def _durations(problem: PeriodicProblem, points: Sequence[Point]) -> NDArray[np.float64] | None:
+def _durations(
+    problem: PeriodicProblem, points: Sequence[OrbitPoint]
+) -> NDArray[np.float64] | None:
     """Durations in seconds of one round of cycles, of equilibria their units of time."""
     if not isinstance(problem, CycleProblem | EquilibriumProblem):
         return None
@@ -104,7 +106,7 @@ def joined(backward: Trace, forward: Trace) -> Trace:
     )
 
 
-def turned(point: Point) -> Point:
+def turned(point: OrbitPoint) -> OrbitPoint:
     """Return a point as one of the curve followed in the other direction.
 
     Parameters

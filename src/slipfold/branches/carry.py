@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.branch import Branch, End
-from slipfold.branches.interpolation import polynomial
 from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
+from slipfold.continuation.interpolation import polynomial
 from slipfold.models.model import Model
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.floquet import floquet_multipliers

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.branch import End
-from slipfold.branches.interpolation import POINTS, hermite, well_spaced
-from slipfold.branches.location import LostBranchError, orbit_at
-from slipfold.branches.point import Point, make_point
+from slipfold.continuation.interpolation import POINTS, hermite, well_spaced
+from slipfold.continuation.locate import LostBranchError, orbit_at
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.orbits.orbit_point import OrbitPoint, make_point
 from slipfold.orbits.shooting import Shooting
 
 __all__ = [
@@ -56,7 +56,7 @@ class Birth:
     """
 
     problem: PeriodicProblem
-    start: Point
+    start: OrbitPoint
 
     def fits(self, problem: PeriodicProblem) -> bool:
         """Whether a branch of a problem may end here."""
@@ -80,7 +80,7 @@ def has_copy(problem: PeriodicProblem) -> bool:
     return problem.kind == "cycle" or problem.period % 2 == 0
 
 
-def meets_its_copy(problem: Shooting, before: Point, point: Point) -> bool:
+def meets_its_copy(problem: Shooting, before: OrbitPoint, point: OrbitPoint) -> bool:
     """Whether a branch of doubled period passed its parent and goes on as its own copy.
 
     The copy is the same orbit half a period later, so the difference between the halves of the
@@ -98,7 +98,7 @@ def meets_its_copy(problem: Shooting, before: Point, point: Point) -> bool:
     return bool(here @ there < 0 or np.linalg.norm(there) < 0.1 * BEFORE)
 
 
-def step_beside_parent(problem: Shooting, point: Point) -> float:
+def step_beside_parent(problem: Shooting, point: OrbitPoint) -> float:
     """Return the longest step that cannot pass the parent by more than its distance.
 
     Near the parent the halves of the orbit differ by about 1.4 times the arclength to it. A longer
@@ -130,11 +130,11 @@ def asymmetry(problem: Shooting, z: Array) -> Array:
 
 def close_on_parent(
     problem: PeriodicProblem,
-    known: Sequence[Point],
-    before: Point,
-    point: Point,
+    known: Sequence[OrbitPoint],
+    before: OrbitPoint,
+    point: OrbitPoint,
     births: Sequence[Birth],
-) -> tuple[Point, End, Birth | None]:
+) -> tuple[OrbitPoint, End, Birth | None]:
     """Go back to just before the branch meets its copy.
 
     Where it does, the orbit is that of the parent's period doubling, or an equilibrium, and
@@ -153,7 +153,7 @@ def close_on_parent(
 
     Returns
     -------
-    point : Point
+    point : OrbitPoint
         The last regular orbit.
     end : End
         Names the place.
@@ -206,7 +206,7 @@ def _matching(problem: PeriodicProblem, meeting: Array, births: Sequence[Birth])
     return nearest if nearest is not None and distance(nearest) < NEAR else None
 
 
-def birth_point(problem: PeriodicProblem, last: Point, birth: Birth) -> Point:
+def birth_point(problem: PeriodicProblem, last: OrbitPoint, birth: Birth) -> OrbitPoint:
     """Return the place of birth that a branch closed on as its last point.
 
     Parameters
@@ -224,7 +224,9 @@ def birth_point(problem: PeriodicProblem, last: Point, birth: Birth) -> Point:
     return make_point(z, last.tangent, place, start.monodromy, start.residual)
 
 
-def return_to_start(problem: Shooting, points: Sequence[Point], point: Point) -> Point | None:
+def return_to_start(
+    problem: Shooting, points: Sequence[OrbitPoint], point: OrbitPoint
+) -> OrbitPoint | None:
     """Return where the last step passed the first point of the curve again, None if it did not.
 
     Parameters

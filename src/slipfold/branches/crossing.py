@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.point import Point
 from slipfold.orbits.floquet import floquet_multipliers
 from slipfold.orbits.linearisation import Linearisation
+from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.shooting import Shooting
 
 __all__ = ["Crossing", "find_crossing"]
@@ -50,11 +50,11 @@ class Crossing:
         Unit tangent of the other branch.
     """
 
-    point: Point
+    point: OrbitPoint
     other: Array
 
 
-def find_crossing(curve: Shooting, point: Point, along: Array) -> Crossing | None:
+def find_crossing(curve: Shooting, point: OrbitPoint, along: Array) -> Crossing | None:
     r"""Correct a branch point that was located on one branch, and find how the other leaves it.
 
     At a branch point the equations' Jacobian has a kernel of two dimensions and one vector psi on
@@ -107,18 +107,18 @@ def find_crossing(curve: Shooting, point: Point, along: Array) -> Crossing | Non
     return Crossing(found, tangents[1 - own])
 
 
-def _as_point(curve: Shooting, solved: _Solved, tangent: Array, arclength: float) -> Point:
+def _as_point(curve: Shooting, solved: _Solved, tangent: Array, arclength: float) -> OrbitPoint:
     linearisation = solved.linearisation
     multipliers = floquet_multipliers(linearisation.monodromy)
-    return Point(
+    return OrbitPoint(
         solved.z,
         tangent,
         arclength,
-        linearisation.monodromy,
-        multipliers,
         curve.tests(solved.z, linearisation, multipliers, tangent),
         0,  # the bordered determinant is zero
         float(np.abs(linearisation.residual).max()),
+        monodromy=linearisation.monodromy,
+        multipliers=multipliers,
     )
 
 

@@ -9,15 +9,15 @@ from slipfold.branches.crossing import find_crossing
 from slipfold.branches.detection import TURNING
 from slipfold.branches.equilibrium_form import equilibrium_form
 from slipfold.branches.event import Event
-from slipfold.branches.location import CLOSE
 from slipfold.branches.normal_form import normal_form
-from slipfold.branches.point import Point, corrected_point, make_point
-from slipfold.branches.search import Found
 from slipfold.branches.special_point import SpecialPoint
+from slipfold.continuation.locate import CLOSE
+from slipfold.continuation.newton import correct
+from slipfold.continuation.search import Found
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.equilibrium_problem import EquilibriumProblem
 from slipfold.orbits.floquet import match_multipliers
-from slipfold.orbits.newton import correct
+from slipfold.orbits.orbit_point import OrbitPoint, make_point
 
 __all__ = ["describe_bifurcation", "describe_event"]
 
@@ -79,7 +79,7 @@ def _form_of(found: Found) -> str | None:
     return "pitchfork" if min(slopes) < TURNING else "transcritical"
 
 
-def describe_event(problem: PeriodicProblem, event: Event, point: Point) -> SpecialPoint:
+def describe_event(problem: PeriodicProblem, event: Event, point: OrbitPoint) -> SpecialPoint:
     """Return a located user's event.
 
     Parameters
@@ -106,7 +106,7 @@ def describe_event(problem: PeriodicProblem, event: Event, point: Point) -> Spec
 
 def _special(
     problem: PeriodicProblem,
-    point: Point,
+    point: OrbitPoint,
     kind: str,
     name: str,
     uncertainty: float,
@@ -138,7 +138,7 @@ def _padded(uncertainty: Array, count: int) -> Array:
     return np.concatenate([uncertainty, np.zeros(count - len(uncertainty))])
 
 
-def _anew(problem: PeriodicProblem, point: Point) -> Point | None:
+def _anew(problem: PeriodicProblem, point: OrbitPoint) -> OrbitPoint | None:
     """Compute the same orbit with its nodes, and so every integration step, elsewhere.
 
     None if that fails: nothing is known of the uncertainty then.
@@ -147,10 +147,10 @@ def _anew(problem: PeriodicProblem, point: Point) -> Point | None:
     correction = correct(other, guess, row)
     if not correction.converged:
         return None
-    return corrected_point(other, correction, point.arclength)
+    return other.point(correction, point.arclength)
 
 
-def _crossing_anew(problem: PeriodicProblem, point: Point) -> Point | None:
+def _crossing_anew(problem: PeriodicProblem, point: OrbitPoint) -> OrbitPoint | None:
     """Find the same branch point with its nodes elsewhere: along one branch it is singular."""
     other, guess, row = problem.shifted(point.z, point.tangent)
     start = make_point(guess, row, point.arclength, point.monodromy, point.residual)

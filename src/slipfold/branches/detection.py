@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.crossing import find_crossing
-from slipfold.branches.interpolation import hermite
-from slipfold.branches.location import locate
-from slipfold.branches.point import Point
-from slipfold.branches.search import Found, locate_test, search_between
+from slipfold.continuation.interpolation import hermite
+from slipfold.continuation.locate import locate
+from slipfold.continuation.search import Found, locate_test, search_between
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["ON_CIRCLE", "find_bifurcations", "is_torus"]
 
@@ -36,7 +36,7 @@ REAL = 1e-7
 
 
 def find_bifurcations(
-    problem: PeriodicProblem, known: list[Point], a: Point, b: Point
+    problem: PeriodicProblem, known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint
 ) -> list[Found]:
     """Find the bifurcations between two points of a branch, none missed, none invented.
 
@@ -69,7 +69,7 @@ class _Bifurcations:
     def __init__(self, problem: PeriodicProblem) -> None:
         self._problem = problem
 
-    def located(self, known: list[Point], a: Point, b: Point) -> list[Found]:
+    def located(self, known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint) -> list[Found]:
         """Return the bifurcations where a test function changes sign between two points."""
         found = []
         if a.orientation != b.orientation:
@@ -81,13 +81,13 @@ class _Bifurcations:
                 found.append(locate_test(self._problem, known, a, b, kind, kind))
         return [item for item in found if _is_genuine(item)]
 
-    def _branch_point(self, known: list[Point], a: Point, b: Point) -> Found:
+    def _branch_point(self, known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint) -> Found:
         """Locate the branch point where the bordered determinant changes its sign.
 
         Unlike det(I - M) it does so on both branches, also where one of them turns.
         """
 
-        def determinant(point: Point) -> float:
+        def determinant(point: OrbitPoint) -> float:
             return point.orientation * float(np.exp(point.volume - a.volume))
 
         point = locate(self._problem, known, a, b, determinant, BESIDE)
@@ -98,7 +98,7 @@ class _Bifurcations:
             return Found("BP", point, slope)
         return Found("BP", crossing.point, np.inf, crossing.other)
 
-    def accounts_for(self, found: list[Found], a: Point, b: Point) -> bool:
+    def accounts_for(self, found: list[Found], a: OrbitPoint, b: OrbitPoint) -> bool:
         """Whether what was found explains the change in the number of unstable multipliers."""
         if min(map(_off_circle, (a, b))) < ROUNDING:
             return True  # which side of the circle it is on is not known
@@ -112,7 +112,9 @@ class _Bifurcations:
             return False
         return change <= single + 2 * pairs and (change - single) % 2 == 0
 
-    def hidden(self, found: list[Found], known: list[Point], a: Point, b: Point) -> list[Found]:
+    def hidden(
+        self, found: list[Found], known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint
+    ) -> list[Found]:
         """Return where several pairs cross the unit circle at once, so that NS has a double zero.
 
         Two equal parts of a structure, which friction does not tell apart, do.
@@ -122,7 +124,7 @@ class _Bifurcations:
             return []
         place = min(a.unstable, b.unstable)
 
-        def growth(point: Point) -> float:
+        def growth(point: OrbitPoint) -> float:
             return float(np.log(np.sort(np.abs(point.multipliers))[::-1][place]))
 
         point = locate(self._problem, known, a, b, growth)
@@ -130,7 +132,7 @@ class _Bifurcations:
         return [Found("NS", point, slope)]
 
 
-def _changes_sign(kind: str, a: Point, b: Point) -> bool:
+def _changes_sign(kind: str, a: OrbitPoint, b: OrbitPoint) -> bool:
     """Whether a test function is positive at one of two points only, beyond what rounding does.
 
     Along a family of centres, which have the same value of the parameter, it is zero throughout,
@@ -145,7 +147,7 @@ def _changes_sign(kind: str, a: Point, b: Point) -> bool:
     return max(abs(before), abs(after)) > ROUNDING or max(map(_off_circle, (a, b))) > ROUNDING
 
 
-def _off_circle(point: Point) -> float:
+def _off_circle(point: OrbitPoint) -> float:
     """Return the least distance of a multiplier from the unit circle."""
     return float(np.abs(np.abs(point.multipliers) - 1).min())
 

@@ -8,12 +8,12 @@ from itertools import takewhile
 from slipfold.branches.branch import End
 from slipfold.branches.detection import find_bifurcations
 from slipfold.branches.ending import span_end
-from slipfold.branches.location import LostBranchError
-from slipfold.branches.point import Point
-from slipfold.branches.search import Found
 from slipfold.branches.settings import Settings
-from slipfold.branches.walk import Failure, walk
+from slipfold.continuation.locate import LostBranchError
+from slipfold.continuation.search import Found
+from slipfold.continuation.walk import Failure, walk
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["EDGE", "end_on_edge"]
 
@@ -32,10 +32,10 @@ LONGEST = 0.1
 
 def end_on_edge(
     problem: PeriodicProblem,
-    points: list[Point],
+    points: list[OrbitPoint],
     span: tuple[float, float],
     settings: Settings,
-) -> tuple[list[Point], list[Found], End] | None:
+) -> tuple[list[OrbitPoint], list[Found], End] | None:
     """Return how a branch ends that failed since a branch point lies on the end of the span.
 
     With the parameter held Newton's method is singular there. So a step is taken over the end, and
@@ -54,7 +54,7 @@ def end_on_edge(
 
     Returns
     -------
-    points : list of Point
+    points : list of OrbitPoint
         Points of the branch, the last one on the end of the span.
     found : list of Found
         What was found behind the last but one of them.
@@ -63,7 +63,7 @@ def end_on_edge(
     """
     edge = min(problem.bounds(span)[0][1:], key=lambda bound: abs(points[-1].z[-1] - bound))
 
-    def away(point: Point) -> float:
+    def away(point: OrbitPoint) -> float:
         return abs(float(point.z[-1]) - edge)
 
     close = len(list(takewhile(lambda point: away(point) < CLEAR, reversed(points))))

@@ -9,11 +9,11 @@ import numpy as np
 from slipfold.branches.branch import End
 from slipfold.branches.event import Event
 from slipfold.branches.event_location import event_function
-from slipfold.branches.location import locate
-from slipfold.branches.point import Point
-from slipfold.branches.walk import Failure
+from slipfold.continuation.locate import locate
+from slipfold.continuation.walk import Failure
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.limits import limit_margins
+from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.shooting import Shooting
 
 __all__ = [
@@ -41,8 +41,8 @@ LIMIT_CLOSE = 1e-9
 
 
 def cut_at_limit(
-    problem: Shooting, known: list[Point], before: Point, point: Point
-) -> tuple[Point, str] | None:
+    problem: Shooting, known: list[OrbitPoint], before: OrbitPoint, point: OrbitPoint
+) -> tuple[OrbitPoint, str] | None:
     """Return where between two points the model ceases to be valid, and why, if it does.
 
     Parameters
@@ -58,7 +58,7 @@ def cut_at_limit(
     for index in np.flatnonzero(~(limit_margins(problem, point.z) > 0)):
         limit = problem.model.limits[index]
 
-        def margin(item: Point, index: int = int(index)) -> float:
+        def margin(item: OrbitPoint, index: int = int(index)) -> float:
             return float(limit_margins(problem, item.z)[index])
 
         at = locate(problem, known, before, point, margin, LIMIT_CLOSE)
@@ -68,11 +68,11 @@ def cut_at_limit(
 
 def cut_at_event(
     problem: PeriodicProblem,
-    known: list[Point],
-    before: Point,
-    point: Point,
+    known: list[OrbitPoint],
+    before: OrbitPoint,
+    point: OrbitPoint,
     events: Sequence[Event],
-) -> tuple[Point, End, Event] | None:
+) -> tuple[OrbitPoint, End, Event] | None:
     """Return where between two points an event stops the branch, and which, if one does.
 
     Parameters
@@ -98,11 +98,11 @@ def cut_at_event(
 
 def cut_at_span(
     problem: PeriodicProblem,
-    known: list[Point],
-    before: Point,
-    outside: Point,
+    known: list[OrbitPoint],
+    before: OrbitPoint,
+    outside: OrbitPoint,
     span: tuple[float, float],
-) -> tuple[Point, End]:
+) -> tuple[OrbitPoint, End]:
     """Return where a branch leaves the span before it turns back.
 
     Parameters
@@ -123,7 +123,9 @@ def cut_at_span(
     return at, span_end(problem, at)
 
 
-def failure_end(problem: PeriodicProblem, last: Point, failure: Failure, clause: str = "") -> End:
+def failure_end(
+    problem: PeriodicProblem, last: OrbitPoint, failure: Failure, clause: str = ""
+) -> End:
     """Say where a branch failed, and how far the model's limits are there.
 
     Parameters
@@ -144,7 +146,7 @@ def failure_end(problem: PeriodicProblem, last: Point, failure: Failure, clause:
     return End(kind, f"{reason}; {clause}" if clause else reason, value)
 
 
-def family_end(problem: PeriodicProblem, points: Sequence[Point]) -> End | None:
+def family_end(problem: PeriodicProblem, points: Sequence[OrbitPoint]) -> End | None:
     """Return the end of a branch along which the parameter stands still, None if it goes on.
 
     The cycles round a centre form such a family. It may be followed as far as one likes, and
@@ -171,7 +173,7 @@ def family_end(problem: PeriodicProblem, points: Sequence[Point]) -> End | None:
     return End("family", reason, value)
 
 
-def failure_reason(problem: Shooting, last: Point, failure: Failure) -> tuple[str, str]:
+def failure_reason(problem: Shooting, last: OrbitPoint, failure: Failure) -> tuple[str, str]:
     """Return the kind and the sentence of a failure, with how far the model's limits are.
 
     Parameters
@@ -198,7 +200,7 @@ def failure_reason(problem: Shooting, last: Point, failure: Failure) -> tuple[st
     return "failed", f"{failure.reason}{there}"
 
 
-def unresolved_end(problem: PeriodicProblem, point: Point, clause: str = "") -> End:
+def unresolved_end(problem: PeriodicProblem, point: OrbitPoint, clause: str = "") -> End:
     """Say that an orbit is too unstable for its multipliers to be known.
 
     Parameters
@@ -216,7 +218,7 @@ def unresolved_end(problem: PeriodicProblem, point: Point, clause: str = "") -> 
     return End("unresolved", reason, value)
 
 
-def unresolved_reason(point: Point) -> str:
+def unresolved_reason(point: OrbitPoint) -> str:
     """Return the sentence that says that an orbit is too unstable.
 
     Parameters
@@ -230,7 +232,7 @@ def unresolved_reason(point: Point) -> str:
     )
 
 
-def span_end(problem: PeriodicProblem, last: Point) -> End:
+def span_end(problem: PeriodicProblem, last: OrbitPoint) -> End:
     """Say that a branch reached the end of the span.
 
     Parameters

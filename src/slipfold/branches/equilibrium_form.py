@@ -12,14 +12,14 @@ from slipfold.branches.normal_form import (
     fold_coefficient,
 )
 from slipfold.branches.pair_form import pair_cubic
-from slipfold.branches.point import Point
 from slipfold.orbits.equilibrium_problem import EquilibriumProblem
+from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["equilibrium_form", "first_lyapunov_coefficient"]
 
 
 def equilibrium_form(
-    problem: EquilibriumProblem, point: Point, kind: str
+    problem: EquilibriumProblem, point: OrbitPoint, kind: str
 ) -> tuple[float, str | None]:
     """Return the coefficient of an equilibrium's bifurcation and its criticality.
 

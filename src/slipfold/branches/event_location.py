@@ -7,11 +7,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from slipfold.branches.event import Event
-from slipfold.branches.interpolation import polynomial, well_spaced
-from slipfold.branches.location import insert, locate, orbit_at
-from slipfold.branches.point import Point
+from slipfold.continuation.interpolation import polynomial, well_spaced
+from slipfold.continuation.locate import insert, locate, orbit_at
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.extrema import find_extrema
+from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["event_function", "find_events"]
 
@@ -24,11 +24,11 @@ TOUCH = 0.3
 
 def find_events(
     problem: PeriodicProblem,
-    known: list[Point],
-    before: Point,
-    point: Point,
+    known: list[OrbitPoint],
+    before: OrbitPoint,
+    point: OrbitPoint,
     events: Sequence[Event],
-) -> list[tuple[Event, Point]]:
+) -> list[tuple[Event, OrbitPoint]]:
     """Locate the events between two points, in order of arclength.
 
     Parameters
@@ -51,12 +51,12 @@ def find_events(
 
 def _crossings(
     problem: PeriodicProblem,
-    known: list[Point],
-    a: Point,
-    b: Point,
-    function: Callable[[Point], float],
+    known: list[OrbitPoint],
+    a: OrbitPoint,
+    b: OrbitPoint,
+    function: Callable[[OrbitPoint], float],
     depth: int = 0,
-) -> list[Point]:
+) -> list[OrbitPoint]:
     """Find all zeros between two points, also two that leave no sign change at the ends.
 
     The function is interpolated; where it may reach zero in between, the orbit there is computed
@@ -79,7 +79,7 @@ def _crossings(
     return [locate(problem, known, a, b, function)] if f_a * f_b < 0 else []
 
 
-def event_function(problem: PeriodicProblem, event: Event) -> Callable[[Point], float]:
+def event_function(problem: PeriodicProblem, event: Event) -> Callable[[OrbitPoint], float]:
     """Return the function of a point that is zero at an event.
 
     Parameters
@@ -92,7 +92,7 @@ def event_function(problem: PeriodicProblem, event: Event) -> Callable[[Point], 
     if event.measure == "parameter":
         return lambda point: problem.value(point.z) - event.value
 
-    def function(point: Point) -> float:
+    def function(point: OrbitPoint) -> float:
         extrema = find_extrema(
             problem.model,
             problem.vector(point.z)[None],

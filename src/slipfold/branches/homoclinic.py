@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from slipfold.branches.branch import End
-from slipfold.branches.point import Point
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.cycle_problem import CycleProblem
+from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["homoclinic_end", "nears_homoclinic"]
 
@@ -25,7 +25,9 @@ STILL = 1e-9
 would have one and the same value of the parameter."""
 
 
-def homoclinic_end(problem: PeriodicProblem, points: Sequence[Point], largest: float) -> End | None:
+def homoclinic_end(
+    problem: PeriodicProblem, points: Sequence[OrbitPoint], largest: float
+) -> End | None:
     """Return where a branch of cycles ends on its way to a homoclinic orbit, None if it goes on.
 
     Near one the distance of the parameter from its value there falls exponentially with the
@@ -59,7 +61,7 @@ def homoclinic_end(problem: PeriodicProblem, points: Sequence[Point], largest: f
     return None
 
 
-def nears_homoclinic(problem: PeriodicProblem, points: Sequence[Point]) -> str:
+def nears_homoclinic(problem: PeriodicProblem, points: Sequence[OrbitPoint]) -> str:
     """Return a clause for the sentence of another end where a homoclinic orbit is near, else "".
 
     Parameters
@@ -77,13 +79,13 @@ def nears_homoclinic(problem: PeriodicProblem, points: Sequence[Point]) -> str:
     )
 
 
-def _growth(problem: PeriodicProblem, points: Sequence[Point]) -> float:
+def _growth(problem: PeriodicProblem, points: Sequence[OrbitPoint]) -> float:
     if not isinstance(problem, CycleProblem):
         return 1.0
     return problem.duration(points[-1].z) / problem.duration(points[0].z)
 
 
-def _stands(problem: PeriodicProblem, points: Sequence[Point], share: float) -> bool:
+def _stands(problem: PeriodicProblem, points: Sequence[OrbitPoint], share: float) -> bool:
     """Whether the parameter stands still while the duration grows; at a fold one point may."""
     values = [point.z[-1] for point in points]
     if _growth(problem, points) < GROWN or np.ptp(values) < STILL:  # a family of centres

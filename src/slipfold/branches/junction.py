@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from slipfold.branches.branch import Branch
 from slipfold.branches.closing import Birth
-from slipfold.branches.point import Point
-from slipfold.branches.search import Found
 from slipfold.branches.start import doubled_start, hopf_start
+from slipfold.continuation.search import Found
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.equilibrium_problem import EquilibriumProblem
+from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["Junction", "Meeting", "find_meeting", "junctions_on", "linked"]
 
@@ -121,7 +121,7 @@ def _birth(problem: PeriodicProblem, found: Found, largest_period: int) -> Birth
     return None
 
 
-def _other_branch(found: Found, tangent: NDArray[np.float64]) -> Point:
+def _other_branch(found: Found, tangent: NDArray[np.float64]) -> OrbitPoint:
     tests = {**found.point.tests, "LP": float(tangent[-1])}
     return replace(found.point, tangent=tangent, arclength=0.0, tests=tests)
 

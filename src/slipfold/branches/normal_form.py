@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.jet_map import JetMap
-from slipfold.branches.point import Point
 from slipfold.branches.return_map import ReturnMap
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.cycle_problem import CycleProblem
 from slipfold.orbits.linearisation import Linearisation
+from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = [
     "MapDerivatives",
@@ -73,7 +73,7 @@ class MapDerivatives(Protocol):
         """Return B(u, v) for complex vectors."""
 
 
-def normal_form(problem: PeriodicProblem, point: Point, kind: str) -> tuple[float, str | None]:
+def normal_form(problem: PeriodicProblem, point: OrbitPoint, kind: str) -> tuple[float, str | None]:
     """Return the coefficient of a bifurcation's normal form and its criticality.
 
     Parameters

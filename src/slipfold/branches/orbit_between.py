@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.branch import Branch
+from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import InputError
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.cycle_problem import CycleProblem
 from slipfold.orbits.equilibrium_problem import EquilibriumProblem
 from slipfold.orbits.floquet import floquet_multipliers
-from slipfold.orbits.newton import Correction, correct
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
 __all__ = ["orbit_between"]

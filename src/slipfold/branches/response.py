@@ -11,17 +11,17 @@ from slipfold.branches.branch import Branch, End
 from slipfold.branches.closing import Birth
 from slipfold.branches.event import Event
 from slipfold.branches.junction import Junction, Meeting, find_meeting, junctions_on, linked
-from slipfold.branches.point import Point
 from slipfold.branches.progress import Observer, Progress
-from slipfold.branches.search import Found
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.branches.start import equilibrium_start, orbit_start, response_start
 from slipfold.branches.trace import CLOSED, Trace, trace_branch
+from slipfold.continuation.search import Found
 from slipfold.errors import InputError
 from slipfold.flow import flow_of
 from slipfold.models.model import Model
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
 __all__ = ["trace_response"]
@@ -136,7 +136,7 @@ def _checked(
 
 def _first(
     model: Model, vary: str, first: float, last: float, orbit: PeriodicOrbit | None
-) -> tuple[PeriodicProblem, Point, End]:
+) -> tuple[PeriodicProblem, OrbitPoint, End]:
     """Return the first branch: from the orbit given, or the response, or the equilibrium.
 
     Where the first value of the span has none, it begins at the last.
@@ -164,7 +164,7 @@ def _first(
 
 def _begin_response(
     model: Model, vary: str, first: float, last: float
-) -> tuple[PeriodicProblem, Point]:
+) -> tuple[PeriodicProblem, OrbitPoint]:
     problem = PeriodicProblem(model, vary, 1, abs(last - first))
     return problem, response_start(problem, first, math.copysign(1.0, last - first))
 
@@ -183,7 +183,7 @@ class _Following:
     observer: Observer | None
 
     def first(
-        self, problem: PeriodicProblem, start: Point, begun: End
+        self, problem: PeriodicProblem, start: OrbitPoint, begun: End
     ) -> tuple[Trace, Branch, list[tuple[int, Found]]]:
         """Follow the branch that the response begins with."""
         trace = self._trace(1, problem, start)
@@ -214,7 +214,7 @@ class _Following:
         self,
         number: int,
         problem: PeriodicProblem,
-        start: Point,
+        start: OrbitPoint,
         departs: bool = False,
         births: Sequence[Birth] = (),
     ) -> Trace:

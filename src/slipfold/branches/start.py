@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.point import Point, corrected_point, make_point
 from slipfold.branches.settings import Settings
-from slipfold.branches.walk import Failure, walk
+from slipfold.continuation.newton import correct
+from slipfold.continuation.walk import Failure, walk
 from slipfold.errors import InputError
 from slipfold.models.damped_newton import damped_newton
 from slipfold.models.evaluation import evaluation_of
@@ -17,7 +17,7 @@ from slipfold.orbits.cycle_problem import CycleProblem, on_quotient
 from slipfold.orbits.equilibrium_problem import EquilibriumProblem, transition, unit_of_time
 from slipfold.orbits.find import guess_orbit, hold_parameter
 from slipfold.orbits.limits import broken_limit
-from slipfold.orbits.newton import correct
+from slipfold.orbits.orbit_point import OrbitPoint, make_point
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
 __all__ = ["doubled_start", "equilibrium_start", "hopf_start", "orbit_start", "response_start"]
@@ -32,7 +32,7 @@ NEAR = 0.3
 """An orbit this far from the linear response, in scaled states, may belong to another branch."""
 
 
-def response_start(problem: PeriodicProblem, value: float, forward: float) -> Point:
+def response_start(problem: PeriodicProblem, value: float, forward: float) -> OrbitPoint:
     """Return the response of period 1 at a value of the parameter.
 
     The linear response is corrected by Newton's method. Where that fails or leads far away, the
@@ -67,7 +67,7 @@ def response_start(problem: PeriodicProblem, value: float, forward: float) -> Po
     broken = broken_limit(problem, correction.z)
     if broken is not None:
         raise InputError(f"the span cannot start at {problem.vary} = {value:g}: {broken}")
-    return corrected_point(problem, correction, 0.0)
+    return problem.point(correction, 0.0)
 
 
 def _nodes_from_quiet(problem: PeriodicProblem, value: float) -> Array:
@@ -88,8 +88,8 @@ def _nodes_from_quiet(problem: PeriodicProblem, value: float) -> Array:
             f"{correction.failure}; start the span elsewhere"
         )
     row = hold_parameter(other.size) * np.sign(target)
-    start = corrected_point(other, correct(other, correction.z, row), 0.0)
-    point: Point | Failure = start
+    start = other.point(correct(other, correction.z, row), 0.0)
+    point: OrbitPoint | Failure = start
     for point in walk(other, [start], 0.01, other.bounds((0.0, target)), Settings()):
         if isinstance(point, Failure):
             break
@@ -109,7 +109,7 @@ def _nodes_from_quiet(problem: PeriodicProblem, value: float) -> Array:
 
 def equilibrium_start(
     model: Model, vary: str, first: float, last: float
-) -> tuple[EquilibriumProblem, Point]:
+) -> tuple[EquilibriumProblem, OrbitPoint]:
     """Return the equilibrium of an autonomous model at the first value of a span.
 
     Parameters
@@ -156,12 +156,12 @@ def equilibrium_start(
     broken = broken_limit(problem, correction.z)
     if broken is not None:
         raise InputError(f"the span cannot start at {vary} = {first:g}: {broken}")
-    return problem, corrected_point(problem, correction, 0.0)
+    return problem, problem.point(correction, 0.0)
 
 
 def orbit_start(
     orbit: PeriodicOrbit, vary: str, first: float, last: float
-) -> tuple[PeriodicProblem, Point]:
+) -> tuple[PeriodicProblem, OrbitPoint]:
     """Return a given orbit as the first point of a branch.
 
     Parameters
@@ -196,10 +196,12 @@ def orbit_start(
     broken = broken_limit(problem, correction.z)
     if broken is not None:
         raise InputError(f"the span cannot start at {vary} = {first:g}: {broken}")
-    return problem, corrected_point(problem, correction, 0.0)
+    return problem, problem.point(correction, 0.0)
 
 
-def doubled_start(problem: PeriodicProblem, point: Point) -> tuple[PeriodicProblem, Point]:
+def doubled_start(
+    problem: PeriodicProblem, point: OrbitPoint
+) -> tuple[PeriodicProblem, OrbitPoint]:
     """Return the first point of the branch of twice the period that leaves at a period doubling.
 
     It is the doubled orbit itself; its tangent is the critical direction, which changes sign from
@@ -233,7 +235,7 @@ def doubled_start(problem: PeriodicProblem, point: Point) -> tuple[PeriodicProbl
     return child, make_point(z, tangent, 0.0, point.monodromy @ point.monodromy, point.residual)
 
 
-def hopf_start(problem: EquilibriumProblem, point: Point) -> tuple[CycleProblem, Point]:
+def hopf_start(problem: EquilibriumProblem, point: OrbitPoint) -> tuple[CycleProblem, OrbitPoint]:
     """Return the first point of the branch of cycles that is born at a Hopf point.
 
     It is the equilibrium itself, taken for a cycle of no amplitude; its tangent is the critical

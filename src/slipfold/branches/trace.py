@@ -32,12 +32,12 @@ from slipfold.branches.ending import (
 from slipfold.branches.event import Event
 from slipfold.branches.event_location import find_events
 from slipfold.branches.homoclinic import homoclinic_end, nears_homoclinic
-from slipfold.branches.location import LostBranchError
-from slipfold.branches.point import Point
-from slipfold.branches.search import Found
 from slipfold.branches.settings import Settings
-from slipfold.branches.walk import Failure, walk
+from slipfold.continuation.locate import LostBranchError
+from slipfold.continuation.search import Found
+from slipfold.continuation.walk import Failure, walk
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["BIRTH", "CLOSED", "MEMORY", "RESOLVED", "RETREAT", "Trace", "trace_branch"]
 
@@ -91,18 +91,18 @@ class Trace:
     """
 
     problem: PeriodicProblem
-    points: list[Point]
+    points: list[OrbitPoint]
     departs: bool = False
     births: Sequence[Birth] = ()
     found: list[Found] = field(default_factory=list)
-    events: list[tuple[Event, Point]] = field(default_factory=list)
+    events: list[tuple[Event, OrbitPoint]] = field(default_factory=list)
     end: End | None = None
     reached: tuple[Birth, ...] = ()
 
 
 def trace_branch(
     problem: PeriodicProblem,
-    start: Point,
+    start: OrbitPoint,
     span: tuple[float, float],
     settings: Settings,
     *,
@@ -210,7 +210,7 @@ def _give_up(trace: Trace, failure: Failure, span: tuple[float, float], settings
     trace.events = [item for item in trace.events if item[1].arclength <= sure]
 
 
-def _first_step(problem: PeriodicProblem, start: Point, settings: Settings) -> float:
+def _first_step(problem: PeriodicProblem, start: OrbitPoint, settings: Settings) -> float:
     """Leave another branch by a step so short that nothing else can happen within it.
 
     All multipliers of the orbit but the critical one are near those where the branches meet, so the
@@ -229,7 +229,7 @@ def _first_step(problem: PeriodicProblem, start: Point, settings: Settings) -> f
 
 def _leaves_at_once(
     problem: PeriodicProblem,
-    start: Point,
+    start: OrbitPoint,
     step: float,
     span: tuple[float, float],
     settings: Settings,
@@ -242,11 +242,13 @@ def _leaves_at_once(
     return isinstance(first, Failure) or not _inside(problem, first, span)
 
 
-def _inside(problem: PeriodicProblem, point: Point, span: tuple[float, float]) -> bool:
+def _inside(problem: PeriodicProblem, point: OrbitPoint, span: tuple[float, float]) -> bool:
     return min(span) <= problem.value(point.z) <= max(span)
 
 
-def _extend(trace: Trace, point: Point, span: tuple[float, float], events: Sequence[Event]) -> None:
+def _extend(
+    trace: Trace, point: OrbitPoint, span: tuple[float, float], events: Sequence[Event]
+) -> None:
     """Add a point and all that lies between it and the one before."""
     problem, before, end = trace.problem, trace.points[-1], None
     born = trace.departs and len(trace.points) == 1
@@ -259,7 +261,7 @@ def _extend(trace: Trace, point: Point, span: tuple[float, float], events: Seque
         if closing is not None:
             point = closing
             end = End("closed", CLOSED, problem.value(point.z))
-    happened: list[tuple[Event, Point]] = []
+    happened: list[tuple[Event, OrbitPoint]] = []
     limit = cut_at_limit(problem, known, before, point)
     if limit is not None and limit[0].arclength <= point.arclength:
         point, end = limit[0], End("limit", limit[1], problem.value(limit[0].z))
@@ -293,7 +295,7 @@ def _extend(trace: Trace, point: Point, span: tuple[float, float], events: Seque
         trace.points.append(birth_point(problem, point, reached))
 
 
-def _begun_alike(trace: Trace) -> list[Point]:
+def _begun_alike(trace: Trace) -> list[OrbitPoint]:
     """Return the points with the first one begun where it lies nearest to the last.
 
     Round a closed curve, cycles come back begun elsewhere.
@@ -305,7 +307,7 @@ def _begun_alike(trace: Trace) -> list[Point]:
     return [replace(first, z=problem.in_phase(first.z, last.z)), *trace.points[1:]]
 
 
-def _start_again(trace: Trace, found: Sequence[Found]) -> Point | None:
+def _start_again(trace: Trace, found: Sequence[Found]) -> OrbitPoint | None:
     """Return the branch point that the branch began at, if it comes to it again."""
     if not trace.departs:
         return None

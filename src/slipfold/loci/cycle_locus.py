@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.normal_form import mean_coefficient
-from slipfold.branches.point import Point
 from slipfold.branches.return_map import ReturnMap
 from slipfold.loci.locus_problem import LocusProblem
 from slipfold.orbits.critical_cycle import CriticalCycle
 from slipfold.orbits.cycle_problem import all_multipliers
 from slipfold.orbits.linearisation import Linearisation
+from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["CycleLocus"]
 
@@ -32,7 +32,7 @@ class CycleLocus(LocusProblem, CriticalCycle):
         """Whether its orbits may become others whose halves do not differ: equilibria too."""
         return True
 
-    def reported_multipliers(self, point: Point) -> Multipliers:
+    def reported_multipliers(self, point: OrbitPoint) -> Multipliers:
         """Return the multipliers with that of the flow's own direction, shape (n,).
 
         Parameters
@@ -42,7 +42,7 @@ class CycleLocus(LocusProblem, CriticalCycle):
         """
         return all_multipliers(point.multipliers)
 
-    def codimension_two(self, point: Point, kind: str) -> dict[str, float]:
+    def codimension_two(self, point: OrbitPoint, kind: str) -> dict[str, float]:
         """Return no coefficients: none are computed.
 
         Parameters
@@ -62,7 +62,7 @@ class CycleLocus(LocusProblem, CriticalCycle):
         except np.linalg.LinAlgError:
             return np.nan
 
-    def own_length(self, point: Point) -> float:
+    def own_length(self, point: OrbitPoint) -> float:
         """Return one: coefficients are for vectors of a mean length already.
 
         Parameters

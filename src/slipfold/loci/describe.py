@@ -5,18 +5,18 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.point import Point, corrected_point
-from slipfold.branches.search import Found
+from slipfold.continuation.newton import correct
+from slipfold.continuation.search import Found
 from slipfold.loci.locus import CODIMENSION_TWO, COEFFICIENT, LocusPoint
 from slipfold.loci.locus_problem import LocusProblem
-from slipfold.orbits.newton import correct
+from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["coefficient_at", "describe_point"]
 
 Array = NDArray[np.float64]
 
 
-def coefficient_at(problem: LocusProblem, point: Point) -> float:
+def coefficient_at(problem: LocusProblem, point: OrbitPoint) -> float:
     """Return the coefficient of the bifurcation's normal form, NaN where it is not defined.
 
     Parameters
@@ -74,7 +74,7 @@ def _named(problem: LocusProblem, found: Found) -> tuple[str, str]:
     return ("MIN", f"smallest {name}") if found.slope > 0 else ("MAX", f"largest {name}")
 
 
-def _coefficients(problem: LocusProblem, point: Point, kind: str) -> dict[str, float]:
+def _coefficients(problem: LocusProblem, point: OrbitPoint, kind: str) -> dict[str, float]:
     if kind in CODIMENSION_TWO:
         return problem.codimension_two(point, kind)
     value = coefficient_at(problem, point)
@@ -89,7 +89,7 @@ def _uncertainty(problem: LocusProblem, found: Found) -> tuple[float, float]:
     correction = correct(other, guess, row)
     if not correction.converged:
         return np.inf, np.inf
-    again = corrected_point(other, correction, point.arclength)
+    again = other.point(correction, point.arclength)
     tests = ("first", "second") if found.type == "CPC" else (found.type,)
     change = max(
         abs(again.tests[test] - point.tests[test]) + abs(point.tests[test]) for test in tests

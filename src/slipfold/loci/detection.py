@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.detection import ON_CIRCLE, is_torus
-from slipfold.branches.point import Point
-from slipfold.branches.search import Found, locate_test, search_between
+from slipfold.continuation.search import Found, locate_test, search_between
 from slipfold.loci.locus_problem import LocusProblem, critical_places
+from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["find_special_points"]
 
@@ -26,7 +26,7 @@ SAME = 1e-7
 
 
 def find_special_points(
-    problem: LocusProblem, known: list[Point], a: Point, b: Point
+    problem: LocusProblem, known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint
 ) -> list[Found]:
     """Find what is special between two points of a locus.
 
@@ -54,7 +54,7 @@ class _SpecialPoints:
     def __init__(self, problem: LocusProblem) -> None:
         self._problem = problem
 
-    def located(self, known: list[Point], a: Point, b: Point) -> list[Found]:
+    def located(self, known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint) -> list[Found]:
         """Return the special points where a test function changes sign between two points."""
         found = []
         for test in a.tests:
@@ -80,18 +80,20 @@ class _SpecialPoints:
             return bool(np.abs(others - (1 if on_fold else -1)).min() < ON_CIRCLE)
         return True
 
-    def accounts_for(self, found: list[Found], a: Point, b: Point) -> bool:
+    def accounts_for(self, found: list[Found], a: OrbitPoint, b: OrbitPoint) -> bool:
         """Whether what was found explains the change in the number of unstable multipliers."""
         change = abs(self._outside(b) - self._outside(a))
         single = sum(item.type in _SINGLE[self._problem.kind] for item in found)
         pairs = sum(item.type in _PAIR[self._problem.kind] for item in found)
         return change <= single + 2 * pairs and (change - single) % 2 == 0
 
-    def hidden(self, found: list[Found], known: list[Point], a: Point, b: Point) -> list[Found]:
+    def hidden(
+        self, found: list[Found], known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint
+    ) -> list[Found]:
         """Return nothing: where pairs cross at once is of codimension three."""
         return []
 
-    def _outside(self, point: Point) -> int:
+    def _outside(self, point: OrbitPoint) -> int:
         """Number of multipliers outside the unit circle besides the critical ones."""
         places = critical_places(self._problem.kind, point.multipliers)
         others: NDArray[np.float64] = np.abs(np.delete(point.multipliers, places))

@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 
 from slipfold.branches.equilibrium_form import first_lyapunov_coefficient
 from slipfold.branches.field_map import FieldMap
-from slipfold.branches.point import Point
 from slipfold.loci.equilibrium_forms import equilibrium_coefficients
 from slipfold.loci.locus_problem import LocusProblem
 from slipfold.orbits.critical_equilibrium import CriticalEquilibrium, eigenvalues_of
 from slipfold.orbits.linearisation import Linearisation
+from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["EquilibriumLocus"]
 
@@ -48,7 +48,7 @@ class EquilibriumLocus(LocusProblem, CriticalEquilibrium):
         """
         return NAMES.get(found, found)
 
-    def reported_multipliers(self, point: Point) -> Multipliers:
+    def reported_multipliers(self, point: OrbitPoint) -> Multipliers:
         """Return the multipliers of the flow over the model's ``duration``, shape (n,).
 
         Parameters
@@ -78,7 +78,7 @@ class EquilibriumLocus(LocusProblem, CriticalEquilibrium):
         tests = super().tests(z, linearisation, multipliers, tangent)
         return {name: value for name, value in tests.items() if name not in OF_MAPS}
 
-    def codimension_two(self, point: Point, kind: str) -> dict[str, float]:
+    def codimension_two(self, point: OrbitPoint, kind: str) -> dict[str, float]:
         """Return the coefficients that decide what happens near a point of codimension two.
 
         Parameters

@@ -8,10 +8,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.point import Point
-from slipfold.branches.search import Found
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
+from slipfold.continuation.search import Found
 from slipfold.errors import InputError
 from slipfold.loci.cycle_locus import CycleLocus
 from slipfold.loci.describe import coefficient_at, describe_point
@@ -24,6 +23,7 @@ from slipfold.loci.start import Start, parent_starts, regular_start, starts_at
 from slipfold.loci.trace import LocusTrace, trace_locus
 from slipfold.loci.window import Window, check_window
 from slipfold.models.model import Model
+from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["LOCUS_TYPES", "follow_loci"]
 
@@ -329,7 +329,7 @@ def _as_locus(family: _Family, number: int, leads: dict[tuple[int, int], tuple[i
     )
 
 
-def _durations(problem: LocusProblem, points: Sequence[Point]) -> NDArray[np.float64] | None:
+def _durations(problem: LocusProblem, points: Sequence[OrbitPoint]) -> NDArray[np.float64] | None:
     """Durations of one round of cycles in seconds; None where the parameters give them."""
     if not isinstance(problem, CycleLocus):
         return None
@@ -350,7 +350,7 @@ def _first_end(trace: LocusTrace) -> LocusEnd:
     return LocusEnd("codimension-2", "born at a point of codimension two", (first, second))
 
 
-def _mirrored(point: Point) -> Point:
+def _mirrored(point: OrbitPoint) -> OrbitPoint:
     return replace(point, arclength=-point.arclength, tangent=-point.tangent)
 
 

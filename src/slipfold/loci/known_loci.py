@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.closing import asymmetry
-from slipfold.branches.interpolation import hermite
-from slipfold.branches.point import Point
+from slipfold.continuation.interpolation import hermite
+from slipfold.continuation.newton import correct
 from slipfold.loci.locus_problem import LocusProblem
-from slipfold.orbits.newton import correct
+from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["begins_or_ends_at", "lies_on"]
 
@@ -28,7 +28,7 @@ SAMPLES = 16
 """Places between neighbouring points that are looked at first."""
 
 
-def lies_on(problem: LocusProblem, points: Sequence[Point], z: Array) -> bool:
+def lies_on(problem: LocusProblem, points: Sequence[OrbitPoint], z: Array) -> bool:
     """Whether an orbit is one of a locus, or a later phase of one.
 
     Parameters
@@ -43,7 +43,7 @@ def lies_on(problem: LocusProblem, points: Sequence[Point], z: Array) -> bool:
     return any(_meets(problem, points, copy) for copy in _copies(problem, z))
 
 
-def begins_or_ends_at(problem: LocusProblem, points: Sequence[Point], z: Array) -> bool:
+def begins_or_ends_at(problem: LocusProblem, points: Sequence[OrbitPoint], z: Array) -> bool:
     """Whether a locus of doubled orbits begins or ends where these have no amplitude.
 
     It ends a short step before, by about as much as the halves of its last orbit differ.
@@ -76,7 +76,7 @@ def _copies(problem: LocusProblem, z: Array) -> Iterator[Array]:
         yield np.concatenate([moved, z[problem.size :]])
 
 
-def _meets(problem: LocusProblem, points: Sequence[Point], z: Array) -> bool:
+def _meets(problem: LocusProblem, points: Sequence[OrbitPoint], z: Array) -> bool:
     where = np.array([point.z for point in points])
     tails = np.linalg.norm(where[:, problem.size :] - z[problem.size :], axis=1)
     z = problem.begun_near(z, where[tails.argmin()])
@@ -89,7 +89,7 @@ def _meets(problem: LocusProblem, points: Sequence[Point], z: Array) -> bool:
     return any(_meets_between(problem, points[i], points[i + 1], z) for i in near)
 
 
-def _meets_between(problem: LocusProblem, a: Point, b: Point, z: Array) -> bool:
+def _meets_between(problem: LocusProblem, a: OrbitPoint, b: OrbitPoint, z: Array) -> bool:
     grid = np.linspace(a.arclength, b.arclength, SAMPLES + 1)
     distances = [float(np.linalg.norm(hermite([a, b], s)[0] - z)) for s in grid]
     spacing = float(grid[1] - grid[0])

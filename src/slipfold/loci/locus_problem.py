@@ -6,13 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.normal_form import critical_coefficient
-from slipfold.branches.point import Point
 from slipfold.loci.normal_forms import codimension_two_coefficients
 from slipfold.loci.quintic import quintic_coefficient
 from slipfold.loci.segment_map import SegmentMap
 from slipfold.orbits.critical_problem import CriticalProblem
 from slipfold.orbits.degeneracy import critical_pair
 from slipfold.orbits.linearisation import Linearisation
+from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["LocusProblem", "critical_places"]
 
@@ -59,7 +59,7 @@ class LocusProblem(CriticalProblem):
         """
         return found
 
-    def reported_multipliers(self, point: Point) -> Multipliers:
+    def reported_multipliers(self, point: OrbitPoint) -> Multipliers:
         """Return the multipliers that results list, shape (n,).
 
         Parameters
@@ -154,7 +154,7 @@ class LocusProblem(CriticalProblem):
         poles = tests["R1"] * (2 - tests["R1"]) * tests["LPNS"]
         return tests["CH"] / poles if poles else np.nan
 
-    def own_length(self, point: Point) -> float:
+    def own_length(self, point: OrbitPoint) -> float:
         """Return the length of the unit critical vector in the scales of the orbit's own model.
 
         Parameters
@@ -167,7 +167,7 @@ class LocusProblem(CriticalProblem):
         vector = vectors[:, np.abs(values - point.multipliers[places[0]]).argmin()]
         return float(np.linalg.norm(vector * self.scales / self.model_at(point.z).state_scales()))
 
-    def codimension_two(self, point: Point, kind: str) -> dict[str, float]:
+    def codimension_two(self, point: OrbitPoint, kind: str) -> dict[str, float]:
         """Return the coefficients that decide what happens near a point of codimension two.
 
         Parameters

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.normal_form import critical_vectors
-from slipfold.branches.point import Point
+from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.shooting import Shooting
 
 __all__ = ["quintic_coefficient"]
@@ -27,7 +27,7 @@ ITERATIONS = 12
 CONVERGED = 1e-12
 
 
-def quintic_coefficient(problem: Shooting, point: Point, scales: Array) -> float | None:
+def quintic_coefficient(problem: Shooting, point: OrbitPoint, scales: Array) -> float | None:
     r"""Return e of the normal form :math:`\eta \to -\eta + b \eta^3 + e \eta^5` where b is zero.
 
     An orbit of twice the period with the amplitude a along the critical vector q exists if the map
@@ -57,7 +57,7 @@ def quintic_coefficient(problem: Shooting, point: Point, scales: Array) -> float
 
 
 def _from_amplitudes(
-    problem: Shooting, point: Point, scales: Array, largest: float
+    problem: Shooting, point: OrbitPoint, scales: Array, largest: float
 ) -> float | None:
     amplitudes = largest * np.array([0.55, 0.7, 0.85, 1.0])
     shifts = []
@@ -71,7 +71,7 @@ def _from_amplitudes(
     return float(-np.linalg.solve(powers, np.array(shifts) / amplitudes**3)[1])
 
 
-def _shift(problem: Shooting, point: Point, scales: Array, amplitude: float) -> float | None:
+def _shift(problem: Shooting, point: OrbitPoint, scales: Array, amplitude: float) -> float | None:
     """Newton's method for both states and the shift at a given amplitude."""
     n = len(scales)
     constants = problem.constants(point.z)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.continuation.newton import correct
 from slipfold.errors import InputError
 from slipfold.loci.fan import FanLine
 from slipfold.loci.raster import Raster
@@ -16,7 +17,6 @@ from slipfold.models.model import Model
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.find import hold_parameter
 from slipfold.orbits.limits import broken_limit
-from slipfold.orbits.newton import correct
 
 __all__ = ["Vote", "agree", "carried_orbits", "collect_votes"]
 

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import BIFURCATIONS
 from slipfold.branches.stability import stability_stretches
+from slipfold.continuation.newton import correct
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.find import hold_parameter
-from slipfold.orbits.newton import correct
 
 __all__ = ["StableSpan", "orbit_on", "stable_spans"]
 

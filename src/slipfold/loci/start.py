@@ -10,16 +10,16 @@ from numpy.typing import NDArray
 
 from slipfold.branches.closing import asymmetry
 from slipfold.branches.field_map import FieldMap
-from slipfold.branches.point import Point, corrected_point
-from slipfold.branches.search import Found
 from slipfold.branches.settings import Settings
 from slipfold.branches.trace import BIRTH
-from slipfold.branches.walk import Failure, walk
+from slipfold.continuation.newton import correct
+from slipfold.continuation.search import Found
+from slipfold.continuation.walk import Failure, walk
 from slipfold.errors import InputError
 from slipfold.loci.cycle_locus import CycleLocus
 from slipfold.loci.equilibrium_locus import EquilibriumLocus
 from slipfold.loci.locus_problem import LocusProblem
-from slipfold.orbits.newton import correct
+from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["Start", "parent_starts", "regular_start", "starts_at"]
 
@@ -61,7 +61,7 @@ class Start:
     def __init__(
         self,
         problem: LocusProblem,
-        point: Point,
+        point: OrbitPoint,
         born: bool = False,
         doubled: bool = False,
         crosses: str = "",
@@ -110,7 +110,7 @@ def regular_start(problem: LocusProblem, z: Array, settings: Settings) -> Start:
     if not correction.converged or correction.distance > NEAR:
         reason = correction.failure or "Newton's method leads to another orbit"
         raise _no_locus(problem, z, reason)
-    return Start(problem, corrected_point(problem, correction, 0.0))
+    return Start(problem, problem.point(correction, 0.0))
 
 
 def _is_singular(problem: LocusProblem, jacobian: Array, z: Array) -> bool:
@@ -133,7 +133,7 @@ def _no_locus(problem: LocusProblem, z: Array, reason: str) -> InputError:
     )
 
 
-def parent_starts(problem: LocusProblem, point: Point, settings: Settings) -> list[Start]:
+def parent_starts(problem: LocusProblem, point: OrbitPoint, settings: Settings) -> list[Start]:
     """Return the period doubling of the orbits that those of a locus are the doubles of.
 
     Parameters
@@ -164,7 +164,7 @@ def parent_starts(problem: LocusProblem, point: Point, settings: Settings) -> li
     return [start, start.reversed()]
 
 
-def _hopf_starts(problem: LocusProblem, point: Point, settings: Settings) -> list[Start]:
+def _hopf_starts(problem: LocusProblem, point: OrbitPoint, settings: Settings) -> list[Start]:
     first, second = map(float, problem.widths)
     parent = EquilibriumLocus(problem.model, "NS", problem.vary, 1, (first, second))
     middle = problem.nodes(point.z).mean(axis=0)
@@ -227,12 +227,14 @@ def _complex_side(start: Start, settings: Settings) -> Iterator[Start]:
             yield Start(side.problem, side.point, born=True)
 
 
-def _is_complex(point: Point) -> bool:
+def _is_complex(point: OrbitPoint) -> bool:
     """Whether the critical pair of a point of a torus locus is complex; R2 is none of a Hopf's."""
     return point.tests["R1"] > 0 < point.tests.get("R2", 1.0)
 
 
-def _doubled(problem: LocusProblem, point: Point, kind: str, settings: Settings) -> Iterator[Start]:
+def _doubled(
+    problem: LocusProblem, point: OrbitPoint, kind: str, settings: Settings
+) -> Iterator[Start]:
     """Return a locus of orbits of twice the period that is born where these have no amplitude.
 
     Its tangent is the critical direction, which changes sign from one period to the next, and the
@@ -261,7 +263,16 @@ def _doubled(problem: LocusProblem, point: Point, kind: str, settings: Settings)
     multipliers = np.sort_complex(point.multipliers**2)[::-1]
     multipliers = multipliers[np.argsort(-np.abs(multipliers), kind="stable")]
     tests = child.tests(z, linearisation, multipliers, tangent)
-    start = Point(z, tangent, 0.0, linearisation.monodromy, multipliers, tests, 0, point.residual)
+    start = OrbitPoint(
+        z,
+        tangent,
+        0.0,
+        tests,
+        0,
+        point.residual,
+        monodromy=linearisation.monodromy,
+        multipliers=multipliers,
+    )
     first = next(iter(walk(child, [start], BIRTH, (), settings)))
     if isinstance(first, Failure) or np.linalg.norm(asymmetry(child, first.z)) < 0.5 * BIRTH:
         return
@@ -270,7 +281,7 @@ def _doubled(problem: LocusProblem, point: Point, kind: str, settings: Settings)
 
 
 def _folds_of_cycles(
-    problem: EquilibriumLocus, point: Point, settings: Settings
+    problem: EquilibriumLocus, point: OrbitPoint, settings: Settings
 ) -> Iterator[Start]:
     """Return the locus of folds of cycles that is born at a generalised Hopf point.
 
@@ -296,7 +307,16 @@ def _folds_of_cycles(
     multipliers = multipliers[np.argsort(-np.abs(multipliers), kind="stable")]
     linearisation = child.plain(z)
     tests = child.tests(z, linearisation, multipliers, tangent)
-    start = Point(z, tangent, 0.0, linearisation.monodromy, multipliers, tests, 0, point.residual)
+    start = OrbitPoint(
+        z,
+        tangent,
+        0.0,
+        tests,
+        0,
+        point.residual,
+        monodromy=linearisation.monodromy,
+        multipliers=multipliers,
+    )
     after = next(iter(walk(child, [start], BIRTH, (), settings)))
     if isinstance(after, Failure):
         return

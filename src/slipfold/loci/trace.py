@@ -17,16 +17,16 @@ from slipfold.branches.closing import (
     step_beside_parent,
 )
 from slipfold.branches.ending import cut_at_limit, failure_reason, unresolved_reason
-from slipfold.branches.location import LostBranchError, orbit_at
-from slipfold.branches.point import Point
-from slipfold.branches.search import Found
 from slipfold.branches.settings import Settings
 from slipfold.branches.trace import BIRTH, MEMORY, RESOLVED, RETREAT
-from slipfold.branches.walk import Failure, walk
+from slipfold.continuation.locate import LostBranchError, orbit_at
+from slipfold.continuation.search import Found
+from slipfold.continuation.walk import Failure, walk
 from slipfold.loci.detection import find_special_points
 from slipfold.loci.locus import LocusEnd
 from slipfold.loci.locus_problem import LocusProblem
 from slipfold.loci.window import Window
+from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["LocusTrace", "trace_locus"]
 
@@ -63,7 +63,7 @@ class LocusTrace:
     """
 
     problem: LocusProblem
-    points: list[Point]
+    points: list[OrbitPoint]
     born: bool = False
     found: list[Found] = field(default_factory=list)
     end: LocusEnd | None = None
@@ -72,7 +72,7 @@ class LocusTrace:
 
 def trace_locus(
     problem: LocusProblem,
-    start: Point,
+    start: OrbitPoint,
     window: Window,
     settings: Settings,
     *,
@@ -155,7 +155,7 @@ def _follow(
     return None
 
 
-def _bound_left(problem: LocusProblem, start: Point, window: Window) -> int | None:
+def _bound_left(problem: LocusProblem, start: OrbitPoint, window: Window) -> int | None:
     """Return the parameter in which a locus that starts on the edge leaves the window at once."""
     for i, (place, low, high) in enumerate(problem.bounds(window)):
         slope = start.tangent[place]
@@ -171,12 +171,12 @@ def _window_end(trace: LocusTrace, index: int) -> LocusEnd:
     return _end(trace, "window", f"left the window at {name} = {value:g}", last)
 
 
-def _end(trace: LocusTrace, kind: str, reason: str, point: Point) -> LocusEnd:
+def _end(trace: LocusTrace, kind: str, reason: str, point: OrbitPoint) -> LocusEnd:
     first, second = trace.problem.values(point.z)
     return LocusEnd(kind, reason, (float(first), float(second)))
 
 
-def _extend(trace: LocusTrace, point: Point) -> None:
+def _extend(trace: LocusTrace, point: OrbitPoint) -> None:
     """Add a point and all that lies between it and the one before."""
     problem, before = trace.problem, trace.points[-1]
     leaving = trace.born and len(trace.points) == 1
@@ -209,7 +209,9 @@ def _extend(trace: LocusTrace, point: Point) -> None:
         trace.end = _end(trace, *end, point)
 
 
-def _seen_from(problem: LocusProblem, points: list[Point], point: Point) -> list[Point]:
+def _seen_from(
+    problem: LocusProblem, points: list[OrbitPoint], point: OrbitPoint
+) -> list[OrbitPoint]:
     """Return the points of a locus, the first begun in the phase of the last if it may be near."""
     first, last = points[0], points[-1]
     gap = float(np.linalg.norm((first.z - last.z)[problem.size :]))
@@ -235,8 +237,8 @@ def _resonance_reason(problem: LocusProblem, found: Found) -> str:
 
 
 def _at_parent(
-    problem: LocusProblem, known: list[Point], before: Point, point: Point
-) -> tuple[Point, tuple[str, str]]:
+    problem: LocusProblem, known: list[OrbitPoint], before: OrbitPoint, point: OrbitPoint
+) -> tuple[OrbitPoint, tuple[str, str]]:
     """Go back to just before the halves of a locus' orbits become the same."""
     direction = asymmetry(problem, before.z)
     a, b = float(direction @ direction), float(direction @ asymmetry(problem, point.z))

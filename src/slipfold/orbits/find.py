@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import InputError
 from slipfold.flow import flow_of
 from slipfold.models.model import Model
@@ -14,7 +15,6 @@ from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.find_cycle import find_cycle
 from slipfold.orbits.floquet import floquet_multipliers
 from slipfold.orbits.linear_response import linear_response
-from slipfold.orbits.newton import Correction, correct
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
 __all__ = ["guess_orbit", "hold_parameter", "periodic_orbit"]

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import InputError
 from slipfold.flow import flow_of
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
 from slipfold.orbits.cycle_problem import CycleProblem
 from slipfold.orbits.equilibrium_problem import unit_of_time
-from slipfold.orbits.newton import Correction, correct
 
 __all__ = ["find_cycle"]
 

@@ -9,10 +9,13 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.continuation.newton import Correction
 from slipfold.flow import Flow, flow_of
 from slipfold.flow.flow import Constants
 from slipfold.models.model import Model
+from slipfold.orbits.floquet import floquet_multipliers
 from slipfold.orbits.linearisation import Linearisation
+from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["SEGMENTS", "Shooting"]
 
@@ -97,6 +100,32 @@ class Shooting(ABC):
         tangent: Array,
     ) -> dict[str, float]:
         """Return the functions that change sign at special points of the curve, by name."""
+
+    def residual(self, defect: Array) -> float:
+        """Return the largest mismatch, in scaled states."""
+        return float(np.abs(defect).max()) * float(np.sqrt(self.segments))
+
+    def point(self, correction: Correction, arclength: float) -> OrbitPoint:
+        """Return a converged correction as a point.
+
+        The tangent points along the row of the correction's constraint. The bordered determinant
+        has the same sign for that row as for the tangent, so one matrix gives both.
+        """
+        linearisation, bordered = correction.linearisation, correction.bordered
+        tangent = bordered.tangent()
+        multipliers = floquet_multipliers(linearisation.monodromy)
+        return OrbitPoint(
+            correction.z,
+            tangent,
+            arclength,
+            self.tests(correction.z, linearisation, multipliers, tangent),
+            bordered.sign,
+            correction.residual,
+            self.growth(linearisation) if np.abs(multipliers[0]) < 1 else np.inf,
+            bordered.volume,
+            monodromy=linearisation.monodromy,
+            multipliers=multipliers,
+        )
 
     def growth(self, linearisation: Linearisation) -> float:
         """Return an upper bound of the logarithms of the multipliers' moduli.

@@ -8,12 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.contraction import contraction_drift
-from slipfold.branches.interpolation import POINTS, arc_between, hermite, polynomial
-from slipfold.branches.point import Point, corrected_point
-from slipfold.branches.settings import Settings
-from slipfold.orbits.newton import Correction, correct
-from slipfold.orbits.shooting import Shooting
+from slipfold.continuation.contraction import contraction_drift
+from slipfold.continuation.curve import Curve, P
+from slipfold.continuation.interpolation import POINTS, arc_between, hermite, polynomial
+from slipfold.continuation.newton import Correction, correct
+from slipfold.continuation.settings import Stepping
 
 __all__ = ["Bound", "Failure", "walk"]
 
@@ -86,13 +85,13 @@ class _Measures:
 
 
 def walk(
-    curve: Shooting,
-    start: Sequence[Point],
+    curve: Curve[P],
+    start: Sequence[P],
     first_step: float,
     bounds: Sequence[Bound],
-    settings: Settings,
-    cap: Callable[[Point], float] | None = None,
-) -> Iterator[Point | Failure]:
+    settings: Stepping,
+    cap: Callable[[P], float] | None = None,
+) -> Iterator[P | Failure]:
     """Follow a curve from a point until a parameter leaves its bounds.
 
     Parameters
@@ -135,12 +134,12 @@ def walk(
 
 
 def _next_point(
-    curve: Shooting,
-    recent: list[Point],
+    curve: Curve[P],
+    recent: list[P],
     step: float,
     bounds: Sequence[Bound],
-    settings: Settings,
-) -> tuple[Point | Failure, float]:
+    settings: Stepping,
+) -> tuple[P | Failure, float]:
     """Take one step, shortening it until it fits; return the step to try next as well."""
     smallest, largest = settings.steps.smallest, settings.steps.largest
     reason, growth = "the branch turns too sharply", 2.5
@@ -164,12 +163,12 @@ def _next_point(
 
 
 def _try(
-    curve: Shooting,
-    recent: list[Point],
+    curve: Curve[P],
+    recent: list[P],
     step: float,
     bounds: Sequence[Bound],
-    settings: Settings,
-) -> tuple[Correction, Point | None]:
+    settings: Stepping,
+) -> tuple[Correction, P | None]:
     """Predict and correct; what lies beyond a bound is corrected on it."""
     last = recent[-1]
     target = last.arclength + step
@@ -196,12 +195,12 @@ def _try(
             return correction, None
         correction.z[index] = bound  # exactly, whatever rounding did
         held = _first_bound_beyond(recent, correction.z, bounds, target)
-    point = corrected_point(curve, correction, target)
+    point = curve.point(correction, target)
     return correction, replace(point, arclength=last.arclength + arc_between(last, point))
 
 
 def _first_bound_beyond(
-    recent: list[Point],
+    recent: list[P],
     z: Array,
     bounds: Sequence[Bound],
     target: float,
@@ -218,12 +217,12 @@ def _first_bound_beyond(
     )
 
 
-def _correct(curve: Shooting, guess: Array, row: Array, settings: Settings) -> Correction:
+def _correct(curve: Curve[P], guess: Array, row: Array, settings: Stepping) -> Correction:
     newton = settings.newton
     return correct(curve, guess, row, newton.tolerance, newton.iterations, reach=2 * REJECT * ERROR)
 
 
-def _arclength_at(recent: list[Point], index: int, bound: float, beyond: float) -> float:
+def _arclength_at(recent: list[P], index: int, bound: float, beyond: float) -> float:
     """Bisect for where a component of the prediction reaches a bound."""
     near, far = recent[-1].arclength, beyond
     rising = hermite(recent, far)[0][index] > bound
@@ -236,9 +235,7 @@ def _arclength_at(recent: list[Point], index: int, bound: float, beyond: float) 
     return far
 
 
-def _measure(
-    recent: list[Point], point: Point, correction: Correction, settings: Settings
-) -> _Measures:
+def _measure(recent: list[P], point: P, correction: Correction, settings: Stepping) -> _Measures:
     turn = float(np.arccos(np.clip(recent[-1].tangent @ point.tangent, -1.0, 1.0)))
     return _Measures(
         max(correction.distance, 1e-12) / ERROR,
@@ -247,7 +244,7 @@ def _measure(
     )
 
 
-def _drift(recent: list[Point], point: Point) -> float:
+def _drift(recent: list[P], point: P) -> float:
     """Error of the extrapolated test functions, relative to their largest value nearby."""
     if len(recent) == 1:  # nothing to extrapolate from
         return 0.0

@@ -1,17 +1,17 @@
-"""Where on a curve of orbits a function is zero."""
+"""Where on a curve a function of its points is zero."""
 
 from __future__ import annotations
 
 from bisect import bisect
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Generic
 
 import numpy as np
 
-from slipfold.branches.interpolation import POINTS, arc_between, hermite, well_spaced
-from slipfold.branches.point import Point, corrected_point
-from slipfold.orbits.newton import correct
-from slipfold.orbits.shooting import Shooting
+from slipfold.continuation.curve import Curve, P
+from slipfold.continuation.interpolation import POINTS, arc_between, hermite, well_spaced
+from slipfold.continuation.newton import correct
 
 __all__ = ["LostBranchError", "insert", "locate", "orbit_at"]
 
@@ -40,7 +40,7 @@ class LostBranchError(ArithmeticError):
     """Newton's method failed between two points of a branch."""
 
 
-def orbit_at(curve: Shooting, known: Sequence[Point], arclength: float) -> Point:
+def orbit_at(curve: Curve[P], known: Sequence[P], arclength: float) -> P:
     """Return the orbit at a place between known points of a branch.
 
     Parameters
@@ -62,10 +62,10 @@ def orbit_at(curve: Shooting, known: Sequence[Point], arclength: float) -> Point
     correction = correct(curve, curve.aligned(guess, near[0].z), row)
     if not correction.converged:
         raise LostBranchError(correction.failure)
-    return _placed(known, corrected_point(curve, correction, arclength))
+    return _placed(known, curve.point(correction, arclength))
 
 
-def _placed(known: Sequence[Point], point: Point) -> Point:
+def _placed(known: Sequence[P], point: P) -> P:
     """Give a point its true place: where the guess was poor the correction moved it along."""
     after = bisect([item.arclength for item in known], point.arclength)
     if not 0 < after < len(known):
@@ -73,14 +73,14 @@ def _placed(known: Sequence[Point], point: Point) -> Point:
     return _between(known[after - 1], point, known[after])
 
 
-def _between(a: Point, point: Point, b: Point) -> Point:
+def _between(a: P, point: P, b: P) -> P:
     """Give a point its place between two others, by its distances from them."""
     left, right = arc_between(a, point), arc_between(point, b)
     share = left / (left + right) if left + right > 0 else 0.5
     return replace(point, arclength=a.arclength + share * (b.arclength - a.arclength))
 
 
-def insert(known: list[Point], point: Point) -> None:
+def insert(known: list[P], point: P) -> None:
     """Add a point to a list that is ordered by arclength.
 
     Parameters
@@ -94,13 +94,13 @@ def insert(known: list[Point], point: Point) -> None:
 
 
 def locate(
-    curve: Shooting,
-    known: list[Point],
-    a: Point,
-    b: Point,
-    function: Callable[[Point], float],
+    curve: Curve[P],
+    known: list[P],
+    a: P,
+    b: P,
+    function: Callable[[P], float],
     close: float = CLOSE,
-) -> Point:
+) -> P:
     """Find the zero of a function that has different signs at two points.
 
     Inverse interpolation through the values found so far, kept inside the bracket by bisection.
@@ -166,7 +166,7 @@ def locate(
     return point
 
 
-class _Chord:
+class _Chord(Generic[P]):
     """The part of a branch between two points, over its place along the chord.
 
     The place of an orbit is that of its projection. Unlike the arclength, which is summed from one
@@ -181,13 +181,13 @@ class _Chord:
         The ends.
     """
 
-    def __init__(self, curve: Shooting, a: Point, b: Point) -> None:
+    def __init__(self, curve: Curve[P], a: P, b: P) -> None:
         self._curve = curve
         self._a, self._b = a, b
         difference = b.z - a.z
         self.length = float(np.linalg.norm(difference)) or 1.0
         self._row = difference / self.length
-        self._known: list[Point] = []
+        self._known: list[P] = []
         if self.is_crossed_once:
             self._known = [self._projected(a, 0.0), self._projected(b, self.length)]
 
@@ -196,7 +196,7 @@ class _Chord:
         """Whether the branch runs along the chord at both ends, not back or across."""
         return all(float(item.tangent @ self._row) > ALONG for item in (self._a, self._b))
 
-    def orbit_at(self, place: float) -> Point:
+    def orbit_at(self, place: float) -> P:
         """Return the orbit at a place along the chord.
 
         Parameters
@@ -214,13 +214,13 @@ class _Chord:
         correction = correct(self._curve, guess, self._row)
         if not correction.converged:
             raise LostBranchError(correction.failure)
-        point = corrected_point(self._curve, correction, place)
+        point = self._curve.point(correction, place)
         if float(point.tangent @ self._row) <= 0:
             raise LostBranchError("the branch turns too sharply between two points")
         self._known.append(self._projected(point, place))
         return _between(self._a, point, self._b)
 
-    def _projected(self, point: Point, place: float) -> Point:
+    def _projected(self, point: P, place: float) -> P:
         """Return a point with its place along the chord and the derivative with respect to it."""
         return replace(point, arclength=place, tangent=point.tangent / (point.tangent @ self._row))
 

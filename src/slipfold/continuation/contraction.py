@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from slipfold.branches.interpolation import polynomial
-from slipfold.branches.point import Point
+from slipfold.continuation.interpolation import polynomial
+from slipfold.continuation.point import Point
 
 __all__ = ["contracts_between", "contraction_drift"]
 

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Generic, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.contraction import contracts_between
-from slipfold.branches.interpolation import polynomial, well_spaced
-from slipfold.branches.location import insert, locate, orbit_at
-from slipfold.branches.point import Point
-from slipfold.orbits.shooting import Shooting
+from slipfold.continuation.contraction import contracts_between
+from slipfold.continuation.curve import Curve, P
+from slipfold.continuation.interpolation import polynomial, well_spaced
+from slipfold.continuation.locate import insert, locate, orbit_at
+from slipfold.continuation.point import Point
 
 __all__ = ["Found", "Watch", "locate_test", "search_between"]
 
@@ -33,7 +34,7 @@ TOUCH = 0.15
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class Found(Generic[P]):
     """A special point that was located.
 
     Parameters
@@ -49,27 +50,27 @@ class Found:
     """
 
     type: str
-    point: Point
+    point: P
     slope: float
     other: Array | None = None
 
 
-class Watch(Protocol):
+class Watch(Protocol[P]):
     """What is looked for along a curve."""
 
-    def located(self, known: list[Point], a: Point, b: Point) -> list[Found]:
+    def located(self, known: list[P], a: P, b: P) -> list[Found[P]]:
         """Return the special points where a test function changes sign between two points."""
 
-    def accounts_for(self, found: list[Found], a: Point, b: Point) -> bool:
+    def accounts_for(self, found: list[Found[P]], a: P, b: P) -> bool:
         """Whether what was found explains how two points differ."""
 
-    def hidden(self, found: list[Found], known: list[Point], a: Point, b: Point) -> list[Found]:
+    def hidden(self, found: list[Found[P]], known: list[P], a: P, b: P) -> list[Found[P]]:
         """Return special points at which no test function changes its sign."""
 
 
 def search_between(
-    curve: Shooting, watch: Watch, known: list[Point], a: Point, b: Point, depth: int = 0
-) -> list[Found]:
+    curve: Curve[P], watch: Watch[P], known: list[P], a: P, b: P, depth: int = 0
+) -> list[Found[P]]:
     """Find the special points between two points.
 
     A sign change brackets a zero. Two zeros between the points leave no sign change: so the test
@@ -112,9 +113,7 @@ def search_between(
     return left + search_between(curve, watch, known, middle, b, depth + 1)
 
 
-def locate_test(
-    curve: Shooting, known: list[Point], a: Point, b: Point, kind: str, test: str
-) -> Found:
+def locate_test(curve: Curve[P], known: list[P], a: P, b: P, kind: str, test: str) -> Found[P]:
     """Locate the zero of a test function between two points.
 
     Parameters
@@ -144,7 +143,7 @@ def locate_test(
     return Found(kind, point, slope)
 
 
-def _suspicious_place(known: list[Point], a: Point, b: Point) -> float | None:
+def _suspicious_place(known: Sequence[Point], a: Point, b: Point) -> float | None:
     """Where between two points a test function may touch zero without a sign change at the ends.
 
     Between the points it may be as far from its interpolation as that is from the one through a
@@ -179,7 +178,7 @@ def _suspicious_place(known: list[Point], a: Point, b: Point) -> float | None:
     return None
 
 
-def _surprise(near: list[Point], end: Point) -> Array:
+def _surprise(near: Sequence[Point], end: Point) -> Array:
     """By how much test functions at a point differ from what its neighbours let expect."""
     others = [point for point in near if point is not end]
     where = np.array([point.arclength for point in others])

@@ -1,21 +1,19 @@
-"""Newton's method for an orbit under one linear constraint."""
+"""Newton's method for equations with one linear constraint."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.orbits.linearisation import Bordered, Linearisation
-from slipfold.orbits.shooting import Shooting
-
-__all__ = ["Correction", "correct"]
+__all__ = ["Bordered", "Correction", "Equations", "Linearised", "correct"]
 
 Array = NDArray[np.float64]
 
 STILL = 1e-10
-"""Derivatives are those of the orbit once it has moved by less than this since they were taken:
+"""Derivatives are those of the solution once it has moved by less than this since they were taken:
 multipliers, which may move a hundred times as far, are then right to 1e-8."""
 
 GROWTH = 10.0
@@ -34,6 +32,48 @@ ROUNDING = 1e-5
 an orbit with multipliers of 1e5 is known to 1e-10 at best, and its residual decides."""
 
 
+class Bordered(Protocol):
+    """A Jacobian with one more row."""
+
+    def solve(self, right: Array) -> Array:
+        """Return the solution for a right-hand side, NaN if the matrix is singular."""
+
+    def tangent(self) -> Array:
+        """Return the unit vector of the kernel that the last row leaves, along that row."""
+
+    @property
+    def sign(self) -> int:
+        """Sign of the determinant."""
+
+    @property
+    def volume(self) -> float:
+        """Logarithm of the determinant's size were the last row the tangent."""
+
+
+class Linearised(Protocol):
+    """Equations at an unknown, with their derivatives."""
+
+    @property
+    def defect(self) -> Array:
+        """What Newton's method brings to zero."""
+
+    def bordered(self, row: Array) -> Bordered:
+        """Return the Jacobian with one more row."""
+
+
+class Equations(Protocol):
+    """Smooth equations, one less than there are unknowns."""
+
+    def defect(self, z: Array) -> Array:
+        """Return what Newton's method brings to zero."""
+
+    def linearise(self, z: Array) -> Linearised:
+        """Return the same with its derivatives."""
+
+    def residual(self, defect: Array) -> float:
+        """Return by how much an unknown fails, as tolerances are meant."""
+
+
 @dataclass(frozen=True, eq=False)
 class Correction:
     """What Newton's method came to.
@@ -43,11 +83,11 @@ class Correction:
     z
         The last iterate.
     linearisation
-        Derivatives within `moved` of `z`; None where the flow met a singularity.
+        Derivatives within `moved` of `z`; None where there are none.
     bordered
         Its Jacobian bordered by the constraint; None likewise.
     residual
-        Largest mismatch at `z`, in scaled states.
+        By how much `z` fails to meet the equations.
     distance
         Distance from the guess.
     moved
@@ -55,12 +95,12 @@ class Correction:
     iterations
         Number of linearisations.
     failure
-        Empty, or why there is no orbit.
+        Empty, or why there is no solution.
     """
 
     z: Array
-    linearisation: Linearisation | None
-    bordered: Bordered | None
+    linearisation: Any
+    bordered: Any
     residual: float
     distance: float
     moved: float
@@ -69,30 +109,30 @@ class Correction:
 
     @property
     def converged(self) -> bool:
-        """Whether `z` is an orbit."""
+        """Whether `z` is a solution."""
         return not self.failure
 
 
 def correct(
-    problem: Shooting,
+    equations: Equations,
     guess: Array,
     row: Array,
     tolerance: float = 1e-10,
     iterations: int = 8,
     reach: float = np.inf,
 ) -> Correction:
-    """Find the orbit nearest a guess in the hyperplane through it.
+    """Find the solution nearest a guess in the hyperplane through it.
 
     Parameters
     ----------
-    problem
+    equations
         The equations, one less than unknowns.
     guess
-        Start, shape (m n + k,) with k free parameters.
+        Start, shape (n,).
     row
-        Normal of the hyperplane, shape (m n + k,). The unit vector of a parameter keeps that.
+        Normal of the hyperplane, shape (n,). The unit vector of a parameter keeps that.
     tolerance
-        Largest mismatch of an accepted orbit, in scaled states, measured on the result itself.
+        Largest residual of an accepted solution, measured on the result itself.
     iterations
         Linearisations before giving up.
     reach
@@ -105,10 +145,10 @@ def correct(
     taken = 0
     while taken < iterations:
         taken += 1
-        linearisation = problem.linearise(z)
+        linearisation = equations.linearise(z)
         defect = linearisation.defect
         if not np.isfinite(defect).all():
-            failure = "the orbit met a singularity of the model"
+            failure = "the equations met a singularity of the model"
             break
         bordered = linearisation.bordered(row)
         step = bordered.solve(np.append(-defect, row @ (guess - z)))
@@ -122,15 +162,15 @@ def correct(
         z = z + step
         at_rounding = moved < ROUNDING and moved > 0.3 * previous
         if moved <= STILL or at_rounding:
-            mismatch = float(np.abs(problem.defect(z)).max()) * np.sqrt(problem.segments)
+            mismatch = equations.residual(equations.defect(z))
             if mismatch <= tolerance:
                 failure = ""
                 if moved > STILL:
-                    linearisation = problem.linearise(z)
+                    linearisation = equations.linearise(z)
                     bordered, moved = linearisation.bordered(row), 0.0
                 break
         elif moved < CHORD:
-            z, moved = _chord_steps(problem, bordered, z, float(row @ (guess - z)), moved)
+            z, moved = _chord_steps(equations, bordered, z, float(row @ (guess - z)), moved)
     return Correction(
         z,
         linearisation,
@@ -144,7 +184,7 @@ def correct(
 
 
 def _chord_steps(
-    problem: Shooting,
+    equations: Equations,
     bordered: Bordered,
     z: Array,
     constraint: float,
@@ -152,10 +192,10 @@ def _chord_steps(
 ) -> tuple[Array, float]:
     """Go on with the old derivatives, which cost a third of new ones, while that gains digits.
 
-    The next derivatives are then taken so near the orbit that they are the last.
+    The next derivatives are then taken so near the solution that they are the last.
     """
     for _ in range(CHORD_STEPS):
-        defect = problem.defect(z)
+        defect = equations.defect(z)
         if not np.isfinite(defect).all():
             break
         step = bordered.solve(np.append(-defect, constraint))

@@ -1,4 +1,4 @@
-"""Branches between and beyond their points: polynomials through values and tangents."""
+"""Curves between and beyond their points: polynomials through values and tangents."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.point import Point
+from slipfold.continuation.point import P, Point
 
 __all__ = ["arc_between", "hermite", "polynomial", "well_spaced"]
 
@@ -34,7 +34,7 @@ def arc_between(a: Point, b: Point) -> float:
     return chord if turn < 1e-4 else chord * 0.5 * turn / np.sin(0.5 * turn)
 
 
-def well_spaced(known: Sequence[Point], low: float, high: float, count: int) -> list[Point]:
+def well_spaced(known: Sequence[P], low: float, high: float, count: int) -> list[P]:
     """Choose points near an interval for interpolation, none too close to another.
 
     Parameters
@@ -47,10 +47,10 @@ def well_spaced(known: Sequence[Point], low: float, high: float, count: int) -> 
         Number of points wanted.
     """
 
-    def distance(point: Point) -> float:
+    def distance(point: P) -> float:
         return max(abs(point.arclength - low), abs(point.arclength - high))
 
-    chosen: list[Point] = []
+    chosen: list[P] = []
     for point in sorted(known, key=distance):
         # Interpolation magnifies rounding by the ratio of distance to spacing, to some power.
         gap = SPACING * distance(point)

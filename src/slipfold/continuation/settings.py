@@ -1,0 +1,86 @@
+"""How a curve is followed: when a solution counts as found, and how far the next one lies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from slipfold.errors import InputError
+
+__all__ = ["Newton", "Stepping", "Steps"]
+
+
+@dataclass(frozen=True)
+class Newton:
+    """When an orbit counts as found.
+
+    Parameters
+    ----------
+    tolerance
+        Largest residual of an accepted orbit, in scaled states.
+    iterations
+        Corrections before a step counts as failed.
+    """
+
+    tolerance: float = 1e-10
+    iterations: int = 8
+
+    def __post_init__(self) -> None:
+        """Refuse tolerances that mean nothing in double precision."""
+        if not 1e-13 <= self.tolerance <= 1e-3:
+            raise InputError(
+                f"Newton tolerance = {self.tolerance:g} is outside 1e-13 to 1e-3; give e.g. 1e-10"
+            )
+        if self.iterations < 2:
+            raise InputError(f"iterations = {self.iterations} cannot converge; give at least 2")
+
+
+@dataclass(frozen=True)
+class Steps:
+    """How far a branch goes from one point to the next.
+
+    Lengths are arclengths in scaled variables: displacements in their own scale, the parameter in
+    units of the span.
+
+    Parameters
+    ----------
+    largest
+        Cap on the step.
+    smallest
+        A branch that needs a smaller step stops and says so.
+    turn
+        Cap on the angle between neighbouring tangents, in rad.
+    points
+        Points after which a branch stops and says so.
+    """
+
+    largest: float = 0.5
+    smallest: float = 1e-9
+    turn: float = 0.35
+    points: int = 2000
+
+    def __post_init__(self) -> None:
+        """Refuse steps that contradict each other."""
+        if self.points < 1:
+            raise InputError(f"points = {self.points} leaves no branch; give at least 1")
+        if not 0 < self.turn <= 1.5:
+            raise InputError(f"turn = {self.turn:g} rad is outside 0 to 1.5; give e.g. 0.35")
+        if not 0 < self.smallest < self.largest:
+            raise InputError(
+                f"largest step = {self.largest:g} must exceed the smallest, {self.smallest:g} > 0"
+            )
+
+
+@dataclass(frozen=True)
+class Stepping:
+    """What is needed to follow any curve.
+
+    Parameters
+    ----------
+    newton
+        When a solution counts as found.
+    steps
+        How far the curve goes from one point to the next.
+    """
+
+    newton: Newton = field(default_factory=Newton)
+    steps: Steps = field(default_factory=Steps)

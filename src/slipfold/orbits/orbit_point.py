@@ -1,0 +1,65 @@
+"""One point of a curve of orbits while it is being followed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.continuation.point import Point
+from slipfold.orbits.floquet import floquet_multipliers
+from slipfold.orbits.test_functions import evaluate_tests
+
+__all__ = ["OrbitPoint", "make_point"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class OrbitPoint(Point):
+    """An accepted orbit with what continuation needs to know of it.
+
+    The tests of a branch are ``PD``, ``NS``, ``LP`` (the tangent's component along the parameter)
+    and ``fold`` (zero at LP and BP alike), its growth is that of the largest multiplier at most.
+
+    Parameters
+    ----------
+    monodromy
+        Monodromy matrix in scaled states, shape (n, n).
+    multipliers
+        Floquet multipliers, shape (n,).
+    """
+
+    monodromy: Array
+    multipliers: NDArray[np.complex128]
+
+    @property
+    def unstable(self) -> int:
+        """Number of multipliers outside the unit circle."""
+        return int(np.count_nonzero(np.abs(self.multipliers) > 1))
+
+
+def make_point(
+    z: Array, tangent: Array, arclength: float, monodromy: Array, residual: float
+) -> OrbitPoint:
+    """Return a point of a branch whose derivatives follow from those of another branch.
+
+    Parameters
+    ----------
+    z
+        The unknown of the boundary-value problem.
+    tangent
+        Unit tangent of the branch.
+    arclength
+        Position on the branch.
+    monodromy
+        Monodromy matrix in scaled states, shape (n, n).
+    residual
+        Largest mismatch, in scaled states.
+    """
+    multipliers = floquet_multipliers(monodromy)
+    tests = {**evaluate_tests(multipliers), "LP": float(tangent[-1])}
+    return OrbitPoint(
+        z, tangent, arclength, tests, 0, residual, monodromy=monodromy, multipliers=multipliers
+    )
