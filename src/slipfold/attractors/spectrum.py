@@ -12,14 +12,19 @@ from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.model import Model
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.text.one_line import OneLine, number_text
+from slipfold.text.printed_table import PrintedTable
 
 __all__ = ["Spectrum", "find_spectrum"]
 
 Array = NDArray[np.float64]
 
+SHOWN = 10
+"""Lines that a notebook shows."""
 
-@dataclass(frozen=True, eq=False)
-class Spectrum:
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Spectrum(OneLine):
     """Single-sided spectra of all outputs over a whole number of forcing periods; frozen.
 
     Parameters
@@ -53,6 +58,21 @@ class Spectrum:
     coefficients: NDArray[np.complex128]
     periods: int
     settled: bool
+
+    def _line(self) -> str:
+        leaks = "" if self.settled else ", not settled"
+        return (
+            f"Spectrum of {self.model.name}: {len(self.names)} outputs, {len(self.frequency)} "
+            f"lines to {number_text(self.frequency[-1])} Hz{leaks}"
+        )
+
+    def _rows(self) -> PrintedTable:
+        size = self.amplitude / np.maximum(self.amplitude.max(axis=0), np.finfo(float).tiny)
+        tallest = np.sort(np.argsort(size.max(axis=1))[::-1][:SHOWN])
+        lines = [
+            [number_text(self.frequency[i]), *map(number_text, self.amplitude[i])] for i in tallest
+        ]
+        return PrintedTable(["f (Hz)", *self.names], lines)
 
     @property
     def amplitude(self) -> Array:

@@ -13,6 +13,8 @@ from slipfold.models.model import Model
 from slipfold.orbits.extrema import Extrema, find_extrema
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.orbits.uncertainty import multiplier_uncertainty
+from slipfold.text.one_line import OneLine, headed, listed, number_text, parameter_text
+from slipfold.text.printed_table import PrintedTable
 
 __all__ = ["Branch", "End"]
 
@@ -43,8 +45,8 @@ class End:
         return self.kind in ("failed", "points")
 
 
-@dataclass(frozen=True, eq=False)
-class Branch:
+@dataclass(frozen=True, eq=False, repr=False)
+class Branch(OneLine):
     """Periodic orbits followed in one parameter; frozen, one row a point.
 
     Parameters
@@ -114,6 +116,22 @@ class Branch:
     def __len__(self) -> int:
         """Number of points."""
         return len(self.parameter)
+
+    def _line(self) -> str:
+        parts = ["equilibria" if self.kind == "equilibrium" else f"period {self.period}"]
+        parts.append(f"{len(self)} points")
+        if len(self):
+            ends = (float(self.parameter[0]), float(self.parameter[-1]))
+            parts.append(parameter_text(self.model.parameter(self.vary), *ends))
+        parts.append(listed(f"{p.type} at {number_text(p.value)}" for p in self.special))
+        found = ", ".join(part for part in [*parts, self.stopped.kind] if part)
+        return f"Branch {self.id} of {self.model.name}: {found}"
+
+    def _rows(self) -> PrintedTable:
+        begun, stopped = ([end.kind, number_text(end.value), end.reason] for end in self.ends)
+        found = [[p.type, number_text(p.value, 10), p.outcome] for p in self.special]
+        heads = ["", headed(self.model.parameter(self.vary)), "what"]
+        return PrintedTable(heads, [begun, *found, stopped], ("", "what"))
 
     @property
     def ends(self) -> tuple[End, End]:

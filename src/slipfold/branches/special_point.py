@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from slipfold.models.model import Model
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.text.one_line import OneLine, number_text, parameter_text
+from slipfold.text.printed_table import PrintedTable
 
 __all__ = ["BIFURCATIONS", "SpecialPoint"]
 
@@ -17,8 +19,8 @@ BIFURCATIONS = ("LP", "PD", "NS", "BP", "HB")
 """Types of bifurcation: fold, period doubling, Neimark-Sacker, branch point, Hopf."""
 
 
-@dataclass(frozen=True, eq=False)
-class SpecialPoint:
+@dataclass(frozen=True, eq=False, repr=False)
+class SpecialPoint(OneLine):
     """A located point of a branch; frozen.
 
     Parameters
@@ -80,6 +82,27 @@ class SpecialPoint:
         """Lock the arrays."""
         for values in (self.nodes, self.multipliers, self.multiplier_uncertainty):
             values.setflags(write=False)
+
+    def _line(self) -> str:
+        at = parameter_text(self.model.parameter(self.vary), self.value)
+        return ", ".join(part for part in (f"{self.type} at {at}", self.outcome) if part)
+
+    def _rows(self) -> PrintedTable:
+        numbers = {"uncertainty": self.uncertainty, "coefficient": self.coefficient}
+        return PrintedTable(
+            ["", ""],
+            [
+                *([name, number_text(value)] for name, value in numbers.items()),
+                *self.orbit._rows().lines,
+            ],
+        )
+
+    @property
+    def outcome(self) -> str:
+        """What is watched, whether it is soft or hard, and where it leads, as far as known."""
+        named = self.name if self.type == "EVENT" else ""
+        started = f"to branch {self.leads_to}" if self.leads_to is not None else ""
+        return ", ".join(part for part in (named, self.criticality, started) if part)
 
     @property
     def state(self) -> NDArray[np.float64]:

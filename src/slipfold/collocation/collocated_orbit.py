@@ -8,12 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.models.model import Model
+from slipfold.text.one_line import OneLine, multipliers_text, number_text
+from slipfold.text.printed_table import PrintedTable
 
 __all__ = ["CollocatedOrbit"]
 
 
-@dataclass(frozen=True, eq=False)
-class CollocatedOrbit:
+@dataclass(frozen=True, eq=False, repr=False)
+class CollocatedOrbit(OneLine):
     """A periodic orbit by piecewise polynomials; frozen.
 
     Parameters
@@ -53,6 +55,18 @@ class CollocatedOrbit:
     mismatch: float
     error: float
     converged: bool
+
+    def _line(self) -> str:
+        verdict = "" if self.converged else "not "
+        return (
+            f"CollocatedOrbit of {self.model.name}: period {self.period}, "
+            f"{len(self.edges) - 1} intervals, {verdict}converged, "
+            f"{multipliers_text(self.multipliers)}"
+        )
+
+    def _rows(self) -> PrintedTable:
+        facts = {"duration (s)": self.duration, "mismatch": self.mismatch, "error": self.error}
+        return PrintedTable(["", ""], [[name, number_text(v)] for name, v in facts.items()])
 
     def __post_init__(self) -> None:
         """Lock the arrays."""

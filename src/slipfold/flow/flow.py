@@ -29,7 +29,7 @@ MAX_STEPS = 500
 """Steps a segment may take; it takes about 5, and 80 where it passes a singularity at 1e-5."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Constants:
     """What a flow needs to know of the parameters.
 

@@ -13,14 +13,16 @@ from slipfold.flow.flow import Constants, Flow, flow_of
 from slipfold.flow.guarded_flow import Stop
 from slipfold.flow.settlement import Settlement
 from slipfold.models.model import Model
+from slipfold.text.one_line import OneLine, headed, number_text
+from slipfold.text.printed_table import PrintedTable
 
 __all__ = ["Trajectory"]
 
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
-class Trajectory:
+@dataclass(frozen=True, eq=False, repr=False)
+class Trajectory(OneLine):
     """A motion over many forcing periods; frozen.
 
     It keeps the state at the start of every forcing period. What lies between is integrated again
@@ -53,6 +55,16 @@ class Trajectory:
     strobe: Array
     settlement: Settlement
     stopped: Stop | None = None
+
+    def _line(self) -> str:
+        ended = self.settlement.message if self.stopped is None else self.stopped.reason
+        return f"{type(self).__name__} of {self.model.name}, {self.periods} periods: {ended}"
+
+    def _rows(self) -> PrintedTable:
+        last = zip(self.model.states, self.strobe[-1], strict=True)
+        return PrintedTable(
+            ["", "last strobe state"], [[headed(item), number_text(v, 10)] for item, v in last]
+        )
 
     @property
     def periods(self) -> int:

@@ -12,6 +12,8 @@ from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
 from slipfold.orbits.critical_equilibrium import eigenvalues_of
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.text.one_line import OneLine, headed, listed, number_text, parameter_text
+from slipfold.text.printed_table import PrintedTable
 
 __all__ = [
     "CODIMENSION_TWO",
@@ -79,8 +81,8 @@ class LocusEnd:
         return self.kind in ("failed", "points")
 
 
-@dataclass(frozen=True, eq=False)
-class LocusPoint:
+@dataclass(frozen=True, eq=False, repr=False)
+class LocusPoint(OneLine):
     """A special point of a locus; frozen.
 
     Parameters
@@ -137,6 +139,25 @@ class LocusPoint:
         for values in (self.nodes, self.multipliers):
             values.setflags(write=False)
 
+    def _line(self) -> str:
+        pairs = zip(self.vary, self.values, strict=True)
+        at = ", ".join(parameter_text(self.model.parameter(name), value) for name, value in pairs)
+        return ", ".join(part for part in (f"{self.type} at {at}", self.outcome) if part)
+
+    def _rows(self) -> PrintedTable:
+        named = {**self.coefficients}
+        for name, value in zip(self.vary, self.uncertainty, strict=True):
+            named[f"uncertainty of {name}"] = value
+        found = [[name, number_text(value)] for name, value in named.items()]
+        return PrintedTable(["", ""], [*found, *self.orbit._rows().lines])
+
+    @property
+    def outcome(self) -> str:
+        """What it is in words, and which loci were started here."""
+        numbers = ", ".join(map(str, self.leads_to))
+        started = f"to {'locus' if len(self.leads_to) == 1 else 'loci'} {numbers}"
+        return ", ".join([self.name, *([started] if numbers else [])])
+
     @property
     def state(self) -> Array:
         """State at phase zero, shape (n_states,)."""
@@ -160,8 +181,8 @@ class LocusPoint:
         return eigenvalues_of(evaluation_of(self.model).jacobian(self.model, self.state))
 
 
-@dataclass(frozen=True, eq=False)
-class Locus:
+@dataclass(frozen=True, eq=False, repr=False)
+class Locus(OneLine):
     """Orbits at a bifurcation, followed in two parameters; frozen, one row a point.
 
     Parameters
@@ -237,6 +258,28 @@ class Locus:
     def __len__(self) -> int:
         """Number of points."""
         return len(self.values)
+
+    def _line(self) -> str:
+        parts = [locus_title(self.type, self.period, self.kind), f"{len(self)} points"]
+        if len(self):
+            for name, column in zip(self.vary, self.values.T, strict=True):
+                ends = (float(column.min()), float(column.max()))
+                parts.append(parameter_text(self.model.parameter(name), *ends))
+        parts.append(listed(point.type for point in self.special))
+        found = ", ".join(part for part in [*parts, self.stopped.kind] if part)
+        return f"Locus {self.id} of {self.model.name}: {found}"
+
+    def _rows(self) -> PrintedTable:
+        begun, stopped = (
+            [end.kind, *map(number_text, end.values), end.reason]
+            for end in (self.begun, self.stopped)
+        )
+        found = [
+            [p.type, *(number_text(value, 10) for value in p.values), p.outcome]
+            for p in self.special
+        ]
+        heads = ["", *(headed(self.model.parameter(name)) for name in self.vary), "what"]
+        return PrintedTable(heads, [begun, *found, stopped], ("", "what"))
 
     @property
     def states(self) -> Array:

@@ -7,11 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.text.one_line import OneLine, listed, number_text
+from slipfold.text.printed_table import PrintedTable
+
 __all__ = ["Region", "RegionCheck", "RegionMap"]
 
 
-@dataclass(frozen=True)
-class RegionCheck:
+@dataclass(frozen=True, repr=False)
+class RegionCheck(OneLine):
     """A simulation at one place of a region, held against its label.
 
     Parameters
@@ -35,9 +38,21 @@ class RegionCheck:
     agrees: bool
     note: str
 
+    def _line(self) -> str:
+        verdict = "agrees" if self.agrees else "disagrees"
+        return f"RegionCheck at {_place(self.values)} {self.begins}: {verdict}, {self.note}"
 
-@dataclass(frozen=True)
-class Region:
+    def _rows(self) -> PrintedTable:
+        return PrintedTable(["at", "start", "note"], [_check_row(self)], ("at", "start", "note"))
+
+    @property
+    def begins(self) -> str:
+        """Where the motion starts, in words."""
+        return "from rest" if self.start == "rest" else f"near the orbit of period {self.start}"
+
+
+@dataclass(frozen=True, repr=False)
+class Region(OneLine):
     """A connected part of the plane in which the same stable responses exist.
 
     Parameters
@@ -64,6 +79,19 @@ class Region:
     consistent: bool = True
     checks: tuple[RegionCheck, ...] = ()
 
+    def _line(self) -> str:
+        agreeing = sum(check.agrees for check in self.checks)
+        checked = f", {agreeing} of {len(self.checks)} checks agree" if self.checks else ""
+        doubt = "" if self.consistent else ", its responses disagree"
+        return (
+            f"Region {self.id}: {self.name}, {self.share:.1%} of the window, about "
+            f"{_place(self.place)}{checked}{doubt}"
+        )
+
+    def _rows(self) -> PrintedTable:
+        heads = ["at", "start", "note"]
+        return PrintedTable(heads, [_check_row(check) for check in self.checks], heads)
+
     @property
     def name(self) -> str:
         """Which stable responses exist, in words."""
@@ -76,8 +104,8 @@ class Region:
         return ", ".join(f"{count} of period {period}" for count, period in counts)
 
 
-@dataclass(frozen=True, eq=False)
-class RegionMap:
+@dataclass(frozen=True, eq=False, repr=False)
+class RegionMap(OneLine):
     """The regions of a window; frozen.
 
     Parameters
@@ -102,6 +130,18 @@ class RegionMap:
         for values in (self.first, self.second, self.labels):
             values.setflags(write=False)
 
+    def _line(self) -> str:
+        size = f"{len(self.first)} x {len(self.second)} cells"
+        names = listed(region.name for region in self.regions)
+        return f"RegionMap of {size}, {len(self.regions)} regions: {names}"
+
+    def _rows(self) -> PrintedTable:
+        return PrintedTable(
+            ["region", "stable", "share", "about"],
+            [[str(r.id), r.name, f"{r.share:.1%}", _place(r.place)] for r in self.regions],
+            ("stable",),
+        )
+
     def at(self, first: float, second: float) -> Region | None:
         """Return the region that a place lies in, None where no label is known.
 
@@ -114,3 +154,11 @@ class RegionMap:
         row = int(np.abs(self.second - second).argmin())
         number = int(self.labels[row, column])
         return self.regions[number - 1] if number else None
+
+
+def _place(values: tuple[float, float]) -> str:
+    return f"({', '.join(map(number_text, values))})"
+
+
+def _check_row(check: RegionCheck) -> list[str]:
+    return [_place(check.values), check.begins, check.note]

@@ -8,11 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.text.one_line import OneLine, listed, number_text
+from slipfold.text.printed_table import PrintedTable
+
 __all__ = ["Modes", "find_modes"]
 
 
-@dataclass(frozen=True, eq=False)
-class Modes:
+@dataclass(frozen=True, eq=False, repr=False)
+class Modes(OneLine):
     """Modes of a linear system; one row a mode, the lowest natural frequency first.
 
     A pair of complex eigenvalues is one mode; a real eigenvalue (an overdamped or divergent motion)
@@ -38,6 +41,18 @@ class Modes:
     eigenvalues: NDArray[np.complex128]
     shapes: NDArray[np.complex128]
     names: tuple[str, ...]
+
+    def _line(self) -> str:
+        verdict = "stable" if self.stable else "unstable"
+        return f"Modes of {listed(map(number_text, self.frequency))} Hz, {verdict}"
+
+    def _rows(self) -> PrintedTable:
+        numbers = zip(self.frequency, self.damping_ratio, self.shapes, strict=True)
+        lines = [
+            [number_text(f), number_text(ratio), *(f"{part:.3f}" for part in shape)]
+            for f, ratio, shape in numbers
+        ]
+        return PrintedTable(["f (Hz)", "damping", *self.names], lines)
 
     @property
     def frequency(self) -> NDArray[np.float64]:

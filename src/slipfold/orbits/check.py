@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from slipfold.collocation import CollocatedOrbit, collocate, exact_equilibrium
 from slipfold.flow import flow_of
+from slipfold.text.one_line import OneLine
+from slipfold.text.printed_table import PrintedTable
 
 if TYPE_CHECKING:
     from slipfold.orbits.periodic_orbit import PeriodicOrbit
@@ -34,8 +36,8 @@ CLOSE = 1e-5
 than the square root of the precision, their mean to all of it."""
 
 
-@dataclass(frozen=True, eq=False)
-class OrbitCheck:
+@dataclass(frozen=True, eq=False, repr=False)
+class OrbitCheck(OneLine):
     """How far an orbit is from the same one by collocation; frozen.
 
     Parameters
@@ -68,6 +70,19 @@ class OrbitCheck:
     def _largest(self) -> float:
         differences = [self.states, self.duration, self.multipliers, self.collocated.mismatch]
         return float(np.max(differences))  # NaN if any is
+
+    def _line(self) -> str:
+        return f"OrbitCheck: {self}"
+
+    def _rows(self) -> PrintedTable:
+        differences = {
+            "states": self.states,
+            "duration": self.duration,
+            "multipliers": self.multipliers,
+            "tolerance": self.tolerance,
+        }
+        lines = [[name, f"{value:.1e}"] for name, value in differences.items()]
+        return PrintedTable(["", "difference"], lines, ("",))
 
     def __str__(self) -> str:
         """Say it in a sentence."""

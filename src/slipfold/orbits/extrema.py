@@ -12,6 +12,8 @@ from slipfold.errors import InputError
 from slipfold.flow import Flow, flow_of
 from slipfold.flow.flow import Constants
 from slipfold.models.model import Model
+from slipfold.text.one_line import OneLine, listed, number_text
+from slipfold.text.printed_table import PrintedTable
 
 __all__ = ["Extrema", "find_extrema", "refine_minimum"]
 
@@ -31,8 +33,8 @@ TOGETHER = 32
 """Orbits sampled at once: they fill the lanes of the flow, and the samples stay small."""
 
 
-@dataclass(frozen=True)
-class Extrema:
+@dataclass(frozen=True, eq=False, repr=False)
+class Extrema(OneLine):
     """Minimum and maximum of every output, for one orbit or many.
 
     Parameters
@@ -46,6 +48,35 @@ class Extrema:
     names: tuple[str, ...]
     minimum: Array
     maximum: Array
+
+    def __eq__(self, other: object) -> bool:
+        """Whether all numbers are the same."""
+        if not isinstance(other, Extrema):
+            return NotImplemented
+        return (
+            self.names == other.names
+            and np.array_equal(self.minimum, other.minimum, equal_nan=True)
+            and np.array_equal(self.maximum, other.maximum, equal_nan=True)
+        )
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def _line(self) -> str:
+        count = len(self.minimum)
+        rows = self._ranges()
+        shown = listed(f"{name} {low} to {high}" for name, low, high in rows)
+        return f"Extrema of {count} orbit{'' if count == 1 else 's'}: {shown or 'no outputs'}"
+
+    def _rows(self) -> PrintedTable:
+        return PrintedTable(["", "minimum", "maximum"], self._ranges(), ("",))
+
+    def _ranges(self) -> list[list[str]]:
+        """Name, least and largest value of each output over all orbits."""
+        if not len(self.minimum):
+            return [[name, "", ""] for name in self.names]
+        low, high = self.minimum.min(axis=0), self.maximum.max(axis=0)
+        ends = zip(self.names, low, high, strict=True)
+        return [[name, number_text(a), number_text(b)] for name, a, b in ends]
 
     def of(self, name: str) -> tuple[Array, Array]:
         """Return minimum and maximum of one output, each of shape (n_orbits,).

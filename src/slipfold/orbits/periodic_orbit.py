@@ -13,12 +13,14 @@ from slipfold.models.model import Model
 from slipfold.orbits.check import OrbitCheck, check_orbit
 from slipfold.orbits.extrema import Extrema, find_extrema
 from slipfold.orbits.uncertainty import multiplier_uncertainty
+from slipfold.text.one_line import OneLine, headed, multipliers_text, number_text
+from slipfold.text.printed_table import PrintedTable
 
 __all__ = ["PeriodicOrbit"]
 
 
-@dataclass(frozen=True, eq=False)
-class PeriodicOrbit:
+@dataclass(frozen=True, eq=False, repr=False)
+class PeriodicOrbit(OneLine):
     """A periodic orbit, forced or a cycle of an autonomous model; frozen.
 
     Parameters
@@ -49,6 +51,21 @@ class PeriodicOrbit:
     nodes: NDArray[np.float64]
     multipliers: NDArray[np.complex128]
     residual: float
+
+    def _line(self) -> str:
+        judged = multipliers_text(self.multipliers)
+        return f"PeriodicOrbit of {self.model.name}: period {self.period}, {judged}"
+
+    def _rows(self) -> PrintedTable:
+        states = zip(self.model.states, self.state, strict=True)
+        numbered = enumerate(self.multipliers, 1)
+        return PrintedTable(
+            ["", ""],
+            [
+                *([headed(item), number_text(value, 10)] for item, value in states),
+                *([f"multiplier {number}", f"{value:.6g}"] for number, value in numbered),
+            ],
+        )
 
     @property
     def state(self) -> NDArray[np.float64]:

@@ -12,6 +12,7 @@ from slipfold.branches.special_point import SpecialPoint
 from slipfold.models.model import Model
 from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
+from slipfold.text.one_line import listed
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,6 +27,12 @@ class Labelled(NamedTuple):
 
     branch: Branch
     point: SpecialPoint
+
+    def __repr__(self) -> str:
+        return f"<{self.point._line()}; on branch {self.branch.id}>"
+
+    def _repr_html_(self) -> str:
+        return self.point._repr_html_()
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,7 +163,7 @@ class Diagram(Result):
 
     def __repr__(self) -> str:
         """One line: what was followed, how far, and what was found."""
-        found = ", ".join(point.type for _, point in self.special) or "no special points"
+        found = listed((point.type for _, point in self.special), "no special points")
         return (
             f"<Diagram of {self.model.name}: {self.vary} = {self.span[0]:g} to {self.span[1]:g}, "
             f"{len(self.branches)} branches, {found}>"

@@ -12,6 +12,7 @@ from slipfold.loci.window import Window
 from slipfold.models.model import Model
 from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
+from slipfold.text.one_line import listed
 
 if TYPE_CHECKING:
     from slipfold.results.labelled_table import LabelledTable
@@ -24,6 +25,12 @@ class LabelledLocus(NamedTuple):
 
     locus: Locus
     point: LocusPoint
+
+    def __repr__(self) -> str:
+        return f"<{self.point._line()}; on locus {self.locus.id}>"
+
+    def _repr_html_(self) -> str:
+        return self.point._repr_html_()
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +143,7 @@ class LocusDiagram(Result):
             f"{name} = {low:g} to {high:g}"
             for name, (low, high) in zip(self.vary, self.window, strict=True)
         )
-        found = ", ".join(point.type for _, point in self.special) or "no special points"
+        found = listed((point.type for _, point in self.special), "no special points")
         return f"<LocusDiagram of {self.model.name}: {spans}, {len(self.loci)} loci, {found}>"
 
     def _repr_html_(self) -> str:

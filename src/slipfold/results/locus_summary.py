@@ -10,7 +10,8 @@ import numpy as np
 from slipfold.loci.locus import Locus, LocusEnd, LocusPoint, locus_title
 from slipfold.loci.region_map import Region
 from slipfold.results.criticality import criticalities, point_criticality
-from slipfold.results.printed_table import PrintedTable, html_list, with_unit, without_defaults
+from slipfold.results.title import without_defaults
+from slipfold.text.printed_table import PrintedTable, html_list, with_unit
 
 if TYPE_CHECKING:
     from slipfold.results.locus_diagram import LocusDiagram
@@ -88,10 +89,14 @@ def _end_row(locus: Locus, index: int, end: LocusEnd) -> list[str]:
 def _special_row(locus: Locus, point: LocusPoint) -> list[str]:
     index = int(np.searchsorted(locus.arclength, point.arclength, side="right"))
     coefficients = ", ".join(f"{name} = {value:.6g}" for name, value in point.coefficients.items())
-    started = f"to {_loci_named(point.leads_to)}" if point.leads_to else ""
-    note = ", ".join(part for part in (point.name, started) if part)
     word = point_criticality(locus, point) or ""
-    return [*_begin(locus, index, point.type), *_shown(point.values), word, coefficients, note]
+    return [
+        *_begin(locus, index, point.type),
+        *_shown(point.values),
+        word,
+        coefficients,
+        point.outcome,
+    ]
 
 
 def _begin(locus: Locus, number: int, kind: str) -> list[str]:

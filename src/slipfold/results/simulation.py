@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 __all__ = ["Simulation", "simulate"]
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Simulation(Trajectory, Result):
     """A motion over many forcing periods, with its input; frozen.
 
@@ -141,10 +141,6 @@ class Simulation(Trajectory, Result):
         from html import escape
 
         return f"<pre>{escape(self.summary())}</pre>"
-
-    def __repr__(self) -> str:
-        """One line: how long it is and whether it settled."""
-        return f"<Simulation of {self.model!r}: {self.periods} periods, {self.settlement.message}>"
 
 
 def simulate(

@@ -13,7 +13,8 @@ from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
 from slipfold.errors import InputError
 from slipfold.models.suggestion import suggest
 from slipfold.orbits.extrema import Extrema
-from slipfold.results.printed_table import PrintedTable, html_list, with_unit, without_defaults
+from slipfold.results.title import without_defaults
+from slipfold.text.printed_table import PrintedTable, html_list, with_unit
 
 if TYPE_CHECKING:
     from slipfold.results.diagram import Diagram
@@ -121,9 +122,7 @@ def _extrema(branch: Branch, index: int) -> Extrema:
 
 def _special_row(branch: Branch, point: SpecialPoint) -> Row:
     index = int(np.searchsorted(branch.arclength, point.arclength, side="right"))
-    named = point.name if point.type == "EVENT" else ""
-    started = f"to branch {point.leads_to}" if point.leads_to is not None else ""
-    note = ", ".join(part for part in (named, point.criticality, started) if part)
+    note = point.outcome
     stable = "" if point.type in BIFURCATIONS else "yes" if point.orbit.stable else "no"
     return Row(
         branch.id, branch.period, index, point.type, point.value, point.orbit.extrema, stable, note

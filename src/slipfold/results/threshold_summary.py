@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipfold.results.printed_table import PrintedTable, html_list, with_unit, without_defaults
+from slipfold.results.title import without_defaults
+from slipfold.text.printed_table import PrintedTable, html_list, with_unit
 
 if TYPE_CHECKING:
     from slipfold.results.threshold_result import ThresholdMap

@@ -18,6 +18,8 @@ from slipfold.models.structures.eigenmodes import lowest_modes, solver
 from slipfold.models.structures.matrices import Matrix, require_symmetric
 from slipfold.models.structures.shown import shown
 from slipfold.models.suggestion import suggest
+from slipfold.text.one_line import OneLine, number_text
+from slipfold.text.printed_table import PrintedTable
 
 __all__ = [
     "CraigBampton",
@@ -34,8 +36,8 @@ FREE = 1e-6
 """Frequency over the largest one below which a motion is free: it has no relative error."""
 
 
-@dataclass(frozen=True, eq=False)
-class ReductionReport:
+@dataclass(frozen=True, eq=False, repr=False)
+class ReductionReport(OneLine):
     """What a reduction leaves of the natural frequencies.
 
     Parameters
@@ -79,6 +81,17 @@ class ReductionReport:
     def error(self) -> float:
         """Largest relative error of a natural frequency in the band."""
         return float(self.errors[self.exact <= self.band * (1 + 1e-12)].max(initial=0.0))
+
+    def _line(self) -> str:
+        return (
+            f"ReductionReport: {self.whole} degrees of freedom to {len(self.exact)}, natural "
+            f"frequencies up to {number_text(self.band)} Hz wrong by {self.error:.2g} at most"
+        )
+
+    def _rows(self) -> PrintedTable:
+        rows = zip(self.frequencies, self.exact, self.errors, strict=True)
+        lines = [[*map(number_text, (f, exact)), f"{error:.2g}"] for f, exact, error in rows]
+        return PrintedTable(["f (Hz)", "exact (Hz)", "error"], lines)
 
     def __str__(self) -> str:
         """Table of the frequencies."""

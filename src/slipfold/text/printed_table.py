@@ -5,12 +5,8 @@ from __future__ import annotations
 import html
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from slipfold.models.model import Model
-
-__all__ = ["PrintedTable", "html_list", "with_unit", "without_defaults"]
+__all__ = ["PrintedTable", "html_list", "with_unit"]
 
 
 @dataclass(frozen=True)
@@ -85,21 +81,3 @@ def with_unit(text: str, unit: str) -> str:
         The unit, ``""`` for a pure number.
     """
     return f"{text} {unit}".rstrip()
-
-
-def without_defaults(model: Model, varied: Collection[str]) -> str:
-    """Return the parameters that were set, as the end of a title: nothing if none was.
-
-    Parameters
-    ----------
-    model
-        The model.
-    varied
-        Names of the parameters that were followed; their values say nothing.
-    """
-    values = ", ".join(
-        with_unit(f"{item.name} = {model.values[item.name]:.6g}", item.unit)
-        for item in model.parameters
-        if item.name not in varied and model.values[item.name] != item.default
-    )
-    return f"; {values}" if values else ""

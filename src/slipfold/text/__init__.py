@@ -1,0 +1,1 @@
+"""How values read: one line each, tables for terminals and notebooks."""

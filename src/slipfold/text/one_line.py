@@ -1,0 +1,97 @@
+"""What prints as one line and shows as a table in a notebook, however many numbers it holds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Protocol
+
+from slipfold.text.printed_table import PrintedTable, with_unit
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+__all__ = [
+    "OneLine",
+    "headed",
+    "listed",
+    "multipliers_text",
+    "number_text",
+    "parameter_text",
+]
+
+LISTED = 6
+"""Names that a line lists before it counts the rest."""
+
+ROUNDING = 1e-9
+"""Modulus beyond one by which a multiplier on the unit circle may seem to lie outside."""
+
+
+class Quantity(Protocol):
+    """A parameter, state or output."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def unit(self) -> str: ...
+
+
+class OneLine:
+    """Base of data classes (with ``repr=False``) that say in `_line` and `_rows` how they read."""
+
+    def _line(self) -> str:
+        """Return what a person wants to know, in one short line."""
+        raise NotImplementedError
+
+    def _rows(self) -> PrintedTable:
+        """Return the same with the numbers that belong to it, for notebooks."""
+        raise NotImplementedError
+
+    def __repr__(self) -> str:
+        return f"<{self._line()}>"
+
+    def _repr_html_(self) -> str:
+        return self._rows().html(self._line())
+
+
+def listed(names: Iterable[str], none: str = "") -> str:
+    """Return the first few names, and how many more there are.
+
+    >>> listed(["PD", "NS", "NS"])
+    'PD, NS, NS'
+    >>> listed(str(i) for i in range(9))
+    '0, 1, 2, 3, 4, 5 and 3 more'
+    """
+    known = list(names)
+    more = f" and {len(known) - LISTED} more" if len(known) > LISTED else ""
+    return ", ".join(known[:LISTED]) + more or none
+
+
+def headed(item: Quantity) -> str:
+    """Return the name of a quantity with its unit, e.g. ``"Nd (N)"``."""
+    return f"{item.name} ({item.unit})" if item.unit else item.name
+
+
+def number_text(value: float | None, digits: int = 6) -> str:
+    """Return a number as lines and tables show it, nothing for None."""
+    return "" if value is None else f"{value:.{digits}g}"
+
+
+def parameter_text(parameter: Quantity, *values: float) -> str:
+    """Return e.g. ``"Nd = 0 to 0.98 N"``."""
+    span = " to ".join(map(number_text, values))
+    return with_unit(f"{parameter.name} = {span}", parameter.unit)
+
+
+def multipliers_text(multipliers: NDArray[np.complex128]) -> str:
+    """Return whether they are stable, and the modulus of the largest.
+
+    >>> import numpy as np
+    >>> multipliers_text(np.array([-1.2, 0.5j, -0.5j]))
+    'unstable by 1 of 3 multipliers, the largest 1.2'
+    """
+    sizes = abs(multipliers)
+    outside = int((sizes > 1 + ROUNDING).sum())
+    word = f"unstable by {outside} of {len(sizes)} multipliers" if outside else "stable"
+    return f"{word}, the largest {number_text(float(sizes.max()))}" if len(sizes) else word

@@ -1,0 +1,111 @@
+"""What is printed is one short line; what holds numbers compares without raising."""
+
+import dataclasses
+import functools
+import importlib
+
+import numpy as np
+import pytest
+
+import slipfold as sf
+from helpers.public_api import module_names
+
+LONGEST = 320
+"""Characters: two lines of a wide terminal."""
+
+
+@functools.cache
+def diagram():
+    return sf.response(sf.SlidingOscillator(), vary="Nd", span=(0, 0.98), f=12.5)
+
+
+@functools.cache
+def plane():
+    point = diagram().special[0]
+    return sf.locus(point, ("f", "Nd"), ((12.4, 12.6), (0, 0.1)))
+
+
+@functools.cache
+def motion():
+    return sf.simulate(sf.SlidingOscillator(), periods=1000, f=12.2, Nd=0.15)
+
+
+def regions():
+    check = sf.RegionCheck((1.0, 2.0), "rest", 1, True, "settled on period 1")
+    region = sf.Region(1, (1,), 1.0, (1.0, 2.0), True, (check,) * 3)
+    return sf.RegionMap(np.ones(4), np.ones(4), np.ones((4, 4), int), (region,) * 12)
+
+
+SHOWN = {
+    "diagram": diagram,
+    "branch": lambda: diagram().branches[0],
+    "special point": lambda: diagram().branches[1].special[0],
+    "labelled point": lambda: diagram().special[0],
+    "orbit": lambda: diagram().special[0].point.orbit,
+    "extrema of a branch": lambda: diagram().branches[0].extrema,
+    "check": lambda: diagram().special[0].point.orbit.check(),
+    "collocated orbit": lambda: diagram().special[0].point.orbit.check().collocated,
+    "plane": plane,
+    "locus": lambda: plane().loci[0],
+    "locus point": lambda: plane().special[0].point,
+    "labelled locus point": lambda: plane().special[0],
+    "simulation": motion,
+    "spectrum": lambda: motion().spectrum(),
+    "modes": lambda: sf.SlidingOscillator().modes(),
+    "region map": regions,
+    "region": lambda: regions().regions[0],
+    "region check": lambda: regions().regions[0].checks[0],
+}
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_everything_prints_as_one_short_line(name):
+    text = repr(SHOWN[name]())
+    assert "\n" not in text
+    assert "array(" not in text
+    assert len(text) <= LONGEST
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_everything_is_a_table_in_a_notebook(name):
+    html = SHOWN[name]()._repr_html_()
+    assert html.startswith(("<table", "<pre"))
+
+
+def test_lines_say_what_was_found():
+    first, second = diagram().branches
+    start, end = "<Branch 1 of sliding: period 1, ", "Nd = 0 to 0.375947 N, PD at 0.0435789, limit>"
+    assert repr(first) == f"{start}{len(first)} points, {end}"
+    assert repr(first.special) == "(<PD at Nd = 0.0435789 N, supercritical, to branch 2>,)"
+    assert repr(diagram().special[1]) == "<NS at Nd = 0.0566907 N, subcritical; on branch 2>"
+    assert "NS at 0.0566907, NS at 0.166438" in repr(second)
+
+
+def test_extrema_compare_by_their_numbers():
+    branch = diagram().branches[0]
+    again = sf.Extrema(branch.extrema.names, *(part.copy() for part in (
+        branch.extrema.minimum, branch.extrema.maximum)))  # fmt: skip
+    assert branch.extrema == again
+    assert branch.extrema != sf.Extrema(again.names, again.minimum - 1, again.maximum)
+    assert branch.extrema != "extrema"
+
+
+def data_classes_with_arrays():
+    found = {}
+    for module in map(importlib.import_module, module_names()):
+        for value in vars(module).values():
+            if isinstance(value, type) and dataclasses.is_dataclass(value):
+                kinds = [str(field.type) for field in dataclasses.fields(value) if field.compare]
+                if any(kind.startswith(("Array", "NDArray", "np.ndarray")) for kind in kinds):
+                    found[f"{value.__module__}.{value.__qualname__}"] = value
+    return found
+
+
+def test_data_classes_with_arrays_do_not_compare_field_by_field():
+    # The comparison that dataclass writes asks an array for its truth, which raises.
+    written = [
+        name
+        for name, value in data_classes_with_arrays().items()
+        if value.__dataclass_params__.eq and name.startswith("slipfold")
+    ]
+    assert written == []
