@@ -24,6 +24,7 @@ def test_special_points_are_where_they_are_when_followed(known, change):
     for ours, theirs in zip(carried, followed, strict=True):
         assert [p.type for p in ours.special] == [p.type for p in theirs.special]
         assert [p.leads_to for p in ours.special] == [p.leads_to for p in theirs.special]
+        assert [p.criticality for p in ours.special] == [p.criticality for p in theirs.special]
         for mine, right in zip(ours.special, theirs.special, strict=True):
             # A screen shows two thousandths of the span.
             assert mine.value == pytest.approx(right.value, abs=3e-4)
@@ -87,3 +88,27 @@ def test_nothing_is_carried_of_autonomous_models():
     model = sf.built_in_models()["lorenz"]()
     branches = sf.response(model, "rho", (0.5, 20)).branches
     assert carry_branches(branches, model.replace(sigma=10.1)) is None
+
+
+def structure(branches):
+    return [[(point.type, point.criticality) for point in branch.special] for branch in branches]
+
+
+@pytest.mark.parametrize(
+    ("model", "vary", "span", "steps"),
+    [
+        # The period doubling turns subcritical, and the doubled branch has a fold, from 12.436 Hz.
+        ("sliding", "Nd", (0, 0.98), [{"f": 12.47 - 0.03 * i} for i in range(10)]),
+        # Two folds too near to each other for any point to lie between them.
+        ("vanderpol", "w", (0.5, 1.5), [{"a": a, "e": 0.2303} for a in (0.27, 0.2587, 0.2493)]),
+    ],
+    ids=["sliding", "vanderpol"],
+)
+def test_a_walk_is_carried_as_far_as_the_structure_stays(model, vary, span, steps):
+    start, *others = [sf.built_in_models()[model](**values) for values in steps]
+    carried = sf.response(start, vary, span).branches
+    for step in others:
+        carried = carry_branches(carried, step)
+        if carried is None:
+            return
+        assert structure(carried) == structure(sf.response(step, vary, span).branches)

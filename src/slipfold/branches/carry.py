@@ -2,8 +2,8 @@
 
 A branch that is followed costs one orbit after the other. Where one at neighbouring parameters is
 known, all its orbits are good guesses, and Newton's method corrects them side by side. Bifurcations
-are located anew, to the accuracy of a drawing; their criticality is that of the known branch. Where
-one appears or vanishes, nothing is carried: the branches have to be followed.
+are located anew, to the accuracy of a drawing. Where one appears or vanishes, or a doubled branch
+turns to the other side, nothing is carried: the branches have to be followed.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.branch import Branch, End
+from slipfold.branches.normal_form import normal_form
 from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
 from slipfold.continuation.interpolation import polynomial
 from slipfold.models.model import Model
@@ -23,6 +24,7 @@ from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.floquet import floquet_multipliers
 from slipfold.orbits.limits import broken_limit
 from slipfold.orbits.many_orbits import Corrected, correct_many
+from slipfold.orbits.orbit_point import make_point
 from slipfold.orbits.test_functions import evaluate_tests
 
 __all__ = ["carry_branches"]
@@ -328,13 +330,16 @@ def _as_branch(before: Branch, special: list[SpecialPoint], curve: _Curve) -> Br
     """Return the branch with its special points, None if they are not those of before."""
     special = [item for item in special if item.arclength <= curve.reach]
     brackets = _brackets(curve)
-    if [type_ for type_, _ in brackets] != [item.type for item in special]:
+    if [type_ for type_, _ in brackets] != [item.type for item in special] or _may_hide(curve):
         return None
     located = _locate(curve, brackets)
     if located is None:
         return None
     problem, s = curve.problem, curve.arclength
     places, z, multipliers = located
+    forms = _normal_forms(problem, special, z)
+    if forms is None:
+        return None
     values = curve.z[:, -1] * problem.width
     return replace(
         before,
@@ -354,7 +359,8 @@ def _as_branch(before: Branch, special: list[SpecialPoint], curve: _Curve) -> Br
                 multipliers=multipliers[i],
                 residual=np.nan,
                 arclength=float(places[i]),
-                coefficient=None,
+                coefficient=forms[i][0],
+                criticality=forms[i][1],
             )
             for i, item in enumerate(special)
         ),
@@ -363,6 +369,27 @@ def _as_branch(before: Branch, special: list[SpecialPoint], curve: _Curve) -> Br
         if curve.whole
         else End("unfinished", REASON, float(values[-1])),
     )
+
+
+def _normal_forms(
+    problem: PeriodicProblem, special: list[SpecialPoint], z: Array
+) -> list[tuple[float, str | None]] | None:
+    """Return coefficients and criticality; None where a doubled branch has one fold more or less.
+
+    That is so where the period doubling it is born from turns from soft to hard, or back.
+    """
+    forms = []
+    for item, orbit in zip(special, z, strict=True):
+        monodromy = problem.linearise(orbit).monodromy
+        point = make_point(orbit, np.zeros_like(orbit), item.arclength, monodromy, np.nan)
+        try:
+            form = normal_form(problem, point, item.type)
+        except np.linalg.LinAlgError:
+            return None  # a second multiplier is critical
+        if item.type == "PD" and item.leads_to is not None and form[1] != item.criticality:
+            return None
+        forms.append(form)
+    return forms
 
 
 def _end(end: End, value: float) -> End:
@@ -379,6 +406,19 @@ def _brackets(curve: _Curve) -> list[tuple[str, int]]:
             if crosses and test[i] * test[i + 1] < 0:
                 found.append((type_, i))
     return found
+
+
+def _may_hide(curve: _Curve) -> bool:
+    """Whether a test function seems to cross zero and come back between two orbits."""
+    s = curve.arclength
+    for i in range(len(s) - 1):
+        near = slice(min(max(i - 1, 0), len(s) - 4), max(i + 3, 4))
+        inner = np.linspace(s[i], s[i + 1], 10)[1:-1]
+        for test in curve.tests.values():
+            between = polynomial(s[near], test[near], inner)
+            if test[i] * test[i + 1] > 0 and (between * test[i] < 0).any():
+                return True
+    return False
 
 
 def _locate(
