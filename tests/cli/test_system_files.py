@@ -138,6 +138,17 @@ def test_the_duration_of_cycles_is_not_varied():
     result = run("response", "lorenz", "--vary", "duration=1:2")
     assert result.exit_code == 2
     assert "vary one of sigma, rho, beta" in result.stderr
+    result = run("locus", "lorenz", "--vary", "duration=1:2", "--vary", "rho=20:30")
+    assert result.exit_code == 2
+    assert "the duration of lorenz comes out of the computation" in result.stderr
+
+
+def test_which_parameters_may_be_varied_is_listed():
+    (record,) = json.loads(run("models", "lorenz", "--json", "-").stdout)["models"]
+    varied = {item["name"]: item["varied"] for item in record["parameters"]}
+    assert varied == {"sigma": True, "rho": True, "beta": True, "duration": False}
+    line = next(line for line in run("models", "lorenz").stdout.splitlines() if "duration" in line)
+    assert line.endswith("; cannot be varied")
 
 
 def test_only_what_lasts_has_a_duration():

@@ -53,6 +53,34 @@ def test_a_given_model_comes_first_with_its_own_values():
     assert values["f"] == 12.2
 
 
+def test_a_model_called_as_a_built_in_one_is_described_by_its_own_parameters():
+    """The name alone says nothing: what is known of W is for the W of the package."""
+    own = sf.System(
+        name="duffing",
+        parameters={"g": 1, "W": {"value": 40, "above": 30}, "turn": {"value": 1, "unit": "rad"}},
+        states={"z": "g + W*sin(turn) - z"},
+    )
+    (described, *_) = Catalogue(own).describe()
+    view = described["default"]
+    assert (view["vary"], view["show"], view["span"]) == ("g", "z", [0.0, 2.0])
+    sliders = {item["name"]: (item["low"], item["high"]) for item in described["parameters"]}
+    assert sliders == {"g": (0, 2), "W": (30.04, 80), "turn": (-math.pi, math.pi)}
+
+
+def test_sliders_of_angles_keep_their_bounds():
+    own = sf.System(
+        parameters={"turn": {"value": 1, "unit": "rad", "min": 0, "max": 1.5}},
+        states={"z": "sin(turn) - z"},
+    )
+    (slider,) = Catalogue(own).describe()[0]["parameters"]
+    assert (slider["low"], slider["high"]) == (0, 1.5)
+
+
+def test_a_model_with_nothing_to_vary_is_refused():
+    with pytest.raises(InputError, match="no parameter that may be varied"):
+        Catalogue(sf.System(states={"q": "-q"}))
+
+
 def test_an_unknown_model_is_refused_with_a_suggestion():
     with pytest.raises(InputError, match=r"there is no model 'dufing'.*duffing"):
         Catalogue().model("dufing", {})

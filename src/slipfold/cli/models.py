@@ -16,6 +16,7 @@ from slipfold.errors import InputError
 
 if TYPE_CHECKING:
     from slipfold.models.model import Model
+    from slipfold.models.parameter import Parameter
 
 __all__ = ["models"]
 
@@ -80,6 +81,7 @@ def _record(model: Model) -> dict[str, Any]:
                 "upper": item.upper if math.isfinite(item.upper) else None,
                 "bounds": item.bounds,
                 "doc": item.doc,
+                "varied": item in model.variable_parameters,
             }
             for item in model.parameters
         ],
@@ -93,7 +95,13 @@ def _record(model: Model) -> dict[str, Any]:
 
 def _details(model: Model) -> str:
     parameters = [
-        (item.name, f"{model.values[item.name]:.10g}", item.unit, item.bounds, item.doc)
+        (
+            item.name,
+            f"{model.values[item.name]:.10g}",
+            item.unit,
+            item.bounds,
+            _meaning(model, item),
+        )
         for item in model.parameters
     ]
     quantities = [
@@ -111,6 +119,12 @@ def _details(model: Model) -> str:
     # What has no outputs or limits needs no headings for them.
     kept = [section for index, section in enumerate(sections) if not index or len(section) > 1]
     return "\n\n".join("\n".join(section) for section in kept)
+
+
+def _meaning(model: Model, item: Parameter) -> str:
+    """Say what a parameter is, and that it cannot be varied if that is so."""
+    varied = item in model.variable_parameters
+    return item.doc if varied else f"{item.doc}; cannot be varied"
 
 
 def _table(rows: Sequence[Sequence[str]]) -> list[str]:

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Mapping
-from functools import cache
-from importlib.resources import files
 from typing import Any
 
 from slipfold.errors import InputError
+from slipfold.explorer.first_view import first_view
 from slipfold.explorer.views.labels import axis_of
 from slipfold.models.model import Model
 from slipfold.models.parameter import Parameter
@@ -33,6 +31,11 @@ class Catalogue:
     given
         A model to offer first, e.g. that of a file; None for the built-in ones alone.
 
+    Raises
+    ------
+    InputError
+        If the model given has nothing to vary.
+
     Examples
     --------
     >>> Catalogue().model("sliding", {"Nd": 0.1})
@@ -40,6 +43,11 @@ class Catalogue:
     """
 
     def __init__(self, given: Model | None = None) -> None:
+        if given is not None and not given.variable_parameters:
+            raise InputError(
+                f"{given.name} has no parameter that may be varied, so there is no diagram to "
+                "show; give its file a table [parameters]"
+            )
         built_in = {name: make() for name, make in built_in_models().items()}
         first = {} if given is None else {given.name: given}
         self._models: Mapping[str, Model] = {**first, **built_in, **first}
@@ -77,31 +85,23 @@ class Catalogue:
 
 
 def _described(model: Model) -> dict[str, Any]:
-    first = _first_views().get(model.name, {})
-    # The duration of an autonomous model is an unknown of its cycles, no knob.
-    knobs = [item for item in model.parameters if model.forced or item.name != "duration"]
-    sliders = first.get("sliders", {})
+    first = first_view(model)
+    knobs = model.variable_parameters
     return {
         "name": model.name,
         "title": model.title,
         "forced": model.forced,
         "states": [axis_of(model, item.name) for item in model.states],
         "outputs": [axis_of(model, item.name) for item in model.outputs()],
-        "parameters": [_parameter(model, item, sliders) for item in knobs],
+        "parameters": [_parameter(model, item, first) for item in knobs],
         "vary": [item.name for item in knobs],
         "default": _default(model, first),
         "plane": first.get("plane"),
     }
 
 
-@cache
-def _first_views() -> dict[str, Any]:
-    text = (files("slipfold.explorer") / "first_view.toml").read_text(encoding="utf-8")
-    return tomllib.loads(text)
-
-
 def _default(model: Model, first: Mapping[str, Any]) -> dict[str, Any]:
-    vary = first.get("vary") or model.quiet or model.parameters[0].name
+    vary = first.get("vary") or model.quiet or model.variable_parameters[0].name
     return {
         "vary": vary,
         "span": first.get("span") or list(_around(model.parameter(vary), model.values[vary])),
@@ -111,11 +111,9 @@ def _default(model: Model, first: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _parameter(
-    model: Model, item: Parameter, sliders: Mapping[str, tuple[float, float]]
-) -> dict[str, Any]:
+def _parameter(model: Model, item: Parameter, first: Mapping[str, Any]) -> dict[str, Any]:
     value = model.values[item.name]
-    low, high = sliders.get(item.name) or _around(item, value)
+    low, high = first["sliders"].get(item.name) or _around(item, value)
     low, high = min(low, value), max(high, value)
     return {
         **axis_of(model, item.name),
@@ -129,11 +127,9 @@ def _parameter(
 
 def _around(item: Parameter, value: float) -> tuple[float, float]:
     """Ends of a slider: around the value, within the bounds of what is allowed."""
-    if item.unit == "rad":
-        return -math.pi, math.pi
     size = abs(value) or 1.0
-    low, high = value - size, value + size
-    margin = MARGIN * size
+    low, high = (-math.pi, math.pi) if item.unit == "rad" else (value - size, value + size)
+    margin = MARGIN * min(size, item.upper - item.lower)
     low = max(low, item.lower + margin if item.lower_open else item.lower)
     high = min(high, item.upper - margin if item.upper_open else item.upper)
     return low, high

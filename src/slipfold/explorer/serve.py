@@ -63,8 +63,9 @@ def serve(
     Raises
     ------
     InputError
-        If the address or the port cannot be listened on.
+        If the address or the port cannot be listened on, or the model has nothing to vary.
     """
+    catalogue = Catalogue(given)
     listener = listen(public or "127.0.0.1", port)
     shown = _bracketed(public) if public else "127.0.0.1"
     access = Access(listener.getsockname()[1], (shown,) if public else LOCAL)
@@ -72,7 +73,7 @@ def serve(
     for variable in THREADS:
         os.environ.setdefault(variable, "1")
     pool = Workers(given, workers, limits)
-    app = make_app(Catalogue(given), access, pool, limits)
+    app = make_app(catalogue, access, pool, limits)
     config = uvicorn.Config(app, **settings_of_server(limits))
     address = f"http://{shown}:{access.port}/?token={access.token}"
     say(address)

@@ -41,7 +41,7 @@ def check_window(model: Model, vary: tuple[str, str], window: Window) -> Window:
             f"a plane takes two parameters with two values each, not {vary!r} and {window!r}; "
             'give e.g. vary=("f", "Nd"), window=((11.5, 13.5), (0, 0.98))'
         ) from None
-    parameters = [model.parameter(name) for name in (first, second)]
+    parameters = [model.variable_parameter(name) for name in (first, second)]
     if first == second:
         raise InputError(f"{first} is given for both parameters; give two different ones")
     spans = []

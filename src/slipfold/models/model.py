@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from slipfold.errors import InputError
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.output import Expression, Limit, Output, Symbols
-from slipfold.models.parameter import Parameter, State
+from slipfold.models.parameter import DURATION, Parameter, State
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.suggestion import suggest
 
@@ -177,6 +177,35 @@ class Model(ABC):
         raise InputError(
             f"{self.name} has no parameter {name!r}; {suggest(name, names)}"
             f"it has {', '.join(names)}"
+        )
+
+    @property
+    def variable_parameters(self) -> tuple[Parameter, ...]:
+        """Those that may be varied: not the duration of cycles, which comes out of them."""
+        own = () if self.forced else (DURATION.name,)
+        return tuple(item for item in self.parameters if item.name not in own)
+
+    def variable_parameter(self, name: str) -> Parameter:
+        """Return the description of a parameter that is to be varied.
+
+        Parameters
+        ----------
+        name
+            Name of the parameter.
+
+        Raises
+        ------
+        InputError
+            If the model has no such parameter, or it comes out of the computation.
+        """
+        parameter = self.parameter(name)
+        names = [item.name for item in self.variable_parameters]
+        if name in names:
+            return parameter
+        others = f"vary one of {', '.join(names)}" if names else "it has nothing that may be varied"
+        raise InputError(
+            f"the {name} of {self.name} comes out of the computation, so it cannot be varied; "
+            f"{others}"
         )
 
     def parameter_index(self, name: str) -> int:

@@ -41,6 +41,7 @@ _TAKEN = frozenset(
             "values",
         ),
         *("vector", "parameter", "parameter_index", "replace", "evaluate"),
+        *("variable_parameter", "variable_parameters"),
         *("events", "forced", "start", "from_toml", "to_toml"),
         # ... and arguments of what takes parameters by name.
         *("self", "definition", "formulas", "forcing", "model", "vary", "span", "settings"),

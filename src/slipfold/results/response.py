@@ -152,12 +152,7 @@ def _own_events(model: Model, vary: str) -> tuple[Event, ...]:
 
 
 def _ends(model: Model, vary: str, span: tuple[float | str, float | str]) -> tuple[float, float]:
-    parameter = model.parameter(vary)
-    if vary == "duration" and not model.forced:
-        raise InputError(
-            f"duration is no parameter of {model.name} but comes out of the computation; vary one "
-            f"of {', '.join(item.name for item in model.parameters if item.name != 'duration')}"
-        )
+    parameter = model.variable_parameter(vary)
     try:
         first, last = span
     except (TypeError, ValueError):

@@ -91,8 +91,10 @@ def threshold_map(
         changed,
         threshold,
         type,
-        over={name: _numbers(model.parameter(name), values) for name, values in over.items()},
-        span=_ends(model.parameter(threshold), span),
+        over={
+            name: _numbers(model.variable_parameter(name), values) for name, values in over.items()
+        },
+        span=_ends(model.variable_parameter(threshold), span),
         observer=observer,
     )
     return ThresholdMap(**vars(found), provenance=provenance(perf_counter() - started))

@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 import sys
+from contextlib import contextmanager
 
 import pytest
 
@@ -31,12 +32,26 @@ quiet = "F"
 """A model whose texts are markup; the page must show them as they are."""
 
 
-@pytest.fixture(scope="session")
-def address(tmp_path_factory):
-    """The address that the command prints."""
+BRAKE = """
+name = "brake"
+[structure]
+names = ["tip"]
+M = [[0.05]]
+C = [[0.4]]
+K = [[2000.0]]
+[[contacts]]
+along = "tip"
+friction = { law = "Stribeck", mu_s = 0.6, mu_k = 0.3, vs = 0.4 }
+load = 5
+Vd = "2 m/s"
+"""
+"""The structure of the README: nothing forces it."""
+
+
+@contextmanager
+def served(case):
+    """Run the command on a file; give the address that it prints."""
     pytest.importorskip("fastapi")
-    case = tmp_path_factory.mktemp("explorer") / "hostile.toml"
-    case.write_text(HOSTILE)
     command = [sys.executable, "-m", "slipfold.cli", "explore", str(case), "--no-browser"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
         try:
@@ -46,6 +61,29 @@ def address(tmp_path_factory):
         finally:
             server.terminate()
             server.communicate()
+
+
+@pytest.fixture(scope="session")
+def address(tmp_path_factory):
+    """The address of a page that offers a model whose texts are markup."""
+    case = tmp_path_factory.mktemp("explorer") / "hostile.toml"
+    case.write_text(HOSTILE)
+    with served(case) as printed:
+        yield printed
+
+
+@pytest.fixture(scope="session")
+def brake_file(tmp_path_factory):
+    case = tmp_path_factory.mktemp("brake") / "one's own.toml"
+    case.write_text(BRAKE)
+    return case
+
+
+@pytest.fixture(scope="session")
+def brake_address(brake_file):
+    """The address of a page that offers a structure from a file."""
+    with served(brake_file) as printed:
+        yield printed
 
 
 @pytest.fixture(scope="session")
@@ -81,6 +119,15 @@ def explorer(tab):
     """A tab that was used before; nothing may go wrong on it unseen."""
     yield tab
     assert tab.faults == []
+
+
+@pytest.fixture
+def brake(context, brake_address):
+    """A tab that shows the structure of a user's own."""
+    explorer = ExplorerPage(context.new_page(), brake_address)
+    yield explorer
+    explorer.page.close()
+    assert explorer.faults == []
 
 
 @pytest.fixture

@@ -49,6 +49,7 @@ function forgetToken() {
 }
 
 function build(models) {
+  if (!window.Plotly) throw new Error("/plotly.min.js could not be loaded");
   const given = viewOf(location.hash.slice(1), models);
   const socket = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws`;
   const connection = new Connection(socket);
@@ -104,9 +105,11 @@ function build(models) {
   showPlane();
   session.store.changed.subscribe(showPlane);
   keepAddress(session);
+  tellDefects(session);
   connection.open();
   session.start();
   if (!given && isFirstVisit() && session.view.model === TOLD_OF) tour.start();
+  document.getElementById("page").dataset.started = "";
 }
 
 function panel(id, title, tools, ...children) {
@@ -135,6 +138,14 @@ function keepAddress(session) {
     const view = text === written ? null : viewOf(text, session.models);
     if (view) session.store.commit(view);
   });
+}
+
+/** What goes wrong on a page that stands is said too; before, start_failure.js says it. */
+function tellDefects({ failed }) {
+  const tell = (what) => failed.announce({ kind: "page", sentence: `This is a defect of the page: ${what}.` });
+  // A plot whose size changes while sizes are being told is drawn at the next opportunity.
+  window.addEventListener("error", ({ error }) => error && tell(error));
+  window.addEventListener("unhandledrejection", ({ reason }) => tell(reason));
 }
 
 async function plotted(plot, format) {

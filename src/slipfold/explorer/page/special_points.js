@@ -5,6 +5,9 @@ import { element, svg } from "./dom.js";
 import { withUnit } from "./quantities.js";
 import { placeOfSpecial } from "./working_point.js";
 
+/** Ends of branches that need no word: the end of the span, and where another branch is met. */
+const EXPECTED = new Set(["span", "closed", "born"]);
+
 const SHAPES = {
   circle: "M4 0A4 4 0 1 1-4 0A4 4 0 1 1 4 0Z",
   square: "M-3.6-3.6H3.6V3.6H-3.6Z",
@@ -32,9 +35,9 @@ export class SpecialPoints {
   #show(diagram) {
     const items = diagram.branches.flatMap((branch) =>
       branch.special.map((special) => ({ branch, special, text: textOf(special, diagram.x) })));
-    const ends = diagram.branches.filter(({ stopped }) => ["limit", "failed"].includes(stopped.kind));
-    const sentences = ends.map(({ period, stopped }) =>
-      `Period ${period} ends at ${withUnit(diagram.x, stopped.value)}: ${stopped.reason}.`);
+    const ends = diagram.branches.filter(({ stopped }) => !EXPECTED.has(stopped.kind));
+    const sentences = ends.map(({ kind, period, stopped }) =>
+      `${kind === "equilibrium" ? "The equilibrium" : `Period ${period}`} ends at ${withUnit(diagram.x, stopped.value)}: ${stopped.reason}.`);
     const key = JSON.stringify([items.map(({ text }) => text), sentences]);
     this.#ends.textContent = [...new Set(sentences)].join(" ");
     this.#ends.title = this.#ends.textContent;

@@ -1,0 +1,56 @@
+"""The page starts with any model; where it cannot, it says why."""
+
+import re
+
+import pytest
+from playwright.sync_api import expect
+
+from helpers.explorer_page import ExplorerPage
+
+
+def test_an_unforced_structure_of_ones_own_is_shown(brake):
+    brake.page.goto(brake.address)
+    names = brake.page.get_by_label("Vary", exact=True).locator("option")
+    expect(names).to_have_count(6)
+    values = names.evaluate_all("(options) => options.map(({ value }) => value)")
+    assert values == ["Ns", "Vd", "mu_s", "mu_k", "vs", "s2"]
+    brake.open("model=brake&vary=Vd&span=0.4~2")
+    assert brake.specials() == ["HB 0.8952\u202fm/s subcritical"]
+
+
+def _without_what_is_varied(route):
+    models = route.fetch().json()
+    models[0]["default"]["vary"] = "duration"
+    route.fulfill(json=models)
+
+
+def _half_a_script(route):
+    route.fulfill(body="export const", content_type="text/javascript")
+
+
+FAILURES = {
+    "thrown": ("api/models", _without_what_is_varied, "TypeError"),
+    "no answer": ("api/models", lambda route: route.abort(), "Failed to fetch"),
+    "no script": ("page/dom.js", _half_a_script, "SyntaxError"),
+    "no module": ("page/dom.js", lambda route: route.abort(), "/page/main.js could not be loaded"),
+    "no plots": ("plotly.min.js", lambda route: route.abort(), "/plotly.min.js could not be"),
+}
+
+
+@pytest.mark.parametrize(("part", "answer", "reason"), FAILURES.values(), ids=FAILURES)
+def test_a_page_that_cannot_start_says_why(context, address, part, answer, reason):
+    with context.new_page() as page:
+        page.route(f"**/{part}", answer)
+        page.goto(address)
+        alert = page.get_by_role("alert")
+        expect(alert).to_contain_text("The page could not start")
+        expect(alert).to_contain_text(reason)
+        assert "Starting" not in page.locator("#page").inner_text()
+
+
+def test_what_fails_later_is_said_too(context, address):
+    with context.new_page() as page:
+        explorer = ExplorerPage(page, address).open()
+        page.evaluate("() => { queueMicrotask(() => { throw new Error('a plot fell over'); }); }")
+        expect(page.get_by_role("alert")).to_contain_text(re.compile("defect.*a plot fell over"))
+        assert explorer.faults == ["a plot fell over"]
