@@ -33,10 +33,10 @@ INSTALL_VENV = { \
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup paper explore test long lint types layers check bench docs lock clean
+.PHONY: help setup paper explore test long portable portable-quick lint types layers check bench docs lock clean
 
 help: ## list the targets
-	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 setup: $(SETUP) ## make .venv and install the package in it
 
@@ -52,9 +52,35 @@ test: $(SETUP) ## run the tests and the examples in the docstrings
 long: $(SETUP) ## run the tests that take minutes
 	$(BIN)/python -m pytest -n $(JOBS) -m long $(PYTEST_ARGS)
 
+portable: $(SETUP) ## run the numerics' tests as on other processors
+	$(call SAME_POINTS)
+	for kernel in $(KERNELS); do \
+		echo "OPENBLAS_CORETYPE=$$kernel"; \
+		OPENBLAS_CORETYPE=$$kernel $(BIN)/python -m pytest -q -n $(JOBS) $(NUMERICS) || exit 1; \
+	done
+	for setting in SLIPFOLD_TOLERANCE=3e-14 SLIPFOLD_TOLERANCE=3e-13 SLIPFOLD_LANES=4; do \
+		echo "$$setting"; \
+		env $$setting $(BIN)/python -m pytest -q -n $(JOBS) $(NUMERICS) || exit 1; \
+	done
+
+portable-quick: $(SETUP) ## the same in ten minutes: all special points, some tests on an old processor
+	$(call SAME_POINTS)
+	OPENBLAS_CORETYPE=Nehalem $(BIN)/python -m pytest -q -n $(JOBS) $(SENSITIVE)
+
+SAME_POINTS = $(BIN)/python -m pytest -q -n 0 -m portable tests/portable
+KERNELS := Nehalem Sandybridge Haswell \
+	$(shell grep -qs avx512f /proc/cpuinfo && echo SkylakeX)
+NUMERICS := $(addprefix tests/,attractors branches collocation flow loci models orbits reference \
+	structures thresholds) src/slipfold/collocation src/slipfold/flow src/slipfold/orbits \
+	src/slipfold/branches src/slipfold/loci
+# Where a last digit has decided something before.
+SENSITIVE := $(addprefix tests/,collocation orbits reference structures \
+	branches/test_branch_points.py branches/test_autonomous.py branches/test_homoclinic.py \
+	branches/test_textbook_systems.py loci/test_textbook_systems.py)
+
 # One thread a process: the matrices are small, and the processes share the cores.
-test long: export OMP_NUM_THREADS = 1
-test long: export OPENBLAS_NUM_THREADS = 1
+test long portable portable-quick: export OMP_NUM_THREADS = 1
+test long portable portable-quick: export OPENBLAS_NUM_THREADS = 1
 
 lint: $(SETUP) ## check style and formatting
 	$(BIN)/ruff check .

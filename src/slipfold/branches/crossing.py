@@ -48,10 +48,13 @@ class Crossing:
         The orbit, with the tangent of the branch on which it was met.
     other
         Unit tangent of the other branch.
+    rounding
+        What rounding can do to the parameter.
     """
 
     point: OrbitPoint
     other: Array
+    rounding: float
 
 
 def find_crossing(curve: Shooting, point: OrbitPoint, along: Array) -> Crossing | None:
@@ -97,14 +100,17 @@ def find_crossing(curve: Shooting, point: OrbitPoint, along: Array) -> Crossing 
     solved = reduced.solve(place)
     if solved is None or abs(solved.remainder) > REMAINS:
         return None
-    directions = _zero_directions(reduced.hessian(place))
+    hessian = reduced.hessian(place)
+    directions = _zero_directions(hessian)
     if directions is None:
         return None
     tangents = [_unit(solved.moves @ direction) for direction in directions]
     alike = [float(tangent @ along) for tangent in tangents]
     own = int(np.abs(alike).argmax())
     found = _as_point(curve, solved, tangents[own] * np.sign(alike[own]), point.arclength)
-    return Crossing(found, tangents[1 - own])
+    # Rounding of the slopes moves the place, and with it the parameter.
+    blurred = float(np.linalg.norm(solved.moves[-1] @ np.linalg.inv(hessian)))
+    return Crossing(found, tangents[1 - own], blurred * solved.rounding)
 
 
 def _as_point(curve: Shooting, solved: _Solved, tangent: Array, arclength: float) -> OrbitPoint:
@@ -144,6 +150,7 @@ class _Solved:
     moves: Array
     slopes: Array
     linearisation: Linearisation
+    rounding: float
 
 
 class _Reduction:
@@ -189,7 +196,8 @@ class _Reduction:
             z, remainder = z + step[:n], remainder + float(step[n])
             if still:
                 moves, slopes = inverse[:n, -2:], inverse[n, -2:]
-                return _Solved(z, remainder, moves, slopes, linearisation)
+                rounding = float(np.finfo(float).eps * np.linalg.norm(inverse, 2))
+                return _Solved(z, remainder, moves, slopes, linearisation, rounding)
             # The derivatives are those before the step: they are taken once it is rounding.
             still = bool(np.linalg.norm(step) < STILL)
         return None

@@ -16,12 +16,17 @@ from slipfold.continuation.newton import correct
 from slipfold.continuation.search import Found
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.equilibrium_problem import EquilibriumProblem
-from slipfold.orbits.floquet import match_multipliers
+from slipfold.orbits.floquet import floquet_multipliers, match_multipliers
 from slipfold.orbits.orbit_point import OrbitPoint, make_point
+from slipfold.orbits.test_functions import evaluate_tests
+from slipfold.orbits.uncertainty import SPREAD, multiplier_change, place_rounding
 
 __all__ = ["describe_bifurcation", "describe_event"]
 
 Array = NDArray[np.float64]
+
+BESIDE = 1e-6
+"""Arclength over which multipliers are differenced: six digits of their rates are left."""
 
 NAMES = {
     "LP": "fold",
@@ -92,12 +97,13 @@ def describe_event(problem: PeriodicProblem, event: Event, point: OrbitPoint) ->
         The orbit.
     """
     name = f"{event.measure} {event.name} = {event.value:g}"
-    again = _anew(problem, point)
+    again, rounding = _anew(problem, point)
     moved, multiplier_uncertainty = np.inf, np.full(len(point.multipliers), np.inf)
     if again is not None:
-        moved = abs(again.z[-1] - point.z[-1]) + CLOSE * abs(point.tangent[-1])
-        matched = match_multipliers(point.multipliers, again.multipliers)
-        multiplier_uncertainty = np.abs(matched - point.multipliers)
+        moved = abs(again.z[-1] - point.z[-1]) + CLOSE * abs(point.tangent[-1]) + rounding
+        multiplier_uncertainty = multiplier_change(
+            point.multipliers, again.multipliers, point.monodromy
+        )
     width = problem.width
     return _special(
         problem, point, "EVENT", name, moved * width, multiplier_uncertainty, None, None
@@ -125,7 +131,7 @@ def _special(
         period=problem.period,
         nodes=problem.nodes(point.z),
         multipliers=problem.all_multipliers(point.multipliers),
-        multiplier_uncertainty=_padded(multiplier_uncertainty, len(problem.scales)),
+        multiplier_uncertainty=_padded(problem, point, multiplier_uncertainty),
         residual=point.residual,
         arclength=point.arclength,
         criticality=criticality,
@@ -133,29 +139,34 @@ def _special(
     )
 
 
-def _padded(uncertainty: Array, count: int) -> Array:
-    """Uncertainties of all multipliers: what is exactly one is certain."""
-    return np.concatenate([uncertainty, np.zeros(count - len(uncertainty))])
+def _padded(problem: PeriodicProblem, point: OrbitPoint, uncertainty: Array) -> Array:
+    """Uncertainties of all multipliers, in their order: what is exactly one is certain."""
+    everything = problem.all_multipliers(point.multipliers)
+    missing = len(everything) - len(uncertainty)
+    certain = int(np.count_nonzero(np.abs(point.multipliers) > 1))
+    return np.insert(uncertainty, [certain] * missing, 0.0)
 
 
-def _anew(problem: PeriodicProblem, point: OrbitPoint) -> OrbitPoint | None:
+def _anew(problem: PeriodicProblem, point: OrbitPoint) -> tuple[OrbitPoint | None, float]:
     """Compute the same orbit with its nodes, and so every integration step, elsewhere.
 
-    None if that fails: nothing is known of the uncertainty then.
+    Also what rounding can do to its parameter. None if that fails: nothing is known then.
     """
     other, guess, row = problem.shifted(point.z, point.tangent)
     correction = correct(other, guess, row)
     if not correction.converged:
-        return None
-    return other.point(correction, point.arclength)
+        return None, np.inf
+    assert correction.bordered is not None  # it converged
+    again = other.point(correction, point.arclength)
+    return again, place_rounding(correction.bordered, correction.z)
 
 
-def _crossing_anew(problem: PeriodicProblem, point: OrbitPoint) -> OrbitPoint | None:
+def _crossing_anew(problem: PeriodicProblem, point: OrbitPoint) -> tuple[OrbitPoint | None, float]:
     """Find the same branch point with its nodes elsewhere: along one branch it is singular."""
     other, guess, row = problem.shifted(point.z, point.tangent)
     start = make_point(guess, row, point.arclength, point.monodromy, point.residual)
     crossing = find_crossing(other, start, row)
-    return None if crossing is None else crossing.point
+    return (None, np.inf) if crossing is None else (crossing.point, crossing.rounding)
 
 
 def _uncertainties(problem: PeriodicProblem, found: Found) -> tuple[float, Array]:
@@ -166,17 +177,35 @@ def _uncertainties(problem: PeriodicProblem, found: Found) -> tuple[float, Array
     the test function counts as well. A branch point where two branches cross is found anew.
     """
     point = found.point
-    again = _crossing_anew(problem, point) if found.other is not None else _anew(problem, point)
+    compute = _anew if found.other is None else _crossing_anew
+    again, rounding = compute(problem, point)
     if again is None:
         return np.inf, np.full(len(point.multipliers), np.inf)
+    uncertain = multiplier_change(point.multipliers, again.multipliers, point.monodromy)
     along = 0.0
     if found.other is None:
         test = "fold" if found.type == "BP" else found.type
         change = abs(again.tests[test] - point.tests[test]) + abs(point.tests[test])
+        change = max(change, _blurred(test, point, uncertain))
         along = change / max(abs(found.slope), 1e-300)
-    moved = abs(again.z[-1] - point.z[-1]) + along * abs(point.tangent[-1])
-    matched = match_multipliers(point.multipliers, again.multipliers)
-    return (
-        float(moved) * problem.width + float(np.spacing(abs(problem.value(point.z)))),
-        np.abs(matched - point.multipliers),
-    )
+    uncertain = uncertain + along * _multiplier_rates(problem, point)
+    moved = SPREAD * abs(again.z[-1] - point.z[-1]) + along * abs(point.tangent[-1]) + rounding
+    value = problem.value(point.z)
+    largest = max(abs(value), problem.width)
+    return float(moved) * problem.width + float(np.spacing(largest)), uncertain
+
+
+def _multiplier_rates(problem: PeriodicProblem, point: OrbitPoint) -> Array:
+    """Return by how much each multiplier changes along the branch, a unit of arclength."""
+    beside = problem.linearise(point.z + BESIDE * point.tangent)
+    others = match_multipliers(point.multipliers, floquet_multipliers(beside.monodromy))
+    return np.asarray(np.abs(others - point.multipliers) / BESIDE, dtype=float)
+
+
+def _blurred(test: str, point: OrbitPoint, uncertain: Array) -> float:
+    """Return how much a test function changes while its multipliers move by what is uncertain."""
+    if test not in {"PD", "NS", "fold"}:
+        return 0.0
+    values = point.multipliers
+    outward = values + uncertain * values / np.maximum(np.abs(values), 1e-300)
+    return abs(evaluate_tests(outward)[test] - evaluate_tests(values)[test])

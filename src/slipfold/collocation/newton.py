@@ -27,9 +27,10 @@ ROUNDING = 1e-7
 FAR = 1e6
 """Steps longer than this, in scaled states, lead nowhere."""
 
-POWER_STEPS = 4
-"""Inverse iterations for the vectors of a matrix that is singular to four digits and more: any
-that are not orthogonal to them would do."""
+BORDERINGS = 3
+"""Times that the vectors of a nearly singular matrix are taken from the matrix bordered by the last
+ones: the first borders are any, and the error of those after is that of the matrix being regular,
+1e-4 and less, times their own."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,15 +153,18 @@ def _system(condensed: Condensed, iterate: Iterate, reference: Reference) -> tup
 
 
 def _unfolding(condensed: Condensed, iterate: Iterate, reference: Reference) -> Unfolding:
+    """Return the null vectors, from bordered systems: the matrix itself may be exactly singular."""
     matrix, right = _system(condensed, iterate, reference)
-    solved = _factors(matrix)
     count, n = condensed.defects.shape
-    null = np.cos(np.arange(len(right)))  # any vector, but not one with a symmetry
-    for _ in range(POWER_STEPS):
-        column = solved(null, "T")
-        column /= np.linalg.norm(column)
-        null = solved(column)
-        null /= np.linalg.norm(null)
+    column = np.cos(np.arange(len(right)))  # any vector, but not one with a symmetry
+    column /= np.linalg.norm(column)
+    null = column
+    unit = np.zeros(len(right) + 1)
+    unit[-1] = 1.0
+    for _ in range(BORDERINGS):
+        solved = _factors(_bordered(matrix, column, null))
+        null, column = solved(unit)[:-1], solved(unit, "T")[:-1]
+        null, column = null / np.linalg.norm(null), column / np.linalg.norm(column)
     row = np.zeros(len(right))
     places = reference.places(iterate.edges)
     row[: count * n].reshape(count, n)[places] = null[: count * n].reshape(count, n)[places]

@@ -1,4 +1,4 @@
-"""How far multipliers can be trusted: the orbit integrated anew with other steps."""
+"""How far an orbit and its multipliers can be trusted: computed anew, and what rounding can do."""
 
 from __future__ import annotations
 
@@ -8,10 +8,49 @@ from numpy.typing import NDArray
 from slipfold.models.model import Model
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.floquet import floquet_multipliers, match_multipliers
+from slipfold.orbits.linearisation import Bordered
 
-__all__ = ["multiplier_uncertainty"]
+__all__ = ["multiplier_change", "multiplier_rounding", "multiplier_uncertainty", "place_rounding"]
 
 Array = NDArray[np.float64]
+
+SPREAD = 2.0
+"""Two computations differ by a sample of both their errors; one twice as large is no surprise."""
+
+ROUNDING = float(np.finfo(float).eps)
+
+
+def multiplier_rounding(monodromy: Array, multipliers: NDArray[np.complex128]) -> Array:
+    r"""Return what rounding of the monodromy matrix can do to each multiplier, shape (n,).
+
+    An eigenvalue with left and right vectors l, r moves by :math:`|l| |r| / |l^* r|` times the
+    change of the matrix, n roundings of its norm; where that grows without bound, two eigenvalues
+    meet and part like the square root of the change.
+    """
+    from scipy.linalg import eig
+
+    change = len(monodromy) * ROUNDING * max(1.0, float(np.linalg.norm(monodromy, 2)))
+    values, left, right = eig(monodromy, left=True)
+    alike = np.abs(np.sum(left.conj() * right, axis=0))  # both come with unit length
+    moved = np.minimum(change / np.maximum(alike, change), np.sqrt(change))
+    nearest = np.abs(multipliers[:, None] - values[None, :]).argmin(axis=1)
+    return np.asarray(moved[nearest], dtype=float)
+
+
+def multiplier_change(
+    values: NDArray[np.complex128], others: NDArray[np.complex128], monodromy: Array
+) -> Array:
+    """Return how uncertain multipliers are that were computed twice, shape (n,)."""
+    change = np.abs(values - match_multipliers(values, others))
+    return SPREAD * change + multiplier_rounding(monodromy, values)
+
+
+def place_rounding(bordered: Bordered, z: Array) -> float:
+    """Return what rounding of the segments' ends can do to the last unknown, the parameter."""
+    unit = np.zeros(len(z))
+    unit[-1] = 1.0
+    weights = np.abs(np.linalg.solve(bordered.matrix.T, unit))
+    return float(weights @ (ROUNDING * np.maximum(1.0, np.abs(z))))
 
 
 def multiplier_uncertainty(
@@ -57,6 +96,6 @@ def multiplier_uncertainty(
         values = multipliers[i]
         other, moved, _ = problem.shifted(z, fixed)
         again = other.linearise(moved)
-        others = match_multipliers(values, floquet_multipliers(again.monodromy))
-        result[i] = np.abs(values - others)
+        others = floquet_multipliers(again.monodromy)
+        result[i] = multiplier_change(values, others, again.monodromy)
     return result
