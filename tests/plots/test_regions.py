@@ -1,11 +1,14 @@
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 
-from helpers.hand_drawn_loci_plots import WINDOW, drawn_regions, valley
+from helpers.hand_drawn_loci_plots import WINDOW, drawn_regions, locus_diagram, valley
 from slipfold.loci.region_map import Region, RegionMap
 from slipfold.plots.labels import place_labels
+from slipfold.plots.locus_legend import legend_options
 from slipfold.plots.regions import (
     PALE,
     PIXELS,
@@ -97,6 +100,22 @@ def test_a_region_without_room_has_no_name(ax):
 
 def test_no_names_where_nothing_is_drawn(ax):
     assert region_labels(ax, drawn_regions()) == []
+
+
+def test_a_region_whose_check_disagrees_is_drawn_as_unknown(ax):
+    regions = drawn_regions(agrees=False)
+    draw_regions(ax, regions, sharpen(regions, LINES, WINDOW))
+    (image,) = ax.images
+    assert to_hex(image.cmap(image.norm(1))) == "#ffffff"
+    assert to_hex(image.cmap(image.norm(2))) == PALE[(1,)]
+    (hatched,) = (item for item in ax.collections if item.hatches)
+    (area,) = hatched.get_paths()
+    assert area.contains_point((12.5, 0.3))
+    assert not area.contains_point((12.5, 0.02))
+    assert [label.text for label in region_labels(ax, regions)] == ["unknown", "period 1"]
+    diagram = locus_diagram(valley(), regions=regions)
+    shades = [item for item in legend_options([diagram])["handles"] if isinstance(item, Patch)]
+    assert [shade.get_label() for shade in shades] == ["stable: period 1", "unknown"]
 
 
 def test_kinds_of_regions_are_ordered_and_single():

@@ -77,7 +77,7 @@ def test_summary_lists_regions_and_what_does_not_fit(diagram):
     rows = [" ".join(line.split()) for line in lines]
     assert rows == [
         "1 period 1 33.33% 12 0.1 agree 1 of 1 agree",
-        "2 periods 1 and 2 16.67% 13 0.1 disagree 1 of 2 agree",
+        "2 unknown 16.67% 13 0.1 disagree 1 of 2 agree",
         "3 none 33.33% 12.5 0.5 agree none",
     ]
     assert disagreements == [
@@ -175,11 +175,8 @@ def test_record_follows_the_schema(diagram):
     assert degenerate["multipliers"][1] == [0.957, 0.019]
     assert third["special"][0]["coefficient"] is None
     region = record["regions"][1]
-    assert (region["stable"], region["name"], region["consistent"]) == (
-        [1, 2],
-        "periods 1 and 2",
-        False,
-    )
+    assert (region["stable"], region["name"]) == ([1, 2], "unknown")
+    assert (region["known"], region["consistent"]) == (False, False)
     assert region["checks"][1] == {
         "values": [12.0, 0.1],
         "start": "2",

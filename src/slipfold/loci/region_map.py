@@ -48,7 +48,8 @@ class RegionCheck(OneLine):
     @property
     def begins(self) -> str:
         """Where the motion starts, in words."""
-        return "from rest" if self.start == "rest" else f"near the orbit of period {self.start}"
+        period = self.start.removeprefix("period ")
+        return "from rest" if self.start == "rest" else f"near the orbit of period {period}"
 
 
 @dataclass(frozen=True, repr=False)
@@ -61,13 +62,14 @@ class Region(OneLine):
         Number within the map, from 1.
     stable
         Periods of the stable responses, e.g. ``(1, 2)``, or ``(1, 1)`` for two of period 1; empty
-        if there are none of period 1 or 2.
+        if there are none of period 1 or 2. Not to be relied on where the region is not `known`.
     share
         Its share of the window's area.
     place
         Values of the two parameters well inside it.
     consistent
-        Whether all responses computed across the region agree on its label.
+        Whether all responses computed across the region agree on its label, and none of them has
+        a branch point inside it.
     checks
         Simulations.
     """
@@ -93,8 +95,18 @@ class Region(OneLine):
         return PrintedTable(heads, [_check_row(check) for check in self.checks], heads)
 
     @property
+    def known(self) -> bool:
+        """Whether all responses across it agree on its label, and so does every simulation."""
+        return self.consistent and all(check.agrees for check in self.checks)
+
+    @property
     def name(self) -> str:
-        """Which stable responses exist, in words."""
+        """Which stable responses exist, in words; ``"unknown"`` where that is contradicted."""
+        return self.claim if self.known else "unknown"
+
+    @property
+    def claim(self) -> str:
+        """Which stable responses those that cross it found, in words, right or not."""
         if not self.stable:
             return "none"
         if len(set(self.stable)) == len(self.stable):
@@ -143,7 +155,7 @@ class RegionMap(OneLine):
         )
 
     def at(self, first: float, second: float) -> Region | None:
-        """Return the region that a place lies in, None where no label is known.
+        """Return the region that a place lies in, None where it is not known.
 
         Parameters
         ----------
@@ -153,7 +165,8 @@ class RegionMap(OneLine):
         column = int(np.abs(self.first - first).argmin())
         row = int(np.abs(self.second - second).argmin())
         number = int(self.labels[row, column])
-        return self.regions[number - 1] if number else None
+        region = self.regions[number - 1] if number else None
+        return region if region is not None and region.known else None
 
 
 def _place(values: tuple[float, float]) -> str:

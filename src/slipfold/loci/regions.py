@@ -55,7 +55,8 @@ def map_regions(
 
     A boundary is a stretch of a locus on which no other multiplier is outside the unit circle, or
     a place where a stable branch ends at a limit of the model. Inside a region nothing changes, so
-    every response that crosses it says the same: where two disagree, the region is marked.
+    every response that crosses it says the same: where two disagree, or one has a pitchfork
+    inside, since loci of branch points are not followed, the region is marked.
 
     Parameters
     ----------
@@ -85,6 +86,10 @@ def map_regions(
     clear = ndimage.distance_transform_edt(~boundary) > CLEAR
     votes = list(collect_votes(pieces, clear, raster, plane, lines))
     regions, labels = _labelled(model, plane, pieces, votes, distance, raster)
+    split = {int(labels[cell]) for cell in _forks(lines, plane, raster) if clear[cell]}
+    regions = [
+        replace(region, consistent=False) if region.id in split else region for region in regions
+    ]
     numbers = {region.id: int(pieces[labels == region.id][0]) for region in regions}
     nearest = ndimage.distance_transform_edt(
         labels == 0, return_distances=False, return_indices=True
@@ -165,6 +170,22 @@ def _ends(line: FanLine) -> list[_End]:
         for branch in line.branches
         if branch.stopped.kind in ("limit", "span") and len(branch)
     ]
+
+
+def _forks(
+    lines: Sequence[FanLine], plane: tuple[str, str], raster: Raster
+) -> Iterator[tuple[int, int]]:
+    """Yield the cells, as row and column, of pitchforks at which stable responses are born."""
+    for line in lines:
+        axis = plane.index(line.fixed)
+        for point in (point for branch in line.branches for point in branch.special):
+            others = np.delete(point.multipliers, np.abs(point.multipliers - 1).argmin())
+            # At a transcritical point two responses exchange stability: their number stays.
+            if point.type != "BP" or point.criticality is None or (np.abs(others) > 1).any():
+                continue
+            along = int(raster.columns(np.array([line.value]), axis)[0])
+            across = int(raster.columns(np.array([point.value]), 1 - axis)[0])
+            yield (across, along) if axis == 0 else (along, across)
 
 
 def _joined(left: list[_End], right: list[_End], reach: float) -> Iterator[tuple[float, float]]:

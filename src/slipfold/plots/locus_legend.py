@@ -14,7 +14,7 @@ from slipfold.loci.locus import CODIMENSION_TWO, Locus, locus_title
 from slipfold.loci.region_map import RegionMap
 from slipfold.plots.locus_marks import locus_marks
 from slipfold.plots.locus_style import LOCUS_COLOURS, line_style, mark_style
-from slipfold.plots.regions import PALE, UNNAMED, shown_regions
+from slipfold.plots.regions import PALE, UNKNOWN, UNNAMED, shown_regions
 from slipfold.results.locus_stretches import CRITICALITIES, locus_stretches
 
 __all__ = ["legend_options"]
@@ -109,13 +109,14 @@ def _marks(diagrams: Sequence[_HasLoci]) -> list[Artist]:
 
 
 def _shades(diagrams: Sequence[_HasLoci]) -> list[Artist]:
-    names = {
-        region.stable: region.name
+    shown = [
+        region
         for diagram in diagrams
         if diagram.regions is not None
         for region in shown_regions(diagram.regions)
-    }
-    return [
+    ]
+    names = {region.stable: region.name for region in shown if region.known}
+    shades: list[Artist] = [
         Patch(
             facecolor=PALE.get(stable, UNNAMED),
             edgecolor="0.6",
@@ -124,3 +125,7 @@ def _shades(diagrams: Sequence[_HasLoci]) -> list[Artist]:
         )
         for stable, name in names.items()
     ]
+    if not all(region.known for region in shown):
+        style: dict[str, Any] = {**UNKNOWN, "linewidth": 0.4}
+        shades.append(Patch(**style, label="unknown"))
+    return shades

@@ -14,7 +14,15 @@ from scipy import ndimage
 from slipfold.loci.region_map import Region, RegionMap
 from slipfold.plots.labels import Label
 
-__all__ = ["PALE", "draw_regions", "region_labels", "sharpen", "shown_regions"]
+__all__ = [
+    "PALE",
+    "UNKNOWN",
+    "UNNAMED",
+    "draw_regions",
+    "region_labels",
+    "sharpen",
+    "shown_regions",
+]
 
 Array = NDArray[np.float64]
 Labels = NDArray[np.int64]
@@ -28,6 +36,11 @@ PALE: Mapping[tuple[int, ...], str] = MappingProxyType(
 
 UNNAMED = "#d8d0e0"
 """Colour of other combinations of periods."""
+
+UNKNOWN: Mapping[str, str] = MappingProxyType(
+    {"facecolor": "white", "edgecolor": "0.75", "hatch": "...."}
+)
+"""How a region is drawn whose label is contradicted."""
 
 PIXELS = (1000, 800)
 """Size of the picture of the regions: finer than the map, so that its cells are not seen."""
@@ -56,7 +69,7 @@ def draw_regions(ax: Axes, regions: RegionMap, labels: Labels) -> None:
         Number of the region in each pixel, as `sharpen` returned them for these limits.
     """
     view = ax.get_xlim(), ax.get_ylim()
-    colours = ["white", *(PALE.get(region.stable, UNNAMED) for region in regions.regions)]
+    colours = ["white", *map(_colour, regions.regions)]
     ax.imshow(
         labels,
         ListedColormap(colours),
@@ -70,8 +83,31 @@ def draw_regions(ax: Axes, regions: RegionMap, labels: Labels) -> None:
         zorder=0,
         gid=PICTURE,
     )
+    _hatch_unknown(ax, regions, labels)
     ax.set_xlim(view[0])
     ax.set_ylim(view[1])
+
+
+def _colour(region: Region) -> str:
+    return PALE.get(region.stable, UNNAMED) if region.known else UNKNOWN["facecolor"]
+
+
+def _hatch_unknown(ax: Axes, regions: RegionMap, labels: Labels) -> None:
+    """Hatch the regions whose label is contradicted."""
+    unknown = [region.id for region in regions.regions if not region.known]
+    mask = np.isin(labels, unknown)
+    if not mask.any():
+        return
+    axes = [
+        _centres(*limits, count)
+        for limits, count in zip((ax.get_xlim(), ax.get_ylim()), mask.shape[::-1], strict=True)
+    ]
+    drawn = ax.contourf(
+        *axes, mask.astype(float), levels=[0.5, 1.5], colors="none", hatches=[UNKNOWN["hatch"]]
+    )
+    drawn.set_edgecolor(UNKNOWN["edgecolor"])
+    drawn.set_linewidth(0.0)
+    drawn.set_zorder(0.1)
 
 
 def sharpen(
@@ -189,7 +225,7 @@ def region_labels(ax: Axes, regions: RegionMap, size: float = 7.0) -> list[Label
 
 
 def shown_regions(regions: RegionMap) -> Iterator[Region]:
-    """Yield one region of each kind, from the most quiet on.
+    """Yield one region of each kind, from the most quiet on; one that is not known comes last.
 
     Parameters
     ----------
@@ -197,10 +233,12 @@ def shown_regions(regions: RegionMap) -> Iterator[Region]:
         The regions.
     """
     order = [*PALE]
-    kinds = {region.stable: region for region in reversed(regions.regions)}
+    known = [region for region in reversed(regions.regions) if region.known]
+    kinds = {region.stable: region for region in known}
     yield from sorted(
         kinds.values(), key=lambda r: order.index(r.stable) if r.stable in order else len(order)
     )
+    yield from [region for region in regions.regions if not region.known][:1]
 
 
 def _centres(low: float, high: float, count: int) -> Array:

@@ -90,6 +90,7 @@ def _region_record(region: Region) -> dict[str, Any]:
         "id": region.id,
         "stable": list(region.stable),
         "name": region.name,
+        "known": region.known,
         "share": number(region.share),
         "place": numbers(region.place),
         "consistent": region.consistent,

@@ -158,15 +158,18 @@ def _region_row(region: Region) -> list[str]:
 
 
 def _disagreements(diagram: LocusDiagram) -> list[str]:
-    """What simulations say that do not fit the label of their region."""
-    return [
-        f"Region {region.id} ({region.name}) at {_place(diagram, check.values)}, started "
-        f"{_started(check.start)}: {check.note}"
-        for region in _regions(diagram)
-        for check in region.checks
-        if not check.agrees
-    ]
-
-
-def _started(start: str) -> str:
-    return "at rest" if start == "rest" else f"near the orbit of period {start}"
+    """Why regions are not known: simulations or responses do not fit what others say of them."""
+    sentences = []
+    for region in _regions(diagram):
+        title = f"Region {region.id} ({region.claim})"
+        differing = [check for check in region.checks if not check.agrees]
+        sentences += [
+            f"{title} at {_place(diagram, check.values)}, started {check.begins}: {check.note}"
+            for check in differing
+        ]
+        if not (region.known or differing):
+            sentences.append(
+                f"{title}: not true all over it, as responses across it show; branch points, "
+                "whose loci are not followed, may divide it"
+            )
+    return sentences
