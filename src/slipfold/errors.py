@@ -1,8 +1,27 @@
-"""The one error a user meets: a sentence that names the value, the bound and the way out."""
+"""The one error a user meets, and what is raised where numbers break down."""
 
 from __future__ import annotations
 
-__all__ = ["InputError"]
+__all__ = ["BREAKDOWNS", "InputError", "breakdown"]
+
+BREAKDOWNS = (ArithmeticError, ValueError, RuntimeError)
+"""What linear algebra, SciPy and heyoka raise where numbers are beyond them."""
+
+
+def breakdown(error: Exception) -> str:
+    """Say as a clause what broke down.
+
+    Parameters
+    ----------
+    error
+        One of `BREAKDOWNS`.
+
+    Examples
+    --------
+    >>> breakdown(ZeroDivisionError("division by zero"))
+    'the computation broke down (division by zero)'
+    """
+    return f"the computation broke down ({str(error) or type(error).__name__})"
 
 
 class InputError(ValueError):

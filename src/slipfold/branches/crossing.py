@@ -190,7 +190,10 @@ class _Reduction:
             matrix[: n - 1, :n] = linearisation.bordered(np.zeros(n)).matrix[:-1]
             matrix[: n - 1, n] = self._left
             matrix[n - 1 :, :n] = self._kernel
-            inverse: Array = np.linalg.inv(matrix).astype(float)
+            try:
+                inverse: Array = np.linalg.inv(matrix).astype(float)
+            except np.linalg.LinAlgError:
+                return None
             kept = self._kernel @ (z - self._origin) - place
             step = inverse @ np.concatenate([-defect, -kept])
             z, remainder = z + step[:n], remainder + float(step[n])

@@ -14,6 +14,7 @@ from slipfold.branches.special_point import SpecialPoint
 from slipfold.continuation.locate import CLOSE
 from slipfold.continuation.newton import correct
 from slipfold.continuation.search import Found
+from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.equilibrium_problem import EquilibriumProblem
 from slipfold.orbits.floquet import floquet_multipliers, match_multipliers
@@ -49,13 +50,8 @@ def describe_bifurcation(problem: PeriodicProblem, found: Found) -> SpecialPoint
     found
         The bifurcation.
     """
-    coefficient, criticality = None, None
     form = _form_of(found)
-    if form is not None:
-        if isinstance(problem, EquilibriumProblem):
-            coefficient, criticality = equilibrium_form(problem, found.point, form)
-        else:
-            coefficient, criticality = normal_form(problem, found.point, form)
+    coefficient, criticality = _coefficient(problem, found.point, form)
     kind = "HB" if (problem.kind, found.type) == ("equilibrium", "NS") else found.type
     name = NAMES[kind if kind == "HB" else form or kind]
     value_uncertainty, multiplier_uncertainty = _uncertainties(problem, found)
@@ -69,6 +65,20 @@ def describe_bifurcation(problem: PeriodicProblem, found: Found) -> SpecialPoint
         criticality,
         coefficient,
     )
+
+
+def _coefficient(
+    problem: PeriodicProblem, point: OrbitPoint, form: str | None
+) -> tuple[float | None, str | None]:
+    """Return coefficient and criticality; None where the higher derivatives do not exist."""
+    if form is None:
+        return None, None
+    try:
+        if isinstance(problem, EquilibriumProblem):
+            return equilibrium_form(problem, point, form)
+        return normal_form(problem, point, form)
+    except BREAKDOWNS:
+        return None, None
 
 
 def _form_of(found: Found) -> str | None:
@@ -153,19 +163,24 @@ def _anew(problem: PeriodicProblem, point: OrbitPoint) -> tuple[OrbitPoint | Non
     Also what rounding can do to its parameter. None if that fails: nothing is known then.
     """
     other, guess, row = problem.shifted(point.z, point.tangent)
-    correction = correct(other, guess, row)
-    if not correction.converged:
+    try:
+        correction = correct(other, guess, row)
+        if not correction.converged:
+            return None, np.inf
+        again = other.point(correction, point.arclength)
+        return again, place_rounding(correction.bordered, correction.z)
+    except BREAKDOWNS:
         return None, np.inf
-    assert correction.bordered is not None  # it converged
-    again = other.point(correction, point.arclength)
-    return again, place_rounding(correction.bordered, correction.z)
 
 
 def _crossing_anew(problem: PeriodicProblem, point: OrbitPoint) -> tuple[OrbitPoint | None, float]:
     """Find the same branch point with its nodes elsewhere: along one branch it is singular."""
     other, guess, row = problem.shifted(point.z, point.tangent)
     start = make_point(guess, row, point.arclength, point.monodromy, point.residual)
-    crossing = find_crossing(other, start, row)
+    try:
+        crossing = find_crossing(other, start, row)
+    except BREAKDOWNS:
+        return None, np.inf
     return (None, np.inf) if crossing is None else (crossing.point, crossing.rounding)
 
 

@@ -11,6 +11,7 @@ from slipfold.branches.event import Event
 from slipfold.branches.event_location import event_function
 from slipfold.continuation.locate import locate
 from slipfold.continuation.walk import Failure
+from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.limits import limit_margins
 from slipfold.orbits.orbit_point import OrbitPoint
@@ -187,7 +188,10 @@ def failure_reason(problem: Shooting, last: OrbitPoint, failure: Failure) -> tup
     """
     if failure.kind != "failed":
         return failure.kind, failure.reason
-    margins = limit_margins(problem, last.z)
+    try:
+        margins = limit_margins(problem, last.z)
+    except BREAKDOWNS:
+        return failure.kind, failure.reason
     for limit, margin in zip(problem.model.limits, margins, strict=True):
         if margin < (CLOSE_TO_LIMIT - 1) * limit.bound:
             reason = limit.reason.format(value=margin + limit.bound)

@@ -12,6 +12,7 @@ from slipfold.branches.branch import Branch
 from slipfold.branches.closing import Birth
 from slipfold.branches.start import doubled_start, hopf_start
 from slipfold.continuation.search import Found
+from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.equilibrium_problem import EquilibriumProblem
 from slipfold.orbits.orbit_point import OrbitPoint
@@ -103,12 +104,20 @@ def junctions_on(
     largest_period
         Branches are followed up to this period.
     """
-    births = ((place, item, _birth(problem, item, largest_period)) for place, item in found)
+    births = ((place, item, _known_birth(problem, item, largest_period)) for place, item in found)
     return [
         Junction(branch, place, item, problem, birth)
         for place, item, birth in births
         if birth is not None
     ]
+
+
+def _known_birth(problem: PeriodicProblem, found: Found, largest_period: int) -> Birth | None:
+    """Return the branch that begins at a special point, None if its start cannot be computed."""
+    try:
+        return _birth(problem, found, largest_period)
+    except BREAKDOWNS:
+        return None
 
 
 def _birth(problem: PeriodicProblem, found: Found, largest_period: int) -> Birth | None:

@@ -17,7 +17,7 @@ from slipfold.branches.special_point import SpecialPoint
 from slipfold.branches.start import equilibrium_start, orbit_start, response_start
 from slipfold.branches.trace import CLOSED, Trace, trace_branch
 from slipfold.continuation.search import Found
-from slipfold.errors import InputError
+from slipfold.errors import BREAKDOWNS, InputError, breakdown
 from slipfold.flow import flow_of
 from slipfold.models.model import Model
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
@@ -144,12 +144,11 @@ def _first(
     if orbit is not None:
         problem, start = orbit_start(orbit, vary, first, last)
         return problem, start, _span_begin(vary, first)
-    begin = _begin_response if model.forced else equilibrium_start
     try:
-        return (*begin(model, vary, first, last), _span_begin(vary, first))
+        return (*_begin(model, vary, first, last), _span_begin(vary, first))
     except InputError as error:
         try:
-            problem, start = begin(model.replace(**{vary: last}), vary, last, first)
+            problem, start = _begin(model.replace(**{vary: last}), vary, last, first)
         except InputError:
             raise error from None
     what = "response of period 1" if model.forced else "regular equilibrium"
@@ -162,11 +161,21 @@ def _first(
     return problem, start, end
 
 
-def _begin_response(
+def _begin(
     model: Model, vary: str, first: float, last: float
 ) -> tuple[PeriodicProblem, OrbitPoint]:
-    problem = PeriodicProblem(model, vary, 1, abs(last - first))
-    return problem, response_start(problem, first, math.copysign(1.0, last - first))
+    """Return the response or the equilibrium at one end of the span."""
+    try:
+        if not model.forced:
+            return equilibrium_start(model, vary, first, last)
+        problem = PeriodicProblem(model, vary, 1, abs(last - first))
+        return problem, response_start(problem, first, math.copysign(1.0, last - first))
+    except InputError:
+        raise
+    except BREAKDOWNS as error:
+        raise InputError(
+            f"nothing was found at {vary} = {first:g}: {breakdown(error)}; start the span elsewhere"
+        ) from None
 
 
 def _span_begin(vary: str, first: float) -> End:

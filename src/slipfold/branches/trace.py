@@ -33,9 +33,10 @@ from slipfold.branches.event import Event
 from slipfold.branches.event_location import find_events
 from slipfold.branches.homoclinic import homoclinic_end, nears_homoclinic
 from slipfold.branches.settings import Settings
-from slipfold.continuation.locate import LostBranchError
+from slipfold.continuation.locate import lost_reason
 from slipfold.continuation.search import Found
 from slipfold.continuation.walk import Failure, walk
+from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.orbit_point import OrbitPoint
 
@@ -179,10 +180,10 @@ def _follow(
             return None
         try:
             _extend(trace, item, span, events)
-        except LostBranchError as error:
+        except BREAKDOWNS as error:
             step = RETREAT * (item.arclength - before.arclength)
             if step < settings.steps.smallest:
-                _give_up(trace, Failure("failed", str(error)), span, settings)
+                _give_up(trace, Failure("failed", lost_reason(error)), span, settings)
                 return None
             return step
         if trace.end is None:
@@ -199,7 +200,10 @@ def _follow(
 def _give_up(trace: Trace, failure: Failure, span: tuple[float, float], settings: Settings) -> None:
     """End a branch that cannot be followed: where it failed, or on the end of the span."""
     problem = trace.problem
-    ending = end_on_edge(problem, trace.points, span, settings)
+    try:
+        ending = end_on_edge(problem, trace.points, span, settings)
+    except BREAKDOWNS:
+        ending = None
     if failure.kind != "failed" or ending is None:
         clause = nears_homoclinic(problem, trace.points)
         trace.end = failure_end(problem, trace.points[-1], failure, clause)

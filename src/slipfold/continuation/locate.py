@@ -12,8 +12,9 @@ import numpy as np
 from slipfold.continuation.curve import Curve, P
 from slipfold.continuation.interpolation import POINTS, arc_between, hermite, well_spaced
 from slipfold.continuation.newton import correct
+from slipfold.errors import breakdown
 
-__all__ = ["LostBranchError", "insert", "locate", "orbit_at"]
+__all__ = ["LostBranchError", "insert", "locate", "lost_reason", "orbit_at"]
 
 CLOSE = 1e-12
 """Arclength to which a zero is found; the parameter then is right to 1e-12 of the span."""
@@ -38,6 +39,17 @@ PATIENCE = 8
 
 class LostBranchError(ArithmeticError):
     """Newton's method failed between two points of a branch."""
+
+
+def lost_reason(error: Exception) -> str:
+    """Say why what lies between two points was not found.
+
+    Parameters
+    ----------
+    error
+        What was raised.
+    """
+    return str(error) if isinstance(error, LostBranchError) else breakdown(error)
 
 
 def orbit_at(curve: Curve[P], known: Sequence[P], arclength: float) -> P:

@@ -27,6 +27,8 @@ CHORD_STEPS = 3
 CHORD_GAIN = 0.1
 """A chord step must be this much shorter than the one before, or derivatives are renewed."""
 
+SINGULAR = "the equations met a singularity of the model"
+
 ROUNDING = 1e-5
 """Corrections below this that no longer shrink are rounding errors, magnified by the multipliers:
 an orbit with multipliers of 1e5 is known to 1e-10 at best, and its residual decides."""
@@ -56,6 +58,10 @@ class Linearised(Protocol):
     @property
     def defect(self) -> Array:
         """What Newton's method brings to zero."""
+
+    @property
+    def is_finite(self) -> bool:
+        """Whether the equations and all their derivatives exist."""
 
     def bordered(self, row: Array) -> Bordered:
         """Return the Jacobian with one more row."""
@@ -145,11 +151,11 @@ def correct(
     taken = 0
     while taken < iterations:
         taken += 1
-        linearisation = equations.linearise(z)
-        defect = linearisation.defect
-        if not np.isfinite(defect).all():
-            failure = "the equations met a singularity of the model"
+        linearisation = _linearised(equations, z)
+        if linearisation is None:
+            failure = SINGULAR
             break
+        defect = linearisation.defect
         bordered = linearisation.bordered(row)
         step = bordered.solve(np.append(-defect, row @ (guess - z)))
         previous, moved = moved, float(np.linalg.norm(step))
@@ -166,7 +172,10 @@ def correct(
             if mismatch <= tolerance:
                 failure = ""
                 if moved > STILL:
-                    linearisation = equations.linearise(z)
+                    linearisation = _linearised(equations, z)
+                    if linearisation is None:
+                        failure = SINGULAR
+                        break
                     bordered, moved = linearisation.bordered(row), 0.0
                 break
         elif moved < CHORD:
@@ -181,6 +190,15 @@ def correct(
         taken,
         failure,
     )
+
+
+def _linearised(equations: Equations, z: Array) -> Linearised | None:
+    """Return the derivatives at an unknown, None where they are not finite."""
+    try:
+        linearisation = equations.linearise(z)
+    except np.linalg.LinAlgError:  # conditions on matrices that are not finite
+        return None
+    return linearisation if linearisation.is_finite else None
 
 
 def _chord_steps(

@@ -13,6 +13,7 @@ from slipfold.continuation.curve import Curve, P
 from slipfold.continuation.interpolation import POINTS, arc_between, hermite, polynomial
 from slipfold.continuation.newton import Correction, correct
 from slipfold.continuation.settings import Stepping
+from slipfold.errors import BREAKDOWNS, breakdown
 
 __all__ = ["Bound", "Failure", "walk"]
 
@@ -144,7 +145,11 @@ def _next_point(
     smallest, largest = settings.steps.smallest, settings.steps.largest
     reason, growth = "the branch turns too sharply", 2.5
     while step >= smallest:
-        correction, point = _try(curve, recent, step, bounds, settings)
+        try:
+            correction, point = _try(curve, recent, step, bounds, settings)
+        except BREAKDOWNS as error:
+            reason, step, growth = breakdown(error), 0.35 * step, 0.8
+            continue
         if point is not None:
             measures = _measure(recent, point, correction, settings)
             if measures.fits or step <= 4 * smallest:

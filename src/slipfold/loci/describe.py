@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from slipfold.continuation.newton import correct
 from slipfold.continuation.search import Found
+from slipfold.errors import BREAKDOWNS
 from slipfold.loci.locus import CODIMENSION_TWO, COEFFICIENT, LocusPoint
 from slipfold.loci.locus_problem import LocusProblem
 from slipfold.orbits.orbit_point import OrbitPoint
@@ -30,7 +31,10 @@ def coefficient_at(problem: LocusProblem, point: OrbitPoint) -> float:
     if not np.isfinite(raw):
         return np.nan
     # It goes with the inverse square of the critical vector's length, in the orbit's own scales.
-    return float(raw / problem.own_length(point) ** 2)
+    try:
+        return float(raw / problem.own_length(point) ** 2)
+    except BREAKDOWNS:
+        return np.nan
 
 
 def describe_point(problem: LocusProblem, found: Found) -> LocusPoint:
@@ -76,7 +80,10 @@ def _named(problem: LocusProblem, found: Found) -> tuple[str, str]:
 
 def _coefficients(problem: LocusProblem, point: OrbitPoint, kind: str) -> dict[str, float]:
     if kind in CODIMENSION_TWO:
-        return problem.codimension_two(point, kind)
+        try:
+            return problem.codimension_two(point, kind)
+        except BREAKDOWNS:
+            return {}
     value = coefficient_at(problem, point)
     name = COEFFICIENT.get(problem.type)
     return {name: value} if name is not None and np.isfinite(value) else {}
@@ -86,10 +93,13 @@ def _uncertainty(problem: LocusProblem, found: Found) -> tuple[float, float]:
     """How far the point moves when orbit and derivatives are integrated anew with other steps."""
     point = found.point
     other, guess, row = problem.shifted(point.z, point.tangent)
-    correction = correct(other, guess, row)
-    if not correction.converged:
+    try:
+        correction = correct(other, guess, row)
+        if not correction.converged:
+            return np.inf, np.inf
+        again = other.point(correction, point.arclength)
+    except BREAKDOWNS:
         return np.inf, np.inf
-    again = other.point(correction, point.arclength)
     tests = ("first", "second") if found.type == "CPC" else (found.type,)
     change = max(
         abs(again.tests[test] - point.tests[test]) + abs(point.tests[test]) for test in tests

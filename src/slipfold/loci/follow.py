@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.continuation.search import Found
-from slipfold.errors import InputError
+from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.loci.cycle_locus import CycleLocus
 from slipfold.loci.describe import coefficient_at, describe_point
 from slipfold.loci.known_loci import begins_or_ends_at, lies_on
@@ -210,7 +210,7 @@ class _Work:
         for side, trace in enumerate(family.traces):
             for place, found in enumerate(trace.found):
                 links = self.links.setdefault((number, side, place), [])
-                for group in _grouped(starts_at(trace.problem, found, self.settings)):
+                for group in _groups(trace.problem, found, self.settings):
                     if self.interrupted:
                         return
                     if self._is_wanted(group[0].problem):
@@ -278,6 +278,14 @@ def _crossed(trace: LocusTrace, kind: str) -> list[Found]:
     first, second = trace.points[:2]
     slope = (second.tests[kind] - first.tests[kind]) / (second.arclength - first.arclength)
     return [Found(kind, first, slope)]
+
+
+def _groups(problem: LocusProblem, found: Found, settings: Settings) -> list[list[Start]]:
+    """Return the loci that start at a point; none where what they start from breaks down."""
+    try:
+        return list(_grouped(starts_at(problem, found, settings)))
+    except BREAKDOWNS:
+        return []
 
 
 def _grouped(starts: Iterator[Start]) -> Iterator[list[Start]]:

@@ -15,7 +15,7 @@ from slipfold.branches.trace import BIRTH
 from slipfold.continuation.newton import correct
 from slipfold.continuation.search import Found
 from slipfold.continuation.walk import Failure, walk
-from slipfold.errors import InputError
+from slipfold.errors import BREAKDOWNS, InputError, breakdown
 from slipfold.loci.cycle_locus import CycleLocus
 from slipfold.loci.equilibrium_locus import EquilibriumLocus
 from slipfold.loci.locus_problem import LocusProblem
@@ -98,6 +98,15 @@ def regular_start(problem: LocusProblem, z: Array, settings: Settings) -> Start:
     InputError
         If no locus passes there.
     """
+    try:
+        return _regular_start(problem, z, settings)
+    except InputError:
+        raise
+    except BREAKDOWNS as error:
+        raise _no_locus(problem, z, breakdown(error)) from None
+
+
+def _regular_start(problem: LocusProblem, z: Array, settings: Settings) -> Start:
     bordered = problem.linearise(z).bordered(np.zeros(len(z)))
     if not np.isfinite(bordered.matrix).all():
         raise _no_locus(problem, z, "its orbit cannot be integrated")

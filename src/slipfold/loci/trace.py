@@ -19,9 +19,10 @@ from slipfold.branches.closing import (
 from slipfold.branches.ending import cut_at_limit, failure_reason, unresolved_reason
 from slipfold.branches.settings import Settings
 from slipfold.branches.trace import BIRTH, MEMORY, RESOLVED, RETREAT
-from slipfold.continuation.locate import LostBranchError, orbit_at
+from slipfold.continuation.locate import lost_reason, orbit_at
 from slipfold.continuation.search import Found
 from slipfold.continuation.walk import Failure, walk
+from slipfold.errors import BREAKDOWNS
 from slipfold.loci.detection import find_special_points
 from slipfold.loci.locus import LocusEnd
 from slipfold.loci.locus_problem import LocusProblem
@@ -138,10 +139,10 @@ def _follow(
             return None
         try:
             _extend(trace, item)
-        except LostBranchError as error:
+        except BREAKDOWNS as error:
             step = RETREAT * (item.arclength - before.arclength)
             if step < settings.steps.smallest:
-                failure = Failure("failed", str(error))
+                failure = Failure("failed", lost_reason(error))
                 trace.end = _end(trace, *failure_reason(problem, before, failure), before)
                 return None
             return step

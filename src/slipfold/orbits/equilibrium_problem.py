@@ -203,6 +203,8 @@ def unit_of_time(model: Model, jacobian: Array) -> float:
     jacobian
         Derivative of its rates at an equilibrium, in 1/s, shape (n, n).
     """
+    if not np.isfinite(jacobian).all():
+        return 1.0
     values = np.linalg.eigvals(jacobian)
     turning, growing = float(np.abs(values.imag).max()), float(values.real.max())
     rate = max(turning, growing, float(np.sort(np.abs(values))[0]))

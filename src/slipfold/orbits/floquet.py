@@ -18,7 +18,7 @@ def floquet_multipliers(monodromy: NDArray[np.float64]) -> NDArray[np.complex128
     """
     values = np.linalg.eigvals(monodromy).astype(complex)
     # Moduli of a pair differ by rounding: compared to twelve digits, pairs stay together.
-    modulus = np.round(np.abs(values) / np.abs(values).max(), 12)
+    modulus = np.round(np.abs(values) / (np.abs(values).max() or 1.0), 12)
     return values[np.lexsort((-values.imag, -values.real, -modulus))]
 
 

@@ -74,6 +74,14 @@ class Linearisation:
         """What Newton's method brings to zero, shape (m n + d,)."""
         return defect_of(self.residual, self.conditions.values)
 
+    @property
+    def is_finite(self) -> bool:
+        """Whether the flow and all its derivatives exist."""
+        parts = (self.residual, self.blocks, self.along, self.conditions.values)
+        gradients = self.conditions.gradients
+        known = gradients is None or bool(np.isfinite(gradients).all())
+        return known and all(bool(np.isfinite(part).all()) for part in parts)
+
     def bordered(self, row: Array) -> Bordered:
         """Return the Jacobian with one more row.
 

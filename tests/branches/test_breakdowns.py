@@ -1,0 +1,138 @@
+"""What happens where the numbers break down: a sentence, and what was found is kept."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import slipfold as sf
+
+BURST = 60
+"""Calls that fail in a row: more than a step may be shortened."""
+
+ROUTINES = ("inv", "eig", "svd", "solve")
+
+HODGKIN_HUXLEY = sf.System(
+    name="hodgkin-huxley",
+    parameters={"I": 155.0},
+    states={
+        "V": {
+            "rate": "I - 120*m^3*h*(V - 50) - 36*n^4*(V + 77) - 0.3*(V + 54.4)",
+            "start": -43.0,
+            "scale": 100.0,
+        },
+        "m": {
+            "rate": "0.1*(V + 40)/(1 - exp(-(V + 40)/10))*(1 - m) - 4*exp(-(V + 65)/18)*m",
+            "start": 0.42,
+        },
+        "h": {
+            "rate": "0.07*exp(-(V + 65)/20)*(1 - h) - h/(1 + exp(-(V + 35)/10))",
+            "start": 0.1,
+        },
+        "n": {
+            "rate": "0.01*(V + 55)/(1 - exp(-(V + 55)/10))*(1 - n) - 0.125*exp(-(V + 65)/80)*n",
+            "start": 0.7,
+        },
+    },
+)
+"""A nerve: its rates are 0/0 at V = -40 and -55, where the limit is meant."""
+
+
+def _breaking(
+    monkeypatch: pytest.MonkeyPatch, routine: str, from_call: int, calls: int = BURST
+) -> None:
+    """Let a routine of linear algebra fail from one of its calls on."""
+    sound: Callable[..., Any] = getattr(np.linalg, routine)
+    made = iter(range(10**9))
+
+    def breaks(*arguments: Any, **options: Any) -> Any:
+        if from_call <= next(made) < from_call + calls:
+            raise np.linalg.LinAlgError("injected")
+        return sound(*arguments, **options)
+
+    monkeypatch.setattr(np.linalg, routine, breaks)
+
+
+def _types(diagram: sf.Diagram) -> list[list[tuple[str, float]]]:
+    return [
+        [(item.type, round(item.value, 7)) for item in branch.special]
+        for branch in diagram.branches
+    ]
+
+
+def _force_response() -> sf.Diagram:
+    return sf.response(sf.SlidingOscillator(), vary="Nd", span=(0, 0.2), f=12.5)
+
+
+def _cycles() -> sf.Diagram:
+    return sf.response(sf.built_in_models()["stribeck"](), vary="vd", span=(1.6, 0.8))
+
+
+def test_cycles_that_run_into_a_singularity_keep_what_was_found() -> None:
+    diagram = sf.response(HODGKIN_HUXLEY, vary="I", span=(150, 160))
+    rest, cycle = diagram.branches
+    assert [(item.type, round(item.value, 3)) for item in rest.special] == [("HB", 154.526)]
+    assert rest.stopped.kind == "span"
+    assert "singularity" in cycle.stopped.reason
+    assert len(cycle) > 5
+
+
+def test_a_root_that_turns_negative_ends_the_branch() -> None:
+    root = sf.System(
+        name="root",
+        parameters={"a": 1.0},
+        states={"x": {"rate": "a - x^0.5", "start": 1e-3}},
+    )
+    (branch,) = sf.response(root, vary="a", span=(0, 1)).branches
+    assert "singularity" in branch.stopped.reason
+    assert float(np.ptp(branch.parameter)) > 0.9
+
+
+@pytest.mark.parametrize(
+    ("study", "routine"),
+    [
+        *((study, routine) for study in (_force_response, _cycles) for routine in ROUTINES),
+        (_force_response, "eigvals"),  # the units of time of equilibria need them afterwards, too
+    ],
+)
+def test_a_breakdown_ends_a_branch_with_a_sentence(
+    study: Callable[[], sf.Diagram], routine: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sound = _types(study())
+    for from_call in np.random.default_rng(5).integers(3, 200, 6):
+        with monkeypatch.context() as patch:
+            _breaking(patch, routine, int(from_call))
+            try:
+                diagram = study()
+            except sf.InputError:  # not even the first orbit: a sentence alone
+                continue
+        for branch in diagram.branches:
+            assert branch.stopped.reason
+        kept = _types(diagram)[0]
+        assert kept == sound[0][: len(kept)]
+
+
+@pytest.mark.parametrize("routine", ["eigvals", "inv"])
+def test_a_passing_breakdown_costs_a_step(routine: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    sound = _types(_force_response())
+    for from_call in (30, 47, 71):
+        with monkeypatch.context() as patch:
+            _breaking(patch, routine, from_call, calls=1)
+            assert _types(_force_response()) == sound
+
+
+@pytest.mark.parametrize("routine", [*ROUTINES, "eigvals"])
+def test_a_breakdown_ends_a_locus_with_a_sentence(
+    routine: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    diagram = _force_response()
+    for from_call in (40, 150):
+        with monkeypatch.context() as patch:
+            _breaking(patch, routine, from_call)
+            found = sf.locus(diagram.special[0], ("f", "Nd"), ((12.3, 12.7), (0, 0.1)))
+        for locus in found.loci:
+            assert locus.stopped.reason
+            assert locus.begun.reason
