@@ -27,12 +27,13 @@ def multiplier_rounding(monodromy: Array, multipliers: NDArray[np.complex128]) -
     change of the matrix, n roundings of its norm; where that grows without bound, two eigenvalues
     meet and part like the square root of the change.
     """
-    from scipy.linalg import eig
-
     change = len(monodromy) * ROUNDING * max(1.0, float(np.linalg.norm(monodromy, 2)))
-    values, left, right = eig(monodromy, left=True)
-    alike = np.abs(np.sum(left.conj() * right, axis=0))  # both come with unit length
-    moved = np.minimum(change / np.maximum(alike, change), np.sqrt(change))
+    values, right = np.linalg.eig(monodromy)
+    try:
+        left = np.linalg.inv(right)  # rows; the columns on the right have unit length
+    except np.linalg.LinAlgError:
+        left = np.full_like(right, np.inf)
+    moved = np.minimum(change * np.linalg.norm(left, axis=1), np.sqrt(change))
     nearest = np.abs(multipliers[:, None] - values[None, :]).argmin(axis=1)
     return np.asarray(moved[nearest], dtype=float)
 
