@@ -169,7 +169,7 @@ def find_spectrum(
 
 
 def _transform(flow: Flow, model: Model, states: Array, periods: int, settled: bool) -> Spectrum:
-    constants = flow.constants(model.vector)
+    constants = flow.constants_of(model)
     count = len(states)
     phases = (np.arange(count) * periods % count) / count
     values = flow.outputs(states, phases, constants)

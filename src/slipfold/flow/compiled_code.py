@@ -13,6 +13,7 @@ from slipfold.flow.cache import cached
 from slipfold.flow.equations import Equations
 from slipfold.flow.perturbed import perturbed_system
 from slipfold.flow.precision import LANES
+from slipfold.flow.scaled import Scaled
 from slipfold.models.variations import COLUMNS
 
 __all__ = ["JET_ORDER", "CompiledCode"]
@@ -26,6 +27,9 @@ JET_TOLERANCE = 1e-10
 class CompiledCode:
     """Everything a flow runs, compiled on first use and kept on disk.
 
+    Integrators work in scaled states, see `Scaled`: their parameters begin with the coefficients
+    and the scales. Functions work in the states themselves.
+
     Parameters
     ----------
     equations
@@ -38,16 +42,21 @@ class CompiledCode:
         self._equations = equations
         self._tolerance = tolerance
         self._count = len(equations.coefficients)
+        self._known = self._count + equations.dimension
         self._linear: dict[int, Any] = {}
         self._curved: dict[int, Any] = {}
         self._perturbed: dict[tuple[bool, bool], Any] = {}
+
+    @cached_property
+    def _scaled(self) -> Scaled:
+        return Scaled.of(self._equations)
 
     # -- integrators ---------------------------------------------------------------------------
 
     @cached_property
     def plain(self) -> Any:
-        """Batch of the states alone; parameters are the coefficients."""
-        return self._kept("plain", lambda: self._batch(self._plain_system(), self._count))
+        """Batch of the states alone."""
+        return self._kept("plain", lambda: self._batch(self._plain_system(), self._known))
 
     @cached_property
     def single(self) -> Any:
@@ -63,8 +72,8 @@ class CompiledCode:
         """Batch of the states and their first derivatives.
 
         Derivatives are with respect to the start and to each ``s_k`` in ``c + s_1 d_1 + ...``;
-        parameters are the coefficients c, the directions d_k one after the other, and the s_k, all
-        zero.
+        parameters are the coefficients c, the scales, the directions d_k one after the other, and
+        the s_k, all zero.
 
         Parameters
         ----------
@@ -80,7 +89,7 @@ class CompiledCode:
         moved, along = self._moved_along(directions)
         arguments = [*self._equations.states, *along]
         variations = hy.var_ode_sys(self._system(moved), arguments, order=1)
-        return self._batch(variations, (1 + directions) * self._count + directions)
+        return self._batch(variations, self._known + directions * (self._count + 1))
 
     def curved(self, directions: int) -> Any:
         """Batch of the states, one derivative of them along a vector, and the derivatives of both.
@@ -102,14 +111,13 @@ class CompiledCode:
     def _curved_batch(self, directions: int) -> Any:
         states, rates = self._with_tangent()
         moved, along = self._moved_along(directions)
-        moved["phase"] = hy.time
         system = list(zip(states, hy.subs(rates, moved), strict=True))
         variations = hy.var_ode_sys(system, [*self._equations.states, *along], order=1)
-        return self._batch(variations, (1 + directions) * self._count + directions, size=2)
+        return self._batch(variations, self._known + directions * (self._count + 1), size=2)
 
     def _alone(self) -> tuple[list[Any], list[Any]]:
-        """States and their rates."""
-        return list(self._equations.states), list(self._equations.rates)
+        """Scaled states and their rates."""
+        return list(self._equations.states), list(self._scaled.rates)
 
     def _with_tangent(self) -> tuple[list[Any], list[Any]]:
         """States and one perturbation of them, and the rates of both."""
@@ -135,9 +143,10 @@ class CompiledCode:
 
             def build() -> Any:
                 states, rates = self._with_tangent() if tangent else self._alone()
-                c = self._equations.coefficients
-                system = perturbed_system(states, rates, c, columns, changed=changed)
-                parameters = (1 + columns if changed else 1) * self._count
+                changing = self._equations.coefficients if changed else ()
+                system = perturbed_system(states, rates, changing, columns, first=self._known)
+                system = [(state, hy.subs(rate, self._places())) for state, rate in system]
+                parameters = self._known + columns * len(changing)
                 return self._batch(system, parameters, size=(1 + columns) * (2 if tangent else 1))
 
             kind = f"{columns} perturbations tangent={tangent} changed={changed}"
@@ -146,31 +155,37 @@ class CompiledCode:
 
     def _moved_along(self, directions: int) -> tuple[dict[str, Any], list[Any]]:
         """Coefficients moved by s_k along their directions, and the s_k."""
-        count = self._count
-        along = [hy.par[(1 + directions) * count + k] for k in range(directions)]
-        moved = {
-            str(symbol): hy.par[i]
-            + sum(s * hy.par[(1 + k) * count + i] for k, s in enumerate(along))
-            for i, symbol in enumerate(self._equations.coefficients)
-        }
+        count, first = self._count, self._known
+        along = [hy.par[first + directions * count + k] for k in range(directions)]
+        moved = self._places()
+        for i, symbol in enumerate(self._equations.coefficients):
+            moved[str(symbol)] += sum(
+                s * hy.par[first + k * count + i] for k, s in enumerate(along)
+            )
         return moved, along
+
+    def _places(self) -> dict[str, Any]:
+        """Parameters of an integrator that stand for coefficients, scales and the phase."""
+        known = [*self._equations.coefficients, *self._scaled.scales]
+        places: dict[str, Any] = {str(symbol): hy.par[i] for i, symbol in enumerate(known)}
+        return {**places, str(self._equations.phase): hy.time}
 
     @cached_property
     def jet(self) -> Any:
         """Batch of the states and their Taylor jets along a direction of the start.
 
         The variable is ``z = x - s v``, which starts at x(0) for every s; parameters are the
-        coefficients, the direction v and s = 0.
+        coefficients, the scales, the direction v and s = 0.
         """
 
         def build() -> Any:
-            n = self._equations.dimension
-            along = hy.par[self._count + n]
-            moved = {str(c): hy.par[i] for i, c in enumerate(self._equations.coefficients)}
+            first, n = self._known, self._equations.dimension
+            along = hy.par[first + n]
+            moved = self._places()
             for i, symbol in enumerate(self._equations.states):
-                moved[str(symbol)] = symbol + along * hy.par[self._count + i]
+                moved[str(symbol)] = symbol + along * hy.par[first + i]
             variations = hy.var_ode_sys(self._system(moved), [along], order=JET_ORDER)
-            return self._batch(variations, self._count + n + 1, JET_TOLERANCE)
+            return self._batch(variations, first + n + 1, JET_TOLERANCE)
 
         return self._kept("jet", build)
 
@@ -198,7 +213,7 @@ class CompiledCode:
         """Derivatives of the rates with respect to the states, row by row."""
 
         def build() -> Any:
-            states, rates = self._alone()
+            states, rates = list(self._equations.states), list(self._equations.rates)
             slopes = hy.diff_tensors(rates, diff_args=states, diff_order=1).jacobian
             return self._function(slopes.ravel())
 
@@ -266,16 +281,16 @@ class CompiledCode:
 
     def _kept(self, kind: str, build: Callable[[], Any]) -> Any:
         options = f"lanes={LANES} tolerance={self._tolerance!r} jets={JET_ORDER, JET_TOLERANCE}"
-        key = f"{kind} {options}\n{self._equations.fingerprint()}"
+        key = f"scaled {kind} {options}\n{self._equations.fingerprint()}"
         # heyoka's own disk cache is one for all programs and unchecked: ours takes its place.
         hy.llvm_state.set_diskcache_enabled(False)
         return cached(key, build)
 
     def _plain_system(self) -> list[tuple[Any, Any]]:
-        return self._system({str(c): hy.par[i] for i, c in enumerate(self._equations.coefficients)})
+        return self._system(self._places())
 
     def _system(self, moved: dict[str, Any]) -> list[tuple[Any, Any]]:
-        rates = hy.subs(list(self._equations.rates), {**moved, "phase": hy.time})
+        rates = hy.subs(list(self._scaled.rates), moved)
         return list(zip(self._equations.states, rates, strict=True))
 
     def _batch(

@@ -15,6 +15,7 @@ from slipfold.errors import InputError
 from slipfold.flow.compiled_code import JET_ORDER, CompiledCode
 from slipfold.flow.equations import Equations, build_equations
 from slipfold.flow.precision import LANES, TOLERANCE
+from slipfold.flow.scaled import power_of_two
 from slipfold.models.model import Kind, Model
 from slipfold.models.variations import COLUMNS, carried_whole
 
@@ -31,7 +32,7 @@ MAX_STEPS = 500
 
 @dataclass(frozen=True, eq=False)
 class Constants:
-    """What a flow needs to know of the parameters.
+    """What a flow needs to know of the parameters, and in which scales it is to be integrated.
 
     Parameters
     ----------
@@ -40,10 +41,14 @@ class Constants:
     rates
         Derivative of the coefficients with respect to each parameter, shape (n_c, n_p) or
         (m, n_c, n_p).
+    scales
+        Typical sizes of the states, shape (n,) or (m, n). A step may make an error of the tolerance
+        times these. States go in and come out in their own units; powers of two round nothing.
     """
 
     values: Array
     rates: Array
+    scales: Array
 
     @property
     def period(self) -> float:
@@ -60,7 +65,18 @@ class Constants:
         """
         if self.values.ndim == 1:
             return self
-        return Constants(np.repeat(self.values, count, axis=0), self.rates[:0])
+        scales = self.scales if self.scales.ndim == 1 else np.repeat(self.scales, count, axis=0)
+        return Constants(np.repeat(self.values, count, axis=0), self.rates[:0], scales)
+
+    def of(self, some: slice) -> tuple[Array, Array]:
+        """Return coefficients and scales of some trajectories, by lane of an integrator.
+
+        Parameters
+        ----------
+        some
+            Which ones.
+        """
+        return _lanes(self.values, some), _lanes(self.scales, some)
 
 
 class Flow:
@@ -103,18 +119,26 @@ class Flow:
 
     # -- parameters ----------------------------------------------------------------------------
 
-    def constants(self, parameters: Array) -> Constants:
+    def constants_of(self, model: Model) -> Constants:
+        """Evaluate the coefficients of a model, to be integrated in its scales."""
+        return self.constants(model.vector, power_of_two(model.state_scales()))
+
+    def constants(self, parameters: Array, scales: Array | None = None) -> Constants:
         """Evaluate the coefficients and their derivatives.
 
         Parameters
         ----------
         parameters
             Parameter vector, shape (n_p,); or (m, n_p), one row for each of m trajectories.
+        scales
+            Typical sizes of the states, shape (n,) or (m, n); one if None.
         """
         raw = self._code.coefficients(np.ascontiguousarray(parameters.T)).T
         count, shape = len(self.equations.coefficients), parameters.shape
         rates = raw[..., count:].reshape(*shape[:-1], count, shape[-1])
-        return Constants(raw[..., :count], rates)
+        return Constants(
+            raw[..., :count], rates, np.ones(self.dimension) if scales is None else scales
+        )
 
     # -- trajectories --------------------------------------------------------------------------
 
@@ -137,12 +161,10 @@ class Flow:
         """
         result = np.empty_like(states)
         for some in _chunks(len(states)):
-            values = _lanes(constants.values, some)
-            batch = self._prepare(self._code.plain, states[some], start[some], values)
+            batch = self._prepare(self._code.plain, states, start, constants, some)
             batch.propagate_until(_pad(end[some]), max_steps=MAX_STEPS)
-            count = some.stop - some.start
-            result[some] = _finished(batch, batch.state[: self.dimension], count)
-        return result
+            result[some] = _finished(batch, batch.state, some.stop - some.start)
+        return result * constants.scales
 
     def sample(
         self, states: Array, start: Array, end: Array, count: int, constants: Constants
@@ -168,12 +190,11 @@ class Flow:
         result = np.empty((len(states), count, self.dimension))
         fractions = np.arange(count)[:, None] / count
         for some in _chunks(len(states)):
-            values = _lanes(constants.values, some)
-            batch = self._prepare(self._code.plain, states[some], start[some], values)
+            batch = self._prepare(self._code.plain, states, start, constants, some)
             first, last = _pad(start[some]), _pad(end[some])
             grid = batch.propagate_grid(first + (last - first) * fractions, max_steps=MAX_STEPS)[1]
             result[some] = np.moveaxis(grid, 2, 0)[: some.stop - some.start]
-        return result
+        return result * constants.scales[..., None, :]
 
     def linearise(
         self, states: Array, start: Array, end: Array, constants: Constants, directions: Array
@@ -207,21 +228,18 @@ class Flow:
             return finished, derivatives[:, :, :n], derivatives[:, :, n:]
         derivatives = np.empty((len(states), n, n + k))
         ends = np.empty_like(states)
-        count = constants.values.shape[-1]
         code = self._code.linear(k)
         identity = _identity(n, k)
         for some in _chunks(len(states)):
-            values = _lanes(constants.values, some)
-            batch = self._prepare(code, states[some], start[some], values)
-            for i in range(k):
-                first = (1 + i) * count
-                batch.pars[first : first + count] = _lanes(directions[..., i], some)
+            batch = self._prepare(code, states, start, constants, some)
+            self._direct(batch, directions, some)
             batch.state[n:] = identity
             batch.propagate_until(_pad(end[some]), max_steps=MAX_STEPS)
             result = _finished(batch, batch.state, some.stop - some.start)
             ends[some] = result[:, :n]
             derivatives[some] = result[:, n:].reshape(-1, n, n + k)
-        return ends, derivatives[:, :, :n], derivatives[:, :, n:]
+        derivatives *= _units(constants.scales, k)
+        return ends * constants.scales, derivatives[:, :, :n], derivatives[:, :, n:]
 
     def _columns(
         self, states: Array, start: Array, end: Array, constants: Constants, directions: Array
@@ -249,7 +267,10 @@ class Flow:
         groups = -(-n // COLUMNS)
         units = np.eye(groups * COLUMNS, size)
         units[n:] = 0.0
-        values = np.broadcast_to(constants.values, (m, count))
+        scales = np.broadcast_to(constants.scales, (m, n))
+        values = np.concatenate([np.broadcast_to(constants.values, (m, count)), scales], axis=1)
+        own = np.tile(scales, 2) if tangent else scales
+        states = states / own
         finished = self._propagated(
             self._code.perturbed(tangent=tangent, changed=False),
             [np.repeat(states, groups, axis=0), np.tile(units.reshape(groups, -1), (m, 1))],
@@ -269,7 +290,8 @@ class Flow:
         columns = finished[:, size:].reshape(m, groups * COLUMNS, size)[:, :n]
         derivatives[..., :n] = columns.transpose(0, 2, 1)
         derivatives[..., n:] = changed[:, size:].reshape(m, k, size).transpose(0, 2, 1)
-        return finished[:, :size].reshape(m, groups, size)[:, 0], derivatives
+        derivatives *= np.tile(_units(scales, k), (1, size // n, 1))
+        return finished[:, :size].reshape(m, groups, size)[:, 0] * own, derivatives
 
     def _propagated(
         self, code: Any, starts: list[Array], start: Array, end: Array, values: list[Array]
@@ -322,20 +344,18 @@ class Flow:
             second = self._columns(both, start, end, constants, directions)[1][:, n:]
             return second[:, :, :n], second[:, :, n:]
         result = np.empty((len(states), n, n + k))
-        count = constants.values.shape[-1]
         code = self._code.curved(k)
+        scaled = vectors / constants.scales
         for some in _chunks(len(states)):
-            values = _lanes(constants.values, some)
-            batch = self._prepare(code, states[some], start[some], values)
-            for i in range(k):
-                first = (1 + i) * count
-                batch.pars[first : first + count] = _lanes(directions[..., i], some)
-            batch.state[n : 2 * n] = _pad(vectors[some]).T
+            batch = self._prepare(code, states, start, constants, some)
+            self._direct(batch, directions, some)
+            batch.state[n : 2 * n] = _pad(scaled[some]).T
             batch.state[2 * n :] = 0.0
             batch.state[2 * n : 2 * n + n * (n + k)] = _identity(n, k)
             batch.propagate_until(_pad(end[some]), max_steps=MAX_STEPS)
             finished = _finished(batch, batch.state, some.stop - some.start)
             result[some] = finished[:, 2 * n + n * (n + k) :].reshape(-1, n, n + k)
+        result *= _units(constants.scales, k)
         return result[:, :, :n], result[:, :, n:]
 
     def jet(
@@ -369,12 +389,11 @@ class Flow:
         starts = np.broadcast_to(states, directions.shape)
         first, last = np.broadcast_to(start, total), np.broadcast_to(end, total)
         for some in _chunks(total):
-            batch = self._run_jets(
-                starts[some], first[some], last[some], constants, directions[some]
-            )
-            finished = _finished(batch, batch.state[n:], some.stop - some.start)
-            result[some] = finished.reshape(-1, JET_ORDER, n)
-            result[some, 0] += directions[some]  # the jet is that of phi(x + s v) - s v
+            batch = self._run_jets(starts, first, last, constants, directions, some)
+            finished = _finished(batch, batch.state, some.stop - some.start)
+            result[some] = finished[:, n:].reshape(-1, JET_ORDER, n)
+        result *= constants.scales
+        result[:, 0] += directions  # the jet is that of phi(x + s v) - s v
         return result
 
     def jet_in_time(
@@ -403,28 +422,33 @@ class Flow:
         starts = np.broadcast_to(state, directions.shape)
         first, last = np.full(total, start), np.full(total, end)
         for some in _chunks(total):
-            batch = self._run_jets(
-                starts[some], first[some], last[some], constants, directions[some]
-            )
+            batch = self._run_jets(starts, first, last, constants, directions, some)
             ends = _finished(batch, batch.state, some.stop - some.start)
             batch.step(np.full(LANES, TINY), write_tc=True)  # for the Taylor coefficients in time
             for k in range(orders):
                 taylor = batch.tc[:, k, : len(ends)].T * math.factorial(k)
                 slopes = ends if k == 0 else np.where(np.isfinite(ends), taylor, np.nan)
                 result[some, :, k] = slopes.reshape(-1, orders, n)
-            result[some, 1, 0] += directions[some]  # the jet is that of phi(x + s v) - s v
+        result *= constants.scales
+        result[:, 1, 0] += directions  # the jet is that of phi(x + s v) - s v
         return result
 
     def _run_jets(
-        self, states: Array, start: Array, end: Array, constants: Constants, directions: Array
+        self,
+        states: Array,
+        start: Array,
+        end: Array,
+        constants: Constants,
+        directions: Array,
+        some: slice,
     ) -> Any:
         """Carry up to as many jets as there are lanes to their end."""
-        n, count = self.dimension, len(constants.values)
-        values = np.concatenate([constants.values, np.zeros(n + 1)])[:, None]
-        batch = self._prepare(self._code.jet, states, start, values)
-        batch.pars[count : count + n] = _pad(directions).T
+        n = self.dimension
+        batch = self._prepare(self._code.jet, states, start, constants, some)
+        batch.pars[-n - 1 : -1] = _pad(directions[some] / constants.scales).T
+        batch.pars[-1] = 0.0
         batch.state[n:] = 0.0
-        batch.propagate_until(_pad(end), max_steps=MAX_STEPS)
+        batch.propagate_until(_pad(end[some]), max_steps=MAX_STEPS)
         return batch
 
     def rates(self, states: Array, phases: Array, constants: Constants) -> Array:
@@ -504,11 +528,11 @@ class Flow:
         """
         single = self._code.single
         single.time = grid[0]
-        single.state[:] = state
-        single.pars[:] = constants.values
+        single.state[:] = state / constants.scales
+        single.pars[:] = np.concatenate([constants.values, constants.scales])
         reached = single.propagate_grid(grid, max_steps=MAX_STEPS * len(grid))[-1]
         result = np.full((len(grid), self.dimension), np.nan)
-        result[: len(reached)] = reached
+        result[: len(reached)] = reached * constants.scales
         return result
 
     def curvatures(
@@ -587,11 +611,25 @@ class Flow:
         rows = [states.T, phases[None], values, *([] if more is None else [more.T])]
         return function(np.ascontiguousarray(np.concatenate(rows))).T
 
-    def _prepare(self, batch: Any, states: Array, start: Array, values: Array) -> Any:
-        batch.set_time(_pad(start))
-        batch.state[: self.dimension] = _pad(states).T
-        batch.pars[: len(values)] = values
+    def _prepare(
+        self, batch: Any, states: Array, start: Array, constants: Constants, some: slice
+    ) -> Any:
+        """Give an integrator the beginnings of some trajectories."""
+        values, scales = constants.of(some)
+        count, n = len(values), self.dimension
+        batch.set_time(_pad(start[some]))
+        batch.state[:n] = _pad(states[some]).T / scales
+        batch.pars[:count] = values
+        batch.pars[count : count + n] = scales
         return batch
+
+    def _direct(self, batch: Any, directions: Array, some: slice) -> None:
+        """Give an integrator the changes of coefficients that it differentiates along."""
+        count, k = directions.shape[-2:]
+        first = count + self.dimension
+        for i in range(k):
+            batch.pars[first : first + count] = _lanes(directions[..., i], some)
+            first += count
 
 
 def flow_of(model: Model, tolerance: float = TOLERANCE) -> Flow:
@@ -638,6 +676,12 @@ def _identity(n: int, k: int) -> Array:
 def _lanes(values: Array, some: slice) -> Array:
     """Constants by lane: shape (n_c, 1) if all trajectories share them, (n_c, LANES) if not."""
     return values[:, None] if values.ndim == 1 else _pad(values[some]).T
+
+
+def _units(scales: Array, directions: int) -> Array:
+    """What derivatives of scaled states are to be multiplied by, shape (..., n, n + k)."""
+    from_scaled = np.concatenate([1 / scales, np.ones((*scales.shape[:-1], directions))], axis=-1)
+    return np.asarray(scales[..., :, None] * from_scaled[..., None, :])
 
 
 def _finished(batch: Any, state: Array, count: int) -> Array:

@@ -14,6 +14,7 @@ from slipfold.flow.cache import cached
 from slipfold.flow.equations import build_equations
 from slipfold.flow.flow import MAX_STEPS, Constants, Flow, flow_of
 from slipfold.flow.precision import TOLERANCE
+from slipfold.flow.scaled import Scaled
 from slipfold.models.model import Kind, Model
 
 __all__ = ["GuardedFlow", "Stop", "guarded_flow_of"]
@@ -96,23 +97,22 @@ class GuardedFlow:
         """Integrate a chunk; return the states after each whole period."""
         integrator = self._integrator
         integrator.time = 0.0
-        integrator.state[:] = state
-        integrator.pars[:] = constants.values
+        integrator.state[:] = state / constants.scales
+        integrator.pars[:] = np.concatenate([constants.values, constants.scales])
         if self.limits:
             integrator.reset_cooldowns()
         grid = np.arange(count + 1.0)
         # A stop cuts the grid short, a singularity fills it with what is no number.
         result = integrator.propagate_grid(grid, max_steps=MAX_STEPS * count)
-        outcome, states = int(result[0]), result[-1][1:]
+        outcome, states = int(result[0]), result[-1][1:] * constants.scales
         finite = np.isfinite(states).all(axis=1)
         states = states if finite.all() else states[: int(finite.argmin())]
         if len(states) == count:
             return states, None
         time = (done + float(integrator.time)) * constants.period
         if -len(self.limits) <= outcome < 0:
-            return states, self._stop(
-                -1 - outcome, integrator.state, integrator.time, constants, time
-            )
+            met = integrator.state * constants.scales
+            return states, self._stop(-1 - outcome, met, integrator.time, constants, time)
         return states, Stop(
             "singular",
             f"the motion became singular {time:.6g} s after the start, in forcing period "
@@ -139,29 +139,26 @@ class GuardedFlow:
     @cached_property
     def _integrator(self) -> Any:
         bounds = [(limit.output, limit.bound) for limit in self.limits]
-        key = f"guarded tol={TOLERANCE!r} limits={bounds!r}\n{self._equations.fingerprint()}"
+        key = f"guarded scaled tol={TOLERANCE!r} limits={bounds!r}\n{self._equations.fingerprint()}"
         hy.llvm_state.set_diskcache_enabled(False)
         return cached(key, self._build)
 
     def _build(self) -> Any:
-        equations = self._equations
-        known: dict[str, Any] = {
-            str(symbol): hy.par[i] for i, symbol in enumerate(equations.coefficients)
-        }
+        equations, scaled = self._equations, Scaled.of(self._equations)
+        symbols = [*equations.coefficients, *scaled.scales]
+        known: dict[str, Any] = {str(symbol): hy.par[i] for i, symbol in enumerate(symbols)}
         known[str(equations.phase)] = hy.time
-        rates = hy.subs(list(equations.rates), known)
+        rates = hy.subs(list(scaled.rates), known)
         outputs = dict(equations.outputs)
+        watched = [outputs[limit.output] - limit.bound for limit in self.limits]
         events = [
-            hy.t_event(
-                hy.subs(outputs[limit.output] - limit.bound, known),
-                direction=hy.event_direction.negative,
-            )
-            for limit in self.limits
+            hy.t_event(item, direction=hy.event_direction.negative)
+            for item in hy.subs(scaled.express(watched), known)
         ]
         return hy.taylor_adaptive(
             list(zip(equations.states, rates, strict=True)),
             state=[0.0] * equations.dimension,
-            pars=[0.0] * len(equations.coefficients),
+            pars=[0.0] * len(symbols),
             tol=TOLERANCE,
             t_events=events,
         )

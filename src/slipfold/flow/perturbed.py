@@ -15,15 +15,15 @@ __all__ = ["perturbed_system"]
 def perturbed_system(
     states: Sequence[Expression],
     rates: Sequence[Expression],
-    coefficients: Sequence[Expression],
+    changing: Sequence[Expression],
     columns: int,
     *,
-    changed: bool,
+    first: int,
 ) -> list[tuple[Any, Any]]:
     r"""Add perturbations to a system.
 
-    Each column is one derivative of the motion, with respect to its start or, if `changed`, along
-    a change :math:`d_j` of the coefficients,
+    Each column is one derivative of the motion, with respect to its start or along a change
+    :math:`d_j` of coefficients,
 
     .. math:: v_j' = \partial_x f \, v_j + \partial_c f \, d_j,
 
@@ -36,35 +36,31 @@ def perturbed_system(
         Symbols, length N.
     rates
         Their rates, length N.
-    coefficients
-        Symbols of what is constant, length n_c.
+    changing
+        Symbols of the coefficients that change, length n_c; where none do, there is a third less to
+        compute.
     columns
         Number of perturbations.
-    changed
-        Whether coefficients change; where they do not, there is a third less to compute.
+    first
+        Number of the integrator's parameter from which on the changes of the columns stand, n_c
+        for each.
 
     Returns
     -------
     list of (symbol, rate)
         The states and then the perturbations, column by column, length N (1 + columns).
-        Parameters are the coefficients and then, if they change, the changes of the columns, n_c
-        numbers each.
     """
-    count = len(coefficients)
-    arguments = [*states, *coefficients] if changed else list(states)
-    slopes = hy.diff_tensors(list(rates), diff_args=arguments, diff_order=1).jacobian
+    count = len(changing)
+    slopes = hy.diff_tensors(list(rates), diff_args=[*states, *changing], diff_order=1).jacobian
     zero = hy.expression(0.0)
     symbols, expressions = list(states), list(rates)
     for column in range(columns):
         carried = [hy.expression(f"perturbed_{column}_{state}") for state in states]
         symbols += carried
-        if changed:
-            carried += [hy.par[(1 + column) * count + i] for i in range(count)]
+        carried += [hy.par[first + column * count + i] for i in range(count)]
         for row in slopes:
             terms = [
                 slope * along for slope, along in zip(row, carried, strict=True) if slope != zero
             ]
             expressions.append(hy.sum(terms) if terms else zero)
-    known = {str(symbol): hy.par[i] for i, symbol in enumerate(coefficients)}
-    known["phase"] = hy.time
-    return list(zip(symbols, hy.subs(expressions, known), strict=True))
+    return list(zip(symbols, expressions, strict=True))

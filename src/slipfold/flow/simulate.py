@@ -60,7 +60,7 @@ def simulate(
     if not (math.isfinite(tolerance) and tolerance > 0):
         raise InputError(f"tolerance = {tolerance!r} is not a positive number; give one like 1e-9")
     start = initial_state(model, state)
-    constants = flow_of(model).constants(model.vector)
+    constants = flow_of(model).constants_of(model)
     strobe, stop = guarded_flow_of(model).strobe(start, count, constants)
     strobe.setflags(write=False)
     if stop is None:

@@ -259,4 +259,4 @@ class Trajectory(OneLine):
 
     @cached_property
     def _constants(self) -> Constants:
-        return self._flow.constants(self.model.vector)
+        return self._flow.constants_of(self.model)

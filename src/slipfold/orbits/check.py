@@ -141,7 +141,7 @@ def _rests(orbit: PeriodicOrbit) -> bool:
     if orbit.model.forced:
         return False
     flow = flow_of(orbit.model)
-    constants = flow.constants(orbit.model.vector)
+    constants = flow.constants_of(orbit.model)
     rates = flow.rates(orbit.nodes, np.zeros(len(orbit.nodes)), constants)
     return bool(np.abs(rates / orbit.model.state_scales()).max() < REST)
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from slipfold.errors import InputError
 from slipfold.flow import Flow, flow_of
 from slipfold.flow.flow import Constants
+from slipfold.flow.scaled import power_of_two
 from slipfold.models.model import Model
 from slipfold.text.one_line import OneLine, listed, number_text
 from slipfold.text.printed_table import PrintedTable
@@ -126,7 +127,7 @@ def find_extrema(
     Parameters
     ----------
     model
-        The model; its parameter values play no part.
+        The model; of its parameter values no more than the scales of the states are taken.
     parameters
         Parameter vectors, shape (n_orbits, n_parameters).
     nodes
@@ -141,7 +142,7 @@ def find_extrema(
     Extrema
         Of the continuous orbits.
     """
-    flow = flow_of(model)
+    flow, scales = flow_of(model), power_of_two(model.state_scales())
     names = flow.output_names if names is None else tuple(names)
     columns = np.array([flow.output_index(name) for name in names])
     low = np.empty((len(nodes), len(names)))
@@ -149,7 +150,7 @@ def find_extrema(
     for first in range(0, len(nodes), TOGETHER):
         some = slice(first, first + TOGETHER)
         low[some], high[some] = _extrema_of_orbits(
-            flow, flow.constants(parameters[some]), nodes[some], period, columns
+            flow, flow.constants(parameters[some], scales), nodes[some], period, columns
         )
     return Extrema(names, low, high)
 

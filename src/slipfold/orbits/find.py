@@ -56,7 +56,7 @@ def guess_orbit(problem: PeriodicProblem, value: float) -> Correction:
     """
     vector = problem.model.vector.copy()
     vector[problem.indices[-1]] = value
-    constants = problem.flow.constants(vector)
+    constants = problem.flow.constants(vector, problem.flow_scales)
     start = problem.model.replace(**{problem.vary: value}).start
     nodes = linear_response(problem.flow, constants, problem.scales, problem.segments, start)
     guess = problem.pack(nodes, value)
@@ -137,7 +137,7 @@ def periodic_orbit(
     if state is None and period == 1:
         return _as_orbit(problem, model, _response(problem, model, tolerance))
     start = _settled(model, settle) if state is None else _checked_state(model, state)
-    constants = problem.flow.constants(model.vector)
+    constants = problem.flow.constants_of(model)
     zero = np.zeros(1)
     nodes = problem.flow.sample(start[None], zero, zero + period, problem.segments, constants)[0]
     guess = problem.pack(nodes, problem.value_of(model))
@@ -212,7 +212,7 @@ def _response(problem: PeriodicProblem, model: Model, tolerance: float) -> Corre
 def _settled(model: Model, periods: int) -> Array:
     """State that a motion from rest comes to."""
     flow = flow_of(model)
-    constants = flow.constants(model.vector)
+    constants = flow.constants_of(model)
     state = np.zeros(flow.dimension)
     one_period = np.array([0.0, 1.0])
     for _ in range(periods):
@@ -223,7 +223,7 @@ def _settled(model: Model, periods: int) -> Array:
 def _refuse_shorter(problem: PeriodicProblem, orbit: PeriodicOrbit) -> None:
     """Refuse an orbit that repeats within the period asked for."""
     flow, model = problem.flow, orbit.model
-    constants = flow.constants(model.vector)
+    constants = flow.constants_of(model)
     count = orbit.period
     zero = np.zeros(1)
     strobes = flow.sample(orbit.state[None], zero, zero + count, count, constants)[0]

@@ -84,7 +84,7 @@ def find_cycle(
     cycle = model.replace(duration=duration)
     problem = CycleProblem(cycle, vary, 1, width)
     zero = np.zeros(1)
-    constants = problem.flow.constants(cycle.vector)
+    constants = problem.flow.constants_of(cycle)
     nodes = problem.flow.sample(state[None], zero, zero + 1, problem.segments, constants)[0]
     guess = problem.pack_cycle(nodes, duration, problem.value_of(model))
     row = np.eye(1, len(guess), len(guess) - 1)[0]  # the parameter is held
@@ -108,7 +108,7 @@ def _motion(paced: Model, state: Array, units: int) -> Array:
     """Sample a motion over units of time; refuse one that leaves the model."""
     flow = flow_of(paced)
     grid = np.linspace(0, units, units * SAMPLES + 1)
-    motion = flow.trajectory(state, flow.constants(paced.vector), grid)
+    motion = flow.trajectory(state, flow.constants_of(paced), grid)
     if not np.isfinite(motion).all():
         raise InputError(
             f"the motion of {paced.name} from {state.tolist()} does not stay finite; give a state "
@@ -121,7 +121,7 @@ def _first_return(paced: Model, state: Array) -> float:
     """Return after how many units of time a motion first comes back near where it began."""
     scales = paced.state_scales()
     flow = flow_of(paced)
-    constants = flow.constants(paced.vector)
+    constants = flow.constants_of(paced)
     for window in range(WINDOWS):  # each begins where the motion has come to: it may still settle
         units = WINDOW * 2**window
         motion = _motion(paced, state, units)

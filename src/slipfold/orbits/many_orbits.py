@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.flow.flow import Constants
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.linearisation import Linearisation
 
@@ -114,14 +113,15 @@ def _linearise(problem: PeriodicProblem, z: Array, rows: Array) -> tuple[Array, 
     """Return defects (k, m n), bordered Jacobians, and monodromy matrices."""
     k, m, n = len(z), problem.segments, len(problem.scales)
     nodes = np.array([problem.nodes(item) for item in z])
-    constants = problem.flow.constants(np.array([problem.vector(item) for item in z]))
+    vectors = np.array([problem.vector(item) for item in z])
+    constants = problem.flow.constants(vectors, problem.flow_scales)
     directions = np.repeat(constants.rates[:, :, problem.indices], m, axis=0)
     edges = np.arange(m + 1) * (problem.period / m)
     ends, blocks, vectors = problem.flow.linearise(
         nodes.reshape(k * m, n),
         np.tile(edges[:-1], k),
         np.tile(edges[1:], k),
-        Constants(np.repeat(constants.values, m, axis=0), constants.rates),
+        constants.repeated(m),
         directions,
     )
     scales = problem.scales

@@ -80,7 +80,7 @@ class PeriodicOrbit(OneLine):
     @property
     def duration(self) -> float:
         """Period in seconds."""
-        return self.period * flow_of(self.model).constants(self.model.vector).period
+        return self.period * flow_of(self.model).constants_of(self.model).period
 
     def sample(self, count: int = 256) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Sample the states over one period.
@@ -101,7 +101,7 @@ class PeriodicOrbit(OneLine):
         segments = len(self.nodes)
         each = -(-count // segments)
         edges = np.linspace(0, self.period, segments + 1)
-        constants = flow.constants(self.model.vector)
+        constants = flow.constants_of(self.model)
         states = flow.sample(self.nodes, edges[:-1], edges[1:], each, constants)
         time: NDArray[np.float64] = np.arange(segments * each, dtype=float)
         time *= self.duration / (segments * each)
@@ -126,7 +126,7 @@ class PeriodicOrbit(OneLine):
         """
         flow = flow_of(self.model)
         time, states = self.sample(count)
-        constants = flow.constants(self.model.vector)
+        constants = flow.constants_of(self.model)
         values = flow.outputs(states, time / constants.period, constants)
         return time, values[:, flow.output_index(name)]
 

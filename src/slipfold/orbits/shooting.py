@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from slipfold.continuation.newton import Correction
 from slipfold.flow import Flow, flow_of
 from slipfold.flow.flow import Constants
+from slipfold.flow.scaled import power_of_two
 from slipfold.models.model import Model
 from slipfold.orbits.floquet import floquet_multipliers
 from slipfold.orbits.linearisation import Linearisation
@@ -67,6 +68,7 @@ class Shooting(ABC):
         self.segments = segments
         self.flow: Flow = flow_of(model)
         self.scales = model.state_scales()
+        self.flow_scales = power_of_two(self.scales)
         self.size = segments * len(self.scales)
         self._node_scales = np.tile(self.scales, segments) * np.sqrt(segments)
         edges: Array = (np.arange(segments + 1, dtype=float) + offset) * (period / segments)
@@ -211,7 +213,7 @@ class Shooting(ABC):
         z
             The unknown.
         """
-        return self.flow.constants(self.vector(z))
+        return self.flow.constants(self.vector(z), self.flow_scales)
 
     def flat(self, nodes: Array) -> Array:
         """Scale states at the nodes, shape (m, n), into the first part of an unknown.

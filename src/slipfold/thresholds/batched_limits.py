@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from slipfold.errors import InputError
 from slipfold.flow import Flow
 from slipfold.flow.flow import Constants
+from slipfold.flow.scaled import power_of_two
 from slipfold.models.model import Model
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.limits import limit_margins
@@ -34,7 +35,7 @@ def keep_limits(flow: Flow, model: Model, states: Array, parameters: Array) -> N
     flow
         The flow.
     model
-        Its limits; its parameter values play no part.
+        Its limits and the scales of its states; its parameter values play no part.
     states
         States at phase zero, shape (m, n).
     parameters
@@ -43,11 +44,13 @@ def keep_limits(flow: Flow, model: Model, states: Array, parameters: Array) -> N
     if not model.limits:
         return np.full(len(states), True)
     result = np.full(len(states), False)
+    scales = power_of_two(model.state_scales())
     near = np.flatnonzero(np.isfinite(states).all(axis=1))
     for samples in LOOKS:
         for first in range(0, len(near), ROWS):
             some = near[first : first + ROWS]
-            result[some] = _are_far(flow, model, states[some], parameters[some], samples)
+            constants = flow.constants(parameters[some], scales)
+            result[some] = _are_far(flow, model, states[some], constants, samples)
         near = near[~result[near]]
     for i in near:
         result[i] = _keeps_limits(flow, model, states[i], parameters[i])
@@ -55,16 +58,13 @@ def keep_limits(flow: Flow, model: Model, states: Array, parameters: Array) -> N
 
 
 def _are_far(
-    flow: Flow, model: Model, states: Array, parameters: Array, count: int
+    flow: Flow, model: Model, states: Array, constants: Constants, count: int
 ) -> NDArray[np.bool_]:
     m = len(states)
-    constants = flow.constants(parameters)
     zero = np.zeros(m)
     samples = flow.sample(states, zero, zero + 1, count, constants)
-    values = np.repeat(constants.values, count, axis=0)
-    repeated = Constants(values, constants.rates)
     phases = np.tile(np.arange(count) / count, m)
-    outputs = flow.outputs(samples.reshape(m * count, -1), phases, repeated)
+    outputs = flow.outputs(samples.reshape(m * count, -1), phases, constants.repeated(count))
     columns = [flow.output_index(limit.output) for limit in model.limits]
     watched = outputs[:, columns].reshape(m, count, -1)
     # A corner between two samples lies at most half their second difference below them.
@@ -82,6 +82,6 @@ def _keeps_limits(flow: Flow, model: Model, state: Array, parameters: Array) -> 
     except InputError:  # parameters that contradict each other
         return False
     zero = np.zeros(1)
-    constants = flow.constants(parameters)
+    constants = flow.constants(parameters, problem.flow_scales)
     nodes = flow.sample(state[None], zero, zero + 1, problem.segments, constants)[0]
     return bool((limit_margins(problem, problem.pack(nodes, values[names[0]])) > 0).all())

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.flow import Flow
+from slipfold.flow.scaled import power_of_two
 
 __all__ = ["Doublings", "Orbits", "correct_orbits", "find_doublings", "multipliers_of"]
 
@@ -128,7 +129,7 @@ def correct_orbits(
         if not len(active):
             break
         x, scale = result[active], scales[active]
-        ends, matrices = _over_one_period(flow, x, parameters[active])
+        ends, matrices = _over_one_period(flow, x, parameters[active], scale)
         step = _solve(matrices - np.eye(n), x - ends)
         length = np.linalg.norm(step / scale, axis=1)
         lost = ~(length < DIVERGED)
@@ -246,7 +247,7 @@ class _Doubling:
         scales = self.scales[which]
         parameters = self.parameters[which]
         parameters[:, self.index] = unknown[:, -1] * self.width
-        constants = self.flow.constants(parameters)
+        constants = self.flow.constants(parameters, power_of_two(scales))
         zero = np.zeros(len(which))
         ends, matrices, vectors = self.flow.linearise(
             unknown[:, :-1] * scales, zero, zero + 1, constants, constants.rates[:, :, [self.index]]
@@ -266,16 +267,19 @@ class _Doubling:
         if len(done):
             parameters = self.parameters[done]
             parameters[:, self.index] = values[done]
-            ends, matrices = _over_one_period(self.flow, states[done], parameters)
-            residuals[done] = np.abs((ends - states[done]) / self.scales[done]).max(axis=1)
+            scales = self.scales[done]
+            ends, matrices = _over_one_period(self.flow, states[done], parameters, scales)
+            residuals[done] = np.abs((ends - states[done]) / scales).max(axis=1)
             multipliers[done] = multipliers_of(matrices)
         self.failures[done[~(residuals[done] <= tolerance)]] = "the orbit does not close"
         return Doublings(states, values, multipliers, residuals, self.failures)
 
 
-def _over_one_period(flow: Flow, states: Array, parameters: Array) -> tuple[Array, Array]:
+def _over_one_period(
+    flow: Flow, states: Array, parameters: Array, scales: Array
+) -> tuple[Array, Array]:
     """Return the states a period later, shape (m, n), and the monodromy matrices."""
-    constants = flow.constants(parameters)
+    constants = flow.constants(parameters, power_of_two(scales))
     zero = np.zeros(len(states))
     nowhere = np.empty((constants.values.shape[1], 0))
     return flow.linearise(states, zero, zero + 1, constants, nowhere)[:2]

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.flow import flow_of
+from slipfold.flow.scaled import power_of_two
 from slipfold.models.model import Model
 from slipfold.thresholds.batched_limits import keep_limits
 from slipfold.thresholds.batched_newton import Orbits, correct_orbits, find_doublings
@@ -220,7 +221,8 @@ class BatchedThresholds:
 
     def _residuals(self, states: Array, parameters: Array, scales: Array) -> Array:
         zero = np.zeros(len(states))
-        ends = self.flow.advance(states, zero, zero + 1, self.flow.constants(parameters))
+        constants = self.flow.constants(parameters, power_of_two(scales))
+        ends = self.flow.advance(states, zero, zero + 1, constants)
         return np.abs((ends - states) / scales).max(axis=1)
 
 

@@ -59,7 +59,7 @@ def _quantities(model: Model) -> list[State | Output]:
 
 def _sampled(orbit: PeriodicOrbit) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     flow = flow_of(orbit.model)
-    constants = flow.constants(orbit.model.vector)
+    constants = flow.constants_of(orbit.model)
     time, states = orbit.sample(SAMPLES * orbit.period)
     return time, flow.outputs(states, time / constants.period, constants)
 

@@ -49,7 +49,7 @@ def orbit_view(orbit: PeriodicOrbit, vary: str) -> dict[str, Any]:
     time, states = orbit.sample(min(SAMPLES * orbit.period, LONGEST))
     time = np.append(time, orbit.duration)
     states = np.concatenate([states, states[:1]])
-    constants = flow.constants(model.vector)
+    constants = flow.constants_of(model)
     phases = time / constants.period
     values = flow.outputs(states, phases, constants)
     columns = {name: short(values[:, i]) for i, name in enumerate(flow.output_names)}

@@ -53,7 +53,7 @@ def stream_simulation(
     """
     periods = request.periods
     state = initial_state(model, start_of(model, request))
-    constants = flow_of(model).constants(model.vector)
+    constants = flow_of(model).constants_of(model)
     every = _step_between_samples(periods)
     strobe = [state[None]]
     done, stop = 0, None

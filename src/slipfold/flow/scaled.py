@@ -1,0 +1,55 @@
+"""Equations in scaled states: integrators measure errors there, and absolutely below one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import heyoka as hy
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.flow.equations import Equations
+from slipfold.models.output import Expression
+
+__all__ = ["Scaled", "power_of_two"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Scaled:
+    """A model's equations for ``y = q / s``, the scales s being symbols: one code serves all.
+
+    Parameters
+    ----------
+    scales
+        Symbols of the scales, length n.
+    rates
+        ``dy/dphase`` in y, under the names of the states q, length n.
+    """
+
+    scales: tuple[Expression, ...]
+    rates: tuple[Expression, ...]
+    _states: dict[str, Expression]
+
+    @classmethod
+    def of(cls, equations: Equations) -> Scaled:
+        """Write equations in scaled states."""
+        scales = tuple(hy.expression(f"scale of {name}") for name in equations.names)
+        states = {
+            name: scale * state
+            for name, scale, state in zip(equations.names, scales, equations.states, strict=True)
+        }
+        rates = hy.subs(list(equations.rates), states)
+        scaled = (rate / scale for rate, scale in zip(rates, scales, strict=True))
+        return cls(scales, tuple(scaled), states)
+
+    def express(self, expressions: Sequence[Expression]) -> list[Expression]:
+        """Write expressions of the states q in y and the scales."""
+        return list(hy.subs(list(expressions), self._states))
+
+
+def power_of_two(sizes: Array) -> Array:
+    """Return the powers of two nearest to sizes: scaling by them rounds nothing."""
+    return np.asarray(np.exp2(np.round(np.log2(sizes))))
