@@ -158,19 +158,34 @@ def test_start_where_there_is_no_orbit(tmp_path):
 # -- places to write to ------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("option", ["--out", "--json", "--csv"])
-@pytest.mark.parametrize(("command", "name"), [(RESPONSE, "response"), (LOCUS, "bifurcation_set")])
+PLACES = [
+    (RESPONSE, "response.response", ("--out", "--json", "--csv")),
+    (LOCUS, "bifurcation_set.bifurcation_set", ("--out", "--json", "--csv")),
+    (("simulate", "sliding"), "simulation.simulate", ("--out", "--json")),
+    (("plot", "some.nc"), "load.load", ("--out",)),
+]
+
+
+@pytest.mark.parametrize(
+    ("command", "name", "option"),
+    [(command, name, option) for command, name, options in PLACES for option in options],
+)
 def test_places_are_checked_before_computing(command, name, option, tmp_path, monkeypatch):
-    module = importlib.import_module(f"slipfold.results.{name}")
-    monkeypatch.setattr(module, name, None)  # is not reached
+    module, function = name.split(".")
+    monkeypatch.setattr(importlib.import_module(f"slipfold.results.{module}"), function, None)
     (tmp_path / "file").write_bytes(b"")
+    (tmp_path / "folder.png").mkdir()
+    (tmp_path / "kept.png").write_bytes(b"")
+    (tmp_path / "kept.png").chmod(0o444)
     for place, words in {
-        tmp_path: "is a folder",
-        tmp_path / "none" / "x.nc": "does not exist",
-        tmp_path / "file" / "x.nc": "does not exist",
+        tmp_path / "folder.png": "is a folder",
+        tmp_path / "none" / "x.png": "does not exist",
+        tmp_path / "file" / "x.png": "does not exist",
+        tmp_path / "kept.png": "is read-only; make it writable",
+        tmp_path / f"{'x' * 300}.png": "file name too long",
     }.items():
         assert_refused(run(*command, option, str(place)), words)
-    assert os.listdir(tmp_path) == ["file"]
+    assert sorted(os.listdir(tmp_path)) == ["file", "folder.png", "kept.png"]
 
 
 def test_one_file_for_two_outputs(tmp_path):

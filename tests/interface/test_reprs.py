@@ -81,6 +81,13 @@ def test_lines_say_what_was_found():
     assert "NS at 0.0566907, NS at 0.166438" in repr(second)
 
 
+def test_a_check_says_where_it_started():
+    # As `region_check` writes it, and as files of others may have it.
+    for start in ("period 2", "2"):
+        check = sf.RegionCheck((1.0, 2.0), start, 1, False, "settled on period 1")
+        assert check.begins == "near the orbit of period 2"
+
+
 def test_extrema_compare_by_their_numbers():
     branch = diagram().branches[0]
     again = sf.Extrema(branch.extrema.names, *(part.copy() for part in (

@@ -130,3 +130,23 @@ def test_checking_a_read_only_disk(tmp_path, monkeypatch):
     monkeypatch.setattr(writing.os, "open", fail)
     with pytest.raises(InputError, match="read-only file system"):
         check_writable(tmp_path / "a.nc")
+
+
+def test_checking_refuses_what_writing_would_only_notice_at_the_end(tmp_path):
+    kept = tmp_path / "kept.nc"
+    kept.write_bytes(b"old")
+    kept.chmod(0o444)
+    with pytest.raises(InputError, match=r"kept\.nc is read-only; make it writable or give"):
+        check_writable(kept)
+    with pytest.raises(InputError, match="file name too long"):
+        check_writable(tmp_path / ("a" * 300 + ".nc"))
+
+
+def test_checking_refuses_to_replace_the_file_of_somebody_else(tmp_path, monkeypatch):
+    theirs = tmp_path / "theirs.nc"
+    theirs.write_bytes(b"old")
+    tmp_path.chmod(0o1777)
+    check_writable(theirs)
+    monkeypatch.setattr(writing.os, "geteuid", lambda: 12345)
+    with pytest.raises(InputError, match="belongs to somebody else"):
+        check_writable(theirs)

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import secrets
+import stat
 from pathlib import Path
 
 from slipfold.errors import InputError
 
 __all__ = ["check_writable", "write_file"]
+
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+"""Errors that space would cure."""
 
 
 def check_writable(path: str | Path) -> None:
@@ -36,6 +41,7 @@ def check_writable(path: str | Path) -> None:
         if _is_special(target):
             with open(target, "ab"):
                 return
+        _check_replaceable(path, target)
         # Permissions do not tell all (read-only disks, quotas): only a trial does.
         trial = _beside(target)
         os.close(os.open(trial, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600))
@@ -83,6 +89,23 @@ def write_file(path: str | Path, content: bytes) -> None:
         raise InputError(_cannot_write(path, error)) from error
 
 
+def _check_replaceable(path: str | Path, target: Path) -> None:
+    """Refuse a file that its owner has protected, and a name that no file can have."""
+    try:
+        found = target.lstat()
+    except FileNotFoundError:
+        return
+    folder = target.parent.stat()
+    owners = (0, found.st_uid, folder.st_uid)
+    # In a folder that all may write to, as /tmp, only a file's owner may replace it.
+    theirs = folder.st_mode & stat.S_ISVTX and hasattr(os, "geteuid") and os.geteuid() not in owners
+    if theirs or not found.st_mode & (stat.S_IWUSR | stat.S_IWGRP | stat.S_IWOTH):
+        raise InputError(
+            f"{path} is read-only{' or belongs to somebody else' if theirs else ''}; make it "
+            "writable or give another name"
+        )
+
+
 def _beside(target: Path) -> Path:
     return target.with_name(f".{target.name[:64]}.{secrets.token_hex(6)}.part")
 
@@ -93,4 +116,5 @@ def _is_special(target: Path) -> bool:
 
 def _cannot_write(path: str | Path, error: OSError) -> str:
     why = error.strerror or str(error) or type(error).__name__
-    return f"{path} cannot be written ({why.lower()}); free some space or give another place"
+    space = "free some space or " if error.errno in FULL else ""
+    return f"{path} cannot be written ({why.lower()}); {space}give another place"
