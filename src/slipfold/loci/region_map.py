@@ -22,7 +22,7 @@ class RegionCheck(OneLine):
     values
         Values of the two parameters.
     start
-        ``"rest"``, or the period of the stable orbit whose neighbourhood it started in.
+        ``"rest"``, or the stable orbit whose neighbourhood it started in, e.g. ``"period 1"``.
     settled
         Period in forcing periods of what the motion settled to; 0 if it did not become periodic,
         or left the model's limits.
