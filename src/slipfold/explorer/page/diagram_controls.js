@@ -17,8 +17,7 @@ export class DiagramControls {
   #to = this.#bound(1, "to");
   #unit = element("span", { class: "unit" });
   #whole = element("button", {
-    type: "button", class: "quiet", hidden: true,
-    on: { click: () => this.#commit({ zoom: null }) },
+    type: "button", class: "quiet absent", on: { click: () => this.#commit({ zoom: null }) },
   }, "Whole diagram");
 
   /** @param {import("./session.js").Session} session */
@@ -44,7 +43,7 @@ export class DiagramControls {
     this.#from.value = plain(view.span[0] * factor, 6);
     this.#to.value = plain(view.span[1] * factor, 6);
     this.#unit.textContent = unit;
-    this.#whole.hidden = view.zoom === null;
+    this.#whole.classList.toggle("absent", view.zoom === null);
   }
 
   #bound(index, word) {

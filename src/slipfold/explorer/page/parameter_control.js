@@ -44,10 +44,10 @@ export class ParameterControl {
       title: `Back to ${formatted(parameter.value * factor, DIGITS)}${unit ? ` ${unit}` : ""}`,
       on: { click: () => commit(parameter.value) },
     }, icon(BACK));
-    this.node = element("div", { class: "parameter", "data-name": parameter.name, title: name },
+    this.node = element("div", { class: "parameter", "data-name": parameter.name },
       element("label", { for: `${id}-slider` }, symbol(parameter)),
       this.#slider, this.#box, element("span", { class: "unit" }, unit), this.#back,
-      element("p", { class: "doc" }, parameter.doc));
+      element("p", { class: "doc unseen" }, parameter.doc));
   }
 
   /**

@@ -1,4 +1,4 @@
-/** All parameters of the model, one row each. */
+/** All parameters of the model, one row each, and what the one is that is pointed at. */
 
 import { element } from "./dom.js";
 import { ParameterControl } from "./parameter_control.js";
@@ -6,7 +6,10 @@ import { withParameter } from "./view.js";
 
 export class ParameterPanel {
   /** The element to put on the page. */
-  node = element("div", { class: "parameters", role: "group", "aria-label": "Parameters" });
+  node;
+  #rows = element("div", { class: "parameters", role: "group", "aria-label": "Parameters" });
+  // It has a place of its own: were it in the rows, they would move under the pointer.
+  #meaning = element("p", { class: "meaning", "aria-hidden": "true" });
   #session;
   #controls = new Map();
   #model = null;
@@ -14,6 +17,11 @@ export class ParameterPanel {
   /** @param {import("./session.js").Session} session */
   constructor(session) {
     this.#session = session;
+    this.node = element("div", { class: "parameter-panel" }, this.#rows, this.#meaning);
+    const explain = () => this.#explain();
+    for (const event of ["pointerover", "pointerleave", "focusin", "focusout"]) {
+      this.#rows.addEventListener(event, explain);
+    }
     session.store.changed.subscribe(() => this.#show());
     this.#show();
   }
@@ -40,6 +48,14 @@ export class ParameterPanel {
       });
       return [parameter.name, control];
     }));
-    this.node.replaceChildren(...[...this.#controls.values()].map(({ node }) => node));
+    this.#rows.replaceChildren(...[...this.#controls.values()].map(({ node }) => node));
+    this.#explain();
+  }
+
+  /** Say what the parameter under the pointer is, else that which has the focus. */
+  #explain() {
+    const row = this.#rows.querySelector(".parameter:hover") ?? this.#rows.querySelector(".parameter:focus-within");
+    const parameter = this.#model.parameters.find(({ name }) => name === row?.dataset.name);
+    this.#meaning.textContent = parameter ? `${parameter.label ?? parameter.name}: ${parameter.doc}` : "";
   }
 }
