@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from contextlib import contextmanager
 
 from playwright.sync_api import Page, expect
@@ -24,6 +25,33 @@ async (fragment) => {
 """Follow a link within the page."""
 
 
+class HeldBack:
+    """Answers of the server that wait on their way to the page."""
+
+    def __init__(self, matches, instead=None):
+        self.matches = matches
+        self.instead = instead
+        self.is_on = False
+        self.waiting = []
+
+    def through(self, socket):
+        def pass_on(text):
+            if self.is_on and self.matches(json.loads(text)):
+                self.waiting.append(lambda: socket.send(text))
+                if self.instead:
+                    socket.send(json.dumps(self.instead(json.loads(text))))
+            else:
+                socket.send(text)
+
+        server = socket.connect_to_server()
+        server.on_message(pass_on)
+
+    def let_go(self):
+        self.is_on = False
+        while self.waiting:
+            self.waiting.pop(0)()
+
+
 class ExplorerPage:
     """One tab with the explorer."""
 
@@ -39,6 +67,15 @@ class ExplorerPage:
     def _note(self, message):
         if message.type in ("error", "warning"):
             self.faults.append(message.text)
+
+    def holding(self, matches, instead=None):
+        """Return what holds back answers of the server for which a function is true.
+
+        To be called before the page is opened. What comes instead is made from what is held back.
+        """
+        held = HeldBack(matches, instead)
+        self.page.route_web_socket("**/ws", held.through)
+        return held
 
     def open(self, fragment="model=sliding", plane=False):
         """Open a link to a view, without its plane unless it is asked for, and wait for the curve.
@@ -105,6 +142,17 @@ class ExplorerPage:
             ".filter((trace) => trace.mode === 'lines' && trace.x.length > 0)"
             ".map(({ name, line, x, y }) => ({ name, dash: line.dash, x, y }))",
             f"{DIAGRAM} .plot-canvas",
+        )
+
+    def strengths(self, name):
+        """Opacities of the lines of a curve."""
+        return set(
+            self.page.evaluate(
+                "([selector, name]) => document.querySelector(selector).data"
+                ".filter((trace) => trace.name?.startsWith(`${name}, `))"
+                ".map(({ opacity }) => opacity ?? 1)",
+                [f"{DIAGRAM} .plot-canvas", name],
+            )
         )
 
     def ranges(self):

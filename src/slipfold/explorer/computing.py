@@ -100,7 +100,7 @@ class Computing:
             self._kept[key] = response(
                 model, request.vary, request.span, observer=lambda progress: check()
             )
-            self._nearest[_family(model, request)] = self._kept[key]
+        self._nearest[_family(model, request)] = self._kept[key]
         self._kept.move_to_end(key)
         while len(self._kept) > KEPT:
             self._kept.popitem(last=False)

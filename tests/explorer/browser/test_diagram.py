@@ -53,6 +53,27 @@ def test_of_many_moves_the_last_is_drawn(explorer):
     expect(explorer.page.locator(".specials")).to_contain_text("PD 0.1398\u202fN subcritical")
 
 
+def test_a_draft_looks_like_one_until_it_is_exact(new_tab):
+    # Which worker computes it, and so whether there is a draft, is chance: one is made of the answer.
+    exact = new_tab.holding(
+        lambda answer: answer["kind"] == "diagram" and answer["done"],
+        lambda answer: {**answer, "draft": True, "done": False},
+    )
+    explorer = new_tab.open()
+    label = explorer.page.locator(f"{DIAGRAM} .draft-mark")
+    expect(label).to_be_hidden()
+    assert explorer.strengths("live") == {1}
+    exact.is_on = True
+    explorer.slide("Vd", 0.66)
+    expect(label).to_be_visible()
+    assert max(explorer.strengths("live")) < 0.5
+    assert explorer.specials() != BASE
+    exact.let_go()
+    expect(label).to_be_hidden()
+    expect(explorer.page.locator(DIAGRAM)).to_have_attribute("aria-busy", "false")
+    assert explorer.strengths("live") == {1}
+
+
 def test_boxes_keys_and_units(explorer):
     explorer.open()
     assert explorer.box("alpha").input_value() == "60"

@@ -16,6 +16,7 @@ import { crossings, nearestPlace } from "./working_point.js";
 const REACH = 14;
 const MOVED = 4;
 const KEY_STEPS = 200;
+const FAINT = 0.4;
 
 export class DiagramPlot {
   /** The element to put on the page. */
@@ -29,10 +30,12 @@ export class DiagramPlot {
   #hovered = element("div", { class: "place hovered", hidden: true });
   #tip = element("div", { class: "tip", hidden: true });
   #waiting = element("p", { class: "waiting", role: "status" }, "Computing the response…");
+  #draft = element("p", { class: "draft-mark", hidden: true }, "draft");
   #session;
   #drawn = null;
   #sight = { key: "", y: [0, 1] };
   #simulated = null;
+  #isDrawnFaint = false;
   #frame = 0;
   #pressed = null;
 
@@ -40,7 +43,7 @@ export class DiagramPlot {
   constructor(session) {
     this.#session = session;
     this.node.append(this.#canvas, this.#cursor, this.#chosen, this.#hovered, this.#tip,
-      this.#waiting);
+      this.#waiting, this.#draft);
     this.#tellBusy();
     session.diagramArrived.subscribe(() => this.#schedule());
     session.pinsChanged.subscribe(() => this.#schedule());
@@ -50,6 +53,7 @@ export class DiagramPlot {
       if (view.zoom !== before.zoom) this.#schedule();
       if (view.model !== before.model) this.#simulated = null;
       this.#place();
+      if (this.#isFaint !== this.#isDrawnFaint) this.#schedule();
       this.#tellBusy();
     });
     themeChanged.subscribe(() => this.#schedule());
@@ -123,13 +127,20 @@ export class DiagramPlot {
       if (!answer) return [];
       const tint = colour(`pin-${(i % 6) + 1}`);
       const name = escaped(pin.name);
-      return [...lineTraces(answer, tint, name), markTrace(answer, tint, paper, [])];
+      return faint([...lineTraces(answer, tint, name), markTrace(answer, tint, paper, [])], answer.draft);
     });
     const live = colour("live");
+    const marks = markTrace(diagram, live, paper, this.#positions(diagram));
+    this.#isDrawnFaint = this.#isFaint;
     return [
-      ...pinned, ...this.#simulatedTraces(colour), ...lineTraces(diagram, live, "live"),
-      markTrace(diagram, live, paper, this.#positions(diagram)),
+      ...pinned, ...this.#simulatedTraces(colour),
+      ...faint([...lineTraces(diagram, live, "live"), marks], this.#isDrawnFaint),
     ];
+  }
+
+  /** Whether the curve drawn is a draft, or belongs to other values: the exact one is to come. */
+  get #isFaint() {
+    return !this.#session.isSettled;
   }
 
   #simulatedTraces(colour) {
@@ -179,10 +190,11 @@ export class DiagramPlot {
 
   /** Whether what is drawn is still to be replaced; what is of another model is not shown. */
   #tellBusy() {
-    const { isSettled, diagram, store } = this.#session;
+    const { isSettled, diagram } = this.#session;
     this.node.setAttribute("aria-busy", String(!isSettled));
     this.node.classList.toggle("empty", !diagram);
-    this.node.classList.toggle("working", !isSettled && (!diagram || !store.isLive));
+    this.node.classList.toggle("working", !isSettled && !diagram?.draft);
+    this.#draft.hidden = isSettled || !diagram?.draft;
   }
 
   /** Move what marks the working point. */
@@ -301,6 +313,11 @@ export class DiagramPlot {
     } else return;
     event.preventDefault();
   }
+}
+
+/** Traces as they are, or as what is not yet certain. */
+function faint(traces, isFaint = false) {
+  return traces.map((trace) => ({ ...trace, opacity: isFaint ? FAINT : 1 }));
 }
 
 /** Colours of figures that go into files. */

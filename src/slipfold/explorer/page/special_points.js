@@ -42,6 +42,7 @@ export class SpecialPoints {
     this.#ends.textContent = [...new Set(sentences)].join(" ");
     this.#ends.title = this.#ends.textContent;
     this.#items = items;
+    this.node.classList.toggle("draft", Boolean(diagram.draft));
     if (key === this.#key) return;
     this.#key = key;
     this.#list.replaceChildren(...items.map((item, i) => this.#button(item, i)));
