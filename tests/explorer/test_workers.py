@@ -37,6 +37,7 @@ def test_a_killed_worker_gives_a_sentence_and_a_fresh_one(explorer):
         os.kill(before, signal.SIGKILL)
         answer = client.until_done(1)[-1]
         assert "ended from outside (signal 9)" in answer["error"]
+        assert answer["again"]
         assert client.ask(diagram(2))["branches"]
     assert explorer.workers.processes != [before]
 

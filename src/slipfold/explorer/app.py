@@ -134,7 +134,10 @@ async def _computed(workers: Workers, request: ExportRequest) -> Reply | str:
         if not arrived.done():
             arrived.set_result(reply)
 
-    job = Job(request, 0, arrive, arrive)
+    def fail(sentence: str, again: bool = False) -> None:
+        arrive(sentence)
+
+    job = Job(request, 0, arrive, fail)
     workers.submit(job)
     try:
         return await arrived

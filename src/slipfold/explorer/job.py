@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 from slipfold.explorer.messages import DiagramRequest, ExportRequest, ViewRequest
 from slipfold.explorer.worker import Reply
@@ -15,6 +16,13 @@ RANK = {"orbit": 0, "diagram": 1, "simulation": 2, "export": 2, "plane": 3}
 
 OVERTAKEN = 40
 """Later jobs that may go before one of the next rank, so that no job waits for ever."""
+
+
+class Failing(Protocol):
+    """Takes a sentence, and whether the same request may succeed if it is made again."""
+
+    def __call__(self, sentence: str, again: bool = False) -> None:
+        """Tell that a job ends without a last reply."""
 
 
 @dataclass(eq=False)
@@ -30,13 +38,13 @@ class Job:
     deliver
         Takes the replies, and last of all one that is marked so, unless the job is cancelled.
     fail
-        Takes a sentence if the job ends without a last reply.
+        Called if the job ends without a last reply.
     """
 
     request: ViewRequest | ExportRequest
     home: int
     deliver: Callable[[Reply], None]
-    fail: Callable[[str], None]
+    fail: Failing
     number: int = 0
     place: int = 0
     cancelled: bool = False

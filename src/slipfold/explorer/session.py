@@ -102,11 +102,11 @@ class Session:
             if reply.body:
                 self._put(reply.body)
 
-        def fail(sentence: str) -> None:
+        def fail(sentence: str, again: bool = False) -> None:
             if self._newest.get(key) is job:
                 del self._newest[key]
             head = {"kind": request.kind, "id": request.id, "slot": request.slot}
-            self._put({**head, "done": True, "error": sentence})
+            self._put({**head, "done": True, "error": sentence, "again": again})
 
         job = Job(request, self._number, deliver, fail)
         before = self._newest.get(key)

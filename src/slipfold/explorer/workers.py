@@ -176,7 +176,7 @@ class Workers:
         if job is not None and not job.cancelled:
             job.cancelled = True
             how = f"signal {-code}" if code is not None and code < 0 else f"exit status {code}"
-            job.fail(KILLED.format(code=how))
+            job.fail(KILLED.format(code=how), again=True)
         if lasting:
             self._give_up()
 

@@ -54,7 +54,7 @@ def test_of_many_moves_the_last_is_drawn(explorer):
 
 
 def test_a_draft_looks_like_one_until_it_is_exact(new_tab):
-    # Which worker computes it, and so whether there is a draft, is chance: one is made of the answer.
+    # Whether there is a draft depends on the worker: one is made of the answer.
     exact = new_tab.holding(
         lambda answer: answer["kind"] == "diagram" and answer["done"],
         lambda answer: {**answer, "draft": True, "done": False},

@@ -53,6 +53,40 @@ def test_loci_and_regions_and_the_working_point_dragged(plane):
     assert "stale" not in plane.page.locator(PLANE).get_attribute("class").split()
 
 
+def test_what_a_killed_worker_computed_is_asked_for_again(new_tab):
+    def killed(answer):
+        head = {name: answer[name] for name in ("kind", "id", "slot")}
+        return {**head, "done": True, "error": "the worker was ended", "again": True}
+
+    answers = new_tab.holding(lambda answer: answer["kind"] == "plane", killed)
+    answers.is_on = True
+    page = new_tab.open(WINDOW, plane=True).page
+    notice = page.get_by_role("alert")
+    expect(notice).to_have_text("the worker was ended")
+    page.get_by_label("Close this notice").click()
+    expect(notice).to_have_count(0)
+    compute = page.get_by_role("button", name="Compute", exact=True)
+    compute.click()
+    expect(notice).to_have_count(1)
+    answers.let_go()
+    page.get_by_role("button", name="Ask again").click()
+    expect(notice).to_have_count(0)
+    page.wait_for_function(
+        "(selector) => Number(document.querySelector(selector).dataset.loci) > 0", arg=PLANE
+    )
+
+
+def test_what_fails_for_one_reason_is_told_once(new_tab):
+    page = new_tab.open(WINDOW, plane=True).page
+    new_tab.type("Vd", -1)
+    expect(page.locator(".progress")).to_contain_text("not computed")
+    alert = page.get_by_role("alert")
+    expect(alert).to_have_count(1)
+    expect(alert).to_contain_text("Vd = -1")
+    new_tab.type("Vd", 0.6)
+    expect(alert).to_have_count(0)
+
+
 def test_it_is_put_away_and_comes_back(explorer):
     explorer.open("model=duffing")
     switch = explorer.page.get_by_role("button", name="Plane", exact=True)

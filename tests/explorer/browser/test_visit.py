@@ -143,6 +143,42 @@ def test_a_lost_connection_comes_back(new_tab):
     assert explorer.specials()[0] == "PD 0.1398\u202fN subcritical"
 
 
+def test_a_stopped_server_is_said_and_not_waited_for(new_tab):
+    explorer, page, sockets = new_tab, new_tab.page, []
+    server = {"is there": True}
+
+    def through(socket):
+        sockets.append(socket)
+        if server["is there"]:
+            socket.connect_to_server()
+        else:
+            socket.close()
+
+    page.route_web_socket("**/ws", through)
+    explorer.open()
+    state, notice = page.locator(".connection"), page.get_by_role("alert")
+    server["is there"] = False
+    page.route("**/api/models", lambda route: route.abort())
+    sockets[-1].close()
+    expect(state).to_have_text("no server")
+    expect(notice).to_contain_text("Start it again and open the address that it prints")
+    explorer.type("f", 12.2)
+    expect(page.locator(f"{DIAGRAM} .waiting")).to_contain_text("Not computed")
+    # It was started anew: its token is another one, until its address is opened.
+    page.unroute("**/api/models")
+    page.route("**/api/models", lambda route: route.fulfill(status=401))
+    expect(state).to_have_text("not let in")
+    expect(notice).to_contain_text("Open the address that it printed")
+    page.unroute("**/api/models")
+    server["is there"] = True
+    with explorer.redrawn():
+        expect(state).to_have_text("connected")
+    expect(notice).to_have_count(0)
+    assert explorer.specials()[0] == "PD 0.1398\u202fN subcritical"
+    assert all("ERR_FAILED" in fault or "401" in fault for fault in explorer.faults)
+    explorer.faults.clear()
+
+
 def test_what_takes_time_says_so_and_hides_the_model_before(explorer):
     explorer.open()
     plot = explorer.page.locator("#diagram .plot")

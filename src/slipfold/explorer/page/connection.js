@@ -2,13 +2,27 @@
 
 import { Signal } from "./signal.js";
 
+/** Milliseconds between attempts; the last is kept for ever. */
 const DELAYS = [300, 700, 1500, 3000, 5000];
 
+/** Attempts after which it is no longer a matter of moments. */
+const PATIENCE = 3;
+
+/** Codes with which the server says why it closes: too many pages, too many requests. */
+const TOLD = [1008, 1013];
+
+const SENTENCES = {
+  lost: "Connection lost; trying again.",
+  stopped: "slipfold explore does not answer: it was stopped, or its machine is not reached. Start it again and open the address that it prints; what follows the # in this page's address, put behind that one, shows this view again.",
+  refused: "slipfold explore was started anew and does not know this page. Open the address that it printed, with its token; this page then goes on by itself.",
+};
+
 /**
- * States: `"connecting"`, `"open"`, `"lost"` (trying again), `"refused"` (another address is needed).
+ * States: `"connecting"`, `"open"`, `"lost"` (trying again), and, while it still tries now and then,
+ * `"stopped"` (nobody answers) and `"refused"` (this page is not let in).
  */
 export class Connection {
-  /** Announces `{state, sentence}`. */
+  /** Announces `{state, sentence}`; the sentence is null where all is well. */
   changed = new Signal();
   /** Announces each message, parsed. */
   received = new Signal();
@@ -22,6 +36,11 @@ export class Connection {
     this.address = address;
   }
 
+  /** Whether answers come, or will in a moment. */
+  get isAlive() {
+    return this.state !== "stopped" && this.state !== "refused";
+  }
+
   /** Open the socket, now and whenever it is lost. */
   open() {
     clearTimeout(this.#timer);
@@ -29,10 +48,10 @@ export class Connection {
     this.#socket = socket;
     socket.onopen = () => {
       this.#attempts = 0;
-      this.#become("open", "Connected");
+      this.#become("open");
     };
     socket.onmessage = (event) => this.received.announce(JSON.parse(event.data));
-    socket.onclose = () => this.#lost();
+    socket.onclose = ({ code, reason }) => this.#lost(TOLD.includes(code) ? reason : "");
   }
 
   /**
@@ -46,25 +65,24 @@ export class Connection {
     return true;
   }
 
-  #become(state, sentence) {
+  #become(state, sentence = SENTENCES[state] ?? null) {
     this.state = state;
     this.changed.announce({ state, sentence });
   }
 
-  async #lost() {
+  async #lost(reason) {
     const delay = DELAYS[Math.min(this.#attempts, DELAYS.length - 1)];
     this.#attempts += 1;
-    this.#become("lost", "Connection lost; trying again");
-    if (this.#attempts > 1 && (await refused())) {
-      this.#become("refused", "Open the address that slipfold explore printed, with its token");
-      return;
-    }
+    if (reason) this.#become("stopped", `slipfold explore closed the connection: ${reason}.`);
+    else if (this.#attempts > 1 && (await isRefused())) this.#become("refused");
+    else if (this.#attempts > PATIENCE) this.#become("stopped");
+    else this.#become("lost");
     this.#timer = setTimeout(() => this.open(), delay);
   }
 }
 
 /** Whether a server answers but does not let this page in: it was started anew. */
-async function refused() {
+async function isRefused() {
   try {
     return (await fetch("/api/models")).status === 401;
   } catch {

@@ -29,7 +29,7 @@ export class DiagramPlot {
   #chosen = element("div", { class: "place chosen", hidden: true });
   #hovered = element("div", { class: "place hovered", hidden: true });
   #tip = element("div", { class: "tip", hidden: true });
-  #waiting = element("p", { class: "waiting", role: "status" }, "Computing the response…");
+  #waiting = element("p", { class: "waiting", role: "status" });
   #draft = element("p", { class: "draft-mark", hidden: true }, "draft");
   #session;
   #drawn = null;
@@ -49,6 +49,7 @@ export class DiagramPlot {
     session.pinsChanged.subscribe(() => this.#schedule());
     session.placeChanged.subscribe(() => this.#place());
     session.failed.subscribe(({ sentence }) => sentence && this.#tellBusy());
+    session.connection.changed.subscribe(() => this.#tellBusy());
     session.store.changed.subscribe(({ view, before }) => {
       if (view.zoom !== before.zoom) this.#schedule();
       if (view.model !== before.model) this.#simulated = null;
@@ -190,10 +191,12 @@ export class DiagramPlot {
 
   /** Whether what is drawn is still to be replaced; what is of another model is not shown. */
   #tellBusy() {
-    const { isSettled, diagram } = this.#session;
+    const { isSettled, diagram, connection } = this.#session;
     this.node.setAttribute("aria-busy", String(!isSettled));
     this.node.classList.toggle("empty", !diagram);
     this.node.classList.toggle("working", !isSettled && !diagram?.draft);
+    this.#waiting.textContent = connection.isAlive
+      ? "Computing the response…" : "Not computed: there is no connection.";
     this.#draft.hidden = isSettled || !diagram?.draft;
   }
 

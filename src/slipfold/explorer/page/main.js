@@ -7,6 +7,7 @@ import { DiagramControls } from "./diagram_controls.js";
 import { DiagramPlot } from "./diagram_plot.js";
 import { element } from "./dom.js";
 import { ExportMenu } from "./export_menu.js";
+import { Notices } from "./notices.js";
 import { OrbitPanel } from "./orbit_panel.js";
 import { ParameterPanel } from "./parameter_panel.js";
 import { Pins } from "./pins.js";
@@ -54,10 +55,11 @@ function build(models) {
   const socket = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws`;
   const connection = new Connection(socket);
   const session = new Session(models, given ?? initialView(models[0]), connection);
-  const status = new StatusLine(session);
+  const notices = new Notices();
+  const status = new StatusLine(session, notices);
   const dialog = new TextDialog();
   const announcer = new Announcer(session);
-  const say = (sentence) => status.say(sentence);
+  const say = (sentence) => notices.say(sentence);
   const diagram = new DiagramPlot(session);
   const orbits = new OrbitPanel(session);
   const plane = new PlanePlot(session);
@@ -96,7 +98,7 @@ function build(models) {
   };
   const main = element("main", {}, panels.diagram, panels.plane, panels.orbit, panels.simulation);
   document.getElementById("page").replaceChildren(
-    new Toolbar(session, { status, tour }).node, status.notices, panels.parameters, main,
+    new Toolbar(session, { status: status.node, say, tour }).node, notices.node, panels.parameters, main,
     tour.node, dialog.node, announcer.node);
   const showPlane = () => {
     panels.plane.hidden = !session.view.plane;

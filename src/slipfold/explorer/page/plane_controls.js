@@ -5,6 +5,7 @@ import { Choice } from "./choice.js";
 import { element } from "./dom.js";
 import { display, plain } from "./quantities.js";
 
+const COMPUTING = "Computing the bifurcation set…";
 const AXES = { x: "Across", y: "Up" };
 
 export class PlaneControls {
@@ -30,7 +31,9 @@ export class PlaneControls {
     this.progress.append(this.#words, this.#stop, this.#again);
     session.store.changed.subscribe(() => this.#refresh());
     session.planeChanged.subscribe((change) => this.#changed(change));
-    session.failed.subscribe(({ kind, sentence }) => kind === "plane" && sentence && this.#idle(""));
+    session.failed.subscribe(({ kind, sentence }) =>
+      kind === "plane" && sentence && this.#idle("The bifurcation set was not computed."));
+    session.connection.changed.subscribe(() => this.#connected());
     this.#refresh();
   }
 
@@ -85,10 +88,25 @@ export class PlaneControls {
   #changed({ answer, progress, stale }) {
     if (answer) this.#idle("");
     else if (!stale || !this.#session.store.isLive) {
-      this.#words.textContent = progress ?? "Computing the bifurcation set…";
-      this.#stop.hidden = false;
-      this.#again.hidden = true;
+      this.#working(progress ?? COMPUTING);
     }
+  }
+
+  /** Nothing is computed without a server; with one, what was asked for is asked for again. */
+  #connected() {
+    const { connection, requests } = this.#session;
+    if (!requests.isBusy("plane")) return;
+    if (connection.isAlive) this.#working(COMPUTING);
+    else {
+      this.#words.textContent = "Not computed: there is no connection.";
+      this.#stop.hidden = true;
+    }
+  }
+
+  #working(text) {
+    this.#words.textContent = text;
+    this.#stop.hidden = false;
+    this.#again.hidden = true;
   }
 
   #idle(text) {

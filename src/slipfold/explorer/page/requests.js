@@ -4,7 +4,11 @@
  * last position of a slider is always drawn.
  */
 
-/** @typedef {{onAnswer: (answer: any) => void, onError: (sentence: string) => void}} Receiver */
+/**
+ * @typedef {object} Receiver
+ * @property {(answer: any) => void} onAnswer
+ * @property {(sentence: string, again: boolean) => void} onError again: whether asking again may help
+ */
 
 export class Requests {
   #connection;
@@ -69,7 +73,7 @@ export class Requests {
     // A draft is enough where the slider has moved on: refining it would keep the newest waiting.
     if (message.draft) sent.drafted = true;
     if (line.waiting && (line.sent === null || sent.drafted)) this.#send(line);
-    if ("error" in message) sent.receiver.onError(message.error);
+    if ("error" in message) sent.receiver.onError(message.error, Boolean(message.again));
     else sent.receiver.onAnswer(message);
   }
 

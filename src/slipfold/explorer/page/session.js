@@ -21,7 +21,10 @@ export class Session {
   orbitArrived = new Signal();
   /** The plane: `{answer}`, `{progress}` or `{stale: true}`. */
   planeChanged = new Signal();
-  /** Sentences of refusal: `{kind, sentence}`; the sentence is null when all is well again. */
+  /**
+   * Sentences of refusal: `{kind, sentence, again}`; the sentence is null when all is well again, `again`
+   * asks once more where that may help.
+   */
   failed = new Signal();
 
   diagram = null;
@@ -119,16 +122,19 @@ export class Session {
     const onAnswer = (answer) => {
       this.diagram = answer;
       this.#settled = answer.done ? key : null;
-      this.failed.announce({ kind: "diagram", sentence: null });
+      this.#fail("diagram", null);
       this.diagramArrived.announce({ answer, view, request });
       this.#choosePlace();
       if (!this.store.isLive && this.view.at && this.#followed && this.#followed.y !== this.view.at.y) {
         this.store.amend({ at: this.#followed });
       }
     };
-    const onError = (sentence) => {
+    const onError = (sentence, again) => {
       this.#settled = key;
-      this.failed.announce({ kind: "diagram", sentence });
+      this.#fail("diagram", sentence, again && (() => {
+        this.#keys.diagram = "";
+        this.#followDiagram();
+      }));
     };
     this.requests.ask(request, { onAnswer, onError });
   }
@@ -136,7 +142,12 @@ export class Session {
   #followPins() {
     const { view } = this;
     const kept = new Set(view.pins.map((pin) => pin.id));
-    for (const id of [...this.pins.keys()]) if (!kept.has(id)) this.pins.delete(id);
+    for (const id of [...this.#pinKeys.keys()].filter((pinned) => !kept.has(pinned))) {
+      this.#pinKeys.delete(id);
+      this.pins.delete(id);
+      this.requests.cancel("diagram", `pin:${id}`);
+      this.#fail(`pin:${id}`, null);
+    }
     for (const pin of view.pins) {
       const request = { ...diagramRequest(view, pin.parameters), slot: `pin:${pin.id}` };
       const key = JSON.stringify(request);
@@ -145,9 +156,13 @@ export class Session {
       this.#pinKeys.set(pin.id, key);
       const onAnswer = (answer) => {
         this.pins.set(pin.id, answer);
+        this.#fail(request.slot, null);
         this.pinsChanged.announce(this.pins);
       };
-      const onError = (sentence) => this.failed.announce({ kind: "diagram", sentence });
+      const onError = (sentence, again) => this.#fail(request.slot, sentence, again && (() => {
+        this.#pinKeys.delete(pin.id);
+        this.#followPins();
+      }));
       this.requests.ask(request, { onAnswer, onError });
     }
     this.pinsChanged.announce(this.pins);
@@ -165,13 +180,11 @@ export class Session {
     if (live) return;
     this.#keys.plane = key;
     const onAnswer = (answer) => {
-      this.failed.announce({ kind: "plane", sentence: null });
+      this.#fail("plane", null);
       this.planeChanged.announce(answer.progress ? answer : { answer, request });
     };
-    const onError = (sentence) => {
-      this.#keys.plane = "";
-      this.failed.announce({ kind: "plane", sentence });
-    };
+    const onError = (sentence, again) =>
+      this.#fail("plane", sentence, again && (() => this.computePlane()));
     this.requests.ask(request, { onAnswer, onError }, { supersede: true });
   }
 
@@ -205,10 +218,15 @@ export class Session {
     const onAnswer = (answer) => {
       this.#orbits.set(key, answer);
       if (this.#orbits.size > KEPT_ORBITS) this.#orbits.delete(this.#orbits.keys().next().value);
-      this.failed.announce({ kind: "orbit", sentence: null });
+      this.#fail("orbit", null);
       this.orbitArrived.announce({ answer, place, view, request });
     };
-    const onError = (sentence) => this.failed.announce({ kind: "orbit", sentence });
+    const onError = (sentence, again) =>
+      this.#fail("orbit", sentence, again && (() => this.#askOrbit(this.#hovered ?? this.place)));
     this.requests.ask(request, { onAnswer, onError });
+  }
+
+  #fail(kind, sentence, again = null) {
+    this.failed.announce({ kind, sentence, again: again || null });
   }
 }

@@ -17,6 +17,9 @@ export class Simulation {
     session.failed.subscribe(({ kind, sentence }) => {
       if (kind === "simulation" && sentence) this.#become({ isRunning: false });
     });
+    session.connection.changed.subscribe(({ state }) => {
+      if (this.state.isRunning && state !== "open") this.stop("the connection was lost");
+    });
     session.store.changed.subscribe(({ view, before }) => {
       if (systemOf(view) !== systemOf(before)) this.clear();
     });
@@ -41,9 +44,10 @@ export class Simulation {
   }
 
   /** Stop computing; what has come stays. */
-  stop() {
+  stop(why = null) {
     this.#session.requests.cancel("simulation");
-    this.#become({ isRunning: false, verdict: `Stopped after ${this.state.count} periods.` });
+    const verdict = `Stopped after ${this.state.count} periods${why ? `: ${why}` : ""}.`;
+    this.#become({ isRunning: false, verdict });
   }
 
   /** Forget it. */
@@ -78,7 +82,8 @@ export class Simulation {
     this.changed.announce(this.state);
     this.request = simulationRequest(view, how);
     const onAnswer = (answer) => this.#take(answer);
-    const onError = (sentence) => this.#session.failed.announce({ kind: "simulation", sentence });
+    const onError = (sentence, again) => this.#session.failed.announce(
+      { kind: "simulation", sentence, again: again ? () => this.#run(how) : null });
     this.#session.failed.announce({ kind: "simulation", sentence: null });
     this.#session.requests.ask(this.request, { onAnswer, onError }, { supersede: true });
   }

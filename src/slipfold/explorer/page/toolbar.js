@@ -27,16 +27,16 @@ export class Toolbar {
 
   /**
    * @param {import("./session.js").Session} session
-   * @param {{status: import("./status_line.js").StatusLine, tour: import("./tour.js").Tour}} page
+   * @param {{status: HTMLElement, say: (sentence: string) => void, tour: import("./tour.js").Tour}} page
    */
-  constructor(session, { status, tour }) {
+  constructor(session, { status, say, tour }) {
     this.#session = session;
     const { store } = session;
     this.#model = new Choice("Model", (name) => this.#pick(name));
     this.#undo = tool("Undo (Ctrl+Z)", UNDO, () => store.undo());
     this.#redo = tool("Redo (Ctrl+Shift+Z)", REDO, () => store.redo());
     const link = tool("Copy the link to this view", LINK, async () =>
-      status.say((await copy(location.href)) ? "Link copied." : "The link is this page's address."));
+      say((await copy(location.href)) ? "Link copied." : "The link is this page's address."));
     this.#theme = tool("", "", () => {
       apply(nextChoice());
       this.#showTheme();
@@ -47,7 +47,7 @@ export class Toolbar {
     this.node = element("header", { class: "masthead" },
       element("h1", {}, "slipfold ", element("span", {}, "explore")), this.#model.node,
       element("span", { class: "tools" }, this.#undo, this.#redo, link),
-      element("span", { class: "tools end" }, status.node, tourButton, this.#theme));
+      element("span", { class: "tools end" }, status, tourButton, this.#theme));
     store.changed.subscribe(() => this.#show());
     document.addEventListener("keydown", (event) => this.#key(event));
     this.#showTheme();
