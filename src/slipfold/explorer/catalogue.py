@@ -11,13 +11,11 @@ from slipfold.explorer.first_view import first_view
 from slipfold.explorer.views.labels import axis_of
 from slipfold.models.model import Model
 from slipfold.models.parameter import Parameter
+from slipfold.models.quantity import units_of, wanted_text
 from slipfold.models.registry import built_in_models
 from slipfold.models.suggestion import suggest
 
 __all__ = ["Catalogue"]
-
-SLIDER_STEPS = 1000
-"""Steps of a slider from end to end."""
 
 MARGIN = 1e-3
 """Distance of a slider from a bound that is excluded, over the value."""
@@ -119,9 +117,11 @@ def _parameter(model: Model, item: Parameter, first: Mapping[str, Any]) -> dict[
         **axis_of(model, item.name),
         "value": value,
         "display_unit": "deg" if item.unit == "rad" else item.unit,
+        "units": units_of(item.unit),
+        "wanted": wanted_text(item.unit),
+        "bounds": item.bounds,
         "low": low,
         "high": high,
-        "step": (high - low) / SLIDER_STEPS,
     }
 
 

@@ -7,7 +7,7 @@ import re
 
 from slipfold.errors import InputError
 
-__all__ = ["parse_quantity"]
+__all__ = ["parse_quantity", "units_of", "wanted_text"]
 
 _FACTORS: dict[str, tuple[str, float]] = {
     "deg": ("rad", math.pi / 180),
@@ -40,9 +40,48 @@ _FACTORS: dict[str, tuple[str, float]] = {
 }
 
 _QUANTITY = re.compile(
-    r"\s*([-+]?(?:\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+(?:[eE][-+]?\d+)?|inf|nan))\s*(.*?)\s*",
+    r"\s*([-+−]?(?:[0-9]+\.?[0-9]*(?:e[-+−]?[0-9]+)?|\.[0-9]+(?:e[-+−]?[0-9]+)?|inf|nan))"
+    r"\s*([^0-9.,\s].*?|)\s*",
     re.IGNORECASE,
 )
+"""The page reads numbers in the same way: explorer/page/quantity_text.js."""
+
+
+def units_of(unit: str) -> dict[str, float]:
+    """Return the units in which a quantity may be given, and what each is in its SI unit.
+
+    Parameters
+    ----------
+    unit
+        The SI unit, ``""`` for a pure number.
+
+    Examples
+    --------
+    >>> units_of("N")
+    {'N': 1.0, 'kN': 1000.0, 'mN': 0.001}
+    """
+    known = {text: factor for text, (kind, factor) in sorted(_FACTORS.items()) if kind == unit}
+    return known if unit in known or not unit else {unit: 1.0, **known}
+
+
+def wanted_text(unit: str) -> str:
+    """Return what may be given for a quantity, as the end of a sentence.
+
+    Parameters
+    ----------
+    unit
+        The SI unit, ``""`` for a pure number.
+
+    Examples
+    --------
+    >>> wanted_text("m")
+    'a number, or a number with one of the units cm, m, mm, um'
+    """
+    return (
+        f"a number, or a number with one of the units {', '.join(units_of(unit))}"
+        if unit
+        else "a number"
+    )
 
 
 def parse_quantity(text: str | float, unit: str, name: str = "value") -> float:
@@ -78,18 +117,10 @@ def parse_quantity(text: str | float, unit: str, name: str = "value") -> float:
         except (TypeError, ValueError, OverflowError):
             raise InputError(f"{name} = {text!r} is not a number; give a number") from None
     match = _QUANTITY.fullmatch(text)
-    known = sorted(key for key, (kind, _) in _FACTORS.items() if kind == unit and key)
-    wanted = (
-        f"a number, or a number with one of the units {', '.join(known or [unit])}"
-        if unit
-        else "a number"
-    )
     if match is None:
-        raise InputError(f"{name} = {text!r} is not a number; give {wanted}")
-    number, suffix = float(match.group(1)), match.group(2)
-    if not suffix or suffix == unit:
-        return number
-    kind, factor = _FACTORS.get(suffix, (None, 1.0))
-    if kind != unit:
-        raise InputError(f"{name} = {text!r} has the unit {suffix!r}; give {wanted}")
+        raise InputError(f"{name} = {text!r} is not a number; give {wanted_text(unit)}")
+    number, suffix = float(match.group(1).replace("−", "-")), match.group(2)
+    factor = units_of(unit).get(suffix) if suffix else 1.0
+    if factor is None:
+        raise InputError(f"{name} = {text!r} has the unit {suffix!r}; give {wanted_text(unit)}")
     return number * factor

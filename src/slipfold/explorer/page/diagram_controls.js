@@ -3,7 +3,8 @@
 import { spanOf } from "./address.js";
 import { Choice } from "./choice.js";
 import { element } from "./dom.js";
-import { display, plain } from "./quantities.js";
+import { display } from "./quantities.js";
+import { QuantityBox } from "./quantity_box.js";
 import { STATISTICS, inside, withVaried } from "./view.js";
 
 export class DiagramControls {
@@ -27,7 +28,7 @@ export class DiagramControls {
     this.#statistic = new Choice("Draw", (statistic) => this.#commit({ statistic, at: null, zoom: null }));
     this.#show = new Choice("of", (show) => this.#commit({ show, at: null, zoom: null }));
     this.node = element("div", { class: "sentence" },
-      this.#vary.node, element("span", {}, "from"), this.#from, element("span", {}, "to"), this.#to,
+      this.#vary.node, element("span", {}, "from"), this.#from.node, element("span", {}, "to"), this.#to.node,
       this.#unit, this.#statistic.node, this.#show.node, this.#whole);
     session.store.changed.subscribe(() => this.#refresh());
     this.#refresh();
@@ -39,29 +40,26 @@ export class DiagramControls {
     this.#show.show([...model.states, ...model.outputs].map(option), view.show);
     this.#statistic.show(
       Object.entries(STATISTICS).map(([value, text]) => ({ value, text })), view.statistic);
-    const { unit, factor } = display(this.#session.quantity(view.vary));
-    this.#from.value = plain(view.span[0] * factor, 6);
-    this.#to.value = plain(view.span[1] * factor, 6);
-    this.#unit.textContent = unit;
+    const varied = this.#session.quantity(view.vary);
+    const range = view.span[1] - view.span[0];
+    this.#from.show(varied, view.span[0], range);
+    this.#to.show(varied, view.span[1], range);
+    this.#unit.textContent = display(varied).unit;
     this.#whole.classList.toggle("absent", view.zoom === null);
   }
 
   #bound(index, word) {
-    return element("input", {
-      type: "number", step: "any", class: "bound", "aria-label": `Vary ${word}`,
-      on: { change: (event) => this.#bounded(index, event.target) },
+    return new QuantityBox({ class: "bound", "aria-label": `Vary ${word}` }, {
+      accept: (value) => this.#bounded(index, value),
+      refuse: (sentence) => this.#session.failed.announce({ kind: "input", sentence }),
     });
   }
 
-  #bounded(index, input) {
+  #bounded(index, end) {
     const { view } = this.#session;
-    const { factor } = display(this.#session.quantity(view.vary));
     const span = [...view.span];
-    span[index] = Number(input.value) / factor;
-    if (input.value === "" || span[0] === span[1]) {
-      this.#refresh();
-      return;
-    }
+    span[index] = end;
+    if (span[0] === span[1]) return `the span of ${view.vary} would be empty; give two different values`;
     const value = inside(view.parameters[view.vary], span);
     this.#commit({ span, zoom: null, parameters: { ...view.parameters, [view.vary]: value } });
   }

@@ -38,13 +38,14 @@ export class ParameterPanel {
   }
 
   #build(model) {
-    const { store } = this.#session;
+    const { store, failed } = this.#session;
     this.#model = model;
     this.#controls = new Map(model.parameters.map((parameter) => {
       const changed = (value) => withParameter(this.#session.view, parameter.name, value);
       const control = new ParameterControl(parameter, {
         preview: (value) => store.preview(changed(value)),
         commit: (value) => store.commit(changed(value)),
+        refuse: (sentence) => failed.announce({ kind: "input", sentence }),
       });
       return [parameter.name, control];
     }));

@@ -3,7 +3,8 @@
 import { spanOf } from "./address.js";
 import { Choice } from "./choice.js";
 import { element } from "./dom.js";
-import { display, plain } from "./quantities.js";
+import { display } from "./quantities.js";
+import { QuantityBox } from "./quantity_box.js";
 
 const COMPUTING = "Computing the bifurcation set…";
 const AXES = { x: "Across", y: "Up" };
@@ -39,14 +40,14 @@ export class PlaneControls {
 
   #row(axis, label) {
     const choice = new Choice(label, (name) => this.#choose(axis, name));
-    const bounds = [0, 1].map((i) => element("input", {
-      type: "number", step: "any", class: "bound",
-      "aria-label": `${label} ${i === 0 ? "from" : "to"}`,
-      on: { change: (event) => this.#bounded(axis, i, event.target) },
-    }));
+    const bounds = [0, 1].map((i) => new QuantityBox(
+      { class: "bound", "aria-label": `${label} ${i === 0 ? "from" : "to"}` }, {
+        accept: (value) => this.#bounded(axis, i, value),
+        refuse: (sentence) => this.#session.failed.announce({ kind: "input", sentence }),
+      }));
     const unit = element("span", { class: "unit" });
-    const group = element("span", { class: "axis-choice" }, choice.node, bounds[0],
-      element("span", {}, "to"), bounds[1], unit);
+    const group = element("span", { class: "axis-choice" }, choice.node, bounds[0].node,
+      element("span", {}, "to"), bounds[1].node, unit);
     return { axis, choice, bounds, unit, nodes: [group] };
   }
 
@@ -57,10 +58,10 @@ export class PlaneControls {
       ({ value: name, text: label ?? name, title: doc }));
     for (const { axis, choice, bounds, unit } of this.#rows) {
       const { name, span } = view.plane[axis];
-      const shown = display(this.#session.quantity(name));
+      const quantity = this.#session.quantity(name);
       choice.show(options, name);
-      bounds.forEach((input, i) => { input.value = plain(span[i] * shown.factor, 6); });
-      unit.textContent = shown.unit;
+      bounds.forEach((box, i) => box.show(quantity, span[i], span[1] - span[0]));
+      unit.textContent = display(quantity).unit;
     }
   }
 
@@ -72,13 +73,12 @@ export class PlaneControls {
     this.#commit(next);
   }
 
-  #bounded(axis, index, input) {
+  #bounded(axis, index, end) {
     const { plane } = this.#session.view;
-    const { factor } = display(this.#session.quantity(plane[axis].name));
     const span = [...plane[axis].span];
-    span[index] = Number(input.value) / factor;
-    if (input.value === "" || !(span[0] < span[1])) this.#refresh();
-    else this.#commit({ ...plane, [axis]: { ...plane[axis], span } });
+    span[index] = end;
+    if (!(span[0] < span[1])) return `${plane[axis].name} has to grow from the first value to the last; give others`;
+    this.#commit({ ...plane, [axis]: { ...plane[axis], span } });
   }
 
   #commit(plane) {

@@ -1,18 +1,18 @@
-/** Numbers and units as people read them: degrees for radians, millimetres, a true minus sign. */
+/** Numbers and units as people read them: degrees for radians, a true minus sign. */
 
 const CONVERSIONS = {
-  deg: { unit: "°", factor: 180 / Math.PI },
-  mm: { unit: "mm", factor: 1000 },
+  deg: { unit: "°", factor: 180 / Math.PI, si: Math.PI / 180 },
 };
 
 /**
  * How a quantity is shown.
  * @param {{unit?: string, display_unit?: string}} quantity
- * @returns {{unit: string, factor: number}} what the SI value is multiplied with, and its unit
+ * @returns {{unit: string, factor: number, si: number}} the unit, what the SI value is multiplied
+ *   with, and what the unit is in SI units
  */
 export function display(quantity) {
   const shown = quantity.display_unit ?? (quantity.unit === "rad" ? "deg" : quantity.unit);
-  return CONVERSIONS[shown] ?? { unit: shown ?? "", factor: 1 };
+  return CONVERSIONS[shown] ?? { unit: shown ?? "", factor: 1, si: 1 };
 }
 
 /**

@@ -73,7 +73,7 @@ export class Toolbar {
   }
 
   #key(event) {
-    const isTyping = event.target.matches("input[type=number], input[type=text], textarea");
+    const isTyping = event.target.matches("input[type=text], textarea");
     if (!(event.ctrlKey || event.metaKey) || event.key.toLowerCase() !== "z" || isTyping) return;
     event.preventDefault();
     if (event.shiftKey) this.#session.store.redo();

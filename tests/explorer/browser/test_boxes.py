@@ -1,0 +1,167 @@
+"""Boxes take the numbers and units that the command line takes, and say what they do not take."""
+
+import random
+
+import pytest
+from playwright.sync_api import expect
+
+from slipfold.errors import InputError
+from slipfold.models.parameter import Parameter
+from slipfold.models.quantity import parse_quantity, units_of, wanted_text
+
+UNITS = ("N", "rad", "m/s", "", "Hz", "Pa/m")
+
+READ = """
+async (cases) => {
+  const { parsed } = await import("/page/quantity_text.js");
+  return cases.map(([text, quantity]) => parsed(text, quantity));
+}
+"""
+
+
+def _cases():
+    """Numbers with units, whole and damaged; seeded, so always the same."""
+    chance = random.Random(7)
+    signs = ["", "", "-", "+", "−", "--"]
+    digits = ["1", "12", "0.5", ".5", "5.", "", "1.2.3", "inf", "nan", "1_0"]
+    exponents = ["", "", "e3", "E-2", "e−2", "e", "e400"]
+    for _ in range(600):
+        unit = chance.choice(UNITS)
+        suffixes = ["", *units_of(unit), *units_of(unit), "mn", "12", ",3", ".", "furlong"]
+        parts = signs, digits, exponents, ["", " ", "\t", "\u202f"], suffixes, ["", " "]
+        yield "".join(chance.choice(part) for part in parts), unit
+
+
+def _read(text, unit):
+    """What Python makes of a text: a value, or the sentence of a refusal."""
+    quantity = Parameter("q", 1.0, unit)
+    try:
+        return {"value": quantity.check(parse_quantity(text, unit, "q"))}
+    except InputError as error:
+        return {"sentence": str(error)}
+
+
+def test_the_page_reads_quantities_as_the_command_line_does(explorer):
+    explorer.open()
+    described = {
+        unit: {
+            "name": "q",
+            "units": units_of(unit),
+            "wanted": wanted_text(unit),
+            "bounds": "any finite number",
+        }
+        for unit in UNITS
+    }
+    cases = list(_cases())
+    answers = explorer.page.evaluate(READ, [(text, described[unit]) for text, unit in cases])
+    values = 0
+    for (text, unit), answer in zip(cases, answers, strict=True):
+        expected = _read(text, unit)
+        values += "value" in expected
+        if text.isprintable() and "finite" not in str(expected):
+            assert answer == expected, text
+        else:  # Python writes such texts and numbers in its own way
+            assert answer.keys() == expected.keys(), text
+    assert 100 < values < 500
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "shown", "link"),
+    [
+        ("Vd", "700 mm/s", "0.7", "p.Vd=0.7"),
+        ("alpha", "30", "30", "p.alpha=0.5235987"),
+        ("alpha", "0.5235987755982988rad", "30", "p.alpha=0.5235987"),
+        ("f", " 12200mHz ", "12.2", "p.f=12.2"),
+        ("Ns", "1.1", "1.1", "p.Ns=1.1"),
+        ("mu", "40 %", "0.4", "p.mu=0.4"),
+    ],
+)
+def test_units_are_understood(explorer, name, text, shown, link):
+    explorer.open()
+    with explorer.redrawn():
+        explorer.type(name, text)
+    expect(explorer.box(name)).to_have_value(shown)
+    explorer.page.wait_for_url(f"**{link}*")
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "sentence"),
+    [
+        ("f", "12,3", "f = '12,3' is not a number; give a number, or a number with one of the"),
+        ("f", "abc", "f = 'abc' is not a number; give a number, or a number with one of the units"),
+        ("Nd", "100 mm", "Nd = '100 mm' has the unit 'mm'; give a number, or a number with one of"),
+        ("mu", "1e999", "mu = 1e999 is not a finite number; give >= 0"),
+    ],
+)
+def test_what_is_no_quantity_is_refused_and_the_value_is_back(explorer, name, text, sentence):
+    explorer.open()
+    before = explorer.box(name).input_value()
+    explorer.box(name).fill(text)
+    explorer.box(name).press("Tab")
+    expect(explorer.page.get_by_role("alert")).to_contain_text(sentence)
+    expect(explorer.box(name)).to_have_value(before)
+    expect(explorer.box(name)).not_to_be_focused()
+    with explorer.redrawn():
+        explorer.type("f", "12.4")
+    expect(explorer.page.get_by_role("alert")).to_have_count(0)
+
+
+def test_a_refusal_moves_nothing_under_the_pointer(explorer):
+    explorer.open()
+    explorer.box("f1").fill("abc")
+    place = explorer.box("Ns").bounding_box()
+    explorer.page.mouse.dblclick(
+        place["x"] + place["width"] / 2, place["y"] + 0.8 * place["height"]
+    )
+    explorer.page.keyboard.type("1.5")
+    with explorer.redrawn():
+        explorer.page.keyboard.press("Enter")
+    assert [explorer.parameter(name) for name in ("f1", "Ns", "mu")] == [6.12, 1.5, 0.5]
+
+
+def test_escape_gives_the_value_back_and_what_is_typed_is_not_written_over(explorer):
+    explorer.open()
+    explorer.box("Ns").fill("0.3 something")
+    with explorer.redrawn():
+        explorer.slide("f", 12.4)
+        explorer.release("f")
+    expect(explorer.box("Ns")).to_have_value("0.3 something")
+    explorer.box("Ns").press("Escape")
+    expect(explorer.box("Ns")).to_have_value("1")
+
+
+def test_spans_have_units_and_are_not_empty(explorer):
+    explorer.open()
+    end = explorer.page.get_by_label("Vary to")
+    with explorer.redrawn():
+        end.fill("500 mN")
+        end.press("Enter")
+    expect(end).to_have_value("0.5")
+    end.fill("0")
+    end.press("Enter")
+    expect(explorer.page.get_by_role("alert")).to_contain_text("the span of Nd would be empty")
+    expect(end).to_have_value("0.5")
+
+
+def test_keys_and_sliders_move_by_round_and_equal_steps(explorer):
+    explorer.open()
+    box = explorer.box("f")
+    seen = []
+    for _ in range(4):
+        box.press("ArrowUp")
+        seen.append(box.input_value())
+    assert seen == ["12.502", "12.504", "12.506", "12.508"]
+    box.press("PageDown")
+    expect(box).to_have_value("12.488")
+    explorer.type("f", "12.5013")
+    box.press("ArrowDown")
+    expect(box).to_have_value("12.5")
+    explorer.slider("f").press("ArrowRight")
+    expect(box).to_have_value("12.52")
+    explorer.slide("Nd", 0.719473293769)
+    explorer.release("Nd")
+    expect(explorer.box("Nd")).to_have_value("0.719")
+    explorer.page.wait_for_url("**p.Nd=0.719&**")
+    explorer.slide("Nd", 0.98)
+    expect(explorer.box("Nd")).to_have_value("0.98")
+    explorer.release("Nd")
