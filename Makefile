@@ -3,6 +3,7 @@
 PYTHON ?= python3
 JOBS ?= 2
 PYTEST_ARGS ?=
+PARTS ?=
 OUT ?= paper-output
 
 VENV := .venv
@@ -94,9 +95,12 @@ layers: $(SETUP) ## check which layer imports which
 
 check: lint types layers ## lint, types and layers
 
-bench: $(BENCH_INSTALLED) ## compare with other programs (needs gfortran), time the explorer in Chromium
-	$(BIN)/python bench/run.py
-	$(BIN)/python bench/latency.py
+bench: $(BENCH_INSTALLED) ## compare with other programs (needs gfortran); PARTS="locus size" for some
+	$(if $(OTHER_PARTS),$(BIN)/python bench/run.py $(OTHER_PARTS),)
+	$(if $(filter latency,$(PARTS)),$(BIN)/python bench/latency.py,)
+	$(if $(PARTS),,$(BIN)/python bench/run.py && $(BIN)/python bench/latency.py)
+
+OTHER_PARTS = $(filter-out latency,$(PARTS))
 
 docs: $(DOCS_INSTALLED) ## build the documentation into docs/_build/html
 	$(BIN)/sphinx-build -W --keep-going -q -b html docs docs/_build/html

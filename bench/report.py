@@ -99,11 +99,12 @@ def process_rows(measured: Measured) -> list[list[str]]:
             ("`slipfold response`, flows cached", measured.cached),
             ("`slipfold paper`, first ever", measured.paper),
         )
+        if usages
     ]
 
 
-def aim_rows(measured: Measured) -> Iterator[list[str]]:
-    """Every aim beside what was measured."""
+def response_aims(measured: Measured) -> Iterator[list[str]]:
+    """Aims of the force response, one pair for each of the peers' settings."""
     ours = measured.records["slipfold"]
     errors = errors_of(ours)
     for settings in ("reliable", "largest", "fine"):
@@ -127,17 +128,38 @@ def aim_rows(measured: Measured) -> Iterator[list[str]]:
             f"{largest_error(ours)} N against {magnitude(best)} N",
             verdict(errors is not None and max(errors) < best),
         ]
+
+
+def command_aims(measured: Measured) -> Iterator[list[str]]:
+    """Aims of commands."""
     for what, usages, aim in (
         ("first `slipfold response` ever", measured.first, FIRST_SECONDS),
         ("cached `slipfold response`", measured.cached, CACHED_SECONDS),
         ("`slipfold paper`, cold", measured.paper, PAPER_SECONDS),
     ):
-        took = seconds(usages)
-        yield [f"{what} under {aim} s", f"{took:.2f} s", verdict(took < aim)]
-    yield from locus_report.aim_rows(measured.loci)
-    yield from map_report.aim_rows(measured.map)
-    yield from size_report.aim_rows(measured.size)
-    yield from systems_report.aim_rows(measured.systems)
+        if usages:
+            took = seconds(usages)
+            yield [f"{what} under {aim} s", f"{took:.2f} s", verdict(took < aim)]
+
+
+def aim_rows(measured: Measured) -> Iterator[list[str]]:
+    """Every aim beside what was measured."""
+    if measured.records:
+        yield from response_aims(measured)
+    yield from command_aims(measured)
+    for module, record in parts_of(measured):
+        yield from module.aim_rows(record)
+
+
+def parts_of(measured: Measured) -> list[tuple[Any, Any]]:
+    """What was measured besides, with the module that reports it."""
+    parts = (
+        (locus_report, measured.loci),
+        (map_report, measured.map),
+        (size_report, measured.size),
+        (systems_report, measured.systems),
+    )
+    return [(module, record) for module, record in parts if record]
 
 
 def left_out(measured: Measured) -> list[str]:
@@ -145,14 +167,10 @@ def left_out(measured: Measured) -> list[str]:
     return [f"Left out, {name}: {reason}" for name, reason in measured.absent.items()]
 
 
-def report(measured: Measured) -> str:
-    """The whole report."""
+def response_section(measured: Measured) -> list[str]:
+    """The force response and a simulation in the report."""
     ours = measured.records["slipfold"]
-    limit = ours["reached"]["limit"]
-    parts = [
-        "# slipfold beside other programs",
-        f"Measured with {machine.description()}. Times are medians; the programs took turns.",
-        *left_out(measured),
+    return [
         "## The force response at 12.5 Hz",
         "Period 1 from Nd = 0 to 0.375 N with its PD; period 2 from that PD to 0.98 N with two NS. "
         "Errors are distances from the reference in N. Times in ms, warm; AUTO-07p's by its own "
@@ -165,27 +183,39 @@ def report(measured: Measured) -> str:
         "step. `largest`: the longest with which it does for one first step, by luck. `fine`: mesh "
         "and tolerances for accuracy. slipfold has its default settings, and its times include "
         "normal forms and uncertainties.",
-        f"slipfold's period 1 on to where the model ends, {limit:.7g} N: "
+        f"slipfold's period 1 on to where the model ends, {ours['reached']['limit']:.7g} N: "
         f"{milliseconds(task_seconds(ours, 'limit'))} ms; both branches in one call: "
         f"{milliseconds(task_seconds(ours, 'both'))} ms.",
         "## 1000 forcing periods from rest, f = 12.5 Hz, Nd = 0.1 N",
         table(["", "ms", "ratio", "error of x/L, y/L"], list(simulation_rows(measured))),
         "SciPy at rtol 1e-10 and atol 1e-12, its right-hand side in plain Python.",
-        *locus_report.section(measured.loci),
-        *map_report.section(measured.map),
-        *size_report.section(measured.size),
-        *systems_report.section(measured.systems),
-        "## Commands",
-        table(["", "time", "largest process"], process_rows(measured)),
-        "First ever: no compiled flows, no font list.",
+    ]
+
+
+def command_section(measured: Measured) -> list[str]:
+    """Commands in the report."""
+    rows = process_rows(measured)
+    heading = ["## Commands", table(["", "time", "largest process"], rows)] if rows else []
+    return [*heading, *["First ever: no compiled flows, no font list."] * bool(rows)]
+
+
+def report(measured: Measured) -> str:
+    """The whole report."""
+    parts = [
+        "# slipfold beside other programs",
+        f"Measured with {machine.description()}. Times are medians; the programs took turns.",
+        *left_out(measured),
+        *(response_section(measured) if measured.records else []),
+        *(line for module, record in parts_of(measured) for line in module.section(record)),
+        *command_section(measured),
         "## Aims",
         table(["aim", "measured", ""], list(aim_rows(measured))),
     ]
     return "\n\n".join(parts)
 
 
-def brief(measured: Measured) -> str:
-    """The table for README.md."""
+def response_brief(measured: Measured) -> list[str]:
+    """The tables of the force response and the simulation for README.md."""
     ours = together(measured.records["slipfold"])
     rows = [
         [
@@ -199,11 +229,18 @@ def brief(measured: Measured) -> str:
     runs = [
         [name, f"{time} ms", ratio, error] for name, time, ratio, error in simulation_rows(measured)
     ]
+    return [
+        table(["force response", "time", "ratio", "largest error"], rows),
+        table(["1000 periods from rest", "time", "ratio", "error of x/L, y/L"], runs),
+    ]
+
+
+def brief(measured: Measured) -> str:
+    """The tables for README.md."""
     commands = [f"{name}: {time}, {memory}" for name, time, memory in process_rows(measured)]
     return "\n\n".join(
         [
-            table(["force response", "time", "ratio", "largest error"], rows),
-            table(["1000 periods from rest", "time", "ratio", "error of x/L, y/L"], runs),
+            *response_brief(measured),
             locus_report.brief(measured.loci),
             map_report.brief(measured.map),
             systems_report.brief(measured.systems),

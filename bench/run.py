@@ -1,8 +1,9 @@
 """slipfold beside other programs: time, memory and error, measured in one run.
 
-    python bench/run.py [--rounds 5] [--write FILE.md] [--readme]
+    python bench/run.py [PART ...] [--rounds 3] [--write FILE.md] [--readme]
 
-Every program runs in its own process, one after the other, round after round, so that all of them
+Parts are named below; without any, all of them. Every program runs in its own process, one after
+the other, round after round, so that all of them
 see the same machine; figures are medians. What is not installed is named and left out. The report
 is Markdown, on standard output; `--write` keeps it, `--readme` renews the table in README.md.
 """
@@ -10,7 +11,7 @@ is Markdown, on standard output; `--write` keeps it, `--readme` renews the table
 import argparse
 import sys
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from statistics import median
 from typing import Any, NamedTuple
@@ -74,8 +75,11 @@ FEW = 3
 CLOCKS = ("seconds", "solver_seconds", "processor_seconds")
 
 
+PARTS = ("responses", "locus", "thresholds", *SYSTEM_CONTENDERS, "size", "commands", "paper")
+
+
 class Measured(NamedTuple):
-    """All that was measured."""
+    """All that was measured; what was not asked for is empty."""
 
     records: dict[str, dict[str, Any]]
     absent: dict[str, str]
@@ -172,31 +176,54 @@ def repeated(rounds: int, name: str, work: Callable[[Path], Usage]) -> list[Usag
     return usages
 
 
-def measure(rounds: int) -> Measured:
-    """Measure everything."""
-    records, absent = compete(rounds, CONTENDERS)
-    loci, without_locus = compete(rounds, LOCUS_CONTENDERS, **processes.ONE_THREAD)
-    few = min(rounds, FEW)
-    systems, missing_there = {}, {"locus": without_locus}
-    for name, contenders in SYSTEM_CONTENDERS.items():
-        systems[name], missing_there[name] = compete(few, contenders, **processes.ONE_THREAD)
+def commands(rounds: int) -> tuple[list[Usage], list[Usage]]:
+    """The force response as a command, with empty caches and with filled ones."""
     first = repeated(rounds, "first process ever", processes.response_process)
     with tempfile.TemporaryDirectory() as folder:
         processes.response_process(Path(folder))
-        cached = [processes.response_process(Path(folder)) for _ in range(rounds)]
-    paper = repeated(few, "the paper, cold", processes.paper_process)
-    missing = all_absent(absent, missing_there)
-    return Measured(records, missing, first, cached, paper, loci, thresholds(few), systems, sizes())
+        return first, [processes.response_process(Path(folder)) for _ in range(rounds)]
+
+
+def measure(parts: Collection[str], rounds: int) -> Measured:
+    """Measure the parts that are asked for."""
+    few = min(rounds, FEW)
+    empty: tuple[dict[str, dict[str, Any]], dict[str, str]] = ({}, {})
+    records, absent = compete(rounds, CONTENDERS) if "responses" in parts else empty
+    loci, missing = (
+        compete(rounds, LOCUS_CONTENDERS, **processes.ONE_THREAD) if "locus" in parts else empty
+    )
+    systems, missing_there = {}, {"locus": missing}
+    for name, contenders in SYSTEM_CONTENDERS.items():
+        if name in parts:
+            systems[name], missing_there[name] = compete(few, contenders, **processes.ONE_THREAD)
+    first, cached = commands(rounds) if "commands" in parts else ([], [])
+    return Measured(
+        records,
+        all_absent(absent, missing_there),
+        first,
+        cached,
+        repeated(1, "the paper, cold", processes.paper_process) if "paper" in parts else [],
+        loci,
+        thresholds(1) if "thresholds" in parts else {},
+        systems,
+        sizes() if "size" in parts else {},
+    )
 
 
 def main() -> None:
     """Measure and report."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--rounds", type=int, default=5, help="rounds (default 5)")
+    parser.add_argument("parts", nargs="*", metavar="PART", help=f"some of {', '.join(PARTS)}")
+    parser.add_argument("--rounds", type=int, default=3, help="rounds (default 3)")
     parser.add_argument("--write", type=Path, metavar="FILE", help="write the report to a file too")
     parser.add_argument("--readme", action="store_true", help="renew the table in README.md")
     options = parser.parse_args()
-    measured = measure(options.rounds)
+    unknown = [part for part in options.parts if part not in PARTS]
+    if unknown:
+        parser.error(f"there is no part {', '.join(unknown)}; there are {', '.join(PARTS)}")
+    if options.readme and options.parts:
+        parser.error("the tables in README.md are renewed as a whole: give --readme no parts")
+    measured = measure(options.parts or PARTS, options.rounds)
     # Imported late: a process inherits the memory of the one that starts it as its least.
     from report import brief, renew, report
 
