@@ -39,7 +39,7 @@ class JetMap:
         self, problem: Shooting, z: Array, constants: Constants, scales: Array | None = None
     ) -> None:
         self._flow = problem.flow
-        self._state = problem.nodes(z)[0]
+        self._nodes = problem.nodes(z)
         self._constants = constants
         self._scales = problem.scales if scales is None else scales
         self.rescaling = problem.scales / self._scales
@@ -70,7 +70,12 @@ class JetMap:
             The forms.
         """
         jets = self._flow.jet(
-            self._state, self._start, self._end, self._constants, directions * self._scales
+            self._nodes[0],
+            self._start,
+            self._end,
+            self._constants,
+            directions * self._scales,
+            self._nodes[1:],
         )
         return jets[:, 1] / self._scales, jets[:, 2] / self._scales
 

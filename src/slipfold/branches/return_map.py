@@ -87,7 +87,7 @@ class ReturnMap:
         """
         problem = self._problem
         jets = problem.flow.jet_in_time(
-            problem.nodes(self._z)[0],
+            problem.nodes(self._z),
             problem.phase,
             problem.phase + problem.period,
             self._constants,

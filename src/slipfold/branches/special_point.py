@@ -100,9 +100,22 @@ class SpecialPoint(OneLine):
     @property
     def outcome(self) -> str:
         """What is watched, whether it is soft or hard, and where it leads, as far as known."""
-        named = self.name if self.type == "EVENT" else ""
+        named = self.name if self.type in ("EVENT", "BP") else ""
         started = f"to branch {self.leads_to}" if self.leads_to is not None else ""
-        return ", ".join(part for part in (named, self.criticality, started) if part)
+        judged = self.criticality or self.undecided
+        return ", ".join(part for part in (named, judged, started) if part)
+
+    @property
+    def undecided(self) -> str | None:
+        """Why it is not known whether it is soft or hard; None where it is, or has no meaning."""
+        meaningless = self.type in ("LP", "EVENT") or self.name.startswith("transcritical")
+        if self.criticality is not None or meaningless:
+            return None
+        if self.type == "BP" and self.coefficient is None:
+            return "no other branch was found to cross here"
+        if self.coefficient is None or not np.isfinite(self.coefficient):
+            return "criticality unknown: derivatives of third order do not exist or overflow here"
+        return "neither soft nor hard: the coefficient is zero within rounding"
 
     @property
     def state(self) -> NDArray[np.float64]:

@@ -365,6 +365,7 @@ class Flow:
         end: Array | float,
         constants: Constants,
         directions: Array,
+        beyond: Array | None = None,
     ) -> Array:
         """Differentiate the flow three times along a direction of the start state.
 
@@ -378,6 +379,9 @@ class Flow:
             Coefficients, the same for all.
         directions
             One for each trajectory, shape (m, n).
+        beyond
+            States that all pass at equal phases between start and end, shape (k, n), if known: each
+            stretch has its own steps, and errors do not grow from one to the next.
 
         Returns
         -------
@@ -389,7 +393,7 @@ class Flow:
         starts = np.broadcast_to(states, directions.shape)
         first, last = np.broadcast_to(start, total), np.broadcast_to(end, total)
         for some in _chunks(total):
-            batch = self._run_jets(starts, first, last, constants, directions, some)
+            batch = self._run_jets(starts, first, last, constants, directions, some, beyond)
             finished = _finished(batch, batch.state, some.stop - some.start)
             result[some] = finished[:, n:].reshape(-1, JET_ORDER, n)
         result *= constants.scales
@@ -397,14 +401,14 @@ class Flow:
         return result
 
     def jet_in_time(
-        self, state: Array, start: float, end: float, constants: Constants, directions: Array
+        self, nodes: Array, start: float, end: float, constants: Constants, directions: Array
     ) -> Array:
         """Differentiate the flow along directions of the start state and in the end's phase.
 
         Parameters
         ----------
-        state
-            The start that all share, shape (n,).
+        nodes
+            The start that all share, and what they pass at equal phases, shape (k, n).
         start, end
             Phases.
         constants
@@ -415,14 +419,14 @@ class Flow:
         Returns
         -------
         ndarray, shape (m, 4, 4, n)
-            ``d^j/ds^j d^k/dt^k phi(state + s v)`` for j, k = 0 ... 3 and each direction v.
+            ``d^j/ds^j d^k/dt^k phi(nodes[0] + s v)`` for j, k = 0 ... 3 and each direction v.
         """
         n, total, orders = self.dimension, len(directions), JET_ORDER + 1
         result = np.empty((total, orders, orders, n))
-        starts = np.broadcast_to(state, directions.shape)
+        starts = np.broadcast_to(nodes[0], directions.shape)
         first, last = np.full(total, start), np.full(total, end)
         for some in _chunks(total):
-            batch = self._run_jets(starts, first, last, constants, directions, some)
+            batch = self._run_jets(starts, first, last, constants, directions, some, nodes[1:])
             ends = _finished(batch, batch.state, some.stop - some.start)
             batch.step(np.full(LANES, TINY), write_tc=True)  # for the Taylor coefficients in time
             for k in range(orders):
@@ -441,6 +445,7 @@ class Flow:
         constants: Constants,
         directions: Array,
         some: slice,
+        beyond: Array | None,
     ) -> Any:
         """Carry up to as many jets as there are lanes to their end."""
         n = self.dimension
@@ -448,6 +453,13 @@ class Flow:
         batch.pars[-n - 1 : -1] = _pad(directions[some] / constants.scales).T
         batch.pars[-1] = 0.0
         batch.state[n:] = 0.0
+        passed = () if beyond is None else beyond / constants.scales
+        for number, state in enumerate(passed, 1):
+            share = number / (len(passed) + 1)
+            batch.propagate_until(_pad((start + share * (end - start))[some]), max_steps=MAX_STEPS)
+            if any(item[0] != hy.taylor_outcome.time_limit for item in batch.propagate_res):
+                batch.state[:] = np.nan
+            batch.state[:n] = state[:, None]
         batch.propagate_until(_pad(end[some]), max_steps=MAX_STEPS)
         return batch
 

@@ -114,6 +114,7 @@ def _point_record(point: SpecialPoint, kind: str) -> dict[str, Any]:
         "multipliers": pairs(point.multipliers),
         "multiplier_uncertainty": numbers(point.multiplier_uncertainty),
         "criticality": point.criticality,
+        "undecided": point.undecided,
         "coefficient": number(point.coefficient),
         "leads_to": point.leads_to,
     }
