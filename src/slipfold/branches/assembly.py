@@ -3,26 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.branch import Branch, End
+from slipfold.branches.branch import Branch
 from slipfold.branches.describe import describe_bifurcation, describe_event
+from slipfold.branches.events import Happened
 from slipfold.branches.special_point import SpecialPoint
-from slipfold.branches.trace import Trace
+from slipfold.continuation.end import End
 from slipfold.continuation.search import Found
+from slipfold.continuation.trail import Trail
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.cycle_problem import CycleProblem
 from slipfold.orbits.equilibrium_problem import EquilibriumProblem
 from slipfold.orbits.orbit_point import OrbitPoint
 
-__all__ = ["assemble", "joined", "turned"]
+__all__ = ["assemble"]
 
 
 def assemble(
-    trace: Trace,
+    trace: Trail[OrbitPoint],
     number: int,
     parent: int | None,
     begun: End,
@@ -43,12 +44,11 @@ def assemble(
     beginning
         The branch point at which it crosses its parent, if it does.
     """
-    problem, points = trace.problem, trace.points
+    problem, points = trace.curve, trace.points
     assert trace.end is not None  # every trace ends
     described: list[tuple[SpecialPoint, Found | None]] = [
-        (describe_bifurcation(problem, found), found) for found in trace.found
+        (_described(problem, found), found) for found in trace.found
     ]
-    described += [(describe_event(problem, event, point), None) for event, point in trace.events]
     if beginning is not None:
         described.append((beginning, None))
     described.sort(key=lambda pair: pair[0].arclength)
@@ -73,6 +73,12 @@ def assemble(
     return branch, [(i, found) for i, (_, found) in enumerate(described) if found is not None]
 
 
+def _described(problem: PeriodicProblem, found: Found) -> SpecialPoint:
+    if isinstance(found, Happened) and found.event is not None:
+        return describe_event(problem, found.event, found.point)
+    return describe_bifurcation(problem, found)
+
+
 def _durations(
     problem: PeriodicProblem, points: Sequence[OrbitPoint]
 ) -> NDArray[np.float64] | None:
@@ -80,44 +86,3 @@ def _durations(
     if not isinstance(problem, CycleProblem | EquilibriumProblem):
         return None
     return np.array([problem.duration(point.z) for point in points])
-
-
-def joined(backward: Trace, forward: Trace) -> Trace:
-    """Join the two directions of a branch from one point of it.
-
-    Parameters
-    ----------
-    backward, forward
-        Traces that begin at the same point with opposite tangents; arclength counts from it.
-
-    Returns
-    -------
-    Trace
-        From the end of the one to the end of the other; it ends as `forward` does.
-    """
-    return replace(
-        forward,
-        points=[turned(point) for point in backward.points[:0:-1]] + forward.points,
-        found=[replace(found, point=turned(found.point)) for found in reversed(backward.found)]
-        + forward.found,
-        events=[(event, turned(point)) for event, point in reversed(backward.events)]
-        + forward.events,
-        reached=backward.reached + forward.reached,
-    )
-
-
-def turned(point: OrbitPoint) -> OrbitPoint:
-    """Return a point as one of the curve followed in the other direction.
-
-    Parameters
-    ----------
-    point
-        The point.
-    """
-    return replace(
-        point,
-        tangent=-point.tangent,
-        arclength=-point.arclength,
-        tests={**point.tests, "LP": -point.tests["LP"]},
-        orientation=-point.orientation,
-    )

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.special_point import SpecialPoint
+from slipfold.continuation.end import End
 from slipfold.models.model import Model
 from slipfold.orbits.extrema import Extrema, find_extrema
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
@@ -17,32 +18,6 @@ from slipfold.text.one_line import OneLine, headed, listed, number_text, paramet
 from slipfold.text.printed_table import PrintedTable
 
 __all__ = ["Branch", "End"]
-
-
-@dataclass(frozen=True)
-class End:
-    """Why a branch begins or ends where it does.
-
-    Parameters
-    ----------
-    kind
-        One word for programs: ``"span"``, ``"limit"``, ``"closed"``, ``"event"``, ``"failed"``,
-        ``"unresolved"``, ``"points"``, ``"interrupted"``, ``"born"``, ``"homoclinic"``,
-        ``"duration"``, ``"family"``.
-    reason
-        A sentence that says what happened and what can be done.
-    value
-        Value of the parameter there.
-    """
-
-    kind: str
-    reason: str
-    value: float
-
-    @property
-    def early(self) -> bool:
-        """Whether the branch was given up, rather than having come to an end of its own."""
-        return self.kind in ("failed", "points")
 
 
 @dataclass(frozen=True, eq=False, repr=False)

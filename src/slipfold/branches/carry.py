@@ -393,7 +393,7 @@ def _normal_forms(
 
 
 def _end(end: End, value: float) -> End:
-    return end if end.kind == "span" else replace(end, value=float(value))
+    return end if end.kind == "span" else End(end.kind, end.reason, float(value))
 
 
 def _brackets(curve: _Curve) -> list[tuple[str, int]]:

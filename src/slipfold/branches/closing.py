@@ -2,28 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.branch import End
+from slipfold.continuation.end import End
 from slipfold.continuation.interpolation import POINTS, hermite, well_spaced
-from slipfold.continuation.locate import LostBranchError, orbit_at
+from slipfold.continuation.locate import LostCurveError, point_at
+from slipfold.continuation.trail import Sight, Stop, Stretch
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.orbit_point import OrbitPoint, make_point
 from slipfold.orbits.shooting import Shooting
 
 __all__ = [
-    "BEFORE",
     "Birth",
+    "MeetsCopy",
+    "Returns",
     "asymmetry",
-    "birth_point",
     "close_on_parent",
     "has_copy",
-    "meets_its_copy",
-    "return_to_start",
     "step_beside_parent",
 ]
 
@@ -35,6 +34,9 @@ BEFORE = 3e-3
 NEAR = 0.05
 """Distance within which the end of a closing branch is matched with a place of birth, in scaled
 states and spans: the meeting is interpolated over one step."""
+
+AROUND = 1.5
+"""Steps within which a closed curve may pass its first point again."""
 
 ABEAM = 3
 """Corrections to where the first point of a closed curve lies abeam: each squares the error."""
@@ -80,7 +82,7 @@ def has_copy(problem: PeriodicProblem) -> bool:
     return problem.kind == "cycle" or problem.period % 2 == 0
 
 
-def meets_its_copy(problem: Shooting, before: OrbitPoint, point: OrbitPoint) -> bool:
+def _meets_its_copy(problem: Shooting, before: OrbitPoint, point: OrbitPoint) -> bool:
     """Whether a branch of doubled period passed its parent and goes on as its own copy.
 
     The copy is the same orbit half a period later, so the difference between the halves of the
@@ -128,63 +130,83 @@ def asymmetry(problem: Shooting, z: Array) -> Array:
     return z[:half] - z[half : problem.size]
 
 
-def close_on_parent(
-    problem: PeriodicProblem,
-    known: Sequence[OrbitPoint],
-    before: OrbitPoint,
-    point: OrbitPoint,
-    births: Sequence[Birth],
-) -> tuple[OrbitPoint, End, Birth | None]:
-    """Go back to just before the branch meets its copy.
+class MeetsCopy:
+    """Ends a curve where it meets its own copy, the same orbits begun half a period later.
 
-    Where it does, the orbit is that of the parent's period doubling, or an equilibrium, and
-    Newton's method is singular, so the last regular orbit lies a short step before it.
+    There the orbit is that of the parent's period doubling, or an equilibrium, and Newton's method
+    is singular, so the last regular orbit lies a short step before it.
+
+    Parameters
+    ----------
+    problem
+        The equations.
+    stop
+        Says how the curve ends, of its last regular orbit and the unknown where it meets its copy.
+    """
+
+    def __init__(
+        self, problem: Shooting, stop: Callable[[OrbitPoint, Array], Stop[OrbitPoint]]
+    ) -> None:
+        self._problem = problem
+        self._stop = stop
+
+    def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:
+        """Return the last regular orbit before the curve meets its copy, if it does."""
+        before, point = stretch.before, stretch.point
+        if stretch.leaves or not _meets_its_copy(self._problem, before, point):
+            return Sight()
+        place, meeting = self._meeting(stretch)
+        return Sight(stop=self._stop(self._last(stretch, place), meeting))
+
+    def _meeting(self, stretch: Stretch[OrbitPoint]) -> tuple[float, Array]:
+        """Return where the halves of the interpolated orbit become the same."""
+        from scipy.optimize import brentq  # a fifth of a second to import, and seldom needed
+
+        problem, before, point = self._problem, stretch.before, stretch.point
+        direction = asymmetry(problem, before.z)
+        near = well_spaced(stretch.known, before.arclength, point.arclength, POINTS)
+        place = point.arclength
+        if direction @ asymmetry(problem, point.z) < 0:
+            place = brentq(
+                lambda arclength: direction @ asymmetry(problem, hermite(near, arclength)[0]),
+                before.arclength,
+                point.arclength,
+                xtol=1e-6,
+            )
+        return place, hermite(near, place)[0]
+
+    def _last(self, stretch: Stretch[OrbitPoint], place: float) -> OrbitPoint:
+        for back in (BEFORE, 4 * BEFORE, 16 * BEFORE):
+            if back < place - stretch.before.arclength:
+                last = point_at(self._problem, stretch.known, place - back)
+                # Newton's method may fall onto the parent, where the halves do not differ.
+                if np.linalg.norm(asymmetry(self._problem, last.z)) > 0.3 * back:
+                    return last
+        return stretch.before
+
+
+def close_on_parent(
+    problem: PeriodicProblem, births: Sequence[Birth], last: OrbitPoint, meeting: Array
+) -> Stop[OrbitPoint]:
+    """Return the end of a branch that meets its copy: where another is known to begin, if any.
 
     Parameters
     ----------
     problem
         The boundary-value problem.
-    known
-        Points of the branch in order.
-    before, point
-        Neighbouring points between which the branch meets its copy.
     births
         Where branches are known to begin.
-
-    Returns
-    -------
-    point : OrbitPoint
+    last
         The last regular orbit.
-    end : End
-        Names the place.
-    birth : Birth or None
-        Where the branch ended; None if nothing is known to begin there.
+    meeting
+        The unknown where it meets its copy.
     """
-    from scipy.optimize import brentq  # a fifth of a second to import, and seldom needed
-
-    direction = asymmetry(problem, before.z)
-    near = well_spaced(known, before.arclength, point.arclength, POINTS)
-    place = point.arclength
-    if direction @ asymmetry(problem, point.z) < 0:
-        place = brentq(
-            lambda arclength: direction @ asymmetry(problem, hermite(near, arclength)[0]),
-            before.arclength,
-            point.arclength,
-            xtol=1e-6,
-        )
-    meeting = hermite(near, place)[0]
     birth = _matching(problem, meeting, births)
     value = problem.value(meeting if birth is None else birth.in_terms_of(problem))
     where = _place_of_meeting(problem, meeting)
-    end = End("closed", f"the branch closed on {where} at {problem.vary} = {value:.9g}", value)
-    length = place - before.arclength
-    for back in (BEFORE, 4 * BEFORE, 16 * BEFORE):
-        if back < length:
-            last = orbit_at(problem, known, place - back)
-            # Newton's method may fall onto the parent, where the halves do not differ.
-            if np.linalg.norm(asymmetry(problem, last.z)) > 0.3 * back:
-                return last, end, birth
-    return before, end, birth
+    reason = f"the branch closed on {where} at {problem.vary} = {value:.9g}"
+    beyond = None if birth is None else _birth_point(problem, last, birth)
+    return Stop(last, End("closed", reason, (value,)), beyond, birth)
 
 
 def _place_of_meeting(problem: PeriodicProblem, meeting: Array) -> str:
@@ -206,54 +228,66 @@ def _matching(problem: PeriodicProblem, meeting: Array, births: Sequence[Birth])
     return nearest if nearest is not None and distance(nearest) < NEAR else None
 
 
-def birth_point(problem: PeriodicProblem, last: OrbitPoint, birth: Birth) -> OrbitPoint:
-    """Return the place of birth that a branch closed on as its last point.
-
-    Parameters
-    ----------
-    problem
-        The boundary-value problem of the branch.
-    last
-        Its last regular point.
-    birth
-        Where it ends.
-    """
+def _birth_point(problem: PeriodicProblem, last: OrbitPoint, birth: Birth) -> OrbitPoint:
+    """Return the place of birth that a branch closed on as its last point."""
     start = birth.start
     z = problem.in_phase(birth.in_terms_of(problem), last.z)
     place = last.arclength + float(np.linalg.norm(z - last.z))
     return make_point(z, last.tangent, place, start.monodromy, start.residual)
 
 
-def return_to_start(
-    problem: Shooting, points: Sequence[OrbitPoint], point: OrbitPoint
-) -> OrbitPoint | None:
-    """Return where the last step passed the first point of the curve again, None if it did not.
+class Returns:
+    """Ends a curve where it comes back to its first point.
 
     Parameters
     ----------
     problem
         The equations.
-    points
-        Points of the curve so far.
-    point
-        The next one.
+    reason
+        The sentence to say.
     """
-    first, before = points[0], points[-1]
-    if len(points) < 4:
-        return None
-    along = float((first.z - before.z) @ before.tangent)
-    length = point.arclength - before.arclength
-    if not 0 < along < 1.5 * length or np.linalg.norm(first.z - before.z) > 1.5 * length:
-        return None
-    place = before.arclength + min(along, length)
-    known = [*points[-2:], point]
-    try:
-        passed = orbit_at(problem, known, place)
-        for _ in range(ABEAM):  # to where the first point lies abeam
-            place = passed.arclength + float((first.z - passed.z) @ passed.tangent)
-            if not before.arclength < place <= point.arclength:
-                return None
-            passed = orbit_at(problem, known, place)
-    except LostBranchError:
-        return None
-    return passed if np.linalg.norm(passed.z - first.z) < SAME else None
+
+    def __init__(self, problem: Shooting, reason: str) -> None:
+        self._problem = problem
+        self._reason = reason
+
+    def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:
+        """Return where the step passed the first point again, if it did."""
+        before, point = stretch.before, stretch.point
+        if len(stretch.trail.points) < 4:
+            return Sight()
+        length = point.arclength - before.arclength
+        first = self._begun_alike(stretch.trail.points[0].z, before.z, length)
+        along = float((first - before.z) @ before.tangent)
+        if not 0 < along < 1.5 * length or np.linalg.norm(first - before.z) > 1.5 * length:
+            return Sight()
+        known = [*stretch.trail.points[-2:], point]
+        passed = self._abeam(known, first, before.arclength + min(along, length))
+        if passed is None or not np.linalg.norm(passed.z - first) < SAME:
+            return Sight()
+        end = End("closed", self._reason, self._problem.place(passed.z))
+        return Sight(stop=Stop(passed, end))
+
+    def _begun_alike(self, first: Array, last: Array, length: float) -> Array:
+        """Return the first orbit begun where it lies nearest to the last, if it may be near.
+
+        Round a closed curve, cycles come back begun elsewhere.
+        """
+        free = slice(self._problem.size, None)
+        if np.linalg.norm(first[free] - last[free]) > AROUND * length:
+            return first
+        return self._problem.begun_near(first, last)
+
+    def _abeam(self, known: list[OrbitPoint], first: Array, place: float) -> OrbitPoint | None:
+        """Return the orbit that has the first one abeam; None if it lies beyond the step."""
+        before, point = known[-2:]
+        try:
+            passed = point_at(self._problem, known, place)
+            for _ in range(ABEAM):
+                place = passed.arclength + float((first - passed.z) @ passed.tangent)
+                if not before.arclength < place <= point.arclength:
+                    return None
+                passed = point_at(self._problem, known, place)
+        except LostCurveError:
+            return None
+        return passed

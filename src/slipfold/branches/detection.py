@@ -6,13 +6,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.crossing import find_crossing
+from slipfold.continuation.contraction import contracts_between
+from slipfold.continuation.end import End
 from slipfold.continuation.interpolation import hermite
 from slipfold.continuation.locate import locate
+from slipfold.continuation.monitor import Zeros
 from slipfold.continuation.search import Found, locate_test, search_between
+from slipfold.continuation.trail import Sight, Stop, Stretch
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.orbit_point import OrbitPoint
 
-__all__ = ["ON_CIRCLE", "find_bifurcations", "is_torus"]
+__all__ = ["CLOSED", "ON_CIRCLE", "SAME", "Bifurcations", "is_torus", "span_end"]
+
+CLOSED = "the branch closed on itself"
+"""How a closed curve ends."""
+
+SAME = 1e-5
+"""Two branch points whose orbits are this close are one: each is known to 1e-9 or better."""
 
 ON_CIRCLE = 1e-4
 """Distance of a critical multiplier from where it should be; located ones have 1e-8 or less."""
@@ -35,39 +45,68 @@ REAL = 1e-7
 """A multiplier whose imaginary part is below this counts as real: pairs part as a square root."""
 
 
-def find_bifurcations(
-    problem: PeriodicProblem, known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint
-) -> list[Found]:
-    """Find the bifurcations between two points of a branch, none missed, none invented.
+class Bifurcations(Zeros[OrbitPoint]):
+    """Records the bifurcations of a branch, none missed, none invented.
+
+    It ends the branch where it leaves the span to turn back outside, and where it comes to the
+    branch point it began at.
 
     Parameters
     ----------
     problem
         The boundary-value problem.
-    known
-        Points of the branch in order, with `a` and `b`; grows.
-    a, b
-        Neighbouring points.
-
-    Returns
-    -------
-    list of Found
-        In order of arclength.
+    span
+        The span of the parameter.
     """
-    found = search_between(problem, _Bifurcations(problem), known, a, b)
-    turns = [item.point.arclength for item in found if _turns(item)]
-    return [
-        item
-        for item in found
-        if item.type != "LP" or all(abs(item.point.arclength - turn) > CLEAR for turn in turns)
-    ]
 
-
-class _Bifurcations:
-    """What is looked for along a branch."""
-
-    def __init__(self, problem: PeriodicProblem) -> None:
+    def __init__(self, problem: PeriodicProblem, span: tuple[float, float]) -> None:
         self._problem = problem
+        self._span = span
+
+    def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:
+        """Return the bifurcations between two points; the first step of a branch has none."""
+        if stretch.leaves:
+            return Sight()
+        found = self.between(stretch.known, stretch.before, stretch.point)
+        return self._left(found, stretch) or self._closed(found, stretch) or Sight(found)
+
+    def between(self, known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint) -> list[Found]:
+        """Return the bifurcations between two points."""
+        found = search_between(self._problem, self, known, a, b)
+        turns = [item.point.arclength for item in found if _turns(item)]
+        return [
+            item
+            for item in found
+            if item.type != "LP" or all(abs(item.point.arclength - turn) > CLEAR for turn in turns)
+        ]
+
+    def _left(self, found: list[Found], stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint] | None:
+        """Return where the branch leaves the span, if it turns back outside it."""
+        low, high = min(self._span), max(self._span)
+        value = self._problem.value
+        outside = [item.point for item in found if not low <= value(item.point.z) <= high]
+        if not outside:
+            return None
+        bound = high if value(outside[0].z) > high else low
+        ends = stretch.before, outside[0]
+        at = locate(self._problem, stretch.known, *ends, lambda item: value(item.z) - bound)
+        before = [item for item in found if item.point.arclength < at.arclength]
+        return Sight(before, Stop(at, span_end(self._problem, at)))
+
+    def _closed(self, found: list[Found], stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint] | None:
+        """Return the branch point that the branch began at, if it comes to it again."""
+        if not stretch.trail.departs:
+            return None
+        problem, start = self._problem, stretch.trail.points[0]
+        for place, item in enumerate(found):
+            if item.type == "BP" and problem.distance(start.z, item.point.z) < SAME:
+                end = End("closed", CLOSED, problem.place(item.point.z))
+                return Sight(found[:place], Stop(item.point, end))
+        return None
+
+    def excludes(self, a: OrbitPoint, b: OrbitPoint) -> bool:
+        """Whether perturbations shrink on all orbits between two points."""
+        return contracts_between(a, b)
 
     def located(self, known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint) -> list[Found]:
         """Return the bifurcations where a test function changes sign between two points."""
@@ -130,6 +169,12 @@ class _Bifurcations:
         point = locate(self._problem, known, a, b, growth)
         slope = (growth(b) - growth(a)) / (b.arclength - a.arclength)
         return [Found("NS", point, slope)]
+
+
+def span_end(problem: PeriodicProblem, last: OrbitPoint) -> End:
+    """Say that a branch reached the end of the span."""
+    value = problem.value(last.z)
+    return End("span", f"reached the end of the span at {problem.vary} = {value:g}", (value,))
 
 
 def _changes_sign(kind: str, a: OrbitPoint, b: OrbitPoint) -> bool:

@@ -5,20 +5,16 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import takewhile
 
-from slipfold.branches.branch import End
-from slipfold.branches.detection import find_bifurcations
-from slipfold.branches.ending import span_end
-from slipfold.branches.settings import Settings
-from slipfold.continuation.locate import LostBranchError
+from slipfold.branches.detection import Bifurcations
+from slipfold.continuation.follow import EDGE
+from slipfold.continuation.locate import LostCurveError
 from slipfold.continuation.search import Found
+from slipfold.continuation.settings import Stepping
 from slipfold.continuation.walk import Failure, walk
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.orbit_point import OrbitPoint
 
-__all__ = ["EDGE", "end_on_edge"]
-
-EDGE = 1e-9
-"""Distance from the end of the span, in spans, that counts as none."""
+__all__ = ["end_on_edge"]
 
 NEAR = 0.01
 """Distance from the end of the span, in spans, within which a failure may be due to it."""
@@ -34,8 +30,8 @@ def end_on_edge(
     problem: PeriodicProblem,
     points: list[OrbitPoint],
     span: tuple[float, float],
-    settings: Settings,
-) -> tuple[list[OrbitPoint], list[Found], End] | None:
+    settings: Stepping,
+) -> tuple[list[OrbitPoint], list[Found]] | None:
     """Return how a branch ends that failed since a branch point lies on the end of the span.
 
     With the parameter held Newton's method is singular there. So a step is taken over the end, and
@@ -58,8 +54,6 @@ def end_on_edge(
         Points of the branch, the last one on the end of the span.
     found : list of Found
         What was found behind the last but one of them.
-    end : End
-        Names the end of the span.
     """
     edge = min(problem.bounds(span)[0][1:], key=lambda bound: abs(points[-1].z[-1] - bound))
 
@@ -76,8 +70,8 @@ def end_on_edge(
     if isinstance(beyond, Failure):
         return None
     try:
-        found = find_bifurcations(problem, [*kept, beyond], before, beyond)
-    except LostBranchError:
+        found = Bifurcations(problem, span).between([*kept, beyond], before, beyond)
+    except LostCurveError:
         return None
     place = next((i for i, item in enumerate(found) if away(item.point) < EDGE), None)
     if place is None:
@@ -86,4 +80,4 @@ def end_on_edge(
     z[-1] = edge  # exactly, whatever rounding did
     last = replace(found[place].point, z=z)
     found[place] = replace(found[place], point=last)
-    return [*kept, last], found[: place + 1], span_end(problem, last)
+    return [*kept, last], found[: place + 1]

@@ -6,12 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from slipfold.branches.branch import End
+from slipfold.continuation.end import End
+from slipfold.continuation.trail import Sight, Stop, Stretch
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.cycle_problem import CycleProblem
 from slipfold.orbits.orbit_point import OrbitPoint
 
-__all__ = ["homoclinic_end", "nears_homoclinic"]
+__all__ = ["Homoclinic", "nears_homoclinic"]
 
 GROWN = 2.0
 """A duration that has grown less since the branch began says nothing."""
@@ -25,10 +26,8 @@ STILL = 1e-9
 would have one and the same value of the parameter."""
 
 
-def homoclinic_end(
-    problem: PeriodicProblem, points: Sequence[OrbitPoint], largest: float
-) -> End | None:
-    """Return where a branch of cycles ends on its way to a homoclinic orbit, None if it goes on.
+class Homoclinic:
+    """Ends a branch of cycles on its way to a homoclinic orbit.
 
     Near one the distance of the parameter from its value there falls exponentially with the
     duration (Kuznetsov, Elements of Applied Bifurcation Theory, section 6.4).
@@ -37,28 +36,35 @@ def homoclinic_end(
     ----------
     problem
         The boundary-value problem.
-    points
-        Points of the branch.
     largest
         Largest duration, relative to that at the first point.
     """
-    growth = _growth(problem, points)
-    value = problem.value(points[-1].z)
-    if _stands(problem, points, STILL):
-        return End(
-            "homoclinic",
-            f"the duration grew to {growth:.3g} times that at first while {problem.vary} stays at "
-            f"{value:.9g}: the cycle nears a homoclinic orbit",
-            value,
-        )
-    if growth > largest:
-        return End(
-            "duration",
-            f"the duration grew past {largest:g} times that at first: the cycle may near a "
-            "homoclinic orbit; allow a larger duration to go on",
-            value,
-        )
-    return None
+
+    def __init__(self, problem: PeriodicProblem, largest: float) -> None:
+        self._problem = problem
+        self._largest = largest
+
+    def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:
+        """Return the point at which the branch has as good as come to its end."""
+        problem, points = self._problem, [*stretch.trail.points, stretch.point]
+        growth, value = _growth(problem, points), problem.value(stretch.point.z)
+        if _stands(problem, points, STILL):
+            end = End(
+                "homoclinic",
+                f"the duration grew to {growth:.3g} times that at first while {problem.vary} stays "
+                f"at {value:.9g}: the cycle nears a homoclinic orbit",
+                (value,),
+            )
+        elif growth > self._largest:
+            end = End(
+                "duration",
+                f"the duration grew past {self._largest:g} times that at first: the cycle may near "
+                "a homoclinic orbit; allow a larger duration to go on",
+                (value,),
+            )
+        else:
+            return Sight()
+        return Sight(stop=Stop(stretch.point, end))
 
 
 def nears_homoclinic(problem: PeriodicProblem, points: Sequence[OrbitPoint]) -> str:

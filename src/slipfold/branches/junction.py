@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from slipfold.branches.branch import Branch
 from slipfold.branches.closing import Birth
+from slipfold.branches.detection import SAME
 from slipfold.branches.start import doubled_start, hopf_start
 from slipfold.continuation.search import Found
 from slipfold.errors import BREAKDOWNS
@@ -21,9 +22,6 @@ __all__ = ["Junction", "Meeting", "find_meeting", "junctions_on", "linked"]
 
 MATCH = 1e-7
 """Two branch points this close in the parameter, in spans, may be one."""
-
-SAME = 1e-5
-"""Two branch points whose orbits are this close are one: each is known to 1e-9 or better."""
 
 
 @dataclass(frozen=True, eq=False)

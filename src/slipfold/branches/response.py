@@ -6,17 +6,21 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from slipfold.branches.assembly import assemble, joined, turned
-from slipfold.branches.branch import Branch, End
+from slipfold.branches.assembly import assemble
+from slipfold.branches.branch import Branch
 from slipfold.branches.closing import Birth
+from slipfold.branches.detection import CLOSED
 from slipfold.branches.event import Event
+from slipfold.branches.events import Happened
 from slipfold.branches.junction import Junction, Meeting, find_meeting, junctions_on, linked
 from slipfold.branches.progress import Observer, Progress
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.branches.start import equilibrium_start, orbit_start, response_start
-from slipfold.branches.trace import CLOSED, Trace, trace_branch
+from slipfold.branches.trace import trace_branch
+from slipfold.continuation.end import End
 from slipfold.continuation.search import Found
+from slipfold.continuation.trail import Trail, joined
 from slipfold.errors import BREAKDOWNS, InputError, breakdown
 from slipfold.flow import flow_of
 from slipfold.models.model import Model
@@ -75,7 +79,7 @@ def trace_response(
     model, first, last = _checked(model, vary, span, events)
     following = _Following((first, last), settings, events, observer)
     trace, branch, found = following.first(*_first(model, vary, first, last, start))
-    branches, known = [branch], junctions_on(trace.problem, 1, found, settings.largest_period)
+    branches, known = [branch], junctions_on(trace.curve, 1, found, settings.largest_period)
     waiting = list(known)
     while waiting and not branches[-1].interrupted:
         junction = min(waiting, key=lambda item: item.rank)
@@ -86,7 +90,7 @@ def trace_response(
         special = branches[junction.branch - 1].special[junction.place]
         births = [item.birth for item in known if not item.two_sided]
         trace, branch, found = following.other(junction, number, special, births)
-        new = junctions_on(trace.problem, number, found, settings.largest_period)
+        new = junctions_on(trace.curve, number, found, settings.largest_period)
         meetings = [Meeting(junction.branch, junction.place, number)]
         meetings += [
             Meeting(item.branch, item.place, number)
@@ -156,7 +160,7 @@ def _first(
         "span",
         f"there is no {what} at {vary} = {first:g}, so the span was followed from "
         f"its other end, {vary} = {last:g}",
-        last,
+        (last,),
     )
     return problem, start, end
 
@@ -179,7 +183,7 @@ def _begin(
 
 
 def _span_begin(vary: str, first: float) -> End:
-    return End("span", f"the span begins at {vary} = {first:g}", first)
+    return End("span", f"the span begins at {vary} = {first:g}", (first,))
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,14 +197,14 @@ class _Following:
 
     def first(
         self, problem: PeriodicProblem, start: OrbitPoint, begun: End
-    ) -> tuple[Trace, Branch, list[tuple[int, Found]]]:
+    ) -> tuple[Trail[OrbitPoint], Branch, list[tuple[int, Found]]]:
         """Follow the branch that the response begins with."""
         trace = self._trace(1, problem, start)
         return (trace, *assemble(trace, 1, None, begun))
 
     def other(
         self, junction: Junction, number: int, special: SpecialPoint, births: Sequence[Birth]
-    ) -> tuple[Trace, Branch, list[tuple[int, Found]]]:
+    ) -> tuple[Trail[OrbitPoint], Branch, list[tuple[int, Found]]]:
         """Follow the branch that begins at a junction, at a branch point in both directions."""
         problem, start = junction.birth.problem, junction.birth.start
         trace = self._trace(number, problem, start, True, births)
@@ -211,13 +215,13 @@ class _Following:
             begun = trace.end if around and trace.end else begun
             beginning = replace(special, arclength=0.0, leads_to=junction.branch)
             if trace.end is not None and trace.end.kind != "interrupted" and not around:
-                backward = self._trace(number, problem, turned(start), True, births)
+                backward = self._trace(number, problem, problem.turned(start), True, births)
                 begun = backward.end or begun
                 trace = joined(backward, trace)
         return (trace, *assemble(trace, number, junction.branch, begun, beginning))
 
     def _born(self, special: SpecialPoint) -> End:
-        return End("born", f"born at {special.vary} = {special.value:.9g}", special.value)
+        return End("born", f"born at {special.vary} = {special.value:.9g}", (special.value,))
 
     def _trace(
         self,
@@ -226,12 +230,14 @@ class _Following:
         start: OrbitPoint,
         departs: bool = False,
         births: Sequence[Birth] = (),
-    ) -> Trace:
-        def watch(trace: Trace) -> None:
+    ) -> Trail[OrbitPoint]:
+        def watch(trace: Trail[OrbitPoint]) -> None:
             if self.observer is not None:
-                names = tuple(found.type for found in trace.found)
-                value = trace.problem.value(trace.points[-1].z)
-                period = trace.problem.period
+                names = tuple(
+                    found.type for found in trace.found if not isinstance(found, Happened)
+                )
+                value = trace.curve.value(trace.points[-1].z)
+                period = trace.curve.period
                 self.observer(Progress(number, period, len(trace.points), value, names))
 
         return trace_branch(

@@ -1,5 +1,10 @@
-"""The engine: one curve of solutions after the other, whatever they are solutions of.
+"""The engine: it follows curves of solutions, whatever they are solutions of.
 
-It knows no orbit and no model. `Curve` is what it asks of the equations, `walk` takes one step
-after the other, `search` and `locate` find what lies between two points.
+It knows no orbit and no model. To follow something new takes a `Curve`, its equations, and the
+monitors that say what is looked for along it:
+
+- `newton` solves equations with one linear constraint, `walk` takes one step after the other;
+- `search` and `locate` find what lies between two points, none missed;
+- `monitor` says what is watched and what a hit does: it is recorded, or the curve ends there;
+- `follow` brings one curve to its end, as a `Trail`.
 """

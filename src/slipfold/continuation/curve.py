@@ -2,29 +2,59 @@
 
 from __future__ import annotations
 
-from typing import Protocol, TypeVar
+from abc import ABC, abstractmethod
+from dataclasses import replace
+from typing import Generic
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.continuation.newton import Correction, Equations
-from slipfold.continuation.point import P, Point
+from slipfold.continuation.newton import Correction, Linearised
+from slipfold.continuation.point import P
 
-__all__ = ["Curve", "P"]
+__all__ = ["Curve"]
 
 Array = NDArray[np.float64]
 
-P_co = TypeVar("P_co", bound=Point, covariant=True)
 
+class Curve(ABC, Generic[P]):
+    """A curve of solutions: equations, one less than unknowns, and what is noted at each point."""
 
-class Curve(Equations, Protocol[P_co]):
-    """A curve of solutions: equations, one less than unknowns, and what is noted at each point.
+    odd: tuple[str, ...] = ()
+    """Test functions that change their sign with the direction of travel."""
 
-    The equations are those of `slipfold.continuation.newton.Equations`.
-    """
+    @abstractmethod
+    def defect(self, z: Array) -> Array:
+        """Return what Newton's method brings to zero."""
+
+    @abstractmethod
+    def linearise(self, z: Array) -> Linearised:
+        """Return the defect with its derivatives."""
+
+    @abstractmethod
+    def point(self, correction: Correction, arclength: float) -> P:
+        """Return a converged correction as a point, with its test functions."""
+
+    def residual(self, defect: Array) -> float:
+        """Return by how much an unknown fails, as tolerances are meant."""
+        return float(np.abs(defect).max())
 
     def aligned(self, guess: Array, known: Array) -> Array:
         """Return a guess as near to a known solution as its freedom allows, if it has any."""
+        return guess
 
-    def point(self, correction: Correction, arclength: float) -> P_co:
-        """Return a converged correction as a point, with its test functions."""
+    def place(self, z: Array) -> tuple[float, ...]:
+        """Return the values that tell where on the curve a solution is."""
+        return (float(z[-1]),)
+
+    def turned(self, point: P) -> P:
+        """Return a point as one of the curve followed in the other direction."""
+        return replace(
+            point,
+            tangent=-point.tangent,
+            arclength=-point.arclength,
+            tests={
+                name: -value if name in self.odd else value for name, value in point.tests.items()
+            },
+            orientation=-point.orientation,
+        )

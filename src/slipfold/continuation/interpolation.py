@@ -14,7 +14,7 @@ __all__ = ["arc_between", "hermite", "polynomial", "well_spaced"]
 Array = NDArray[np.float64]
 
 POINTS = 3
-"""Points a branch is extrapolated from: more gain little and overshoot when steps change."""
+"""Points a curve is extrapolated from: more gain little and overshoot when steps change."""
 
 
 SPACING = 0.2
@@ -22,12 +22,12 @@ SPACING = 0.2
 
 
 def arc_between(a: Point, b: Point) -> float:
-    """Return the arclength between two points of a branch, exact for a circle.
+    """Return the arclength between two points of a curve, exact for a circle.
 
     Parameters
     ----------
     a, b
-        The points; their tangents point the same way along the branch.
+        The points; their tangents point the same way along the curve.
     """
     chord = float(np.linalg.norm(b.z - a.z))
     turn = float(np.arccos(np.clip(a.tangent @ b.tangent, -1.0, 1.0)))
@@ -40,7 +40,7 @@ def well_spaced(known: Sequence[P], low: float, high: float, count: int) -> list
     Parameters
     ----------
     known
-        Points of the branch.
+        Points of the curve.
     low, high
         The interval in arclength; a single place if they are equal.
     count

@@ -9,71 +9,66 @@ from typing import Generic
 
 import numpy as np
 
-from slipfold.continuation.curve import Curve, P
+from slipfold.continuation.curve import Curve
 from slipfold.continuation.interpolation import POINTS, arc_between, hermite, well_spaced
 from slipfold.continuation.newton import correct
+from slipfold.continuation.point import P
 from slipfold.errors import breakdown
 
-__all__ = ["LostBranchError", "insert", "locate", "lost_reason", "orbit_at"]
+__all__ = ["LostCurveError", "insert", "locate", "lost_reason", "point_at"]
 
 CLOSE = 1e-12
 """Arclength to which a zero is found; the parameter then is right to 1e-12 of the span."""
 
 EVALUATIONS = 40
-"""Orbits after which a zero counts as not found; 8 are seldom needed."""
+"""Points after which a zero counts as not found; 8 are seldom needed."""
 
 ASIDE = 0.5
-"""Where an orbit cannot be found exactly at a zero, one this much of `close` beside it is taken."""
+"""Where a point cannot be found exactly at a zero, one this much of `close` beside it is taken."""
 
 BLURRED = 1e-6
 """Arclength within which rounding, magnified by large multipliers, may hide a zero. The point's
 uncertainty, computed apart, says how much it does."""
 
 ALONG = 0.3
-"""A branch whose tangent makes a smaller cosine than this with a chord is halved first."""
+"""A curve whose tangent makes a smaller cosine than this with a chord is halved first."""
 
 
 PATIENCE = 8
 """Evaluations after which every other one bisects, whatever the interpolation says."""
 
 
-class LostBranchError(ArithmeticError):
-    """Newton's method failed between two points of a branch."""
+class LostCurveError(ArithmeticError):
+    """Newton's method failed between two points of a curve."""
 
 
 def lost_reason(error: Exception) -> str:
-    """Say why what lies between two points was not found.
-
-    Parameters
-    ----------
-    error
-        What was raised.
-    """
-    return str(error) if isinstance(error, LostBranchError) else breakdown(error)
+    """Say why what lies between two points was not found."""
+    return str(error) if isinstance(error, LostCurveError) else breakdown(error)
 
 
-def orbit_at(curve: Curve[P], known: Sequence[P], arclength: float) -> P:
-    """Return the orbit at a place between known points of a branch.
+def point_at(curve: Curve[P], known: Sequence[P], arclength: float) -> P:
+    """Return the point at a place between known points of a curve.
 
     Parameters
     ----------
     curve
         The equations.
     known
-        Points of the branch in order.
+        Points of the curve in order.
     arclength
         The place.
 
     Raises
     ------
-    LostBranchError
+    LostCurveError
         If Newton's method fails there.
     """
     near = well_spaced(known, arclength, arclength, POINTS)
     guess, row = hermite(near, arclength)
     correction = correct(curve, curve.aligned(guess, near[0].z), row)
     if not correction.converged:
-        raise LostBranchError(correction.failure)
+        raise LostCurveError(correction.failure)
     return _placed(known, curve.point(correction, arclength))
 
 
@@ -98,7 +93,7 @@ def insert(known: list[P], point: P) -> None:
     Parameters
     ----------
     known
-        Points of the branch in order.
+        Points of the curve in order.
     point
         The new one.
     """
@@ -116,7 +111,7 @@ def locate(
     """Find the zero of a function that has different signs at two points.
 
     Inverse interpolation through the values found so far, kept inside the bracket by bisection.
-    Every orbit computed on the way is added to `known`, so that each guess is better than the
+    Every point computed on the way is added to `known`, so that each guess is better than the
     last.
 
     Parameters
@@ -124,7 +119,7 @@ def locate(
     curve
         The equations.
     known
-        Points of the branch in order; grows.
+        Points of the curve in order; grows.
     a, b
         Neighbouring points between which the sign changes.
     function
@@ -139,14 +134,14 @@ def locate(
 
     Raises
     ------
-    LostBranchError
+    LostCurveError
         If Newton's method fails on the way or the zero is not found.
     """
     values = function(a), function(b)
     while not (chord := _Chord(curve, a, b)).is_crossed_once:
-        middle = orbit_at(curve, known, 0.5 * (a.arclength + b.arclength))
+        middle = point_at(curve, known, 0.5 * (a.arclength + b.arclength))
         if not a.arclength < middle.arclength < b.arclength:
-            raise LostBranchError("the branch turns too sharply between two points")
+            raise LostCurveError("the curve turns too sharply between two points")
         insert(known, middle)
         value = function(middle)
         if (value > 0) == (values[0] > 0):
@@ -160,10 +155,10 @@ def locate(
         if not low < at < high or (count > PATIENCE and count % 2):
             at = 0.5 * (low + high)
         try:
-            point = chord.orbit_at(at)
-        except LostBranchError:  # Newton's method is singular exactly at a branch point
+            point = chord.point_at(at)
+        except LostCurveError:  # Newton's method is singular exactly at a branch point
             at += ASIDE * close
-            point = chord.orbit_at(at)
+            point = chord.point_at(at)
         value = function(point)
         if value == 0.0 or _error(tried, at, value) <= close or high - low <= close:
             return point
@@ -174,16 +169,16 @@ def locate(
         else:
             high = at
     if high - low > BLURRED:
-        raise LostBranchError(f"a zero was not found in {EVALUATIONS} orbits")
+        raise LostCurveError(f"a zero was not found in {EVALUATIONS} points")
     return point
 
 
 class _Chord(Generic[P]):
-    """The part of a branch between two points, over its place along the chord.
+    """The part of a curve between two points, over its place along the chord.
 
-    The place of an orbit is that of its projection. Unlike the arclength, which is summed from one
-    guess to the next, it belongs to the orbit alone, so that an interpolated zero stays where it
-    is as more orbits become known.
+    The place of a point is that of its projection. Unlike the arclength, which is summed from one
+    guess to the next, it belongs to the solution alone, so that an interpolated zero stays where
+    it is as more points become known.
 
     Parameters
     ----------
@@ -205,11 +200,11 @@ class _Chord(Generic[P]):
 
     @property
     def is_crossed_once(self) -> bool:
-        """Whether the branch runs along the chord at both ends, not back or across."""
+        """Whether the curve runs along the chord at both ends, not back or across."""
         return all(float(item.tangent @ self._row) > ALONG for item in (self._a, self._b))
 
-    def orbit_at(self, place: float) -> P:
-        """Return the orbit at a place along the chord.
+    def point_at(self, place: float) -> P:
+        """Return the point at a place along the chord.
 
         Parameters
         ----------
@@ -218,17 +213,17 @@ class _Chord(Generic[P]):
 
         Raises
         ------
-        LostBranchError
+        LostCurveError
             If Newton's method fails there.
         """
         guess, _ = hermite(well_spaced(self._known, place, place, POINTS), place)
         guess = guess + (place - float((guess - self._a.z) @ self._row)) * self._row
         correction = correct(self._curve, guess, self._row)
         if not correction.converged:
-            raise LostBranchError(correction.failure)
+            raise LostCurveError(correction.failure)
         point = self._curve.point(correction, place)
         if float(point.tangent @ self._row) <= 0:
-            raise LostBranchError("the branch turns too sharply between two points")
+            raise LostCurveError("the curve turns too sharply between two points")
         self._known.append(self._projected(point, place))
         return _between(self._a, point, self._b)
 

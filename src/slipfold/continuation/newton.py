@@ -31,7 +31,7 @@ SINGULAR = "the equations met a singularity of the model"
 
 ROUNDING = 1e-5
 """Corrections below this that no longer shrink are rounding errors, magnified by the multipliers:
-an orbit with multipliers of 1e5 is known to 1e-10 at best, and its residual decides."""
+a solution with multipliers of 1e5 is known to 1e-10 at best, and its residual decides."""
 
 
 class Bordered(Protocol):
@@ -163,7 +163,7 @@ def correct(
             failure = "Newton's method diverged"
             break
         if moved > reach:
-            failure = "the branch turns too sharply"
+            failure = "the curve turns too sharply"
             break
         z = z + step
         at_rounding = moved < ROUNDING and moved > 0.3 * previous

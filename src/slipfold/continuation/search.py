@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Generic, Protocol
+from typing import Generic
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.continuation.contraction import contracts_between
-from slipfold.continuation.curve import Curve, P
+from slipfold.continuation.curve import Curve
 from slipfold.continuation.interpolation import polynomial, well_spaced
-from slipfold.continuation.locate import insert, locate, orbit_at
-from slipfold.continuation.point import Point
+from slipfold.continuation.locate import insert, locate, point_at
+from slipfold.continuation.point import P
 
 __all__ = ["Found", "Watch", "locate_test", "search_between"]
 
@@ -40,13 +40,13 @@ class Found(Generic[P]):
     Parameters
     ----------
     type
-        ``"PD"``, ``"NS"``, ``"LP"`` or ``"BP"`` on a branch.
+        What it is called, e.g. ``"PD"``.
     point
-        The orbit.
+        Where it is.
     slope
         Derivative of the test function along the curve.
     other
-        Unit tangent of the other branch at a branch point; None elsewhere, and where none crosses.
+        Unit tangent of the other curve at a branch point; None elsewhere, and where none crosses.
     """
 
     type: str
@@ -55,17 +55,28 @@ class Found(Generic[P]):
     other: Array | None = None
 
 
-class Watch(Protocol[P]):
-    """What is looked for along a curve."""
+class Watch(ABC, Generic[P]):
+    """Functions along a curve whose zeros are looked for."""
 
+    def values(self, point: P) -> Array:
+        """Return the functions at a point."""
+        return np.array(list(point.tests.values()))
+
+    def excludes(self, a: P, b: P) -> bool:
+        """Whether nothing can be found between two points, whatever the functions do."""
+        return False
+
+    @abstractmethod
     def located(self, known: list[P], a: P, b: P) -> list[Found[P]]:
-        """Return the special points where a test function changes sign between two points."""
+        """Return the genuine zeros where a function changes its sign between two points."""
 
     def accounts_for(self, found: list[Found[P]], a: P, b: P) -> bool:
         """Whether what was found explains how two points differ."""
+        return True
 
     def hidden(self, found: list[Found[P]], known: list[P], a: P, b: P) -> list[Found[P]]:
-        """Return special points at which no test function changes its sign."""
+        """Return special points at which no function changes its sign."""
+        return []
 
 
 def search_between(
@@ -74,9 +85,9 @@ def search_between(
     """Find the special points between two points.
 
     A sign change brackets a zero. Two zeros between the points leave no sign change: so the test
-    functions are interpolated, and where one may come near zero the orbit there is computed and
-    both halves are searched. At the end the change in the number of unstable multipliers must be
-    accounted for by what was found, else the interval is halved as well.
+    functions are interpolated, and where one may come near zero the point there is computed and
+    both halves are searched. At the end what was found must explain how the two points differ, else
+    the interval is halved as well.
 
     Parameters
     ----------
@@ -96,9 +107,9 @@ def search_between(
     list of Found
         In order of arclength.
     """
-    if contracts_between(a, b):
+    if watch.excludes(a, b):
         return []
-    place = _suspicious_place(known, a, b) if depth < DEPTH else None
+    place = _suspicious_place(watch, known, a, b) if depth < DEPTH else None
     if place is None:
         found = watch.located(known, a, b)
         explained = watch.accounts_for(found, a, b)
@@ -107,7 +118,7 @@ def search_between(
         if depth >= DEPTH or explained:
             return sorted(found, key=lambda item: item.point.arclength)
         place = 0.5 * (a.arclength + b.arclength)
-    middle = orbit_at(curve, known, place)
+    middle = point_at(curve, known, place)
     insert(known, middle)
     left = search_between(curve, watch, known, a, middle, depth + 1)
     return left + search_between(curve, watch, known, middle, b, depth + 1)
@@ -143,7 +154,7 @@ def locate_test(curve: Curve[P], known: list[P], a: P, b: P, kind: str, test: st
     return Found(kind, point, slope)
 
 
-def _suspicious_place(known: Sequence[Point], a: Point, b: Point) -> float | None:
+def _suspicious_place(watch: Watch[P], known: Sequence[P], a: P, b: P) -> float | None:
     """Where between two points a test function may touch zero without a sign change at the ends.
 
     Between the points it may be as far from its interpolation as that is from the one through a
@@ -152,17 +163,18 @@ def _suspicious_place(known: Sequence[Point], a: Point, b: Point) -> float | Non
     """
     near = well_spaced(known, a.arclength, b.arclength, NEAR)
     where = np.array([point.arclength for point in near])
-    tests = np.array([list(point.tests.values()) for point in near])
+    tests = np.array([watch.values(point) for point in near])
     grid = np.linspace(a.arclength, b.arclength, 18)[1:-1]
     curves = polynomial(where, tests, grid)
     errors = np.abs(curves - polynomial(where[:-1], tests[:-1], grid))
-    surprises = [_surprise(near, end) for end in (a, b)]
-    ends = zip(a.tests.values(), b.tests.values(), *surprises, strict=True)
+    values = np.array([watch.values(a), watch.values(b)])
+    surprises = [_surprise(near, tests, *end) for end in zip((a, b), values, strict=True)]
+    ends = zip(*values, *surprises, strict=True)
     for curve, error, (f_a, f_b, e_a, e_b) in zip(curves.T, errors.T, ends, strict=True):
         # A function that is not defined everywhere, or is zero everywhere.
         if not np.isfinite(curve).all() or f_a == f_b == 0:
             continue
-        inner = np.sign(f_a) * curve
+        inner = (np.sign(f_a) or -np.sign(f_b)) * curve
         if f_a * f_b > 0:
             doubtful = inner - np.maximum(error, TOUCH * min(abs(f_a), abs(f_b)))
             lowest = int(doubtful.argmin())
@@ -178,10 +190,9 @@ def _suspicious_place(known: Sequence[Point], a: Point, b: Point) -> float | Non
     return None
 
 
-def _surprise(near: Sequence[Point], end: Point) -> Array:
+def _surprise(near: Sequence[P], tests: Array, end: P, found: Array) -> Array:
     """By how much test functions at a point differ from what its neighbours let expect."""
-    others = [point for point in near if point is not end]
-    where = np.array([point.arclength for point in others])
-    tests = np.array([list(point.tests.values()) for point in others])
-    expected = polynomial(where, tests, np.array([end.arclength]))[0]
-    return np.abs(np.array(list(end.tests.values())) - expected)
+    others = np.array([point is not end for point in near])
+    where = np.array([point.arclength for point in near])
+    expected = polynomial(where[others], tests[others], np.array([end.arclength]))[0]
+    return np.abs(found - expected)

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.continuation.contraction import contraction_drift
-from slipfold.continuation.curve import Curve, P
+from slipfold.continuation.curve import Curve
 from slipfold.continuation.interpolation import POINTS, arc_between, hermite, polynomial
 from slipfold.continuation.newton import Correction, correct
+from slipfold.continuation.point import P
 from slipfold.continuation.settings import Stepping
 from slipfold.errors import BREAKDOWNS, breakdown
 
@@ -23,7 +24,7 @@ Bound = tuple[int, float, float]
 """A component of the unknown, with the least and the largest value it may take."""
 
 ERROR = 3e-3
-"""Distance between predicted and corrected orbit that the steps aim at, in scaled variables."""
+"""Distance between predicted and corrected point that the steps aim at, in scaled variables."""
 
 DRIFT = 0.15
 """Error of the extrapolated test functions that the steps aim at, relative to their size.
@@ -42,7 +43,7 @@ GUESSES = 12
 
 SLACK = 1e-9
 """A guess that is less beyond a bound may be so by rounding: where the curve begins on a bound and
-runs along it, as a pitchfork's does, its orbit decides."""
+runs along it, as a pitchfork's does, its point decides."""
 
 REJECT = 4.0
 """A step whose measures exceed their aims by this factor is taken again, shorter."""
@@ -143,7 +144,7 @@ def _next_point(
 ) -> tuple[P | Failure, float]:
     """Take one step, shortening it until it fits; return the step to try next as well."""
     smallest, largest = settings.steps.smallest, settings.steps.largest
-    reason, growth = "the branch turns too sharply", 2.5
+    reason, growth = "the curve turns too sharply", 2.5
     while step >= smallest:
         try:
             correction, point = _try(curve, recent, step, bounds, settings)
@@ -155,7 +156,7 @@ def _next_point(
             if measures.fits or step <= 4 * smallest:
                 return point, min(step * min(measures.factor(), growth), largest)
             step *= min(measures.factor(), 0.7)
-            reason = "the branch turns too sharply"
+            reason = "the curve turns too sharply"
         else:
             reason = correction.failure
             poor = ERROR < correction.moved < np.inf

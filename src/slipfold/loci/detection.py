@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.detection import ON_CIRCLE, is_torus
-from slipfold.continuation.search import Found, locate_test, search_between
+from slipfold.continuation.contraction import contracts_between
+from slipfold.continuation.end import End
+from slipfold.continuation.monitor import Zeros
+from slipfold.continuation.search import Found, locate_test
+from slipfold.continuation.trail import Sight, Stop, Stretch
 from slipfold.loci.locus_problem import LocusProblem, critical_places
 from slipfold.orbits.orbit_point import OrbitPoint
 
-__all__ = ["find_special_points"]
+__all__ = ["SpecialPoints"]
 
 STANDING = 1e-6
 """A tangent whose components along both parameters are below this belongs to a cusp."""
@@ -25,34 +31,41 @@ SAME = 1e-7
 """Arclength within which two extrema found are one cusp."""
 
 
-def find_special_points(
-    problem: LocusProblem, known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint
-) -> list[Found]:
-    """Find what is special between two points of a locus.
+class SpecialPoints(Zeros[OrbitPoint]):
+    """Records what is special along a locus, and ends one of tori at a strong resonance.
 
-    Parameters
-    ----------
-    problem
-        The equations of the locus.
-    known
-        Points of the locus in order, with `a` and `b`; grows.
-    a, b
-        Neighbouring points.
-
-    Returns
-    -------
-    list of Found
-        In order of arclength: types ``CPC GPD CH R1 R2 R3 R4 LPPD LPNS PDNS NSNS`` and, for
-        extrema, ``first`` and ``second`` for the parameter that stands still.
+    Types are ``CPC GPD CH R1 R2 R3 R4 LPPD LPNS PDNS NSNS`` and, for extrema, ``first`` and
+    ``second`` for the parameter that stands still.
     """
-    return search_between(problem, _SpecialPoints(problem), known, a, b)
-
-
-class _SpecialPoints:
-    """What is looked for along a locus."""
 
     def __init__(self, problem: LocusProblem) -> None:
         self._problem = problem
+
+    def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:
+        """Return what is special between two points; the first step from another locus is not."""
+        return Sight() if stretch.leaves else super().watch(stretch)
+
+    def excludes(self, a: OrbitPoint, b: OrbitPoint) -> bool:
+        """Whether nothing can be found between two points."""
+        return contracts_between(a, b)
+
+    def seen(
+        self, found: Sequence[Found[OrbitPoint]], stretch: Stretch[OrbitPoint]
+    ) -> Sight[OrbitPoint]:
+        """Record the points; a pair is real beyond R1 and R2, so that there a torus locus ends."""
+        problem = self._problem
+        resonances = [item for item in found if item.type in ("R1", "R2")]
+        if problem.kind != "NS" or not resonances:
+            return Sight(found)
+        first = resonances[0]
+        reason = f"the locus ends at a strong resonance, {first.type}"
+        if problem.orbits == "equilibrium":
+            reason = (
+                "the locus ends at a Bogdanov-Takens point, BT: the equilibria beyond are neutral "
+                "saddles, which are no bifurcation"
+            )
+        end = End("codimension-2", reason, problem.place(first.point.z))
+        return Sight(found, Stop(first.point, end))
 
     def located(self, known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint) -> list[Found]:
         """Return the special points where a test function changes sign between two points."""
@@ -86,12 +99,6 @@ class _SpecialPoints:
         single = sum(item.type in _SINGLE[self._problem.kind] for item in found)
         pairs = sum(item.type in _PAIR[self._problem.kind] for item in found)
         return change <= single + 2 * pairs and (change - single) % 2 == 0
-
-    def hidden(
-        self, found: list[Found], known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint
-    ) -> list[Found]:
-        """Return nothing: where pairs cross at once is of codimension three."""
-        return []
 
     def _outside(self, point: OrbitPoint) -> int:
         """Number of multipliers outside the unit circle besides the critical ones."""

@@ -10,17 +10,19 @@ from numpy.typing import NDArray
 
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
+from slipfold.continuation.end import End
 from slipfold.continuation.search import Found
+from slipfold.continuation.trail import Trail
 from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.loci.cycle_locus import CycleLocus
 from slipfold.loci.describe import coefficient_at, describe_point
 from slipfold.loci.known_loci import begins_or_ends_at, lies_on
-from slipfold.loci.locus import Locus, LocusEnd, LocusPoint, locus_title
+from slipfold.loci.locus import Locus, LocusPoint, locus_title
 from slipfold.loci.locus_problem import LocusProblem
 from slipfold.loci.point_problem import locus_class, locus_unknown
 from slipfold.loci.progress import LocusObserver, LocusProgress
 from slipfold.loci.start import Start, parent_starts, regular_start, starts_at
-from slipfold.loci.trace import LocusTrace, trace_locus
+from slipfold.loci.trace import trace_locus
 from slipfold.loci.window import Window, check_window
 from slipfold.models.model import Model
 from slipfold.orbits.orbit_point import OrbitPoint
@@ -131,7 +133,7 @@ class _Family:
     """A locus: what was traced in one direction, or in both."""
 
     problem: LocusProblem
-    traces: list[LocusTrace]
+    traces: list[Trail[OrbitPoint]]
     parent: int | None
 
     def is_like(self, problem: LocusProblem) -> bool:
@@ -175,13 +177,13 @@ class _Work:
                 continue
             # Cycles born at a Hopf point of a locus have units of their own.
             unknown = family.problem.join(problem.nodes(z), problem.free_values(z))
-            if any(meets(trace.problem, trace.points, unknown) for trace in family.traces):
+            if any(meets(trace.curve, trace.points, unknown) for trace in family.traces):
                 return number
         return None
 
     def follow(self, starts: list[Start], parent: int | None) -> None:
         """Follow a locus to both ends, then those that start on it."""
-        traces: list[LocusTrace] = []
+        traces: list[Trail[OrbitPoint]] = []
         problem = starts[0].problem
         family = _Family(problem, traces, parent)
         self.families.append(family)
@@ -210,13 +212,13 @@ class _Work:
         for side, trace in enumerate(family.traces):
             for place, found in enumerate(trace.found):
                 links = self.links.setdefault((number, side, place), [])
-                for group in _groups(trace.problem, found, self.settings):
+                for group in _groups(trace.curve, found, self.settings):
                     if self.interrupted:
                         return
                     if self._is_wanted(group[0].problem):
                         links.append(self._follow_once(group, number))
-            if trace.at_parent and not self.interrupted:
-                group = parent_starts(trace.problem, trace.points[-1], self.settings)
+            if trace.reached and not self.interrupted:
+                group = parent_starts(trace.curve, trace.points[-1], self.settings)
                 if group and self._is_wanted(group[0].problem):
                     self._follow_once(group, number)
 
@@ -238,17 +240,15 @@ class _Work:
     def _place_end(self, family: _Family, start: Start) -> None:
         """Give a locus that ends on its parent the exact values of where it does."""
         for trace in family.traces:
-            if trace.at_parent and begins_or_ends_at(
-                trace.problem, trace.points[-1:], start.point.z
-            ):
-                first, second = map(float, start.problem.values(start.point.z))
+            if trace.reached and begins_or_ends_at(trace.curve, trace.points[-1:], start.point.z):
                 assert trace.end is not None
-                trace.end = replace(trace.end, values=(first, second))
+                place = start.problem.place(start.point.z)
+                trace.end = End(trace.end.kind, trace.end.reason, place)
 
-    def _tell(self, trace: LocusTrace) -> None:
+    def _tell(self, trace: Trail[OrbitPoint]) -> None:
         if self.observer is None:
             return
-        problem = trace.problem
+        problem = trace.curve
         names = "".join(f", {problem.named(found.type)}" for found in trace.found)
         first, second = map(float, problem.values(trace.points[-1].z))
         points = len(trace.points)
@@ -271,7 +271,7 @@ class _Work:
         return tuple(result)
 
 
-def _crossed(trace: LocusTrace, kind: str) -> list[Found]:
+def _crossed(trace: Trail[OrbitPoint], kind: str) -> list[Found]:
     """Return the point of codimension two that a locus was started from, as found on it."""
     if kind not in trace.points[0].tests or len(trace.points) < 2:
         return []
@@ -303,14 +303,14 @@ def _grouped(starts: Iterator[Start]) -> Iterator[list[Start]]:
 def _as_locus(family: _Family, number: int, leads: dict[tuple[int, int], tuple[int, ...]]) -> Locus:
     """Join both directions: the second one backwards, then the first."""
     forward = family.traces[0]
-    problem = forward.problem
+    problem = forward.curve
     points, found = list(forward.points), _described(forward, 0, leads, 1.0)
     assert forward.end is not None
     begun, stopped = _first_end(forward), forward.end
     if len(family.traces) > 1:
         backward = family.traces[1]
         assert backward.end is not None
-        points = [_mirrored(point) for point in backward.points[:0:-1]] + points
+        points = [problem.turned(point) for point in backward.points[:0:-1]] + points
         found = _described(backward, 1, leads, -1.0)[::-1] + found
         begun = backward.end
     arclength = np.array([point.arclength for point in points])
@@ -349,25 +349,21 @@ def _own(model: Model) -> dict[str, float]:
     return {name: model.values[name] for name in OWN if not model.forced}
 
 
-def _first_end(trace: LocusTrace) -> LocusEnd:
+def _first_end(trace: Trail[OrbitPoint]) -> End:
     """Say why a locus that was followed in one direction only begins where it does."""
     assert trace.end is not None
     if trace.end.kind in ("closed", "interrupted"):
         return trace.end
-    first, second = map(float, trace.problem.values(trace.points[0].z))
-    return LocusEnd("codimension-2", "born at a point of codimension two", (first, second))
-
-
-def _mirrored(point: OrbitPoint) -> OrbitPoint:
-    return replace(point, arclength=-point.arclength, tangent=-point.tangent)
+    place = trace.curve.place(trace.points[0].z)
+    return End("codimension-2", "born at a point of codimension two", place)
 
 
 def _described(
-    trace: LocusTrace, side: int, leads: dict[tuple[int, int], tuple[int, ...]], sign: float
+    trace: Trail[OrbitPoint], side: int, leads: dict[tuple[int, int], tuple[int, ...]], sign: float
 ) -> list[LocusPoint]:
     result = []
     for place, found in enumerate(trace.found):
-        described = describe_point(trace.problem, found)
+        described = describe_point(trace.curve, found)
         started = leads.get((side, place), ())
         result.append(replace(described, arclength=sign * described.arclength, leads_to=started))
     return result

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.continuation.end import End
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
 from slipfold.orbits.critical_equilibrium import eigenvalues_of
@@ -56,29 +57,8 @@ IMAGINARY = 1e-8
 """Real part of a pair on the imaginary axis, over the largest eigenvalue, that is rounding."""
 
 
-@dataclass(frozen=True)
-class LocusEnd:
-    """Why a locus begins or ends where it does.
-
-    Parameters
-    ----------
-    kind
-        One word for programs: ``"window"``, ``"limit"``, ``"closed"``, ``"codimension-2"``,
-        ``"failed"``, ``"unresolved"``, ``"points"``, ``"interrupted"``.
-    reason
-        A sentence that says what happened.
-    values
-        Values of the two parameters there.
-    """
-
-    kind: str
-    reason: str
-    values: tuple[float, float]
-
-    @property
-    def early(self) -> bool:
-        """Whether the locus was given up, rather than having come to an end of its own."""
-        return self.kind in ("failed", "points")
+LocusEnd = End
+"""Why a locus begins or ends where it does: its `values` are those of both parameters."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -238,8 +218,8 @@ class Locus(OneLine):
     residual: Array
     arclength: Array
     special: tuple[LocusPoint, ...]
-    begun: LocusEnd
-    stopped: LocusEnd
+    begun: End
+    stopped: End
     kind: str = "periodic"
     durations: Array | None = None
 

@@ -33,6 +33,8 @@ class LocusProblem(CriticalProblem):
     `slipfold.loci.equilibrium_locus` are those of an autonomous one.
     """
 
+    odd = ("first", "second")
+
     orbits = "periodic"
     """What the locus consists of, ``"periodic"`` orbits or ``"equilibrium"``."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 from slipfold.branches.closing import asymmetry
 from slipfold.branches.field_map import FieldMap
 from slipfold.branches.settings import Settings
-from slipfold.branches.trace import BIRTH
+from slipfold.continuation.follow import BIRTH
 from slipfold.continuation.newton import correct
 from slipfold.continuation.search import Found
 from slipfold.continuation.walk import Failure, walk
@@ -74,11 +73,8 @@ class Start:
 
     def reversed(self) -> Start:
         """Return the same place with the opposite direction."""
-        tests = {**self.point.tests}
-        for name in ("first", "second"):
-            tests[name] = -tests[name]
-        point = replace(self.point, tangent=-self.point.tangent, tests=tests)
-        return Start(self.problem, point, self.born, self.doubled, self.crosses)
+        turned = self.problem.turned(self.point)
+        return Start(self.problem, turned, self.born, self.doubled, self.crosses)
 
 
 def regular_start(problem: LocusProblem, z: Array, settings: Settings) -> Start:

@@ -46,6 +46,8 @@ class PeriodicProblem(Shooting):
 
     kind = "periodic"
 
+    odd = ("LP",)
+
     def __init__(
         self,
         model: Model,

@@ -46,6 +46,8 @@ class CriticalProblem(Shooting):
         Phase of the first node, in segments.
     """
 
+    varied = 2
+
     def __init__(
         self,
         model: Model,
@@ -115,16 +117,6 @@ class CriticalProblem(Shooting):
             (place, low / width, high / width)
             for place, (low, high), width in zip((-2, -1), window, self.widths, strict=True)
         ]
-
-    def begun_near(self, z: Array, reference: Array) -> Array:
-        """Return an orbit as it is compared with another one: forced orbits know their phase.
-
-        Parameters
-        ----------
-        z, reference
-            Unknowns.
-        """
-        return z
 
     # -- residual and derivatives --------------------------------------------------------------
 

@@ -103,16 +103,12 @@ class CycleProblem(PeriodicProblem):
         return self.pack_cycle(other.nodes(z), duration, other.value(z))
 
     def in_phase(self, z: Array, like: Array) -> Array:
-        """Return the same cycle begun where it lies nearest to another.
-
-        Parameters
-        ----------
-        z
-            The cycle.
-        like
-            The other one.
-        """
+        """Return the same cycle begun where it lies nearest to another."""
         return begun_nearest(self, z, like)
+
+    def begun_near(self, z: Array, reference: Array) -> Array:
+        """Return the same cycle begun where it lies nearest to another."""
+        return begun_nearest(self, z, reference)
 
     def all_multipliers(self, multipliers: NDArray[np.complex128]) -> NDArray[np.complex128]:
         """Return the multipliers with that of the flow's own direction, shape (n,).

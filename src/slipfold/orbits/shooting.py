@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Sequence
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.continuation.curve import Curve
 from slipfold.continuation.newton import Correction
 from slipfold.flow import Flow, flow_of
 from slipfold.flow.flow import Constants
@@ -26,7 +27,7 @@ SEGMENTS = 8
 """Segments an orbit is split into: one SIMD batch, and growth of 500 a period becomes 2.2 each."""
 
 
-class Shooting(ABC):
+class Shooting(Curve[OrbitPoint]):
     r"""A curve of orbits of period k, given by their states at m phases.
 
     A subclass says which equations the orbits meet and what is watched along the curve. An unknown
@@ -49,6 +50,9 @@ class Shooting(ABC):
     offset
         Phase of the first node, in segments.
     """
+
+    varied = 1
+    """How many parameters vary: the last ones of those that are free."""
 
     def __init__(
         self,
@@ -84,10 +88,6 @@ class Shooting(ABC):
     @abstractmethod
     def begun_later(self) -> Self:
         """Return the same problem with its nodes half a segment later."""
-
-    @abstractmethod
-    def defect(self, z: Array) -> Array:
-        """Return what Newton's method brings to zero, one number less than there are unknowns."""
 
     @abstractmethod
     def linearise(self, z: Array) -> Linearisation:
@@ -141,21 +141,9 @@ class Shooting(ABC):
         """
         return np.inf
 
-    def aligned(self, guess: Array, known: Array) -> Array:
-        """Return a guess whose phase is that of an orbit nearby.
-
-        Where time does not appear in the equations, an orbit may be begun anywhere on it, and
-        nothing keeps the phase of one orbit to that of the next but this. Elsewhere the guess is
-        returned as it is.
-
-        Parameters
-        ----------
-        guess
-            An unknown.
-        known
-            The unknown of the orbit.
-        """
-        return guess
+    def begun_near(self, z: Array, reference: Array) -> Array:
+        """Return an orbit as it is compared with another one: forced orbits know their phase."""
+        return z
 
     # -- what z means --------------------------------------------------------------------------
 
@@ -180,6 +168,10 @@ class Shooting(ABC):
             The unknown.
         """
         return z[self.size :] * self.units
+
+    def place(self, z: Array) -> tuple[float, ...]:
+        """Return the values of the parameters that vary."""
+        return tuple(self.free_values(z)[-self.varied :].tolist())
 
     def vector(self, z: Array) -> Array:
         """Return the model's parameter vector.

@@ -134,7 +134,7 @@ def _loci(loci: Sequence[Locus]) -> str:
     return table(["", "locus", "points", "from", "because", "to", "because"], rows)
 
 
-def _end(locus: Locus, values: tuple[float, float]) -> str:
+def _end(locus: Locus, values: tuple[float, ...]) -> str:
     return ", ".join(
         f"{parameter.name} = {quantity_text(parameter, value, 6)}"
         for parameter, value in zip(_parameters_of(locus), values, strict=True)

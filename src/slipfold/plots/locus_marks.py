@@ -33,7 +33,7 @@ class LocusMark:
 
     type: str
     name: str
-    values: tuple[float, float]
+    values: tuple[float, ...]
 
 
 def locus_marks(

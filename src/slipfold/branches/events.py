@@ -1,0 +1,96 @@
+"""The user's events along a branch."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.branches.event import Event
+from slipfold.continuation.end import End
+from slipfold.continuation.locate import locate
+from slipfold.continuation.monitor import Zeros
+from slipfold.continuation.search import Found
+from slipfold.continuation.trail import Sight, Stop, Stretch
+from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.orbits.extrema import find_extrema
+from slipfold.orbits.orbit_point import OrbitPoint
+
+__all__ = ["Events", "Happened"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Happened(Found[OrbitPoint]):
+    """A user's event that was located."""
+
+    event: Event | None = None
+
+
+class Events(Zeros[OrbitPoint]):
+    """Records where outputs or the parameter take the values asked for, or ends the branch."""
+
+    def __init__(self, problem: PeriodicProblem, events: Sequence[Event]) -> None:
+        self._problem = problem
+        self._events = events
+        self._known: WeakKeyDictionary[OrbitPoint, Array] = WeakKeyDictionary()
+
+    def values(self, point: OrbitPoint) -> Array:
+        """Return by how much what each event measures exceeds the value asked for."""
+        if point not in self._known:
+            self._known[point] = self._measured(point.z)
+        return self._known[point]
+
+    def _measured(self, z: Array) -> Array:
+        problem, names = self._problem, []
+        for event in self._events:
+            if event.measure != "parameter" and event.name not in names:
+                names.append(event.name)
+        measured = {"parameter": problem.value(z)}
+        if names:
+            vector, nodes = problem.vector(z)[None], problem.nodes(z)[None]
+            extrema = find_extrema(problem.model, vector, nodes, problem.period, tuple(names))
+        found = []
+        for event in self._events:
+            if event.measure != "parameter":
+                low, high = (float(item[0]) for item in extrema.of(event.name))
+                measured |= {"max": high, "min": low, "peak_to_peak": high - low}
+            found.append(measured[event.measure] - event.value)
+        return np.array(found)
+
+    def located(
+        self, known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint
+    ) -> list[Found[OrbitPoint]]:
+        """Return the events between two points, or at the second of them."""
+        found: list[Found[OrbitPoint]] = []
+        for index, event in enumerate(self._events):
+            before, after = self.values(a)[index], self.values(b)[index]
+
+            def function(point: OrbitPoint, index: int = index) -> float:
+                return float(self.values(point)[index])
+
+            if before * after < 0:
+                at = locate(self._problem, known, a, b, function)
+            elif after == 0 != before:
+                at = b
+            else:
+                continue
+            slope = float(after - before) / (b.arclength - a.arclength)
+            found.append(Happened("EVENT", at, slope, event=event))
+        return found
+
+    def seen(
+        self, found: Sequence[Found[OrbitPoint]], stretch: Stretch[OrbitPoint]
+    ) -> Sight[OrbitPoint]:
+        """Record the events; the first that is to stop the branch does."""
+        for item in found:
+            event = item.event if isinstance(item, Happened) else None
+            if event is not None and event.stop:
+                reason = f"stopped as asked: {event.measure} of {event.name} is {event.value:g}"
+                end = End("event", reason, self._problem.place(item.point.z))
+                return Sight(found, Stop(item.point, end))
+        return Sight(found)

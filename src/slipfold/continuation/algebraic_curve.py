@@ -1,0 +1,101 @@
+"""Curves of the solutions of any smooth equations with a full Jacobian."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.continuation.curve import Curve
+from slipfold.continuation.newton import Correction, correct
+from slipfold.continuation.point import Point
+
+__all__ = ["AlgebraicCurve"]
+
+Array = NDArray[np.float64]
+
+
+class AlgebraicCurve(Curve[Point]):
+    """Equations given with their whole Jacobian."""
+
+    @abstractmethod
+    def jacobian(self, z: Array) -> Array:
+        """Return the derivatives of the defect, shape (n - 1, n)."""
+
+    def tests(self, z: Array, tangent: Array) -> dict[str, float]:
+        """Return the functions that change sign at special points, by name."""
+        return {}
+
+    def linearise(self, z: Array) -> _Dense:
+        """Return the defect with its derivatives."""
+        return _Dense(self.defect(z), self.jacobian(z))
+
+    def point(self, correction: Correction, arclength: float) -> Point:
+        """Return a converged correction as a point, with its test functions."""
+        z, bordered = correction.z, correction.bordered
+        tangent = bordered.tangent()
+        tests = self.tests(z, tangent)
+        return Point(
+            z,
+            tangent,
+            arclength,
+            tests,
+            bordered.sign,
+            correction.residual,
+            volume=bordered.volume,
+        )
+
+    def begin(self, guess: Array, row: Array) -> Point:
+        """Return the point nearest a guess in a hyperplane; the curve goes on along its normal."""
+        correction = correct(self, np.asarray(guess, dtype=float), np.asarray(row, dtype=float))
+        if not correction.converged:
+            raise ArithmeticError(correction.failure)
+        return self.point(correction, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class _Dense:
+    """Defect and Jacobian."""
+
+    defect: Array
+    jacobian: Array
+
+    @property
+    def is_finite(self) -> bool:
+        return bool(np.isfinite(self.defect).all() and np.isfinite(self.jacobian).all())
+
+    def bordered(self, row: Array) -> _Bordered:
+        return _Bordered(np.vstack([self.jacobian, row]))
+
+
+@dataclass(frozen=True, eq=False)
+class _Bordered:
+    """A Jacobian with one more row."""
+
+    matrix: Array
+
+    @cached_property
+    def _inverse(self) -> Array:
+        try:
+            return np.asarray(np.linalg.inv(self.matrix), dtype=float)
+        except np.linalg.LinAlgError:
+            return np.full_like(self.matrix, np.nan)
+
+    def solve(self, right: Array) -> Array:
+        return np.asarray(self._inverse @ right)
+
+    def tangent(self) -> Array:
+        kernel = self._inverse[:, -1]
+        return np.asarray(kernel / np.linalg.norm(kernel))
+
+    @property
+    def sign(self) -> int:
+        return int(np.linalg.slogdet(self.matrix)[0])
+
+    @property
+    def volume(self) -> float:
+        kernel = np.linalg.norm(self._inverse[:, -1])
+        return float(np.linalg.slogdet(self.matrix)[1] + np.log(kernel))

@@ -1,0 +1,43 @@
+"""Why a curve begins or ends where it does."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+__all__ = ["End"]
+
+
+@dataclass(frozen=True, init=False)
+class End:
+    """Why a branch or a locus begins or ends where it does.
+
+    Parameters
+    ----------
+    kind
+        One word for programs: ``"span"``, ``"window"``, ``"limit"``, ``"closed"``, ``"event"``,
+        ``"failed"``, ``"unresolved"``, ``"points"``, ``"interrupted"``, ``"born"``,
+        ``"codimension-2"``, ``"homoclinic"``, ``"duration"``, ``"family"``.
+    reason
+        A sentence that says what happened and what can be done.
+    values
+        Value of the parameter there, or of both along a locus; a single number is taken as well.
+    """
+
+    kind: str
+    reason: str
+    values: tuple[float, ...]
+
+    def __init__(self, kind: str, reason: str, values: float | tuple[float, ...]) -> None:
+        for name, value in (("kind", kind), ("reason", reason)):
+            object.__setattr__(self, name, value)
+        object.__setattr__(self, "values", values if isinstance(values, tuple) else (values,))
+
+    @property
+    def value(self) -> float:
+        """Value of the parameter, the first of two."""
+        return self.values[0]
+
+    @property
+    def early(self) -> bool:
+        """Whether the curve was given up, rather than having come to an end of its own."""
+        return self.kind in ("failed", "points")

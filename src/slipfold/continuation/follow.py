@@ -1,0 +1,194 @@
+"""One curve from its first point to its end, with everything found on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Generic
+
+from slipfold.continuation.curve import Curve
+from slipfold.continuation.end import End
+from slipfold.continuation.locate import lost_reason
+from slipfold.continuation.monitor import Monitor
+from slipfold.continuation.point import P
+from slipfold.continuation.search import Found
+from slipfold.continuation.settings import Stepping
+from slipfold.continuation.trail import Stop, Stretch, Trail
+from slipfold.continuation.walk import Bound, Failure, walk
+from slipfold.errors import BREAKDOWNS
+
+__all__ = ["BIRTH", "EDGE", "FIRST", "Endings", "follow"]
+
+FIRST = 0.02
+"""First step from a regular point, in scaled variables."""
+
+BIRTH = 3e-3
+"""First step away from where another curve passes: this one is singular there."""
+
+MEMORY = 6
+"""Points behind the current one that serve interpolation."""
+
+RETREAT = 0.3
+"""Share of a step that is taken instead where the curve between its ends was not found."""
+
+EDGE = 1e-9
+"""Distance from a bound that counts as none."""
+
+
+class Endings(Generic[P]):
+    """How the ends that come from following itself are put into words."""
+
+    def left(self, trail: Trail[P]) -> End:
+        """Return the end of a curve that reached a bound."""
+        return self._end(trail, "window", "reached the end of the window")
+
+    def failed(self, trail: Trail[P], failure: Failure) -> End:
+        """Return the end of a curve that could not be followed; its trail may be amended."""
+        return self._end(trail, failure.kind, failure.reason)
+
+    def interrupted(self, trail: Trail[P]) -> End:
+        """Return the end of a curve that whoever watches stopped."""
+        return self._end(trail, "interrupted", "interrupted; what was found before is kept")
+
+    def _end(self, trail: Trail[P], kind: str, reason: str) -> End:
+        return End(kind, reason, trail.curve.place(trail.points[-1].z))
+
+
+def follow(
+    curve: Curve[P],
+    start: P,
+    bounds: Sequence[Bound],
+    monitors: Sequence[Monitor[P]] = (),
+    *,
+    settings: Stepping | None = None,
+    departs: bool = False,
+    first_step: float | None = None,
+    cap: Callable[[P], float] | None = None,
+    endings: Endings[P] | None = None,
+    watch: Callable[[Trail[P]], None] = lambda trail: None,
+) -> Trail[P]:
+    """Follow a curve to its end.
+
+    Parameters
+    ----------
+    curve
+        The equations.
+    start
+        First point; its tangent gives the direction.
+    bounds
+        The curve ends where a component of the unknown leaves its bounds.
+    monitors
+        What is looked for, in the order in which it is.
+    settings
+        Steps and Newton's method.
+    departs
+        Whether the curve begins where another one passes.
+    first_step
+        First step in arclength.
+    cap
+        Longest step that may be taken from a point.
+    endings
+        How its ends are put into words.
+    watch
+        Called after every point; may raise `KeyboardInterrupt` to stop with what is done.
+
+    Returns
+    -------
+    Trail
+        With `end` set.
+    """
+    settings, endings = settings or Stepping(), endings or Endings()
+    trail = Trail(curve, [start], departs)
+    step: float | None = first_step or (BIRTH if departs else FIRST)
+    if _leaves_at_once(trail, step or 0.0, bounds, settings):
+        trail.end, step = endings.left(trail), None
+    try:
+        while step is not None:
+            steps = walk(curve, trail.points, step, bounds, settings, cap)
+            step = _advance(trail, steps, monitors, settings.steps.smallest, endings, watch)
+    except KeyboardInterrupt:
+        trail.end = endings.interrupted(trail)
+    return trail
+
+
+def _advance(
+    trail: Trail[P],
+    steps: Iterator[P | Failure],
+    monitors: Sequence[Monitor[P]],
+    smallest: float,
+    endings: Endings[P],
+    watch: Callable[[Trail[P]], None],
+) -> float | None:
+    """Follow a curve until it ends; return None then.
+
+    Where a point between two others cannot be found, the curve is not known well enough there: the
+    last step is undone, and a shorter one to take instead is returned.
+    """
+    for item in steps:
+        if isinstance(item, Failure):
+            trail.end = endings.failed(trail, item)
+            return None
+        before = trail.points[-1]
+        try:
+            _extend(trail, item, monitors)
+        except BREAKDOWNS as error:
+            step = RETREAT * (item.arclength - before.arclength)
+            if step >= smallest:
+                return step
+            trail.end = endings.failed(trail, Failure("failed", lost_reason(error)))
+            return None
+        watch(trail)
+        if trail.end is not None:
+            return None
+    trail.end = endings.left(trail)
+    return None
+
+
+def _leaves_at_once(
+    trail: Trail[P], step: float, bounds: Sequence[Bound], settings: Stepping
+) -> bool:
+    """Whether a curve that begins on a bound lies beyond it."""
+    start = trail.points[0]
+    on = [(i, low, high) for i, low, high in bounds if _is_on(start.z[i], low, high)]
+    if not on:
+        return False
+    if not trail.departs:
+        return any(
+            start.tangent[i] > EDGE if high - start.z[i] < EDGE else start.tangent[i] < -EDGE
+            for i, low, high in on
+        )
+    # Where it departs, it may run along the bound at first.
+    first = next(iter(walk(trail.curve, [start], step, (), settings)))
+    return isinstance(first, Failure) or any(not low <= first.z[i] <= high for i, low, high in on)
+
+
+def _is_on(value: float, low: float, high: float) -> bool:
+    return min(abs(value - low), abs(high - value)) <= EDGE
+
+
+def _extend(trail: Trail[P], point: P, monitors: Sequence[Monitor[P]]) -> None:
+    """Add a point and all that lies between it and the one before."""
+    stretch = Stretch(trail, point, MEMORY)
+    found: list[Found[P]] = []
+    stop: Stop[P] | None = None
+    for monitor in monitors:
+        if stretch.empty:
+            break
+        sight = monitor.watch(stretch)
+        found += sight.found
+        if sight.stop is not None and (stop is None or _is_earlier(sight.stop, stretch)):
+            stop = sight.stop
+            stretch.cut(stop.point)
+    # Nothing is kept unless all of it was found.
+    last = stretch.point.arclength
+    within = [item for item in found if item.point.arclength <= last]
+    trail.found += sorted(within, key=lambda item: item.point.arclength)
+    if not stretch.empty:
+        trail.points.append(stretch.point)
+    if stop is not None:
+        trail.end = stop.end
+        trail.reached = () if stop.reached is None else (stop.reached,)
+        trail.points += [] if stop.beyond is None else [stop.beyond]
+
+
+def _is_earlier(stop: Stop[P], stretch: Stretch[P]) -> bool:
+    return stop.point.arclength < stretch.point.arclength

@@ -1,0 +1,130 @@
+"""A curve while it is followed, and what its monitors say of each step."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Generic
+
+from slipfold.continuation.end import End
+from slipfold.continuation.point import P
+from slipfold.continuation.search import Found
+
+__all__ = ["Sight", "Stop", "Stretch", "Trail", "joined"]
+
+
+@dataclass(eq=False)
+class Trail(Generic[P]):
+    """What was followed of a curve so far.
+
+    Parameters
+    ----------
+    curve
+        Its equations, a `Curve`.
+    points
+        Accepted points.
+    departs
+        Whether it begins where another curve passes, so that it is singular there.
+    found
+        What was located, in order.
+    end
+        Why it ended; None while it goes on.
+    reached
+        What it ended on, if that is known: none or one, two if it has two ends.
+    """
+
+    curve: Any
+    points: list[P]
+    departs: bool = False
+    found: list[Found[P]] = field(default_factory=list)
+    end: End | None = None
+    reached: tuple[Any, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Stop(Generic[P]):
+    """A reason for a curve to end between two points.
+
+    Parameters
+    ----------
+    point
+        Where.
+    end
+        Why.
+    beyond
+        A last point that cannot be computed along the curve itself.
+    reached
+        What it ended on, if that is known.
+    """
+
+    point: P
+    end: End
+    beyond: P | None = None
+    reached: Any = None
+
+
+@dataclass(frozen=True, eq=False)
+class Sight(Generic[P]):
+    """What a monitor saw between two points: what is recorded, and whether the curve ends."""
+
+    found: Sequence[Found[P]] = ()
+    stop: Stop[P] | None = None
+
+
+class Stretch(Generic[P]):
+    """The way from the last point of a trail to the next, while it is looked at.
+
+    Attributes
+    ----------
+    trail
+        What was followed before.
+    known
+        Points that serve interpolation, in order; grows.
+    before, point
+        Its ends. The second moves back where a monitor ends the curve.
+    """
+
+    def __init__(self, trail: Trail[P], point: P, memory: int) -> None:
+        self.trail = trail
+        self.known = [*trail.points[-memory:], point]
+        self.before = trail.points[-1]
+        self.point = point
+
+    @property
+    def leaves(self) -> bool:
+        """Whether it leaves another curve, so that it is singular at its first end."""
+        return self.trail.departs and len(self.trail.points) == 1
+
+    @property
+    def empty(self) -> bool:
+        """Whether nothing is left of it."""
+        return self.point is self.before
+
+    def cut(self, point: P) -> None:
+        """End it at an earlier point."""
+        self.known[:] = [item for item in self.known if item.arclength < point.arclength]
+        self.known.append(point)
+        self.point = point
+
+
+def joined(backward: Trail[P], forward: Trail[P]) -> Trail[P]:
+    """Join the two directions of a curve from one point of it.
+
+    Parameters
+    ----------
+    backward, forward
+        Trails that begin at the same point with opposite tangents; arclength counts from it.
+
+    Returns
+    -------
+    Trail
+        From the end of the one to the end of the other; it ends as `forward` does.
+    """
+    turned = forward.curve.turned
+    return replace(
+        forward,
+        points=[turned(point) for point in backward.points[:0:-1]] + forward.points,
+        found=[replace(item, point=turned(item.point)) for item in reversed(backward.found)]
+        + forward.found,
+        reached=backward.reached + forward.reached,
+    )
