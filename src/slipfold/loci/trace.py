@@ -20,6 +20,9 @@ from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["trace_locus"]
 
+FIRST = 0.01
+"""First step from a regular point: a locus may be begun where it bends, beside a cusp."""
+
 
 def trace_locus(
     problem: LocusProblem,
@@ -62,6 +65,7 @@ def trace_locus(
         monitors,
         settings=settings,
         departs=born,
+        first_step=None if born else FIRST,
         cap=partial(step_beside_parent, problem) if problem.ends_at_parent else None,
         endings=_LocusEndings(problem, window),
         watch=watch,
