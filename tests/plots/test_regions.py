@@ -9,8 +9,8 @@ from helpers.hand_drawn_loci_plots import WINDOW, drawn_regions, locus_diagram, 
 from slipfold.loci.region_map import Region, RegionMap
 from slipfold.plots.labels import place_labels
 from slipfold.plots.locus_legend import legend_options
+from slipfold.plots.region_colours import PALE
 from slipfold.plots.regions import (
-    PALE,
     PIXELS,
     draw_regions,
     region_labels,

@@ -1,10 +1,12 @@
+import itertools
+
 import matplotlib as mpl
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
 from slipfold.plots.locus_style import LOCUS_COLOURS
-from slipfold.plots.regions import PALE
+from slipfold.plots.region_colours import OTHERS, PALE, region_colour
 from slipfold.plots.style import LINES, figure_style, palette
 from slipfold.results.stretches import KINDS
 
@@ -58,6 +60,26 @@ def test_loci_and_regions_differ_in_lightness_for_everyone(sight):
     assert np.all(np.diff(lines) > 10)
     assert np.all(np.diff(areas) < -3)
     assert lines[-1] < areas[-1] - 10  # every line is seen on every area
+
+
+def combinations(most):
+    return [(1,) * (n - k) + (2,) * k for n in range(most + 1) for k in range(n + 1)]
+
+
+@pytest.mark.parametrize("sight", [None, *BLINDNESS])
+def test_every_line_is_seen_on_every_area(sight):
+    matrix = np.eye(3) if sight is None else np.array(BLINDNESS[sight])
+    darkest = max(lightness(matrix @ linear(colour)) for colour in LOCUS_COLOURS.values())
+    areas = [region_colour(stable) for stable in [*combinations(9), (4,), (1, 4), (1, 1, 8)]]
+    assert min(lightness(matrix @ linear(colour)) for colour in areas) > darkest + 10
+
+
+def test_no_two_kinds_of_regions_share_a_colour():
+    kinds = [*combinations(6), (3,), (4,), (1, 4), (4, 4), (8,)]
+    assert len({region_colour(stable) for stable in kinds}) == len(kinds)
+    shown = [np.array(to_rgb(region_colour(stable))) for stable in combinations(4)]
+    assert min(np.abs(a - b).max() for a, b in itertools.combinations(shown, 2)) > 0.05
+    assert {*PALE.values(), *OTHERS} > {region_colour(stable) for stable in combinations(4)}
 
 
 def test_kinds_differ_without_colour():

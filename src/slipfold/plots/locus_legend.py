@@ -14,7 +14,8 @@ from slipfold.loci.locus import CODIMENSION_TWO, Locus, locus_title
 from slipfold.loci.region_map import RegionMap
 from slipfold.plots.locus_marks import locus_marks
 from slipfold.plots.locus_style import LOCUS_COLOURS, line_style, mark_style
-from slipfold.plots.regions import PALE, UNKNOWN, UNNAMED, shown_regions
+from slipfold.plots.region_colours import UNKNOWN, region_colour
+from slipfold.plots.regions import shown_regions
 from slipfold.results.locus_stretches import CRITICALITIES, locus_stretches
 
 __all__ = ["legend_options"]
@@ -118,7 +119,7 @@ def _shades(diagrams: Sequence[_HasLoci]) -> list[Artist]:
     names = {region.stable: region.name for region in shown if region.known}
     shades: list[Artist] = [
         Patch(
-            facecolor=PALE.get(stable, UNNAMED),
+            facecolor=region_colour(stable),
             edgecolor="0.6",
             linewidth=0.4,
             label=f"stable: {name}" if stable else "stable: neither 1 nor 2",

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from types import MappingProxyType
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,11 +12,9 @@ from scipy import ndimage
 
 from slipfold.loci.region_map import Region, RegionMap
 from slipfold.plots.labels import Label
+from slipfold.plots.region_colours import PALE, UNKNOWN, region_colour
 
 __all__ = [
-    "PALE",
-    "UNKNOWN",
-    "UNNAMED",
     "draw_regions",
     "region_labels",
     "sharpen",
@@ -28,19 +25,6 @@ Array = NDArray[np.float64]
 Labels = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 Window = tuple[tuple[float, float], tuple[float, float]]
-
-PALE: Mapping[tuple[int, ...], str] = MappingProxyType(
-    {(1,): "#f6f7f2", (1, 2): "#e3efdc", (2,): "#c3ded6", (): "#b3b1b0"}
-)
-"""Colour of a region by the periods of its stable responses; each is darker than the one before."""
-
-UNNAMED = "#d8d0e0"
-"""Colour of other combinations of periods."""
-
-UNKNOWN: Mapping[str, str] = MappingProxyType(
-    {"facecolor": "white", "edgecolor": "0.75", "hatch": "...."}
-)
-"""How a region is drawn whose label is contradicted."""
 
 PIXELS = (1000, 800)
 """Size of the picture of the regions: finer than the map, so that its cells are not seen."""
@@ -89,7 +73,7 @@ def draw_regions(ax: Axes, regions: RegionMap, labels: Labels) -> None:
 
 
 def _colour(region: Region) -> str:
-    return PALE.get(region.stable, UNNAMED) if region.known else UNKNOWN["facecolor"]
+    return region_colour(region.stable) if region.known else UNKNOWN["facecolor"]
 
 
 def _hatch_unknown(ax: Axes, regions: RegionMap, labels: Labels) -> None:
