@@ -65,4 +65,4 @@ def simulate(
     if motion.stopped is None:
         return DONE
     note(f"stopped early: {motion.stopped.reason}")
-    return FAILED if motion.stopped.kind == "singular" else DONE
+    return FAILED if motion.stopped.kind in ("singular", "stiff") else DONE

@@ -14,6 +14,7 @@ from slipfold.flow.equations import Equations
 from slipfold.flow.perturbed import perturbed_system
 from slipfold.flow.precision import LANES
 from slipfold.flow.scaled import Scaled
+from slipfold.flow.sharp_turns import VERSION, SharpTurns, sharp_turns
 from slipfold.models.variations import COLUMNS
 
 __all__ = ["JET_ORDER", "CompiledCode"]
@@ -56,15 +57,21 @@ class CompiledCode:
     @cached_property
     def plain(self) -> Any:
         """Batch of the states alone."""
-        return self._kept("plain", lambda: self._batch(self._plain_system(), self._known))
+        return self._kept(
+            "plain", lambda: self._batch(self._plain_system(), self._known, self._places())
+        )
 
     @cached_property
     def single(self) -> Any:
         """The states alone, one trajectory."""
 
         def build() -> Any:
-            zero = [0.0] * self._equations.dimension
-            return hy.taylor_adaptive(self._plain_system(), state=zero, tol=self._tolerance)
+            return hy.taylor_adaptive(
+                self._plain_system(),
+                state=[0.0] * self._equations.dimension,
+                tol=self._tolerance,
+                t_events=self._turns.events(self._places(), batch=False),
+            )
 
         return self._kept("single", build)
 
@@ -89,7 +96,7 @@ class CompiledCode:
         moved, along = self._moved_along(directions)
         arguments = [*self._equations.states, *along]
         variations = hy.var_ode_sys(self._system(moved), arguments, order=1)
-        return self._batch(variations, self._known + directions * (self._count + 1))
+        return self._batch(variations, self._known + directions * (self._count + 1), moved)
 
     def curved(self, directions: int) -> Any:
         """Batch of the states, one derivative of them along a vector, and the derivatives of both.
@@ -113,7 +120,7 @@ class CompiledCode:
         moved, along = self._moved_along(directions)
         system = list(zip(states, hy.subs(rates, moved), strict=True))
         variations = hy.var_ode_sys(system, [*self._equations.states, *along], order=1)
-        return self._batch(variations, self._known + directions * (self._count + 1), size=2)
+        return self._batch(variations, self._known + directions * (self._count + 1), moved, size=2)
 
     def _alone(self) -> tuple[list[Any], list[Any]]:
         """Scaled states and their rates."""
@@ -147,14 +154,15 @@ class CompiledCode:
                 system = perturbed_system(states, rates, changing, columns, first=self._known)
                 system = [(state, hy.subs(rate, self._places())) for state, rate in system]
                 parameters = self._known + columns * len(changing)
-                return self._batch(system, parameters, size=(1 + columns) * (2 if tangent else 1))
+                size = (1 + columns) * (2 if tangent else 1)
+                return self._batch(system, parameters, self._places(), size=size)
 
             kind = f"{columns} perturbations tangent={tangent} changed={changed}"
             self._perturbed[key] = self._kept(kind, build)
         return self._perturbed[key]
 
     def _moved_along(self, directions: int) -> tuple[dict[str, Any], list[Any]]:
-        """Coefficients moved by s_k along their directions, and the s_k."""
+        """As `_places`, with coefficients moved by s_k along their directions; and the s_k."""
         count, first = self._count, self._known
         along = [hy.par[first + directions * count + k] for k in range(directions)]
         moved = self._places()
@@ -185,7 +193,7 @@ class CompiledCode:
             for i, symbol in enumerate(self._equations.states):
                 moved[str(symbol)] = symbol + along * hy.par[first + i]
             variations = hy.var_ode_sys(self._system(moved), [along], order=JET_ORDER)
-            return self._batch(variations, first + n + 1, JET_TOLERANCE)
+            return self._batch(variations, first + n + 1, moved, tolerance=JET_TOLERANCE)
 
         return self._kept("jet", build)
 
@@ -281,7 +289,7 @@ class CompiledCode:
 
     def _kept(self, kind: str, build: Callable[[], Any]) -> Any:
         options = f"lanes={LANES} tolerance={self._tolerance!r} jets={JET_ORDER, JET_TOLERANCE}"
-        key = f"scaled {kind} {options}\n{self._equations.fingerprint()}"
+        key = f"scaled {kind} {options} {VERSION}\n{self._equations.fingerprint()}"
         # heyoka's own disk cache is one for all programs and unchecked: ours takes its place.
         hy.llvm_state.set_diskcache_enabled(False)
         return cached(key, build)
@@ -293,8 +301,18 @@ class CompiledCode:
         rates = hy.subs(list(self._scaled.rates), moved)
         return list(zip(self._equations.states, rates, strict=True))
 
+    @cached_property
+    def _turns(self) -> SharpTurns:
+        return sharp_turns(self._equations).scaled(self._scaled)
+
     def _batch(
-        self, system: Any, parameters: int, tolerance: float | None = None, size: int = 1
+        self,
+        system: Any,
+        parameters: int,
+        places: dict[str, Any],
+        *,
+        tolerance: float | None = None,
+        size: int = 1,
     ) -> Any:
         # Compact mode: compiled in a fifth of the time, and eight lanes hide most of its cost.
         return hy.taylor_adaptive_batch(
@@ -303,6 +321,7 @@ class CompiledCode:
             pars=np.zeros((parameters, LANES)),
             tol=tolerance or self._tolerance,
             compact_mode=True,
+            t_events=self._turns.events(places, batch=True),
         )
 
     def _directions(self, letter: str, symbols: Iterable[Any]) -> list[Any]:

@@ -29,6 +29,10 @@ TINY = 1e-300
 MAX_STEPS = 500
 """Steps a segment may take; it takes about 5, and 80 where it passes a singularity at 1e-5."""
 
+STEEP_STEPS = 50_000
+"""The same where formulas turn sharply: while a contact creeps, the steps are as short as its rise
+is steep."""
+
 
 @dataclass(frozen=True, eq=False)
 class Constants:
@@ -162,7 +166,7 @@ class Flow:
         result = np.empty_like(states)
         for some in _chunks(len(states)):
             batch = self._prepare(self._code.plain, states, start, constants, some)
-            batch.propagate_until(_pad(end[some]), max_steps=MAX_STEPS)
+            _run(batch, end[some])
             result[some] = _finished(batch, batch.state, some.stop - some.start)
         return result * constants.scales
 
@@ -192,7 +196,8 @@ class Flow:
         for some in _chunks(len(states)):
             batch = self._prepare(self._code.plain, states, start, constants, some)
             first, last = _pad(start[some]), _pad(end[some])
-            grid = batch.propagate_grid(first + (last - first) * fractions, max_steps=MAX_STEPS)[1]
+            times = first + (last - first) * fractions
+            grid = batch.propagate_grid(times, max_steps=_most_steps(batch))[1]
             result[some] = np.moveaxis(grid, 2, 0)[: some.stop - some.start]
         return result * constants.scales[..., None, :]
 
@@ -234,7 +239,7 @@ class Flow:
             batch = self._prepare(code, states, start, constants, some)
             self._direct(batch, directions, some)
             batch.state[n:] = identity
-            batch.propagate_until(_pad(end[some]), max_steps=MAX_STEPS)
+            _run(batch, end[some])
             result = _finished(batch, batch.state, some.stop - some.start)
             ends[some] = result[:, :n]
             derivatives[some] = result[:, n:].reshape(-1, n, n + k)
@@ -300,10 +305,10 @@ class Flow:
         state, pars = np.concatenate(starts, axis=1), np.concatenate(values, axis=1)
         result = np.empty_like(state)
         for some in _chunks(len(state)):
-            code.set_time(_pad(start[some]))
+            _set_out(code, start[some])
             code.state[:] = _pad(state[some]).T
             code.pars[:] = _pad(pars[some]).T
-            code.propagate_until(_pad(end[some]), max_steps=MAX_STEPS)
+            _run(code, end[some])
             result[some] = _finished(code, code.state, some.stop - some.start)
         return result
 
@@ -352,7 +357,7 @@ class Flow:
             batch.state[n : 2 * n] = _pad(scaled[some]).T
             batch.state[2 * n :] = 0.0
             batch.state[2 * n : 2 * n + n * (n + k)] = _identity(n, k)
-            batch.propagate_until(_pad(end[some]), max_steps=MAX_STEPS)
+            _run(batch, end[some])
             finished = _finished(batch, batch.state, some.stop - some.start)
             result[some] = finished[:, 2 * n + n * (n + k) :].reshape(-1, n, n + k)
         result *= _units(constants.scales, k)
@@ -456,11 +461,11 @@ class Flow:
         passed = () if beyond is None else beyond / constants.scales
         for number, state in enumerate(passed, 1):
             share = number / (len(passed) + 1)
-            batch.propagate_until(_pad((start + share * (end - start))[some]), max_steps=MAX_STEPS)
+            _run(batch, (start + share * (end - start))[some])
             if any(item[0] != hy.taylor_outcome.time_limit for item in batch.propagate_res):
                 batch.state[:] = np.nan
             batch.state[:n] = state[:, None]
-        batch.propagate_until(_pad(end[some]), max_steps=MAX_STEPS)
+        _run(batch, end[some])
         return batch
 
     def rates(self, states: Array, phases: Array, constants: Constants) -> Array:
@@ -540,9 +545,10 @@ class Flow:
         """
         single = self._code.single
         single.time = grid[0]
+        _forget(single)
         single.state[:] = state / constants.scales
         single.pars[:] = np.concatenate([constants.values, constants.scales])
-        reached = single.propagate_grid(grid, max_steps=MAX_STEPS * len(grid))[-1]
+        reached = single.propagate_grid(grid, max_steps=_most_steps(single) * len(grid))[-1]
         result = np.full((len(grid), self.dimension), np.nan)
         result[: len(reached)] = reached * constants.scales
         return result
@@ -629,7 +635,7 @@ class Flow:
         """Give an integrator the beginnings of some trajectories."""
         values, scales = constants.of(some)
         count, n = len(values), self.dimension
-        batch.set_time(_pad(start[some]))
+        _set_out(batch, start[some])
         batch.state[:n] = _pad(states[some]).T / scales
         batch.pars[:count] = values
         batch.pars[count : count + n] = scales
@@ -694,6 +700,25 @@ def _units(scales: Array, directions: int) -> Array:
     """What derivatives of scaled states are to be multiplied by, shape (..., n, n + k)."""
     from_scaled = np.concatenate([1 / scales, np.ones((*scales.shape[:-1], directions))], axis=-1)
     return np.asarray(scales[..., :, None] * from_scaled[..., None, :])
+
+
+def _set_out(batch: Any, start: Array) -> None:
+    batch.set_time(_pad(start))
+    _forget(batch)
+
+
+def _forget(integrator: Any) -> None:
+    """Forget the events of the last run."""
+    if integrator.with_events:
+        integrator.reset_cooldowns()
+
+
+def _run(batch: Any, end: Array) -> None:
+    batch.propagate_until(_pad(end), max_steps=_most_steps(batch))
+
+
+def _most_steps(integrator: Any) -> int:
+    return STEEP_STEPS if integrator.with_events else MAX_STEPS
 
 
 def _finished(batch: Any, state: Array, count: int) -> Array:

@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from slipfold.flow.cache import cached
 from slipfold.flow.equations import build_equations
-from slipfold.flow.flow import MAX_STEPS, Constants, Flow, flow_of
+from slipfold.flow.flow import MAX_STEPS, STEEP_STEPS, Constants, Flow, flow_of
 from slipfold.flow.precision import TOLERANCE
 from slipfold.flow.scaled import Scaled
+from slipfold.flow.sharp_turns import VERSION, sharp_turns
 from slipfold.models.model import Kind, Model
 
 __all__ = ["GuardedFlow", "Stop", "guarded_flow_of"]
@@ -32,7 +33,7 @@ class Stop:
     Parameters
     ----------
     kind
-        Name of the limit met, e.g. ``"stick"``, or ``"singular"``.
+        Name of the limit met, e.g. ``"stick"``, ``"singular"`` or ``"stiff"``.
     reason
         A sentence that says what happened and what can be done.
     time
@@ -99,11 +100,14 @@ class GuardedFlow:
         integrator.time = 0.0
         integrator.state[:] = state / constants.scales
         integrator.pars[:] = np.concatenate([constants.values, constants.scales])
-        if self.limits:
+        events = 0
+        if integrator.with_events:
             integrator.reset_cooldowns()
+            events = len(integrator.t_events)
+        steps = STEEP_STEPS if events > len(self.limits) else MAX_STEPS
         grid = np.arange(count + 1.0)
         # A stop cuts the grid short, a singularity fills it with what is no number.
-        result = integrator.propagate_grid(grid, max_steps=MAX_STEPS * count)
+        result = integrator.propagate_grid(grid, max_steps=steps * count)
         outcome, states = int(result[0]), result[-1][1:] * constants.scales
         finite = np.isfinite(states).all(axis=1)
         states = states if finite.all() else states[: int(finite.argmin())]
@@ -113,10 +117,17 @@ class GuardedFlow:
         if -len(self.limits) <= outcome < 0:
             met = integrator.state * constants.scales
             return states, self._stop(-1 - outcome, met, integrator.time, constants, time)
+        place = f"{time:.6g} s after the start, in forcing period {done + len(states) + 1}"
+        if outcome == int(hy.taylor_outcome.step_limit):
+            return states, Stop(
+                "stiff",
+                f"the motion needs more than {steps} steps a forcing period {place}; make what is "
+                "steep in the model less steep",
+                time,
+            )
         return states, Stop(
             "singular",
-            f"the motion became singular {time:.6g} s after the start, in forcing period "
-            f"{done + len(states) + 1}; start nearer to rest or lower the forcing",
+            f"the motion became singular {place}; start nearer to rest or lower the forcing",
             time,
         )
 
@@ -139,7 +150,8 @@ class GuardedFlow:
     @cached_property
     def _integrator(self) -> Any:
         bounds = [(limit.output, limit.bound) for limit in self.limits]
-        key = f"guarded scaled tol={TOLERANCE!r} limits={bounds!r}\n{self._equations.fingerprint()}"
+        options = f"tol={TOLERANCE!r} limits={bounds!r} {VERSION}"
+        key = f"guarded scaled {options}\n{self._equations.fingerprint()}"
         hy.llvm_state.set_diskcache_enabled(False)
         return cached(key, self._build)
 
@@ -149,12 +161,14 @@ class GuardedFlow:
         known: dict[str, Any] = {str(symbol): hy.par[i] for i, symbol in enumerate(symbols)}
         known[str(equations.phase)] = hy.time
         rates = hy.subs(list(scaled.rates), known)
-        outputs = dict(equations.outputs)
-        watched = [outputs[limit.output] - limit.bound for limit in self.limits]
+        named = dict(equations.outputs)
+        outputs = [named[limit.output] for limit in self.limits]
+        watched = [output - limit.bound for output, limit in zip(outputs, self.limits, strict=True)]
         events = [
             hy.t_event(item, direction=hy.event_direction.negative)
             for item in hy.subs(scaled.express(watched), known)
         ]
+        events += sharp_turns(equations, outputs).scaled(scaled).events(known, batch=False)
         return hy.taylor_adaptive(
             list(zip(equations.states, rates, strict=True)),
             state=[0.0] * equations.dimension,

@@ -1,0 +1,175 @@
+"""No step leads past the turn of a steep function, however steep it is and wherever it turns."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.special import erf, ive
+
+import slipfold as sf
+from slipfold.flow import flow_of, simulate
+from slipfold.flow.equations import build_equations
+from slipfold.flow.sharp_turns import SharpTurns, sharp_turns
+from slipfold.models import model_named
+from slipfold.models.friction import Coulomb, Regularised
+
+UNIT, UP = np.eye(3)[:1], np.eye(2)
+STEEPNESS = 10.0 ** np.random.default_rng(4).uniform(-6, 0, 8)
+
+
+def turning(formula):
+    """A state that goes round a circle, and a narrow function of it that is summed up."""
+    return sf.System(
+        name="turning",
+        parameters={"w": {"value": 1.0, "min": 0}, "T": {"value": 1.0, "min": 0}},
+        states={"x": "-2*pi*y", "y": "2*pi*x", "z": formula},
+        forcing={"period": "T"},
+    )
+
+
+def bell_sum(r):
+    """Integral of exp(-(r cos)^2) over a turn of size one; of long series the first terms."""
+    return np.where(r > 1e3, (1 + 0.25 / r**2) / (math.sqrt(math.pi) * r), ive(0, r * r / 2))
+
+
+def hill_sum(r):
+    """Integral of 1/(1 + (r cos)^2)."""
+    return 1 / np.sqrt(1 + r * r)
+
+
+def whole_turn(formula):
+    model = turning(formula)
+    flow = flow_of(model)
+    constants = flow.constants(np.array([model.replace(w=w).vector for w in STEEPNESS]))
+    start = np.tile([1.0, 0.0, 0.0], (len(STEEPNESS), 1))
+    return flow, start, np.zeros(len(start)), np.ones(len(start)), constants
+
+
+@pytest.mark.parametrize(
+    ("formula", "exact"), [("exp(-(x/w)^2)", bell_sum), ("1/(1 + (x/w)^2)", hill_sum)]
+)
+def test_narrow_functions_of_a_state_are_summed_exactly(formula, exact):
+    flow, *path = whole_turn(formula)
+    # A hundred steps or less, of which each may be wrong by 1e-13.
+    assert flow.advance(*path)[:, 2] == pytest.approx(exact(1 / STEEPNESS), rel=1e-12, abs=1e-11)
+
+
+def test_their_derivatives_are_exact():
+    formula = "1/(1 + (x/w)^2)"
+    flow, *path = whole_turn(formula)
+    along = path[-1].rates[:, :, :1]
+    r = 1 / STEEPNESS
+    first = -(r**2) / (1 + r**2) ** 1.5
+    second = r**2 * (2 * r**2 - 1) / (1 + r**2) ** 2.5
+    third = r**4 * (9 - 6 * r**2) / (1 + r**2) ** 3.5
+    _, matrices, vectors = flow.linearise(*path, along)
+    assert matrices[:, 2, 0] == pytest.approx(first, rel=1e-11)
+    assert vectors[:, 2, 0] == pytest.approx(-first * r, rel=1e-11)
+    bent, _ = flow.curve(*path, along, np.tile([1.0, 0.0, 0.0], (len(r), 1)))
+    assert bent[:, 2, 0] == pytest.approx(second, rel=1e-10)
+    for w, *slopes in zip(STEEPNESS, first, second, third, strict=True):
+        constants = flow.constants(turning(formula).replace(w=w).vector)
+        jet = flow.jet(path[0][0], 0.0, 1.0, constants, UNIT)
+        # The steps of jets may be wrong by 1e-10.
+        assert jet[0, :, 2] == pytest.approx(slopes, abs=1e-8)
+
+
+def switching(law):
+    return sf.System(
+        name="switching",
+        parameters={"W": 0.8, "F": 2.0, "d": 0.02, "e": {"value": 1e-3, "min": 0}},
+        states={"x": "v", "v": f"F*cos(W*t) - x - d*v - 0.5*({law})"},
+        forcing={"period": "2*pi/W"},
+    )
+
+
+LAWS = {
+    "tanh(v/e)": lambda x, v, t, e: np.tanh(v / e),
+    "erf(v/e)": lambda x, v, t, e: erf(v / e),
+    "2*sigmoid(v/e) - 1": lambda x, v, t, e: np.tanh(v / e / 2),
+    "v/sqrt(v^2 + e^2)": lambda x, v, t, e: v / math.hypot(v, e),
+    "atan2(v, e)": lambda x, v, t, e: math.atan2(v, e),
+    "(x/0.7)^41/(1 + (x/0.7)^40)": lambda x, v, t, e: x / 0.7 - (x / 0.7) / (1 + (x / 0.7) ** 40),
+    "tanh(20*tanh(v/e) - x)": lambda x, v, t, e: math.tanh(20 * math.tanh(v / e) - x),
+    "tanh((v - 0.3*sin(W*t) - 0.1*x)/e)": lambda x, v, t, e: math.tanh(
+        (v - 0.3 * math.sin(0.8 * t) - 0.1 * x) / e
+    ),
+}
+
+
+@pytest.mark.parametrize(("law", "steepness"), [*zip(LAWS, STEEPNESS, strict=True)])
+def test_switching_laws_agree_with_an_implicit_method(law, steepness):
+    model = switching(law).replace(e=steepness)
+
+    def rates(time, state):
+        x, v = state
+        force = LAWS[law](x, v, time, steepness)
+        return [v, 2 * math.cos(0.8 * time) - x - 0.02 * v - 0.5 * force]
+
+    start, end = [0.3, 0.4], 2 * math.pi / 0.8
+    found = solve_ivp(rates, (0, end), start, "Radau", rtol=1e-9, atol=1e-11)
+    # Radau takes some 500 to 1000 steps.
+    assert simulate(model, 1, start).strobe[-1] == pytest.approx(found.y[:, -1], abs=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("e", "x"),
+    [(0.05, 1.84688889), (0.01, 1.85759842), (1e-3, 1.86016491), (1e-5, 1.86045068)],
+)
+def test_motion_under_steep_friction_from_rest(e, x):
+    # Radau at 1e-10.
+    model = switching("tanh(v/e)").replace(F=1.0, d=0.0, e=e)
+    assert simulate(model, 60).strobe[-1, 0] == pytest.approx(x, abs=2e-8)
+
+
+@pytest.mark.parametrize("shape", ["tanh", "atan", "sqrt"])
+def test_regularised_contact_whose_slip_reverses(shape):
+    """A mass that is dragged to and fro: Coulomb's law to within the width of its rise."""
+    law = Regularised(Coulomb(mu_s=0.5, mu_k=0.5), shape, e=1e-6)
+    model = sf.Structure(
+        np.eye(1),
+        0.05 * np.eye(1),
+        np.eye(1),
+        contacts=sf.FrictionContact("q1", law, load=1.0, Vd=0.02),
+        forcing=sf.HarmonicForce("q1", F=2.0),
+    ).replace(f=0.13)
+
+    def rates(time, state):
+        x, v = state
+        force = 2 * math.cos(2 * math.pi * 0.13 * time) + 0.5 * np.sign(0.02 - v)
+        return [v, force - 0.05 * v - x]
+
+    start, end = [0.3, 0.4], 1 / 0.13
+    found = solve_ivp(rates, (0, end), start, "Radau", rtol=1e-8, atol=1e-10)
+    assert simulate(model, 1, start).strobe[-1] == pytest.approx(found.y[:, -1], abs=2e-5)
+
+
+def test_limit_on_a_steep_output_ends_the_motion_where_it_is_met():
+    model = sf.System(
+        name="fall",
+        parameters={"e": 1e-5, "T": {"value": 1.0, "min": 0}},
+        states={"x": "1"},
+        outputs={"room": "-tanh((x - 0.123)/e)"},
+        limits={"wall": {"output": "room", "bound": 0}},
+        forcing={"period": "T"},
+    )
+    stopped = simulate(model, 1, [-0.5]).stopped
+    assert stopped is not None
+    assert stopped.time == pytest.approx(0.623, abs=1e-12)
+
+
+def test_orbits_under_steep_friction_close_and_have_the_multipliers_of_finite_differences():
+    model = switching("tanh(v/e)").replace(e=1e-4)
+    orbit = sf.periodic_orbit(model)
+    end = simulate(model, 1, orbit.state).strobe[-1]
+    assert end == pytest.approx(orbit.state, abs=1e-10)
+    h = 1e-5
+    ends = [simulate(model, 1, orbit.state + h * step).strobe[-1] for step in (*UP, *-UP)]
+    slopes = (np.array(ends[:2]) - np.array(ends[2:])).T / (2 * h)
+    assert np.sort(np.linalg.eigvals(slopes)) == pytest.approx(np.sort(orbit.multipliers), abs=1e-6)
+
+
+@pytest.mark.parametrize("name", ["sliding", "duffing", "lure"])
+def test_models_that_turn_nowhere_sharply_have_no_events(name):
+    assert sharp_turns(build_equations(model_named(name))) == SharpTurns()
