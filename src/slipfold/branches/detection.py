@@ -60,6 +60,7 @@ class Bifurcations(Zeros[OrbitPoint]):
     """
 
     def __init__(self, problem: PeriodicProblem, span: tuple[float, float]) -> None:
+        super().__init__(problem)
         self._problem = problem
         self._span = span
 
@@ -116,9 +117,9 @@ class Bifurcations(Zeros[OrbitPoint]):
         # Where the branch turns at a branch point there is no fold.
         turns = any(_turns(item) for item in found)
         for kind in ("PD", "NS") if turns else ("PD", "NS", "LP"):
-            if kind in a.tests and _changes_sign(kind, a, b):
+            if kind in a.tests and self.changes_sign(kind, a, b):
                 found.append(locate_test(self._problem, known, a, b, kind, kind))
-        return [item for item in found if _is_genuine(item)]
+        return [item for item in found if self.is_genuine(item)]
 
     def _branch_point(self, known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint) -> Found:
         """Locate the branch point where the bordered determinant changes its sign.
@@ -151,6 +152,33 @@ class Bifurcations(Zeros[OrbitPoint]):
             return False
         return change <= single + 2 * pairs and (change - single) % 2 == 0
 
+    def changes_sign(self, name: str, a: OrbitPoint, b: OrbitPoint) -> bool:
+        """Whether a test function is positive at one of two points only, beyond rounding.
+
+        Along a family of centres, which have one value of the parameter, it is zero throughout,
+        with a multiplier on the circle. A function alone may be small where none is: it is a
+        product over all multipliers, which lie close together where fast decay sets the unit of
+        time.
+        """
+        before, after = a.tests[name], b.tests[name]
+        if (before > 0) == (after > 0):
+            return False
+        if name == "LP" and max(abs(before), abs(after)) <= ROUNDING:
+            return False
+        return max(abs(before), abs(after)) > ROUNDING or max(map(_off_circle, (a, b))) > ROUNDING
+
+    def is_genuine(self, found: Found) -> bool:
+        """Whether a multiplier is where the type says.
+
+        A neutral saddle has real multipliers whose product is one. Beside a multiplier of 1e7,
+        rounding may change the sign of a test function where nothing is on the unit circle.
+        """
+        values = found.point.multipliers
+        if found.type == "NS":
+            return is_torus(values)
+        target = -1.0 if found.type == "PD" else 1.0
+        return bool(np.abs(values - target).min() < ON_CIRCLE)
+
     def hidden(
         self, found: list[Found], known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint
     ) -> list[Found]:
@@ -177,21 +205,6 @@ def span_end(problem: PeriodicProblem, last: OrbitPoint) -> End:
     return End("span", f"reached the end of the span at {problem.vary} = {value:g}", (value,))
 
 
-def _changes_sign(kind: str, a: OrbitPoint, b: OrbitPoint) -> bool:
-    """Whether a test function is positive at one of two points only, beyond what rounding does.
-
-    Along a family of centres, which have the same value of the parameter, it is zero throughout,
-    with a multiplier on the circle. A function alone may be small where none is: it is a product
-    over all multipliers, which lie close together where a fast decay sets the unit of time.
-    """
-    before, after = a.tests[kind], b.tests[kind]
-    if (before > 0) == (after > 0):
-        return False
-    if kind == "LP" and max(abs(before), abs(after)) <= ROUNDING:
-        return False
-    return max(abs(before), abs(after)) > ROUNDING or max(map(_off_circle, (a, b))) > ROUNDING
-
-
 def _off_circle(point: OrbitPoint) -> float:
     """Return the least distance of a multiplier from the unit circle."""
     return float(np.abs(np.abs(point.multipliers) - 1).min())
@@ -200,19 +213,6 @@ def _off_circle(point: OrbitPoint) -> float:
 def _turns(found: Found) -> bool:
     """Whether a branch turns at a branch point: its multiplier touches one and goes back."""
     return found.type == "BP" and abs(found.point.tangent[-1]) < TURNING
-
-
-def _is_genuine(found: Found) -> bool:
-    """Whether a multiplier is where the type says.
-
-    A neutral saddle has real multipliers whose product is one. Beside a multiplier of 1e7, rounding
-    may change the sign of a test function where nothing is on the unit circle.
-    """
-    values = found.point.multipliers
-    if found.type == "NS":
-        return is_torus(values)
-    target = -1.0 if found.type == "PD" else 1.0
-    return bool(np.abs(values - target).min() < ON_CIRCLE)
 
 
 def is_torus(values: NDArray[np.complex128]) -> bool:

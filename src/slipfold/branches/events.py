@@ -35,6 +35,7 @@ class Events(Zeros[OrbitPoint]):
     """Records where outputs or the parameter take the values asked for, or ends the branch."""
 
     def __init__(self, problem: PeriodicProblem, events: Sequence[Event]) -> None:
+        super().__init__(problem)
         self._problem = problem
         self._events = events
         self._known: WeakKeyDictionary[OrbitPoint, Array] = WeakKeyDictionary()

@@ -8,3 +8,17 @@ monitors that say what is looked for along it:
 - `monitor` says what is watched and what a hit does: it is recorded, or the curve ends there;
 - `follow` brings one curve to its end, as a `Trail`.
 """
+
+from slipfold.continuation.algebraic_curve import AlgebraicCurve as AlgebraicCurve
+from slipfold.continuation.curve import Curve as Curve
+from slipfold.continuation.end import End as End
+from slipfold.continuation.follow import Endings as Endings
+from slipfold.continuation.follow import follow as follow
+from slipfold.continuation.monitor import Monitor as Monitor
+from slipfold.continuation.monitor import Zeros as Zeros
+from slipfold.continuation.point import Point as Point
+from slipfold.continuation.search import Found as Found
+from slipfold.continuation.trail import Sight as Sight
+from slipfold.continuation.trail import Stop as Stop
+from slipfold.continuation.trail import Stretch as Stretch
+from slipfold.continuation.trail import Trail as Trail

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import isfinite
 from typing import Protocol, TypeVar
 
+from slipfold.continuation.curve import Curve
 from slipfold.continuation.point import P, Point
-from slipfold.continuation.search import Found, Watch, search_between
+from slipfold.continuation.search import Found, Watch, locate_test, search_between
 from slipfold.continuation.trail import Sight, Stretch
 
 __all__ = ["Monitor", "Zeros"]
@@ -29,14 +31,34 @@ class Monitor(Protocol[Q]):
 
 
 class Zeros(Watch[P]):
-    """A monitor of functions that change their sign: all their zeros are located, none missed."""
+    """A monitor of functions that change their sign: all their zeros are located, none missed.
+
+    Here of all test functions of the points, recorded by their names.
+    """
+
+    def __init__(self, curve: Curve[P]) -> None:
+        self.curve = curve
 
     def watch(self, stretch: Stretch[P]) -> Sight[P]:
         """Locate all zeros between two neighbouring points."""
-        curve, known = stretch.trail.curve, stretch.known
-        found = search_between(curve, self, known, stretch.before, stretch.point)
+        found = search_between(self.curve, self, stretch.known, stretch.before, stretch.point)
         return self.seen(found, stretch)
 
     def seen(self, found: Sequence[Found[P]], stretch: Stretch[P]) -> Sight[P]:
         """Return what the zeros mean: here they are recorded."""
         return Sight(found)
+
+    def located(self, known: list[P], a: P, b: P) -> list[Found[P]]:
+        """Return the genuine zeros where a function changes its sign between two points."""
+        names = [name for name in a.tests if self.changes_sign(name, a, b)]
+        found = [locate_test(self.curve, known, a, b, name, name) for name in names]
+        return [item for item in found if self.is_genuine(item)]
+
+    def changes_sign(self, name: str, a: P, b: P) -> bool:
+        """Whether a test function is positive at one of two points only."""
+        before, after = a.tests[name], b.tests[name]
+        return isfinite(before) and isfinite(after) and (before > 0) != (after > 0)
+
+    def is_genuine(self, found: Found[P]) -> bool:
+        """Whether a zero is what its name says."""
+        return True

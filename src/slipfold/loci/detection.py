@@ -11,7 +11,7 @@ from slipfold.branches.detection import ON_CIRCLE, is_torus
 from slipfold.continuation.contraction import contracts_between
 from slipfold.continuation.end import End
 from slipfold.continuation.monitor import Zeros
-from slipfold.continuation.search import Found, locate_test
+from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Sight, Stop, Stretch
 from slipfold.loci.locus_problem import LocusProblem, critical_places
 from slipfold.orbits.orbit_point import OrbitPoint
@@ -39,6 +39,7 @@ class SpecialPoints(Zeros[OrbitPoint]):
     """
 
     def __init__(self, problem: LocusProblem) -> None:
+        super().__init__(problem)
         self._problem = problem
 
     def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:
@@ -67,18 +68,19 @@ class SpecialPoints(Zeros[OrbitPoint]):
         end = End("codimension-2", reason, problem.place(first.point.z))
         return Sight(found, Stop(first.point, end))
 
-    def located(self, known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint) -> list[Found]:
+    def located(
+        self, known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint
+    ) -> list[Found[OrbitPoint]]:
         """Return the special points where a test function changes sign between two points."""
-        found = []
-        for test in a.tests:
-            before, after = a.tests[test], b.tests[test]
-            if test in ("first", "second") and max(abs(before), abs(after)) < PARALLEL:
-                continue
-            if np.isfinite([before, after]).all() and (before > 0) != (after > 0):
-                found.append(locate_test(self._problem, known, a, b, test, test))
-        return _with_cusps([item for item in found if self._is_genuine(item)])
+        return _with_cusps(super().located(known, a, b))
 
-    def _is_genuine(self, found: Found) -> bool:
+    def changes_sign(self, name: str, a: OrbitPoint, b: OrbitPoint) -> bool:
+        """Whether a test function does, and not because the locus is parallel to an axis."""
+        largest = max(abs(a.tests[name]), abs(b.tests[name]))
+        parallel = name in ("first", "second") and largest < PARALLEL
+        return not parallel and super().changes_sign(name, a, b)
+
+    def is_genuine(self, found: Found) -> bool:
         """Whether the multipliers are where the type says."""
         values = found.point.multipliers
         others = np.delete(values, critical_places(self._problem.kind, values))

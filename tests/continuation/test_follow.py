@@ -1,0 +1,111 @@
+"""The engine on plane curves: what it finds, where it ends, and that it knows nothing of orbits."""
+
+import numpy as np
+import pytest
+
+from slipfold.continuation import AlgebraicCurve, End, Sight, Stop, Zeros, follow
+from slipfold.continuation.locate import LostCurveError, locate
+
+
+class Cubic(AlgebraicCurve):
+    """p = x^3 - h x: two folds, at x = -+sqrt(h / 3), as near to each other as one likes."""
+
+    def __init__(self, height):
+        self.height = height
+
+    def defect(self, z):
+        return np.array([z[1] - z[0] ** 3 + self.height * z[0]])
+
+    def jacobian(self, z):
+        return np.array([[self.height - 3 * z[0] ** 2, 1.0]])
+
+    def tests(self, z, tangent):
+        return {"fold": tangent[1]}
+
+
+class Reaches:
+    """Ends a curve where x has a value."""
+
+    def __init__(self, curve, value):
+        self.curve, self.value = curve, value
+
+    def watch(self, stretch):
+        def gap(point):
+            return point.z[0] - self.value
+
+        if gap(stretch.before) * gap(stretch.point) > 0:
+            return Sight()
+        at = locate(self.curve, stretch.known, stretch.before, stretch.point, gap)
+        return Sight(stop=Stop(at, End("reached", f"x is {self.value}", tuple(at.z))))
+
+
+def followed(curve, monitors, **options):
+    start = curve.begin([-1.5, -(1.5**3) + curve.height * 1.5], row=[1, 0])
+    return follow(curve, start, [(1, -4.0, 4.0)], monitors, **options)
+
+
+@pytest.mark.parametrize("height", [1.0, 1e-2, 1e-4])
+def test_two_folds_within_a_step(height):
+    curve = Cubic(height)
+    trail = followed(curve, [Zeros(curve)])
+    fold = np.sqrt(height / 3)
+    assert [item.type for item in trail.found] == ["fold", "fold"]
+    # Beside each other the folds are known as well as their common slope, 6 x, allows.
+    x = [item.point.z[0] for item in trail.found]
+    assert x == pytest.approx([-fold, fold], abs=1e-11 / fold)
+    assert trail.end.kind == "window"
+    assert trail.end.value == 4.0
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_the_earliest_reason_ends_a_curve(order):
+    curve = Cubic(1.0)
+    monitors = [Reaches(curve, 0.1), Zeros(curve), Reaches(curve, 0.0)][::order]
+    trail = followed(curve, monitors)
+    assert trail.end.reason == "x is 0.0"
+    assert trail.points[-1].z[0] == pytest.approx(0, abs=1e-12)
+    assert [item.point.z[0] < 0 for item in trail.found] == [True]
+
+
+def test_both_directions_are_one_curve():
+    curve = Cubic(1.0)
+    start = curve.begin([0.0, 0.0], row=[1, 0])
+    bounds = [(1, -4.0, 4.0)]
+    ends = [follow(curve, point, bounds) for point in (start, curve.turned(start))]
+    first, last = sorted(trail.points[-1].z[0] for trail in ends)
+    assert first == pytest.approx(-last, abs=1e-12)
+
+
+def test_a_step_whose_inside_is_not_known_is_taken_again_shorter():
+    curve, lost = Cubic(1.0), []
+
+    class Loses:
+        def watch(self, stretch):
+            length = stretch.point.arclength - stretch.before.arclength
+            if length > 0.05:
+                lost.append(length)
+                raise LostCurveError("not found")
+            return Sight()
+
+    trail = followed(curve, [Loses()])
+    assert lost
+    assert trail.end.kind == "window"
+    assert np.diff([point.arclength for point in trail.points]).max() <= 0.05
+
+
+def test_a_curve_that_begins_on_a_bound_and_leaves_is_a_point():
+    curve = Cubic(1.0)
+    start = curve.turned(curve.begin([-1.5, -1.875], row=[1, 0]))
+    trail = follow(curve, start, [(1, -1.875, 4.0)])
+    assert (trail.end.kind, len(trail.points)) == ("window", 1)
+
+
+def test_whoever_watches_may_stop():
+    curve = Cubic(1.0)
+
+    def watch(trail):
+        if len(trail.points) == 5:
+            raise KeyboardInterrupt
+
+    trail = followed(curve, [Zeros(curve)], watch=watch)
+    assert (trail.end.kind, len(trail.points)) == ("interrupted", 5)
