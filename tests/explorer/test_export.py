@@ -122,6 +122,19 @@ def test_an_orbit_as_netcdf_is_read_by_xarray(exported, tmp_path):
         assert data.multipliers_real.shape == (4,)
 
 
+@pytest.mark.parametrize("kind", ["forced", "cycle", "equilibrium"])
+def test_an_orbit_as_netcdf_is_the_same_when_loaded(exported, tmp_path, kind):
+    free = {"kind": "orbit", "id": 1, "model": "stuart-landau", "vary": "r", "span": [-1, 1]}
+    at = {"cycle": {"branch": 2, "arclength": 0.5}, "equilibrium": {"branch": 1, "arclength": 0.1}}
+    view = ORBIT if kind == "forced" else {**free, "at": at[kind]}
+    (tmp_path / "orbit.nc").write_bytes(exported(view, "nc"))
+    orbit = sf.load(tmp_path / "orbit.nc")
+    first = list(csv.reader(io.StringIO(exported(view, "csv").decode())))[1]
+    assert orbit.state.tolist() == [float(value) for value in first[1 : 1 + len(orbit.state)]]
+    # From its nodes alone it has the duration and the multipliers that it was saved with.
+    assert orbit.check().passed
+
+
 def test_copied_python_gives_the_same_motion(exported, tmp_path, monkeypatch, capsys):
     names = run_python(exported(SIMULATION, "python").decode(), tmp_path, monkeypatch)
     (tmp_path / "saved.nc").write_bytes(exported(SIMULATION, "nc"))

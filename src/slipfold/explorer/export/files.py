@@ -9,7 +9,6 @@ from pathlib import Path
 from slipfold.explorer.asked import asked_model
 from slipfold.explorer.catalogue import Catalogue
 from slipfold.explorer.computing import Computing
-from slipfold.explorer.export.orbit_table import orbit_csv, orbit_table
 from slipfold.explorer.export.python_text import python_text
 from slipfold.explorer.export.toml_text import toml_text
 from slipfold.explorer.messages import (
@@ -19,6 +18,7 @@ from slipfold.explorer.messages import (
     PlaneRequest,
 )
 from slipfold.explorer.start import start_of
+from slipfold.results.orbit_table import orbit_csv, orbit_table
 from slipfold.results.result import Result
 from slipfold.results.simulation import simulate
 
