@@ -11,6 +11,7 @@ import numpy as np
 
 from slipfold.flow.cache import cached
 from slipfold.flow.equations import Equations
+from slipfold.flow.own_copies import OwnCopies
 from slipfold.flow.perturbed import perturbed_system
 from slipfold.flow.precision import LANES
 from slipfold.flow.scaled import Scaled
@@ -29,7 +30,8 @@ class CompiledCode:
     """Everything a flow runs, compiled on first use and kept on disk.
 
     Integrators work in scaled states, see `Scaled`: their parameters begin with the coefficients
-    and the scales. Functions work in the states themselves.
+    and the scales. Functions work in the states themselves. Threads share functions, which hold no
+    work space, and have integrators of their own.
 
     Parameters
     ----------
@@ -44,9 +46,7 @@ class CompiledCode:
         self._tolerance = tolerance
         self._count = len(equations.coefficients)
         self._known = self._count + equations.dimension
-        self._linear: dict[int, Any] = {}
-        self._curved: dict[int, Any] = {}
-        self._perturbed: dict[tuple[bool, bool], Any] = {}
+        self._integrators = OwnCopies()
 
     @cached_property
     def _scaled(self) -> Scaled:
@@ -54,14 +54,14 @@ class CompiledCode:
 
     # -- integrators ---------------------------------------------------------------------------
 
-    @cached_property
+    @property
     def plain(self) -> Any:
         """Batch of the states alone."""
-        return self._kept(
+        return self._own(
             "plain", lambda: self._batch(self._plain_system(), self._known, self._places())
         )
 
-    @cached_property
+    @property
     def single(self) -> Any:
         """The states alone, one trajectory."""
 
@@ -73,7 +73,7 @@ class CompiledCode:
                 t_events=self._turns.events(self._places(), batch=False),
             )
 
-        return self._kept("single", build)
+        return self._own("single", build)
 
     def linear(self, directions: int) -> Any:
         """Batch of the states and their first derivatives.
@@ -87,10 +87,7 @@ class CompiledCode:
         directions
             How many.
         """
-        if directions not in self._linear:
-            kind = f"linear along {directions}"
-            self._linear[directions] = self._kept(kind, lambda: self._linear_batch(directions))
-        return self._linear[directions]
+        return self._own(f"linear along {directions}", lambda: self._linear_batch(directions))
 
     def _linear_batch(self, directions: int) -> Any:
         moved, along = self._moved_along(directions)
@@ -110,10 +107,7 @@ class CompiledCode:
         directions
             How many.
         """
-        if directions not in self._curved:
-            kind = f"curved along {directions}"
-            self._curved[directions] = self._kept(kind, lambda: self._curved_batch(directions))
-        return self._curved[directions]
+        return self._own(f"curved along {directions}", lambda: self._curved_batch(directions))
 
     def _curved_batch(self, directions: int) -> Any:
         states, rates = self._with_tangent()
@@ -145,21 +139,17 @@ class CompiledCode:
             otherwise there are `COLUMNS`, of the states.
         """
         columns = 1 if changed else COLUMNS
-        key = (tangent, changed)
-        if key not in self._perturbed:
 
-            def build() -> Any:
-                states, rates = self._with_tangent() if tangent else self._alone()
-                changing = self._equations.coefficients if changed else ()
-                system = perturbed_system(states, rates, changing, columns, first=self._known)
-                system = [(state, hy.subs(rate, self._places())) for state, rate in system]
-                parameters = self._known + columns * len(changing)
-                size = (1 + columns) * (2 if tangent else 1)
-                return self._batch(system, parameters, self._places(), size=size)
+        def build() -> Any:
+            states, rates = self._with_tangent() if tangent else self._alone()
+            changing = self._equations.coefficients if changed else ()
+            system = perturbed_system(states, rates, changing, columns, first=self._known)
+            system = [(state, hy.subs(rate, self._places())) for state, rate in system]
+            parameters = self._known + columns * len(changing)
+            size = (1 + columns) * (2 if tangent else 1)
+            return self._batch(system, parameters, self._places(), size=size)
 
-            kind = f"{columns} perturbations tangent={tangent} changed={changed}"
-            self._perturbed[key] = self._kept(kind, build)
-        return self._perturbed[key]
+        return self._own(f"{columns} perturbations tangent={tangent} changed={changed}", build)
 
     def _moved_along(self, directions: int) -> tuple[dict[str, Any], list[Any]]:
         """As `_places`, with coefficients moved by s_k along their directions; and the s_k."""
@@ -178,7 +168,7 @@ class CompiledCode:
         places: dict[str, Any] = {str(symbol): hy.par[i] for i, symbol in enumerate(known)}
         return {**places, str(self._equations.phase): hy.time}
 
-    @cached_property
+    @property
     def jet(self) -> Any:
         """Batch of the states and their Taylor jets along a direction of the start.
 
@@ -195,7 +185,7 @@ class CompiledCode:
             variations = hy.var_ode_sys(self._system(moved), [along], order=JET_ORDER)
             return self._batch(variations, first + n + 1, moved, tolerance=JET_TOLERANCE)
 
-        return self._kept("jet", build)
+        return self._own("jet", build)
 
     # -- functions -----------------------------------------------------------------------------
 
@@ -286,6 +276,9 @@ class CompiledCode:
         return self._kept("outputs", lambda: self._function(expressions))
 
     # -- how they are made ---------------------------------------------------------------------
+
+    def _own(self, kind: str, build: Callable[[], Any]) -> Any:
+        return self._integrators.get(kind, lambda: self._kept(kind, build))
 
     def _kept(self, kind: str, build: Callable[[], Any]) -> Any:
         options = f"lanes={LANES} tolerance={self._tolerance!r} jets={JET_ORDER, JET_TOLERANCE}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cache, lru_cache
+from threading import Lock
 from typing import Any
 
 import heyoka as hy
@@ -86,8 +87,7 @@ class Constants:
 class Flow:
     """The flow of a model over phase (time in forcing periods).
 
-    Not thread-safe: the compiled integrators hold work space. Trajectories that meet a singularity
-    come back as NaN.
+    Trajectories that meet a singularity come back as NaN.
 
     Parameters
     ----------
@@ -666,7 +666,12 @@ def flow_of(model: Model, tolerance: float = TOLERANCE) -> Flow:
     >>> flow_of(SlidingOscillator()).dimension
     4
     """
-    return _shared_flow(model.kind, tolerance)
+    with _BUILDING:
+        return _shared_flow(model.kind, tolerance)
+
+
+_BUILDING = Lock()
+"""Threads that ask for a flow at the same time get the same one, compiled once."""
 
 
 @lru_cache(maxsize=64)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
+from threading import Lock
 from typing import Any
 
 import heyoka as hy
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from slipfold.flow.cache import cached
 from slipfold.flow.equations import build_equations
 from slipfold.flow.flow import MAX_STEPS, STEEP_STEPS, Constants, Flow, flow_of
+from slipfold.flow.own_copies import OwnCopies
 from slipfold.flow.precision import TOLERANCE
 from slipfold.flow.scaled import Scaled
 from slipfold.flow.sharp_turns import VERSION, sharp_turns
@@ -48,8 +50,6 @@ class Stop:
 class GuardedFlow:
     """The flow of a model from one forcing period to the next, ended where a limit is met.
 
-    Not thread-safe: the compiled integrator holds work space.
-
     Parameters
     ----------
     model
@@ -59,6 +59,7 @@ class GuardedFlow:
     def __init__(self, model: Model) -> None:
         self.limits = model.limits
         self._equations = build_equations(model)
+        self._integrators = OwnCopies()
         self._flow: Flow = flow_of(model)
         self._watched = [self._flow.output_index(limit.output) for limit in model.limits]
 
@@ -96,7 +97,7 @@ class GuardedFlow:
         self, state: Array, count: int, constants: Constants, done: int
     ) -> tuple[Array, Stop | None]:
         """Integrate a chunk; return the states after each whole period."""
-        integrator = self._integrator
+        integrator = self._integrators.get("guarded", self._compiled)
         integrator.time = 0.0
         integrator.state[:] = state / constants.scales
         integrator.pars[:] = np.concatenate([constants.values, constants.scales])
@@ -147,8 +148,7 @@ class GuardedFlow:
                 return self._stop(which, state, 0.0, constants, 0.0)
         return None
 
-    @cached_property
-    def _integrator(self) -> Any:
+    def _compiled(self) -> Any:
         bounds = [(limit.output, limit.bound) for limit in self.limits]
         options = f"tol={TOLERANCE!r} limits={bounds!r} {VERSION}"
         key = f"guarded scaled {options}\n{self._equations.fingerprint()}"
@@ -192,7 +192,12 @@ def guarded_flow_of(model: Model) -> GuardedFlow:
     >>> [limit.name for limit in guarded_flow_of(SlidingOscillator()).limits]
     ['stick', 'lost contact', 'spring collapse']
     """
-    return _shared_guarded_flow(model.kind)
+    with _BUILDING:
+        return _shared_guarded_flow(model.kind)
+
+
+_BUILDING = Lock()
+"""Threads that ask for a flow at the same time get the same one, compiled once."""
 
 
 @lru_cache(maxsize=64)
