@@ -142,7 +142,7 @@ def find_spectrum(
         A trajectory, of which the end is taken, or a periodic orbit.
     periods
         Forcing periods to transform: rounded up to whole response periods, as far as the trajectory
-        allows. An orbit is transformed over its own period, whatever this says.
+        allows; rounds of a cycle. An orbit is transformed over its own period, whatever this says.
     per_period
         Samples per forcing period; what lies above half of them is taken to be nothing.
 
@@ -162,7 +162,7 @@ def find_spectrum(
     if isinstance(motion, Trajectory):
         count = motion.steady_periods(periods)
         states = motion.steady(periods, per_period)[1]
-        return _transform(flow, motion.model, states, count, motion.settlement.settled)
+        return _transform(flow, motion.steady_model, states, count, motion.settlement.settled)
     # The orbit rounds its samples up to a multiple of its nodes.
     states = motion.sample(motion.period * per_period)[1]
     return _transform(flow, motion.model, states, motion.period, True)

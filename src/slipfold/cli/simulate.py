@@ -1,4 +1,4 @@
-"""``slipfold simulate``: a motion over many forcing periods."""
+"""``slipfold simulate``: a motion over many periods, and what it settles on."""
 
 from __future__ import annotations
 
@@ -13,7 +13,14 @@ from slipfold.cli.status import DONE, FAILED, note
 
 __all__ = ["simulate"]
 
-Periods = Annotated[str, typer.Option(metavar="N", help="Forcing periods to integrate.")]
+Periods = Annotated[
+    str | None,
+    typer.Option(
+        metavar="N",
+        help="Forcing periods to integrate, 1000 by default; of an autonomous model seconds, or "
+        "what --set duration says, by default as long as it takes to settle.",
+    ),
+]
 States = Annotated[
     list[str] | None,
     typer.Option(
@@ -31,7 +38,7 @@ Tolerance = Annotated[
 
 def simulate(
     model: ModelName,
-    periods: Periods = "1000",
+    periods: Periods = None,
     set_: Sets = None,
     friction: Friction = None,
     state: States = None,
@@ -57,7 +64,7 @@ def simulate(
     }
     motion = compute(
         chosen,
-        parse_whole(periods, "--periods"),
+        None if periods is None else parse_whole(periods, "--periods"),
         start or None,
         tolerance=parse_number(tolerance, "--tolerance"),
     )

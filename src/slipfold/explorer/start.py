@@ -1,12 +1,13 @@
-"""Where a simulation starts."""
+"""Where a simulation starts, and in which intervals it is told."""
 
 from __future__ import annotations
 
 from slipfold.explorer.messages import SimulationRequest
+from slipfold.flow.pace import paced
 from slipfold.flow.simulate import initial_state
 from slipfold.models.model import Model
 
-__all__ = ["start_of"]
+__all__ = ["start_of", "timed"]
 
 
 def start_of(model: Model, request: SimulationRequest) -> dict[str, float]:
@@ -25,5 +26,23 @@ def start_of(model: Model, request: SimulationRequest) -> dict[str, float]:
         For an unknown state.
     """
     begin = model.start if request.start == "rest" else initial_state(model, request.start)
-    moved = begin + initial_state(model, request.nudge)
-    return {item.name: float(value) for item, value in zip(model.states, moved, strict=True)}
+    initial_state(model, request.nudge)  # refuses unknown states
+    return {
+        item.name: float(value) + request.nudge.get(item.name, 0.0)
+        for item, value in zip(model.states, begin, strict=True)
+    }
+
+
+def timed(model: Model, request: SimulationRequest) -> Model:
+    """Return a model whose periods are forcing periods, or intervals that suit its motion.
+
+    Parameters
+    ----------
+    model
+        The model.
+    request
+        Says where the motion starts.
+    """
+    if model.forced:
+        return model
+    return paced(model, initial_state(model, start_of(model, request)), None)[0]

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from slipfold.errors import InputError
 from slipfold.flow.compiled_code import JET_ORDER, CompiledCode
+from slipfold.flow.dense_motion import DenseMotion
 from slipfold.flow.equations import Equations, build_equations
 from slipfold.flow.precision import LANES, TOLERANCE
 from slipfold.flow.scaled import power_of_two
@@ -552,6 +553,32 @@ class Flow:
         result = np.full((len(grid), self.dimension), np.nan)
         result[: len(reached)] = reached * constants.scales
         return result
+
+    def dense(
+        self, state: Array, constants: Constants, end: float, steps: int
+    ) -> DenseMotion | None:
+        """Carry a state of an autonomous model over some steps, and keep all that lies between.
+
+        None where not even one step can be taken.
+
+        Parameters
+        ----------
+        state
+            Where it begins, shape (n,).
+        constants
+            Coefficients.
+        end
+            Phase at which it ends, if the steps suffice.
+        steps
+            Most steps taken.
+        """
+        single = self._code.single
+        single.time = 0.0
+        _forget(single)
+        single.state[:] = state / constants.scales
+        single.pars[:] = np.concatenate([constants.values, constants.scales])
+        output = single.propagate_until(end, max_steps=steps, c_output=True)[4]
+        return output and DenseMotion(np.array(output.times), output, constants.scales)
 
     def curvatures(
         self, state: Array, constants: Constants, vectors: Array, directions: Array

@@ -28,6 +28,12 @@ CHUNK = 16
 """Forcing periods per call: enough to hide its cost, and phases stay small, hence exact."""
 
 
+STEP_LIMIT = int(hy.taylor_outcome.step_limit)
+
+STANDSTILL = 1e-9
+"""A last step shorter than this share of a period is one before a singularity."""
+
+
 @dataclass(frozen=True)
 class Stop:
     """Why and when a trajectory ended early.
@@ -61,9 +67,12 @@ class GuardedFlow:
         self._equations = build_equations(model)
         self._integrators = OwnCopies()
         self._flow: Flow = flow_of(model)
+        self._forced = model.forced
         self._watched = [self._flow.output_index(limit.output) for limit in model.limits]
 
-    def strobe(self, state: Array, periods: int, constants: Constants) -> tuple[Array, Stop | None]:
+    def strobe(
+        self, state: Array, periods: int, constants: Constants, before: int = 0
+    ) -> tuple[Array, Stop | None]:
         """Carry a state over forcing periods; the phase restarts every few of them.
 
         Parameters
@@ -74,6 +83,8 @@ class GuardedFlow:
             Forcing periods to integrate.
         constants
             Coefficients.
+        before
+            Periods since the start, from which times are counted.
 
         Returns
         -------
@@ -84,11 +95,11 @@ class GuardedFlow:
         """
         result = np.empty((periods + 1, len(state)))
         result[0] = state
-        stop = self._stop_at_start(state, constants)
+        stop = self._stop_at_start(state, before, constants)
         done = 0
         while done < periods and stop is None:
             count = min(CHUNK, periods - done)
-            states, stop = self._run(result[done], count, constants, done)
+            states, stop = self._run(result[done], count, constants, before + done)
             result[done + 1 : done + 1 + len(states)] = states
             done += len(states)
         return result[: done + 1], stop
@@ -118,17 +129,21 @@ class GuardedFlow:
         if -len(self.limits) <= outcome < 0:
             met = integrator.state * constants.scales
             return states, self._stop(-1 - outcome, met, integrator.time, constants, time)
-        place = f"{time:.6g} s after the start, in forcing period {done + len(states) + 1}"
-        if outcome == int(hy.taylor_outcome.step_limit):
+        place = f"{time:.6g} s after the start"
+        if self._forced:
+            place += f", in forcing period {done + len(states) + 1}"
+        if outcome == STEP_LIMIT and abs(integrator.last_h) > STANDSTILL:
+            piece = "a forcing period" if self._forced else f"{constants.period:g} s"
             return states, Stop(
                 "stiff",
-                f"the motion needs more than {steps} steps a forcing period {place}; make what is "
-                "steep in the model less steep",
+                f"the motion needs more than {steps} steps in {piece} {place}; make what is steep "
+                "in the model less steep",
                 time,
             )
+        advice = "start nearer to rest or lower the forcing" if self._forced else "start elsewhere"
         return states, Stop(
             "singular",
-            f"the motion became singular {place}; start nearer to rest or lower the forcing",
+            f"the motion became singular {place}; {advice}",
             time,
         )
 
@@ -140,12 +155,12 @@ class GuardedFlow:
         value = float(values[0, self._watched[which]])
         return Stop(limit.name, limit.reason.format(value=value), time)
 
-    def _stop_at_start(self, state: Array, constants: Constants) -> Stop | None:
+    def _stop_at_start(self, state: Array, before: int, constants: Constants) -> Stop | None:
         values = self._flow.outputs(state[None], np.zeros(1), constants)[0]
         for which, limit in enumerate(self.limits):
             # An event fires where the output crosses its bound, so not if it begins below.
             if not values[self._watched[which]] > limit.bound:
-                return self._stop(which, state, 0.0, constants, 0.0)
+                return self._stop(which, state, 0.0, constants, before * constants.period)
         return None
 
     def _compiled(self) -> Any:

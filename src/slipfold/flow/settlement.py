@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Settlement", "judge_settlement"]
+__all__ = ["SHORTEST", "Settlement", "Trend", "judge_settlement", "trends_of"]
 
 Array = NDArray[np.float64]
 
@@ -35,7 +35,8 @@ class Settlement:
     settled
         Whether it is within the tolerance of a periodic response.
     period
-        Period of that response in forcing periods, 1 to 8; None if not settled.
+        Period of that response in forcing periods, 1 to 8; 1 on a cycle or an equilibrium; None if
+        not settled.
     drift
         Largest change of a strobe state from one response period to the next at the end, in scaled
         states; with respect to one forcing period if not settled and not approaching anything.
@@ -44,6 +45,11 @@ class Settlement:
         run too short to measure it.
     message
         A sentence for the user.
+    duration
+        Seconds that one round of a cycle takes; None if it settled on none.
+    kind
+        ``"response"`` of a forced model, ``"cycle"`` or ``"equilibrium"`` of an autonomous one;
+        None if not settled.
     """
 
     settled: bool
@@ -51,6 +57,8 @@ class Settlement:
     drift: float
     rate: float | None
     message: str
+    duration: float | None = None
+    kind: str | None = None
 
     def __str__(self) -> str:
         """Return the sentence."""
@@ -58,8 +66,20 @@ class Settlement:
 
 
 @dataclass(frozen=True)
-class _Trend:
-    """Change over k forcing periods: at the end, and in three successive windows."""
+class Trend:
+    """Change of states over k of them: at the end, and in three successive windows.
+
+    Parameters
+    ----------
+    period
+        The number k.
+    drift
+        Largest change near the end.
+    windows
+        Largest change in three successive windows.
+    width
+        States in a window.
+    """
 
     period: int
     drift: float
@@ -68,6 +88,7 @@ class _Trend:
 
     @property
     def rate(self) -> float | None:
+        """Factor by which the changes shrink from state to state; None among rounding errors."""
         first, _, last = self.windows
         if min(first, last) <= ROUNDING:
             return None
@@ -100,6 +121,30 @@ class _Trend:
             return math.inf
         factor = rate**self.period
         return self.drift * factor / (1 - factor)
+
+    def more(self, tolerance: float) -> int | None:
+        """Return how many states more bring it within a tolerance; None if it does not shrink.
+
+        Parameters
+        ----------
+        tolerance
+            Distance that is near enough.
+        """
+        rate = self.rate
+        if not self.shrinking or rate is None or not self.distance < math.inf:
+            return None
+        return math.ceil(math.log(tolerance / self.distance) / math.log(rate))
+
+
+def trends_of(scaled: Array) -> list[Trend]:
+    """Return how states change over 1 to 8 of them.
+
+    Parameters
+    ----------
+    scaled
+        Successive states in units of their scales, more than `SHORTEST`, shape (m, n).
+    """
+    return [_measure(scaled, period) for period in range(1, LARGEST_PERIOD + 1)]
 
 
 def judge_settlement(strobe: Array, scales: Array, tolerance: float) -> Settlement:
@@ -142,15 +187,14 @@ def judge_settlement(strobe: Array, scales: Array, tolerance: float) -> Settleme
             None,
             f"not settled: {count} forcing periods are too few to tell; simulate {5 * SHORT}",
         )
-    scaled = strobe / scales
-    trends = [_measure(scaled, period) for period in range(1, LARGEST_PERIOD + 1)]
+    trends = trends_of(strobe / scales)
     for trend in trends:
         if trend.distance <= tolerance:
             return _settled(trend)
     return _unsettled(trends, len(strobe) - 1, tolerance)
 
 
-def _measure(scaled: Array, period: int) -> _Trend:
+def _measure(scaled: Array, period: int) -> Trend:
     change = np.abs(scaled[period:] - scaled[:-period]).max(axis=1)
     width = max(min(len(scaled) // 8, len(change) // 3), 1)
     windows = tuple(
@@ -158,10 +202,10 @@ def _measure(scaled: Array, period: int) -> _Trend:
         for i in (2, 1, 0)
     )
     drift = float(change[-min(width, LARGEST_PERIOD) :].max())
-    return _Trend(period, drift, (windows[0], windows[1], windows[2]), width)
+    return Trend(period, drift, (windows[0], windows[1], windows[2]), width)
 
 
-def _settled(trend: _Trend) -> Settlement:
+def _settled(trend: Trend) -> Settlement:
     plural = "" if trend.period == 1 else "s"
     return Settlement(
         True,
@@ -170,15 +214,15 @@ def _settled(trend: _Trend) -> Settlement:
         trend.rate,
         f"settled on a response of {trend.period} forcing period{plural}; "
         f"it repeats within {max(trend.drift, 1e-16):.1e}",
+        kind="response",
     )
 
 
-def _unsettled(trends: list[_Trend], periods: int, tolerance: float) -> Settlement:
+def _unsettled(trends: list[Trend], periods: int, tolerance: float) -> Settlement:
     start = f"not settled after {periods} forcing periods: "
     for trend in trends:
-        rate = trend.rate
-        if trend.shrinking and rate is not None and trend.distance < math.inf:
-            more = math.ceil(math.log(tolerance / trend.distance) / math.log(rate))
+        rate, more = trend.rate, trend.more(tolerance)
+        if rate is not None and more is not None:
             over = "a period" if trend.period == 1 else f"{trend.period} periods"
             return Settlement(
                 False,

@@ -1,43 +1,66 @@
-"""Simulation: thousands of forcing periods from rest or from any state."""
+"""Simulation: thousands of forcing periods, or as long as it takes, from rest or from any state."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipfold.errors import InputError
+from slipfold.flow.autonomous_settlement import judge_autonomous
+from slipfold.flow.equilibrium import AT_REST, PUSH, pushed_off
 from slipfold.flow.flow import flow_of
-from slipfold.flow.guarded_flow import Stop, guarded_flow_of
+from slipfold.flow.guarded_flow import CHUNK, Stop, guarded_flow_of
+from slipfold.flow.pace import divided, paced
 from slipfold.flow.settlement import Settlement, judge_settlement
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.model import Model
 from slipfold.models.suggestion import suggest
 
-__all__ = ["initial_state", "simulate"]
+__all__ = ["Motion", "initial_state", "simulate"]
+
+Array = NDArray[np.float64]
+
+PERIODS = 1000
+"""Forcing periods of a motion by default."""
+
+DIVISIONS = 4
+"""Times that intervals are divided where a motion becomes faster than it began."""
+
+LARGEST = 1e12
+"""Size in scales beyond which a motion has left whatever its equations mean."""
+
+ROUNDS = (1000, 4000, 16000)
+"""Intervals after which an autonomous motion is judged, and ended if it has settled."""
 
 
 def simulate(
     model: Model,
-    periods: int = 1000,
+    periods: int | None = None,
     state: ArrayLike | Mapping[str, float] | None = None,
     *,
     tolerance: float = 1e-9,
 ) -> Trajectory:
-    """Integrate a model over forcing periods, and say whether it has settled.
+    """Integrate a model, and say whether its motion has settled, and on what.
 
     Parameters
     ----------
     model
         The model with its parameter values.
     periods
-        Forcing periods to integrate.
+        Forcing periods to integrate, 1000 if None; of an autonomous model intervals of its
+        ``duration``. If None it is integrated until it settles, 16,000 intervals at most, in
+        intervals that suit its motion.
     state
-        Initial state at phase zero, shape (n_states,), or some states by name; zero if None.
+        Initial state at phase zero, shape (n_states,), or some states by name; what is not given is
+        the model's own start. One on an unstable equilibrium of an autonomous model, where a motion
+        would stay for ever, is pushed off it by 1e-6; the settlement says so.
     tolerance
-        Distance from a periodic response at which the motion counts as settled, in scaled states.
+        Distance from a periodic response, a cycle or an equilibrium at which the motion counts as
+        settled, in scaled states.
 
     Returns
     -------
@@ -51,28 +74,138 @@ def simulate(
 
     Examples
     --------
-    >>> from slipfold.models import SlidingOscillator
+    >>> from slipfold.models import SlidingOscillator, model_named
     >>> trajectory = simulate(SlidingOscillator(f=12.2, Nd=0.05), periods=1000)
     >>> trajectory.settlement.settled, trajectory.settlement.period
     (True, 1)
+    >>> print(simulate(model_named("vanderpol-free")).settlement.kind)
+    cycle
     """
-    count = _whole_number(periods)
+    asked = None if periods is None else _whole_number(periods)
     if not (math.isfinite(tolerance) and tolerance > 0):
         raise InputError(f"tolerance = {tolerance!r} is not a positive number; give one like 1e-9")
     start = initial_state(model, state)
-    constants = flow_of(model).constants_of(model)
-    strobe, stop = guarded_flow_of(model).strobe(start, count, constants)
-    strobe.setflags(write=False)
-    if stop is None:
-        settlement = judge_settlement(strobe, model.state_scales(), tolerance)
+    if model.forced:
+        asked = asked or PERIODS
     else:
-        settlement = _cut_short(stop)
-    return Trajectory(model, strobe, settlement, stop)
+        model, asked = paced(model, start, asked)
+    motion, settlement = _integrated(model, start, asked, tolerance)
+    for _ in range(DIVISIONS):
+        if motion.stopped is None or motion.stopped.kind != "stiff" or model.forced:
+            break
+        model, asked = divided(model, asked)
+        motion, settlement = _integrated(model, start, asked, tolerance)
+    return Trajectory(model, motion.strobe, settlement, motion.stopped)
 
 
-def initial_state(
-    model: Model, state: ArrayLike | Mapping[str, float] | None
-) -> NDArray[np.float64]:
+def _integrated(
+    model: Model, start: Array, asked: int | None, tolerance: float
+) -> tuple[Motion, Settlement]:
+    """Integrate as many periods as asked for, or until the motion settles."""
+    motion = Motion(model, start)
+    for count in ROUNDS if asked is None else (asked,):
+        motion.go_on(count - motion.periods)
+        settlement = motion.settlement(tolerance)
+        if settlement.settled or motion.stopped is not None:
+            break
+    return motion, settlement
+
+
+class Motion:
+    """A motion while it is integrated, piece by piece.
+
+    Parameters
+    ----------
+    model
+        The model.
+    start
+        Where it begins, shape (n,).
+    """
+
+    def __init__(self, model: Model, start: Array) -> None:
+        self.model = model
+        self.stopped: Stop | None = None
+        self._constants = flow_of(model).constants_of(model)
+        self._pieces = [start[None]]
+        self._pushed: list[int] = []
+
+    @property
+    def strobe(self) -> Array:
+        """States at the start of every period so far, read-only."""
+        whole = np.concatenate(self._pieces)
+        whole.setflags(write=False)
+        return whole
+
+    @property
+    def periods(self) -> int:
+        """Whole periods so far."""
+        return sum(len(piece) for piece in self._pieces) - 1
+
+    def go_on(self, periods: int) -> Array:
+        """Integrate some more periods; return the states at their starts, as far as it came.
+
+        Parameters
+        ----------
+        periods
+            How many.
+        """
+        flow, first, done = guarded_flow_of(self.model), self.periods, 0
+        while self.stopped is None and done < periods:
+            count = periods - done
+            if not self.model.forced:
+                self._leave_unstable_equilibrium()
+                count = min(CHUNK, count)
+            last = self._pieces[-1][-1]
+            states, self.stopped = flow.strobe(last, count, self._constants, first + done)
+            self._pieces.append(states[1:])
+            if not self.model.forced:
+                self._end_beyond_bounds()
+            done += len(states) - 1
+        return self.strobe[first : first + done]
+
+    def _leave_unstable_equilibrium(self) -> None:
+        """Push the motion on where it would stay for ever."""
+        last, scales = self._pieces[-1], self.model.state_scales()
+        moving = np.abs(np.diff(last[-2:], axis=0) / scales).max(initial=0.0)
+        pushed = pushed_off(self.model, last[-1]) if moving <= AT_REST else None
+        if pushed is not None:
+            self._pieces[-1] = np.concatenate([last[:-1], pushed[None]])
+            self._pushed.append(self.periods)
+
+    def _end_beyond_bounds(self) -> None:
+        """End a motion that grows without bound, before numbers do."""
+        size = np.abs(self._pieces[-1] / self.model.state_scales()).max(initial=0.0)
+        if self.stopped is None and size > LARGEST:
+            time = self.periods * self._constants.period
+            reason = f"the motion grows without bound: after {time:.6g} s it has {size:.0e} scales"
+            self.stopped = Stop("unbounded", reason, time)
+
+    def settlement(self, tolerance: float) -> Settlement:
+        """Return whether it has settled, and on what.
+
+        Parameters
+        ----------
+        tolerance
+            Distance that is near enough, in scaled states.
+        """
+        model = self.model
+        if self.stopped is not None:
+            return _cut_short(self.stopped)
+        if model.forced:
+            return judge_settlement(self.strobe, model.state_scales(), tolerance)
+        found = judge_autonomous(model, self.strobe, tolerance)
+        return replace(found, message=found.message + self._told()) if self._pushed else found
+
+    def _told(self) -> str:
+        if self._pushed[0] == 0:
+            where = "it began on an unstable equilibrium"
+        else:
+            time = self._pushed[0] * self._constants.period
+            where = f"at {time:.6g} s it had come to an unstable equilibrium"
+        return f". {where[:1].upper()}{where[1:]} and was pushed off it by {PUSH:g} (scaled)"
+
+
+def initial_state(model: Model, state: ArrayLike | Mapping[str, float] | None) -> Array:
     """Check an initial state.
 
     Parameters
@@ -80,7 +213,7 @@ def initial_state(
     model
         Gives the names of the states.
     state
-        Shape (n_states,), or some states by name; zero if None.
+        Shape (n_states,), or some states by name; what is not given is the model's own start.
 
     Returns
     -------
@@ -100,7 +233,7 @@ def initial_state(
     """
     names = [item.name for item in model.states]
     if state is None:
-        return np.zeros(len(names))
+        return model.start
     if isinstance(state, Mapping):
         for name in state:
             if name not in names:
@@ -108,7 +241,8 @@ def initial_state(
                     f"{model.name} has no state {name!r}; {suggest(str(name), names)}"
                     f"it has {', '.join(names)}"
                 )
-        state = [state.get(name, 0.0) for name in names]
+        own = dict(zip(names, model.start, strict=True))
+        state = [state.get(name, own[name]) for name in names]
     try:
         values = np.array(state, dtype=float)
     except (TypeError, ValueError):

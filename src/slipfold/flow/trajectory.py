@@ -25,7 +25,8 @@ Array = NDArray[np.float64]
 class Trajectory(OneLine):
     """A motion over many forcing periods; frozen.
 
-    It keeps the state at the start of every forcing period. What lies between is integrated again
+    Of an autonomous model these are intervals of its ``duration``. It keeps the state at the start
+    of every forcing period. What lies between is integrated again
     when asked for, so that a long run takes little memory and is known everywhere.
 
     Parameters
@@ -197,6 +198,8 @@ class Trajectory(OneLine):
     def steady(self, periods: int = 64, per_period: int = 64) -> tuple[Array, Array]:
         """Sample the end of the run, over a whole number of response periods.
 
+        Of a cycle, which takes no whole number of intervals, rounds from the last state on.
+
         Parameters
         ----------
         periods
@@ -218,7 +221,18 @@ class Trajectory(OneLine):
             If the run is shorter than one response period.
         """
         count = self.steady_periods(periods)
-        return self.sample(self.periods - count, None, per_period)
+        if self.settlement.duration is None:
+            return self.sample(self.periods - count, None, per_period)
+        ticks = np.arange(count * per_period + 1) / per_period
+        constants = self._flow.constants_of(self.steady_model)
+        states = self._flow.trajectory(self.strobe[-1], constants, ticks)
+        return self.duration + ticks[:-1] * self.settlement.duration, states[:-1]
+
+    @property
+    def steady_model(self) -> Model:
+        """The model, of a cycle with its ``duration``."""
+        duration = self.settlement.duration
+        return self.model if duration is None else self.model.replace(duration=duration)
 
     def steady_periods(self, periods: int = 64) -> int:
         """Return how many forcing periods at the end are a whole number of response periods.
@@ -235,6 +249,8 @@ class Trajectory(OneLine):
         """
         if periods < 1:
             raise InputError(f"periods = {periods} is less than 1; give 1 or more")
+        if self.settlement.duration is not None:
+            return periods
         response = self.settlement.period or 1
         count = min(-(-periods // response), self.periods // response) * response
         if count == 0:

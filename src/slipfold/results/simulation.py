@@ -145,24 +145,29 @@ class Simulation(Trajectory, Result):
 
 def simulate(
     model: Model,
-    periods: int = 1000,
+    periods: int | None = None,
     state: ArrayLike | Mapping[str, float] | None = None,
     *,
     tolerance: float = 1e-9,
     **parameters: float | str,
 ) -> Simulation:
-    """Integrate a model over forcing periods, and say whether it has settled.
+    """Integrate a model, and say whether its motion has settled, and on what.
 
     Parameters
     ----------
     model
         The model, e.g. ``SlidingOscillator()``.
     periods
-        Forcing periods to integrate.
+        Forcing periods to integrate, 1000 if None; of an autonomous model intervals of its
+        ``duration``. If None it is integrated until it settles, 16,000 intervals at most, in
+        intervals that suit its motion.
     state
-        Initial state at phase zero, shape (n_states,), or some states by name; zero if None.
+        Initial state at phase zero, shape (n_states,), or some states by name; what is not given is
+        the model's own start. One on an unstable equilibrium of an autonomous model, where a motion
+        would stay for ever, is pushed off it by 1e-6; the settlement says so.
     tolerance
-        Distance from a periodic response at which the motion counts as settled, in scaled states.
+        Distance from a periodic response, a cycle or an equilibrium at which the motion counts as
+        settled, in scaled states.
     **parameters
         Parameters of the model to change first: numbers in SI units, or text with a unit.
 
@@ -181,6 +186,9 @@ def simulate(
     >>> import slipfold as sf
     >>> sf.simulate(sf.SlidingOscillator(), periods=1000, f=12.2, Nd=0.05).settlement.period
     1
+    >>> cycle = sf.simulate(sf.built_in_models()["vanderpol-free"]()).settlement
+    >>> cycle.kind, round(cycle.duration, 6)
+    ('cycle', 6.663287)
     """
     if not isinstance(model, Model):
         raise InputError(f"model = {model!r} is not a model; give e.g. SlidingOscillator()")
@@ -188,11 +196,11 @@ def simulate(
     started = perf_counter()
     found = integrate(changed, periods, state, tolerance=tolerance)
     return Simulation(
-        model=changed,
+        model=found.model,
         strobe=found.strobe,
         settlement=found.settlement,
         stopped=found.stopped,
-        asked=int(periods),
+        asked=found.periods if periods is None else int(periods),
         tolerance=float(tolerance),
         provenance=provenance(perf_counter() - started),
     )

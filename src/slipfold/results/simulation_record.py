@@ -35,7 +35,9 @@ def simulation_record(motion: Simulation) -> dict[str, Any]:
         "initial_state": numbers(motion.strobe[0]),
         "state": numbers(motion.strobe[-1]),
         "settled": settlement.settled,
+        "kind": settlement.kind,
         "period": settlement.period,
+        "duration": None if settlement.duration is None else number(settlement.duration),
         "drift": number(settlement.drift),
         "message": settlement.message,
         "spectrum": None if spectrum is None else _spectrum_record(motion, spectrum),
@@ -46,9 +48,10 @@ def simulation_record(motion: Simulation) -> dict[str, Any]:
 
 
 def _response_spectrum(motion: Simulation) -> Spectrum | None:
-    """Return the spectrum over one response period; None if there is none."""
+    """Return the spectrum over one response period; None if there is none, or nothing moves."""
     period = motion.settlement.period
-    return None if period is None else motion.spectrum(period)
+    still = motion.settlement.kind == "equilibrium"
+    return None if period is None or still else motion.spectrum(period)
 
 
 def _lines(spectrum: Spectrum) -> int:
@@ -78,10 +81,13 @@ def simulation_summary(motion: Simulation) -> str:
         f"{name} = {value:.12g}" for name, value in zip(names, motion.strobe[-1], strict=True)
     )
     message = motion.settlement.message
+    forced = motion.model.forced
+    length = f"{motion.duration:.6g} s"
     lines = [
-        f"{motion.model!r} over {motion.periods} forcing periods ({motion.duration:.6g} s)",
+        f"{motion.model!r} over "
+        + (f"{motion.periods} forcing periods ({length})" if forced else length),
         message[:1].upper() + message[1:],
-        f"Last state at phase zero: {state}",
+        f"Last state{' at phase zero' if forced else ''}: {state}",
     ]
     spectrum = _response_spectrum(motion)
     if spectrum is not None:

@@ -35,9 +35,13 @@ def simulation_table(motion: Simulation) -> LabelledTable:
     """
     labels = state_labels(motion.model)
     columns = Columns("strobe")
-    columns.add("strobe", np.arange(len(motion.strobe)), "forcing periods since the start", "")
+    forced = motion.model.forced
+    counted = "forcing periods" if forced else "intervals of the duration"
+    columns.add("strobe", np.arange(len(motion.strobe)), f"{counted} since the start", "")
     columns.add("time", motion.time, "time since the start", "s")
-    columns.add("states", motion.strobe, "state at phase zero", None, "state")
+    columns.add(
+        "states", motion.strobe, "state at phase zero" if forced else "state", None, "state"
+    )
     title = f"simulation of {motion.model.name}"
     attributes = {
         "settlement": json.dumps(asdict(motion.settlement)),

@@ -17,7 +17,7 @@ from slipfold.explorer.messages import (
     OrbitRequest,
     PlaneRequest,
 )
-from slipfold.explorer.start import start_of
+from slipfold.explorer.start import start_of, timed
 from slipfold.results.orbit_table import orbit_csv, orbit_table
 from slipfold.results.result import Result
 from slipfold.results.simulation import simulate
@@ -76,7 +76,7 @@ def export_view(
         result = computing.plane(view, check)
     else:
         model = asked_model(catalogue, view)
-        result = simulate(model, view.periods, start_of(model, view))
+        result = simulate(timed(model, view), view.periods, start_of(model, view))
     return _written(result, request.format)
 
 

@@ -12,7 +12,7 @@ from slipfold.explorer.messages import (
     SimulationRequest,
     ViewRequest,
 )
-from slipfold.explorer.start import start_of
+from slipfold.explorer.start import start_of, timed
 from slipfold.models.model import Model
 from slipfold.models.sliding_oscillator import SlidingOscillator
 from slipfold.models.system import System
@@ -76,8 +76,10 @@ def _steps(model: Model, view: ViewRequest, orbit: PeriodicOrbit | None) -> list
             'found.plot().figure.savefig("plane.svg")',
         ]
     if isinstance(view, SimulationRequest):
+        start = start_of(model, view)
+        unit = "" if model.forced else f", duration={timed(model, view).values['duration']!r}"
         return [
-            f"motion = sf.simulate(model, periods={view.periods}, state={start_of(model, view)!r})",
+            f"motion = sf.simulate(model, periods={view.periods}, state={start!r}{unit})",
             "print(motion.summary())",
             f'motion.plot("{model.states[0].name}").figure.savefig("motion.svg")',
         ]

@@ -46,7 +46,7 @@ export class Simulation {
   /** Stop computing; what has come stays. */
   stop(why = null) {
     this.#session.requests.cancel("simulation");
-    const verdict = `Stopped after ${this.state.count} periods${why ? `: ${why}` : ""}.`;
+    const verdict = `Stopped after ${this.state.count} ${this.#unit}s${why ? `: ${why}` : ""}.`;
     this.#become({ isRunning: false, verdict });
   }
 
@@ -96,8 +96,13 @@ export class Simulation {
       max: sections ? joined(max, sections.max) : max,
       min: sections ? joined(min, sections.min) : min,
       isRunning: !done,
-      verdict: done ? verdict : `Period ${count} of ${PERIODS}…`,
+      verdict: done ? verdict : `After ${count} of ${PERIODS} ${this.#unit}s…`,
     });
+  }
+
+  /** What it is told in. */
+  get #unit() {
+    return this.#session.model.forced ? "period" : "interval";
   }
 
   #become(changes) {

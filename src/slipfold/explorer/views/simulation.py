@@ -9,13 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.explorer.messages import SimulationRequest
-from slipfold.explorer.start import start_of
+from slipfold.explorer.start import start_of, timed
 from slipfold.explorer.views.numbers import short
 from slipfold.flow import flow_of
-from slipfold.flow.flow import Constants, Flow
-from slipfold.flow.guarded_flow import CHUNK, Stop, guarded_flow_of
-from slipfold.flow.settlement import judge_settlement
-from slipfold.flow.simulate import initial_state
+from slipfold.flow.flow import Flow
+from slipfold.flow.guarded_flow import CHUNK
+from slipfold.flow.simulate import Motion, initial_state
 from slipfold.models.model import Model
 
 __all__ = ["stream_simulation"]
@@ -23,7 +22,7 @@ __all__ = ["stream_simulation"]
 Array = NDArray[np.float64]
 
 PERIODS = 2 * CHUNK
-"""Forcing periods in a piece: as the flow counts them, so that a motion is that of simulate."""
+"""Periods in a piece: as the flow counts them, so that a motion is that of simulate."""
 
 SAMPLES = 64
 """Samples a forcing period that maxima and minima are taken from."""
@@ -48,23 +47,21 @@ def stream_simulation(
         Says where it starts and how long it lasts.
     emit
         Takes each piece: ``t`` in s and ``states`` by name to draw; ``sections``: for each forcing
-        period its number, extrema and the states at its start; the last piece has ``done`` and the
-        ``verdict``.
+        period, of an autonomous model for each interval that suits its motion, its number, extrema
+        and the states at its start; the last piece has ``done`` and the ``verdict``, of a cycle
+        its ``duration``.
     """
     periods = request.periods
-    state = initial_state(model, start_of(model, request))
-    constants = flow_of(model).constants_of(model)
+    start = initial_state(model, start_of(model, request))
+    model = timed(model, request)
+    motion = Motion(model, start)
     every = _step_between_samples(periods)
-    strobe = [state[None]]
-    done, stop = 0, None
-    while done < periods and stop is None:
-        count = min(PERIODS, periods - done)
-        states, stop = guarded_flow_of(model).strobe(strobe[-1][-1], count, constants)
-        if len(states) > 1:
-            emit({**_piece(model, states[:-1], done, every, constants), "done": False})
-        strobe.append(states[1:])
-        done += len(states) - 1
-    emit({"t": [], "states": {}, "sections": None, "done": True, **_verdict(model, strobe, stop)})
+    while motion.periods < periods and motion.stopped is None:
+        done = motion.periods
+        states = motion.go_on(min(PERIODS, periods - done))
+        if len(states):
+            emit({**_piece(model, states, done, every), "done": False})
+    emit({"t": [], "states": {}, "sections": None, "done": True, **_verdict(motion)})
 
 
 def _step_between_samples(periods: int) -> int:
@@ -73,10 +70,9 @@ def _step_between_samples(periods: int) -> int:
     return next(step for step in (1, 2, 4, 8, 16) if SAMPLES / step <= wanted or step == 16)
 
 
-def _piece(
-    model: Model, starts: Array, done: int, every: int, constants: Constants
-) -> dict[str, Any]:
+def _piece(model: Model, starts: Array, done: int, every: int) -> dict[str, Any]:
     flow = flow_of(model)
+    constants = flow.constants_of(model)
     count = len(starts)
     begin = np.zeros(count)
     samples = flow.sample(starts, begin, begin + 1.0, SAMPLES, constants)
@@ -104,8 +100,12 @@ def _extrema(flow: Flow, values: Array) -> dict[str, dict[str, list[float]]]:
     }
 
 
-def _verdict(model: Model, strobe: list[Array], stop: Stop | None) -> dict[str, Any]:
-    if stop is not None:
-        return {"verdict": stop.reason, "settled": False, "period": None}
-    judged = judge_settlement(np.concatenate(strobe), model.state_scales(), TOLERANCE)
-    return {"verdict": judged.message, "settled": judged.settled, "period": judged.period}
+def _verdict(motion: Motion) -> dict[str, Any]:
+    judged = motion.settlement(TOLERANCE)
+    stop = motion.stopped
+    return {
+        "verdict": judged.message if stop is None else stop.reason,
+        "settled": judged.settled,
+        "period": judged.period,
+        "duration": judged.duration,
+    }

@@ -1,0 +1,277 @@
+"""Whether a motion that nothing forces has settled, on an equilibrium or on a cycle."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property, reduce
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.flow.dense_motion import DenseMotion
+from slipfold.flow.equilibrium import Equilibrium, equilibrium_near
+from slipfold.flow.flow import flow_of
+from slipfold.flow.returns import Returns, find_returns
+from slipfold.flow.settlement import SHORTEST, Settlement, Trend, trends_of
+from slipfold.models.model import Model
+
+__all__ = ["judge_autonomous"]
+
+Array = NDArray[np.float64]
+
+STEPS = (4_000, 16_000, 64_000)
+"""Steps of the integrator at the end of a motion that are looked at: a round of a smooth cycle
+takes fifty, one with jumps a thousand."""
+
+ENOUGH = 60
+"""Returns that suffice: a trend over them is one, and a cycle has repeated."""
+
+NEUTRAL = 1e-5
+"""Distance from one of a multiplier that may be one: of a centre two are, known to 1e-6 only."""
+
+PIECE = 100
+"""Steps over which derivatives are carried at once."""
+
+FEWEST = 40
+"""States below which no trend can be seen."""
+
+GROWS = 2.0
+"""Factor by which a motion that grows without end exceeds what it was before."""
+
+
+def judge_autonomous(model: Model, strobe: Array, tolerance: float) -> Settlement:
+    """Judge from the end of a motion whether it has settled.
+
+    On an equilibrium, if it is that near to one that attracts. On a cycle, if its returns to a
+    plane across it repeat as the states of a forced motion must, and the cycle attracts: in a
+    centre each round repeats the one before without any having been settled on.
+
+    Parameters
+    ----------
+    model
+        An autonomous model; its ``duration`` is the time from one state to the next.
+    strobe
+        States of the motion, shape (m, n).
+    tolerance
+        Distance that is near enough, in scaled states.
+
+    Examples
+    --------
+    >>> from slipfold.flow import simulate
+    >>> from slipfold.models import model_named
+    >>> round(simulate(model_named("vanderpol-free")).settlement.duration, 8)
+    6.66328686
+    """
+    rest = equilibrium_near(model, strobe[-1])
+    if rest is not None and rest.distance <= tolerance:
+        return _at_rest(rest)
+    end = _End(model, strobe)
+    returns, seen = None, 0.0
+    for steps in STEPS:
+        window = end.window(steps)
+        if window is None:
+            break
+        seen = window.end * end.unit
+        returns = end.returns(window)
+        trends = end.trends(returns)
+        for trend in trends:
+            if trend.drift <= tolerance:
+                found = _on_cycle(end, window, returns, trend, tolerance)
+                if found is not None:
+                    return found
+        if len(returns) >= ENOUGH or end.is_whole(window):
+            break
+    return _unsettled(end, returns, seen, rest, tolerance)
+
+
+@dataclass(frozen=True, eq=False)
+class _End:
+    """The end of a motion, integrated again as far back as asked."""
+
+    model: Model
+    strobe: Array
+
+    @cached_property
+    def scales(self) -> Array:
+        return self.model.state_scales()
+
+    @property
+    def unit(self) -> float:
+        """Seconds from state to state."""
+        return float(self.model.values["duration"])
+
+    @property
+    def time(self) -> float:
+        """Seconds that the motion lasts."""
+        return self.unit * (len(self.strobe) - 1)
+
+    def window(self, steps: int) -> DenseMotion | None:
+        """Return the motion over about so many of its last steps."""
+        flow = flow_of(self.model)
+        constants = flow.constants_of(self.model)
+        last = flow.dense(self.strobe[-2], constants, 1.0, steps)
+        if last is None:
+            return None
+        count = min(math.ceil(steps / len(last.phases)), len(self.strobe) - 1)
+        return flow.dense(self.strobe[-1 - count], constants, float(count), 4 * steps)
+
+    def is_whole(self, window: DenseMotion) -> bool:
+        """Whether there is no more of the motion."""
+        return window.end >= len(self.strobe) - 1
+
+    def returns(self, window: DenseMotion) -> Returns:
+        """Return where the end of the motion comes back to a plane across it."""
+        flow = flow_of(self.model)
+        return find_returns(flow, flow.constants_of(self.model), window, self.scales)
+
+    def trends(self, returns: Returns) -> list[Trend]:
+        """Return how the returns change; nothing where they are too few to tell."""
+        if len(returns) <= SHORTEST:
+            return []
+        scaled = returns.states / self.scales
+        # States of hundreds of scales are known to as many times the rounding of others.
+        return trends_of(scaled / max(1.0, float(np.abs(scaled).max())))
+
+    def largest_multiplier(self, window: DenseMotion, begin: float, end: float) -> float:
+        """Return the largest modulus of a cycle's multipliers besides that of its own direction."""
+        flow = flow_of(self.model)
+        constants = flow.constants_of(self.model)
+        inside = window.phases[(window.phases > begin) & (window.phases < end)][::PIECE]
+        edges = np.concatenate([[begin], inside, [end]])
+        states, lengths = window.at(edges[:-1]), np.diff(edges)
+        still = np.zeros((len(constants.values), 1))
+        zero = np.zeros(len(states))
+        matrices = flow.linearise(states, zero, lengths, constants, still)[1]
+        monodromy = reduce(lambda product, matrix: matrix @ product, matrices)
+        if not np.isfinite(monodromy).all():
+            return math.inf
+        values = np.linalg.eigvals(monodromy * (self.scales / self.scales[:, None]))
+        others = np.delete(values, np.abs(values - 1).argmin())
+        return float(np.abs(others).max(initial=0.0))
+
+
+def _at_rest(rest: Equilibrium) -> Settlement:
+    within = f"within {max(rest.distance, 1e-16):.1e}"
+    if rest.growth > 0:
+        return Settlement(
+            False,
+            None,
+            rest.distance,
+            None,
+            f"not settled: it sits on an unstable equilibrium, {within}; a disturbance grows by "
+            f"the factor 10 in {math.log(10) / rest.growth:.3g} s",
+        )
+    kind = "an equilibrium" if rest.growth < 0 else "an equilibrium that attracts nothing"
+    message = f"settled on {kind}, {within}"
+    return Settlement(True, 1, rest.distance, None, message, kind="equilibrium")
+
+
+def _on_cycle(
+    end: _End, window: DenseMotion, returns: Returns, trend: Trend, tolerance: float
+) -> Settlement | None:
+    """Judge a cycle that returns come to by its multipliers; None if it is not near enough yet.
+
+    The largest one is the rate at which drift will shrink: among rounding errors the drift itself
+    shows none.
+    """
+    begin, stop = float(returns.phases[-1 - trend.period]), float(returns.phases[-1])
+    duration = (stop - begin) * end.unit
+    multiplier = end.largest_multiplier(window, begin, stop)
+    repeats = f"{max(trend.drift, 1e-16):.1e}"
+    if multiplier < 1 - NEUTRAL:
+        if trend.drift * multiplier / (1 - multiplier) > tolerance:
+            return None
+        return Settlement(
+            True,
+            1,
+            trend.drift,
+            trend.rate,
+            f"settled on a cycle of {duration:.9g} s ({1 / duration:.6g} Hz); it repeats within "
+            f"{repeats}",
+            duration=duration,
+            kind="cycle",
+        )
+    if multiplier > 1 + NEUTRAL:
+        message = (
+            f"not settled: it follows an unstable cycle of {duration:.9g} s, from which a "
+            f"disturbance grows by the factor {multiplier:.4g} a round; start beside it"
+        )
+    else:
+        message = (
+            f"not settled: each round of {duration:.9g} s repeats the one before within {repeats}, "
+            "but nothing attracts the motion to it; it goes on as it began, as round a centre "
+            "without damping"
+        )
+    return Settlement(False, None, trend.drift, trend.rate, message)
+
+
+def _unsettled(
+    end: _End, returns: Returns | None, seen: float, rest: Equilibrium | None, tolerance: float
+) -> Settlement:
+    start = f"not settled after {end.time:.6g} s: "
+    sizes = np.abs(end.strobe / end.scales).max(axis=1)
+    if rest is not None and rest.growth < 0 and _approaches(end, rest):
+        more = math.log(rest.distance / tolerance) / -rest.growth
+        message = (
+            f"{start}it approaches an equilibrium and is {rest.distance:.1e} away; about "
+            f"{more:.3g} s more are needed"
+        )
+        return Settlement(False, None, rest.distance, None, message)
+    count = 0 if returns is None else len(returns)
+    if returns is None or count <= SHORTEST:
+        half = len(sizes) // 2
+        grows = half and sizes[half:].max() > GROWS * sizes[:half].max()
+        how = "the motion still grows" if grows else _few(count, seen)
+        return Settlement(False, None, math.nan, None, f"{start}{how}; simulate longer")
+    return _still_changing(end, returns, start, tolerance)
+
+
+def _few(count: int, seen: float) -> str:
+    lately = f"in the last {seen:.4g} s the motion has"
+    if count == 0:
+        return f"{lately} not come back to where it was"
+    times = "once" if count == 1 else f"{count} times"
+    return f"{lately} come back to where it was {times} only, too seldom to tell"
+
+
+def _approaches(end: _End, rest: Equilibrium) -> bool:
+    """Whether the motion comes nearer to an equilibrium as its slowest eigenvalue says."""
+    away = np.abs((end.strobe - rest.state) / end.scales).max(axis=1)
+    if len(away) < FEWEST:
+        return False
+    quarters = [float(part.max()) for part in np.array_split(away, 4)][1:]
+    shrinks = all(after < before for before, after in pairwise(quarters))
+    expected = -rest.growth * end.time / 4
+    return shrinks and 0.5 < math.log(quarters[-2] / quarters[-1]) / expected < 2.0
+
+
+def _still_changing(end: _End, returns: Returns, start: str, tolerance: float) -> Settlement:
+    between = float(np.diff(returns.phases).mean()) * end.unit
+    trends = end.trends(returns)
+    for trend in trends:
+        more = trend.more(tolerance)
+        if more is not None and trend.rate is not None:
+            return Settlement(
+                False,
+                None,
+                trend.drift,
+                trend.rate,
+                f"{start}the motion comes back after about {trend.period * between:.4g} s, still "
+                f"changed by {trend.drift:.1e}, shrinking by the factor "
+                f"{trend.rate**trend.period:.6g}; about {more * between:.3g} s more are needed",
+            )
+    first = trends[0]
+    if first.growing:
+        how = f"leaving an unstable cycle of about {between:.4g} s; simulate longer"
+        return Settlement(False, None, first.drift, first.rate, f"{start}it is {how}")
+    return Settlement(
+        False,
+        None,
+        first.drift,
+        first.rate,
+        f"{start}the motion comes back after about {between:.4g} s, changed by {first.drift:.1e}, "
+        "and this does not shrink; a torus, chaos or a very slow transient: look at the motion, or "
+        f"simulate {10 * end.time:.3g} s",
+    )

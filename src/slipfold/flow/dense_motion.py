@@ -1,0 +1,47 @@
+"""A motion known at every instant, as Taylor polynomials from step to step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["DenseMotion"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class DenseMotion:
+    """A motion of an autonomous model over some steps of the integrator.
+
+    Parameters
+    ----------
+    phases
+        Where the steps begin and end, from zero on, shape (m,).
+    polynomials
+        Maps phases to states in units of the scales.
+    scales
+        Units of the states.
+    """
+
+    phases: Array
+    polynomials: Any
+    scales: Array
+
+    @property
+    def end(self) -> float:
+        """The last phase."""
+        return float(self.phases[-1])
+
+    def at(self, phases: Array) -> Array:
+        """Return the states at some phases, as exact as the integration, shape (m, n).
+
+        Parameters
+        ----------
+        phases
+            Shape (m,), from zero to the end.
+        """
+        return np.array(self.polynomials(phases)) * self.scales
