@@ -191,10 +191,19 @@ def test_markup_in_a_model_is_shown_as_text(explorer):
 
 @pytest.mark.parametrize("model", ["duffing", "stuart-landau"])
 def test_textbook_systems(explorer, model):
-    explorer.open(f"model={model}")
+    explorer.open(f"model={model}&p.r=-0.4")
     assert explorer.traces()
     expect(explorer.page.locator("#plot-motion")).to_be_visible()
     expect(explorer.page.locator("#plot-path")).to_be_hidden()
-    expect(explorer.page.locator("#plot-multipliers svg")).to_have_attribute(
-        "aria-label", re.compile("Floquet multipliers: moduli")
+    # The one is forced; the other rests, and has no period to take multipliers over.
+    picture, words = {
+        "duffing": ("multipliers", "Floquet multipliers: moduli"),
+        "stuart-landau": ("eigenvalues", "Eigenvalues in 1/s: −0.4 [+−]"),
+    }[model]
+    expect(explorer.page.locator(f"#plot-{picture} svg")).to_have_attribute(
+        "aria-label", re.compile(words)
     )
+    rests = model == "stuart-landau"
+    assert ("rightmost eigenvalue" in explorer.page.locator("#orbit-title").inner_text()) == rests
+    for other in ("time", "spectrum"):
+        expect(explorer.page.locator(f"#plot-{other}")).to_be_visible(visible=not rests)

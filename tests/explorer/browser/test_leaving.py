@@ -1,6 +1,8 @@
 """What is shown leaves as the text that makes it, as pictures and data; a link brings it back."""
 
+import re
 import tomllib
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -46,12 +48,24 @@ def test_python_and_toml_are_copied(shown):
     expect(dialog).to_be_hidden()
 
 
-@pytest.mark.parametrize("panel", ["diagram", "orbit"])
-def test_pictures(shown, panel):
+@pytest.mark.parametrize(
+    ("panel", "words"),
+    [
+        ("diagram", ["Nd (N)"]),
+        ("orbit", ["Nd = 0.3", "Time series", "Floquet multipliers", "Contact forces", "Fx"]),
+        ("simulation", ["simulated from rest", "Period by period", "forcing period"]),
+    ],
+)
+def test_pictures_say_what_they_show(shown, panel, words):
+    if panel == "simulation":
+        shown.page.get_by_role("button", name="From rest").click()
+        expect(shown.page.locator(".verdict")).to_have_text(re.compile("settled"))
     assert saved(shown, panel, "PNG").read_bytes().startswith(b"\x89PNG")
     text = saved(shown, panel, "SVG").read_text()
     assert text.startswith("<svg")
     assert "</svg>" in text
+    content = "".join(ElementTree.fromstring(text).itertext())
+    assert [word for word in words if word not in content] == []
 
 
 def test_data(shown):

@@ -64,6 +64,7 @@ function build(models) {
   const orbits = new OrbitPanel(session);
   const plane = new PlanePlot(session);
   const simulation = new Simulation(session);
+  const simulations = new SimulationPanel(session, simulation, diagram, orbits);
   const tour = new Tour(session, { simulation });
   const page = { dialog, say };
   const menus = {
@@ -77,11 +78,11 @@ function build(models) {
     }, page),
     orbit: new ExportMenu("orbit", {
       request: () => orbits.shown?.request ?? null,
-      picture: (format) => drawn(orbits, format),
+      picture: (format) => drawn(orbits.title.textContent, orbits.figures, format),
     }, page),
     simulation: new ExportMenu("simulation", {
-      request: () => simulation.request ?? null,
-      picture: (format) => plotted(diagram, format),
+      request: () => (simulation.state.count > 0 ? simulation.request : null),
+      picture: (format) => drawn(simulation.title, [simulations.figure], format),
     }, page),
   };
   const planeControls = new PlaneControls(session);
@@ -94,7 +95,7 @@ function build(models) {
       planeControls.node, plane.node, planeControls.progress),
     orbit: panel("orbit", "Orbit", [orbits.title, menus.orbit.node], orbits.node),
     simulation: panel("simulation", "Simulation", [menus.simulation.node],
-      new SimulationPanel(session, simulation, diagram, orbits).node),
+      simulations.node),
   };
   const main = element("main", {}, panels.diagram, panels.plane, panels.orbit, panels.simulation);
   document.getElementById("page").replaceChildren(
@@ -163,7 +164,7 @@ async function plotted(plot, format) {
   return new Blob([bytes], { type: "image/png" });
 }
 
-async function drawn(orbits, format) {
-  const sheet = sheetOf(orbits.drawings, colours()("panel"));
+async function drawn(title, figures, format) {
+  const sheet = sheetOf(title, figures, colours());
   return format === "svg" ? new Blob([sheet.text], { type: "image/svg+xml" }) : pictureOf(sheet);
 }

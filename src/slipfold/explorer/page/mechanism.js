@@ -43,9 +43,9 @@ export class Mechanism {
     this.node = element("div", { class: "mechanism-frame" }, this.#parts.drawing, this.#reading);
   }
 
-  /** The drawing itself, e.g. for a file. */
-  get drawing() {
-    return this.#parts.drawing;
+  /** As `SmallPlot.figure`. */
+  get figure() {
+    return { drawing: this.#parts.drawing, caption: null };
   }
 
   /**

@@ -3,7 +3,7 @@
 import { Cursor } from "./cursor.js";
 import { element, icon } from "./dom.js";
 import { Mechanism } from "./mechanism.js";
-import { orbitPlots } from "./orbit_plots.js";
+import { complexText, orbitPlots } from "./orbit_plots.js";
 import { PhaseAnimation } from "./phase_animation.js";
 import { formatted, withUnit } from "./quantities.js";
 
@@ -34,14 +34,15 @@ export class OrbitPanel {
     on: { input: () => this.#slow() },
   });
   #factor = element("output", { class: "factor" });
+  #controls = element("div", { class: "player" });
 
   /** @param {import("./session.js").Session} session */
   constructor(session) {
     this.#session = session;
-    const controls = element("div", { class: "player" }, this.#play, this.#phase,
+    this.#controls.append(this.#play, this.#phase,
       element("label", {}, element("span", {}, "slow motion"), this.#speed), this.#factor);
     this.node = element("div", { class: "orbit" },
-      element("div", { class: "stage-column" }, this.#stage, controls), this.#grid);
+      element("div", { class: "stage-column" }, this.#stage, this.#controls), this.#grid);
     this.cursor.moved.subscribe((phase) => this.#point(phase));
     this.cursor.toggled.subscribe((plays) => this.#playing(plays));
     this.#playing(false);
@@ -54,10 +55,10 @@ export class OrbitPanel {
     return this.#orbit;
   }
 
-  /** The drawings of all pictures that are seen, for a file. */
-  get drawings() {
+  /** All pictures that are seen with their captions, for a file. */
+  get figures() {
     const seen = this.#plots.map(({ plot }) => plot).filter(({ node }) => !node.hidden);
-    return [this.#stageOf(this.#orbit.answer).drawing, ...seen.map(({ drawing }) => drawing)];
+    return [this.#stageOf(this.#orbit.answer), ...seen].map(({ figure }) => figure);
   }
 
   #show({ answer, place, view, request }) {
@@ -77,6 +78,7 @@ export class OrbitPanel {
       if (isSeen) picture.draw(this.#orbit);
     }
     this.node.classList.remove("empty");
+    this.#controls.hidden = Boolean(answer.eigenvalues);
     this.title.textContent = titleOf(answer, place, this.#session.quantity(view.vary), model.forced);
     this.#point(this.cursor.phase);
     this.#slowness();
@@ -142,9 +144,12 @@ function parametersOf(view, answer) {
 function titleOf(answer, place, vary, isForced) {
   const at = `${vary.label ?? vary.name} = ${withUnit(vary, answer.value ?? place.x)}`;
   const kind = answer.stable ? "stable" : "unstable";
+  if (answer.eigenvalues) {
+    const [[re, im]] = answer.eigenvalues;
+    const pair = im === 0 ? formatted(re) : `(${complexText([re, Math.abs(im)]).replace("+", "±")})`;
+    return `${at}: equilibrium, ${kind}; rightmost eigenvalue ${pair}\u202f1/s`;
+  }
   const size = `largest multiplier ${formatted(Math.max(0, ...answer.multipliers.map(([re, im]) => Math.hypot(re, im))), 4)}`;
   const cycle = `cycle of ${formatted(answer.t.at(-1) - answer.t[0])}\u202fs`;
-  const moving = isForced ? `period ${answer.period}` : cycle;
-  const what = place.isEquilibrium ? "equilibrium" : moving;
-  return `${at}: ${what}, ${kind}; ${size}`;
+  return `${at}: ${isForced ? `period ${answer.period}` : cycle}, ${kind}; ${size}`;
 }

@@ -22,7 +22,8 @@ const CIRCLE = Array.from({ length: 121 }, (_, i) => (i * Math.PI) / 60);
  */
 export function orbitPlots(onPhase) {
   return [
-    timeSeries(onPhase), phasePortrait(), path(), spectrum(), multipliers(), forces(onPhase),
+    timeSeries(onPhase), phasePortrait(), path(), spectrum(), multipliers(), eigenvalues(),
+    forces(onPhase),
   ];
 }
 
@@ -30,7 +31,7 @@ function timeSeries(onPhase) {
   const plot = new SmallPlot("time", "Time series", { onPoint: (time) => onPhase(time / plot.length) });
   return {
     plot,
-    fits: () => true,
+    fits: ({ answer }) => !answer.eigenvalues,
     draw: (orbit) => {
       const names = positions(orbit.answer);
       drawOverTime(plot, orbit, names, orbit.answer.states);
@@ -113,7 +114,7 @@ function spectrum() {
   const plot = new SmallPlot("spectrum", "Spectrum");
   return {
     plot,
-    fits: ({ answer }) => answer.spectrum.frequency.length > 1,
+    fits: ({ answer }) => answer.spectrum.frequency.length > 1 && !answer.eigenvalues,
     draw: ({ answer, quantity }) => {
       const { frequency, amplitude } = answer.spectrum;
       const names = positions(answer).filter((name) => name in amplitude);
@@ -149,7 +150,7 @@ function multipliers() {
   const plot = new SmallPlot("multipliers", "Floquet multipliers", { isEqual: true });
   return {
     plot,
-    fits: () => true,
+    fits: ({ answer }) => !answer.eigenvalues,
     draw: ({ answer }) => {
       const far = Math.max(1.25, ...answer.multipliers.map(([re, im]) => 1.12 * Math.hypot(re, im)));
       const outside = answer.multipliers.filter(([re, im]) => Math.hypot(re, im) > 1);
@@ -168,6 +169,39 @@ function multipliers() {
     },
     point: () => {},
   };
+}
+
+/** Of an equilibrium: it has no period over which multipliers could be taken. */
+function eigenvalues() {
+  const plot = new SmallPlot("eigenvalues", "Eigenvalues");
+  return {
+    plot,
+    fits: ({ answer }) => Boolean(answer.eigenvalues),
+    draw: ({ answer }) => {
+      const [re, im] = [0, 1].map((part) => answer.eigenvalues.map((value) => value[part]));
+      const far = [re, im].map((part) => 1.2 * Math.max(...part.map(Math.abs)) || 1);
+      const right = re.filter((value) => value > 0).length;
+      plot.draw({
+        x: { label: "real part (1/s)", range: [-far[0], far[0]] },
+        y: { label: "imaginary part (1/s)", range: [-far[1], far[1]] },
+        lines: [
+          { x: [-far[0], far[0]], y: [0, 0], tint: "faint dash" },
+          { x: [0, 0], y: [-far[1], far[1]], tint: "faint" },
+        ],
+        dots: answer.eigenvalues.map(([x, y]) => ({ x, y, tint: x > 0 ? "outside" : "inside" })),
+      }, `Eigenvalues in 1/s: ${answer.eigenvalues.map(complexText).join(", ")}; ${right} with a positive real part`);
+    },
+    point: () => {},
+  };
+}
+
+/**
+ * A complex number in words of its parts.
+ * @param {[number, number]} value
+ */
+export function complexText([re, im]) {
+  if (im === 0) return formatted(re, 4);
+  return `${formatted(re, 4)} ${im < 0 ? "−" : "+"} ${formatted(Math.abs(im), 4)}i`;
 }
 
 /** The states that are not rates of others: displacements. */

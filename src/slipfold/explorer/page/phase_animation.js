@@ -14,9 +14,9 @@ export class PhaseAnimation {
   node = element("div", { class: "mechanism-frame" }, this.#plot.node);
   #pair = null;
 
-  /** The drawing itself, e.g. for a file. */
-  get drawing() {
-    return this.#plot.drawing;
+  /** As `SmallPlot.figure`. */
+  get figure() {
+    return this.#plot.figure;
   }
 
   /** As `Mechanism.adopt`. */

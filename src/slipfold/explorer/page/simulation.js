@@ -1,5 +1,6 @@
 /** A motion followed period by period, as it is computed. */
 
+import { withUnit } from "./quantities.js";
 import { Signal } from "./signal.js";
 import { diagramRequest, simulationRequest } from "./view.js";
 
@@ -23,6 +24,15 @@ export class Simulation {
     session.store.changed.subscribe(({ view, before }) => {
       if (systemOf(view) !== systemOf(before)) this.clear();
     });
+  }
+
+  /** What was simulated and how it ended, in words. */
+  get title() {
+    const { view, verdict } = this.state;
+    const vary = this.#session.quantity(view.vary);
+    const at = `${vary.label ?? vary.name} = ${withUnit(vary, view.parameters[view.vary])}`;
+    const from = this.request.start === "rest" ? "rest" : "an orbit, nudged off it";
+    return `${at}, simulated from ${from}: ${verdict}`;
   }
 
   /** From rest, at the working point. */

@@ -50,6 +50,11 @@ export class SimulationPanel {
     this.#show(diagram);
   }
 
+  /** The drawing and its caption, for a file. */
+  get figure() {
+    return this.#plot.figure;
+  }
+
   #show(diagram) {
     const { isRunning, verdict, count, x } = this.#simulation.state;
     this.#stop.hidden = !isRunning;

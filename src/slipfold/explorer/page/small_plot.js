@@ -58,9 +58,9 @@ export class SmallPlot {
     }
   }
 
-  /** The drawing itself, e.g. for a file. */
-  get drawing() {
-    return this.#svg;
+  /** The drawing and its caption, for a file. */
+  get figure() {
+    return { drawing: this.#svg, caption: this.node.querySelector("figcaption") };
   }
 
   /**

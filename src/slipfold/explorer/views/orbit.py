@@ -5,11 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipfold.attractors.spectrum import find_spectrum
 from slipfold.explorer.views.numbers import number, short
 from slipfold.flow import flow_of
+from slipfold.models.evaluation import evaluation_of
 from slipfold.models.sliding_oscillator import SlidingOscillator
+from slipfold.orbits.critical_equilibrium import eigenvalues_of
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
 __all__ = ["orbit_view"]
@@ -41,8 +44,9 @@ def orbit_view(orbit: PeriodicOrbit, vary: str) -> dict[str, Any]:
     -------
     dict
         ``t`` in s and ``phase`` in forcing periods, both ends included, ``states`` and ``outputs``
-        by name, ``spectrum``, ``multipliers`` as pairs, ``stable``, ``period``, ``value``,
-        ``duration`` and ``mechanism``: what to animate, or None.
+        by name, ``spectrum``, ``multipliers`` as pairs, ``eigenvalues`` likewise of an equilibrium
+        (in 1/s), else None, ``stable``, ``period``, ``value``, ``duration`` and ``mechanism``: what
+        to animate, or None.
     """
     model = orbit.model
     flow = flow_of(model)
@@ -60,13 +64,27 @@ def orbit_view(orbit: PeriodicOrbit, vary: str) -> dict[str, Any]:
         "states": {name: columns[name] for name in names},
         "outputs": {name: column for name, column in columns.items() if name not in names},
         "spectrum": _spectrum(orbit),
-        "multipliers": [[float(item.real), float(item.imag)] for item in orbit.multipliers],
+        "multipliers": _pairs(orbit.multipliers),
+        "eigenvalues": _pairs(_eigenvalues(orbit)) if _rests(orbit) else None,
         "stable": orbit.stable,
         "period": orbit.period,
         "value": number(model.values[vary]),
         "duration": number(orbit.duration),
         "mechanism": {"kind": "sliding"} if isinstance(model, SlidingOscillator) else None,
     }
+
+
+def _rests(orbit: PeriodicOrbit) -> bool:
+    """Whether it is an equilibrium, which has no period: multipliers over one say nothing."""
+    return not orbit.model.forced and bool((orbit.nodes == orbit.state).all())
+
+
+def _eigenvalues(orbit: PeriodicOrbit) -> NDArray[np.complex128]:
+    return eigenvalues_of(evaluation_of(orbit.model).jacobian(orbit.model, orbit.state))
+
+
+def _pairs(values: NDArray[np.complex128]) -> list[list[float]]:
+    return [[float(item.real), float(item.imag)] for item in values]
 
 
 def _spectrum(orbit: PeriodicOrbit) -> dict[str, Any]:
