@@ -257,3 +257,17 @@ def test_units_of_time_and_state_do_not_matter(scale):
     assert locus.values.prod(axis=1) == pytest.approx(1, abs=1e-12)
     frequency = np.abs(locus.eigenvalues.imag).max(axis=1) / scale
     assert frequency == pytest.approx(np.sqrt(locus.values[:, 1]))
+
+
+def test_lines_of_a_window_do_not_cross_zero_where_the_window_does_not():
+    # Without damping (c = 0) the cycles of the squeal model fill the plane: hundreds of points each
+    # that have no part in a window of positive damping.
+    seen = []
+    found = sf.locus(
+        model_named("squeal"),
+        ("mu", "c"),
+        ((0.4, 0.9), (0.01, 0.2)),
+        observer=lambda progress: seen.append(progress.values[1]),
+    )
+    assert {locus.type for locus in found.loci} == {"HB", "LP"}
+    assert min(seen) > 0

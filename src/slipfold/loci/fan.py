@@ -156,9 +156,12 @@ def _extended(model: Model, vary: str, span: tuple[float, float]) -> tuple[float
     parameter, width = model.parameter(vary), high - low
     if model.quiet == vary:
         return min(0.0, low), min(high + BEYOND_QUIET * width, parameter.upper)
-    # A bound itself may be excluded; a parameter that is positive is not followed to zero.
-    lower = low - min(BEYOND * width, 0.5 * (low - parameter.lower))
-    upper = high + min(BEYOND * width, 0.5 * (parameter.upper - high))
+    # A bound itself may be excluded. Zero is one as well: what is damping, friction or mass inside
+    # the window is none beyond zero, and families of cycles that fill the plane may wait there.
+    lowest = max(parameter.lower, 0.0) if low >= 0 else parameter.lower
+    highest = min(parameter.upper, 0.0) if high <= 0 else parameter.upper
+    lower = low - min(BEYOND * width, 0.5 * (low - lowest))
+    upper = high + min(BEYOND * width, 0.5 * (highest - high))
     return lower, upper
 
 
