@@ -172,6 +172,16 @@ class ExplorerPage:
             box["y"] + (1 - (y - low) / (high - low)) * box["height"],
         )
 
+    def mark(self, text):
+        """Where in the diagram a special point is, by what stands beside it."""
+        return self.page.evaluate(
+            "([selector, text]) => document.querySelector(selector).data"
+            ".filter(({ text }) => text)"
+            ".flatMap((trace) => trace.text.map((name, i) => [name, trace.x[i], trace.y[i]]))"
+            ".find(([name]) => name === text).slice(1)",
+            [f"{DIAGRAM} .plot-canvas", text],
+        )
+
     def orbit_shown(self, period):
         """Wait for an orbit of a period; return the value of the parameter it is at."""
         self.page.wait_for_selector(f"{ORBIT}[data-period='{period}']")

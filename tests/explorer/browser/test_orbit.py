@@ -46,6 +46,20 @@ def test_a_point_under_the_pointer_is_previewed(explorer):
     assert explorer.orbit_shown(2) == pytest.approx(0.3)
 
 
+def test_a_marker_is_the_special_point_that_it_marks(explorer):
+    """Both branches pass through the period doubling's marker; it is an orbit of the first."""
+    explorer.open("model=sliding&p.Nd=0.3")
+    explorer.orbit_shown(2)
+    place = explorer.pixel(*explorer.mark("PD super"))
+    explorer.page.mouse.move(place[0] + 3, place[1] - 4)
+    tip = explorer.page.locator(f"{DIAGRAM} .tip")
+    expect(tip).to_contain_text("Supercritical period doubling of period 1 at Nd = 0.0435789 N")
+    explorer.page.mouse.click(place[0] + 3, place[1] - 4)
+    assert explorer.orbit_shown(1) == pytest.approx(0.0435789, abs=1e-7)
+    title = explorer.page.locator("#orbit-title")
+    expect(title).to_contain_text("period 1, supercritical period doubling; largest multiplier 1")
+
+
 def test_special_points_are_a_list_to_go_to(explorer):
     explorer.open()
     explorer.page.locator(".chip", has_text="NS 0.1664").click()

@@ -55,6 +55,8 @@ def test_the_first_visit_is_guided(browser, address):
     assert "token" not in page.url
     tour = page.get_by_role("dialog")
     expect(tour.locator("h2")).to_have_text("A tip on a moving plate")
+    undo = page.get_by_label("Undo (Ctrl+Z)")
+    expect(undo).to_be_disabled()
     steps = int(tour.locator(".count").inner_text().split()[-1])
     told = []
     for step in range(1, steps + 1):
@@ -62,16 +64,27 @@ def test_the_first_visit_is_guided(browser, address):
         if tour.locator("h2").inner_text() in ("The threshold", "Criticality"):
             expect(tour).to_contain_text("= 0.")
         told.append(tour.locator("p").inner_text())
+        if tour.locator("h2").inner_text() == "Speed of the plate":
+            names = page.get_by_label("Name of the pinned curve")
+            pinned = [names.nth(i).input_value() for i in range(names.count())]
+            assert len(pinned) == 3
+            assert ", ".join(pinned) in told[-1]
         tour.locator(".main").click()
     expect(tour).to_be_hidden()
+    expect(undo).to_be_disabled()  # the reader has done nothing yet
     assert "Nd = 0.0436" in told[1] or "Nd = 0.04358" in told[1]
     # It is not forced on anyone twice, but it can be had again, and left.
     page.reload()
     page.wait_for_selector(f"{DIAGRAM}[data-drawn]")
     expect(tour).to_be_hidden()
     page.get_by_role("button", name="Tour").click()
+    page.get_by_role("button", name="Next").click()
     page.get_by_role("button", name="Skip the tour").click()
     expect(tour).to_be_hidden()
+    shown = page.url
+    undo.click()
+    page.wait_for_url(lambda address: address != shown)  # what was there before the tour
+    expect(undo).to_be_disabled()
     assert explorer.faults == []
     context.close()
 

@@ -11,9 +11,10 @@ import { CONFIG, frame, layout, mapping } from "./plot_frame.js";
 import { axisTitle, display, formatted, withUnit } from "./quantities.js";
 import { colours, themeChanged } from "./theme.js";
 import { STATISTICS, inside } from "./view.js";
-import { crossings, nearestPlace } from "./working_point.js";
+import { crossings, nearestPlace, nearestSpecial } from "./working_point.js";
 
 const REACH = 14;
+const MARK = 9;
 const MOVED = 4;
 const KEY_STEPS = 200;
 const FAINT = 0.4;
@@ -260,7 +261,8 @@ export class DiagramPlot {
     const point = [event.clientX - box.left, event.clientY - box.top];
     if (!map.isInside(...point)) return null;
     const [fx, fy] = factors(diagram);
-    return nearestPlace(diagram, (x, y) => map.toPixel(x * fx, y * fy), point, REACH);
+    const pixel = (x, y) => map.toPixel(x * fx, y * fy);
+    return nearestSpecial(diagram, pixel, point, MARK) ?? nearestPlace(diagram, pixel, point, REACH);
   }
 
   #point(event) {
@@ -286,6 +288,7 @@ export class DiagramPlot {
     const at = `${diagram.x.label} = ${withUnit(diagram.x, place.x)}`;
     const y = display(diagram.y);
     const value = `${valueTitle(diagram.y)} = ${formatted(place.y * y.factor)}`;
+    if (place.special) return `${place.special.sentence}\n${value}`;
     const kind = place.kind === "stable" ? "stable" : `unstable: ${place.kind}`;
     const orbit = place.isEquilibrium ? "equilibrium" : `period ${place.period}`;
     return `${at}\n${value}\n${orbit}, ${kind}`;

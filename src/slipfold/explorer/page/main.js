@@ -111,7 +111,7 @@ function build(models) {
   tellDefects(session);
   connection.open();
   session.start();
-  if (!given && isFirstVisit() && session.view.model === TOLD_OF) tour.start();
+  if (!given && isFirstVisit() && session.view.model === TOLD_OF) tour.start({ isFirst: true });
   document.getElementById("page").dataset.started = "";
 }
 

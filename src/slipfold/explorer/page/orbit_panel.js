@@ -143,7 +143,8 @@ function parametersOf(view, answer) {
 
 function titleOf(answer, place, vary, isForced) {
   const at = `${vary.label ?? vary.name} = ${withUnit(vary, answer.value ?? place.x)}`;
-  const kind = answer.stable ? "stable" : "unstable";
+  // On a special point it is rounding that says on which side of stability it is.
+  const kind = place.special ? place.special.words : answer.stable ? "stable" : "unstable";
   if (answer.eigenvalues) {
     const [[re, im]] = answer.eigenvalues;
     const pair = im === 0 ? formatted(re) : `(${complexText([re, Math.abs(im)]).replace("+", "±")})`;

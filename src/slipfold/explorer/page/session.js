@@ -6,7 +6,7 @@ import { Requests } from "./requests.js";
 import { Signal } from "./signal.js";
 import { Store } from "./store.js";
 import { diagramRequest, orbitRequest, planeRequest } from "./view.js";
-import { chosenPlace, crossings } from "./working_point.js";
+import { asSpecial, chosenPlace, crossings } from "./working_point.js";
 
 const KEPT_ORBITS = 60;
 
@@ -192,7 +192,8 @@ export class Session {
     if (!this.diagram) return;
     const { view } = this;
     const value = view.parameters[view.vary];
-    this.place = chosenPlace(crossings(this.diagram, value), this.#followed ?? view.at);
+    const place = chosenPlace(crossings(this.diagram, value), this.#followed ?? view.at);
+    this.place = asSpecial(this.diagram, place);
     if (this.place && this.#followed) {
       this.#followed = { branch: this.place.branch, y: this.place.y };
     }

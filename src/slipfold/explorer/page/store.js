@@ -35,12 +35,15 @@ export class Store {
   /** Show a view and remember the one before, to undo. */
   commit(view = this.view) {
     if (JSON.stringify(view) !== JSON.stringify(this.#committed)) {
-      this.#past.push(this.#committed);
-      if (this.#past.length > LONGEST) this.#past.shift();
-      this.#future = [];
+      this.#remember();
       this.#committed = view;
     }
     this.#show(view, false);
+  }
+
+  /** Remember the view that is shown, to come back to it whatever is amended. */
+  mark() {
+    this.#remember();
   }
 
   /** Add what the page found out by itself; that is nothing to undo. */
@@ -57,6 +60,12 @@ export class Store {
   /** Take back an undo. */
   redo() {
     this.#travel(this.#future, this.#past);
+  }
+
+  #remember() {
+    this.#past.push(this.#committed);
+    if (this.#past.length > LONGEST) this.#past.shift();
+    this.#future = [];
   }
 
   #travel(from, to) {

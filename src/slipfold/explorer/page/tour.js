@@ -45,9 +45,13 @@ export class Tour {
     session.diagramArrived.subscribe(() => this.#tell());
   }
 
-  /** Begin, from the first step. */
-  start() {
+  /**
+   * Begin, from the first step. What the reader had before can be had again by an undo.
+   * @param {{isFirst?: boolean}} [how] isFirst: there was nothing before
+   */
+  start({ isFirst = false } = {}) {
     this.node.hidden = false;
+    if (!isFirst) this.#session.store.mark();
     this.#go(0);
     this.#title.focus({ preventScroll: true });
   }
@@ -73,7 +77,8 @@ export class Tour {
     this.#back.disabled = step === 0;
     this.#next.textContent = step + 1 === STEPS.length ? "Done" : "Next";
     if (this.#parts.simulation.state.count > 0) this.#parts.simulation.clear();
-    if (view) this.#session.store.commit({ ...view(model), plane: this.#session.view.plane ?? model.plane });
+    // The steps are the tour's, not the reader's: there is nothing to undo between them.
+    if (view) this.#session.store.amend({ ...view(model), plane: this.#session.view.plane ?? model.plane });
     act?.(this.#parts);
     this.#tell();
     this.#mark(document.querySelector(at));

@@ -95,10 +95,10 @@ export function diagramRequest(view, parameters = view.parameters) {
  * @param {View} view
  * @param {import("./working_point.js").Place} place
  */
-export function orbitRequest(view, { branch, arclength, x, isTurn = false }) {
+export function orbitRequest(view, { branch, arclength, x, isTurn = false, special }) {
   const { model, vary, span } = view;
   const parameters = without(view.parameters, vary);
-  const at = isTurn ? { branch, arclength } : { branch, arclength, value: x };
+  const at = isTurn || special ? { branch, arclength } : { branch, arclength, value: x };
   return { kind: "orbit", model, parameters, vary, span, at };
 }
 

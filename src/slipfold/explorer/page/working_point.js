@@ -10,10 +10,14 @@
  * @property {string} kind `"stable"` or unstable by what
  * @property {boolean} isEquilibrium
  * @property {boolean} [isTurn] whether the branch turns here, so that the value does not tell where
+ * @property {object} [special] the special point that it is
  */
 
 /** Share of a branch's range within which a value is that of its fold: drawn values are rounded. */
 const TURN = 1e-6;
+
+/** Share of a branch's height within which two of its places at one value are the same. */
+const SAME = 1e-3;
 
 /**
  * All places where branches cross a value.
@@ -79,10 +83,44 @@ function isTurn(x, i) {
   return i > 0 && i + 1 < x.length && (x[i] - x[i - 1]) * (x[i + 1] - x[i]) < 0;
 }
 
-/** The place of a special point. */
+/**
+ * The place of a special point.
+ * @param {object} branch
+ * @param {object} special
+ * @returns {Place}
+ */
 export function placeOfSpecial(branch, special) {
   const { arclength, value, y } = special;
-  return { branch: branch.id, arclength, x: value, y, period: branch.period, kind: special.type };
+  const isEquilibrium = branch.kind === "equilibrium";
+  return { branch: branch.id, arclength, x: value, y, period: branch.period, kind: special.type, isEquilibrium, special };
+}
+
+/**
+ * A place, or the special point that lies there.
+ * @param {object} diagram
+ * @param {Place|null} place
+ * @returns {Place|null}
+ */
+export function asSpecial(diagram, place) {
+  const branch = place && diagram.branches.find(({ id }) => id === place.branch);
+  if (!branch) return place;
+  const [width, height] = [branch.x, branch.y].map((values) => Math.max(...values) - Math.min(...values));
+  const special = branch.special.find(({ value, y }) =>
+    Math.abs(value - place.x) <= TURN * width && Math.abs(y - place.y) <= SAME * height);
+  return special ? placeOfSpecial(branch, special) : place;
+}
+
+/**
+ * The special point whose marker a point of the screen is on; as `nearestPlace`.
+ */
+export function nearestSpecial(diagram, pixel, point, reach) {
+  const known = diagram.branches.flatMap((branch) => branch.special.map((special) => {
+    const [x, y] = pixel(special.value, special.y);
+    return { gap: Math.hypot(x - point[0], y - point[1]), branch, special };
+  })).filter(({ gap }) => gap < reach);
+  if (known.length === 0) return null;
+  const { branch, special } = least(known, ({ gap }) => gap);
+  return placeOfSpecial(branch, special);
 }
 
 /**

@@ -83,16 +83,21 @@ def _special(point: SpecialPoint, show: str, statistic: str) -> dict[str, Any]:
         "criticality": point.criticality,
         "coefficient": number(point.coefficient),
         "leads_to": point.leads_to,
+        "words": _words(point),
         "sentence": _sentence(point),
     }
 
 
+def _words(point: SpecialPoint) -> str:
+    return " ".join(filter(None, [point.criticality, point.name]))
+
+
 def _sentence(point: SpecialPoint) -> str:
-    criticality = f"{point.criticality} " if point.criticality else ""
     unit = point.model.parameter(point.vary).unit
     at = f"at {point.vary} = {point.value:.6g} {unit}".rstrip()
     lead = "" if point.leads_to is None else f"; branch {point.leads_to} leaves here"
-    text = f"{criticality}{point.name} of period {point.period} {at}{lead}"
+    period = f" of period {point.period}" if point.model.forced else ""
+    text = f"{_words(point)}{period} {at}{lead}"
     return text[0].upper() + text[1:]
 
 
