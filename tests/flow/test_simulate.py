@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
+import slipfold as sf
 from helpers.sliding_by_hand import BASE, integrate, rhs
 from helpers.toy_models import Falling, LinearOscillator, Runaway
 from slipfold.errors import InputError
@@ -263,3 +264,19 @@ def test_a_thousand_periods_are_far_cheaper_than_scipy():
 def test_long_runs_take_little_memory():
     run = simulate(SLIDING, 5000)
     assert run.strobe.nbytes == 5001 * 4 * 8
+
+
+@pytest.mark.parametrize("unit", [1e-9, 1e9])
+def test_motion_does_not_depend_on_the_unit_of_what_a_limit_watches(unit):
+    model = sf.System(
+        name="loaded",
+        parameters={"W": 1.2, "K": {"value": 1.0, "min": 0}},
+        states={"x": "v", "v": "cos(W*t) - 0.1*v - x - x^3"},
+        forcing={"period": "2*pi/W"},
+        outputs={"load": "K*(x + 3)"},
+        limits={"lift off": {"output": "load", "bound": 0}},
+    )
+    expected = simulate(model, 8, [0.3, 0.4]).strobe
+    found = simulate(model.replace(K=unit), 8, [0.3, 0.4]).strobe
+    # Rounding of the weight in each of some hundred steps.
+    assert found == pytest.approx(expected, abs=1e-12)

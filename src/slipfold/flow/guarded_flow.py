@@ -69,6 +69,7 @@ class GuardedFlow:
         self._flow: Flow = flow_of(model)
         self._forced = model.forced
         self._watched = [self._flow.output_index(limit.output) for limit in model.limits]
+        self._bounds = np.array([limit.bound for limit in model.limits])
 
     def strobe(
         self, state: Array, periods: int, constants: Constants, before: int = 0
@@ -96,22 +97,24 @@ class GuardedFlow:
         result = np.empty((periods + 1, len(state)))
         result[0] = state
         stop = self._stop_at_start(state, before, constants)
+        values = [constants.values, constants.scales, self._weights(state, constants)]
+        parameters = np.concatenate(values)
         done = 0
         while done < periods and stop is None:
             count = min(CHUNK, periods - done)
-            states, stop = self._run(result[done], count, constants, before + done)
+            states, stop = self._run(result[done], count, constants, parameters, before + done)
             result[done + 1 : done + 1 + len(states)] = states
             done += len(states)
         return result[: done + 1], stop
 
     def _run(
-        self, state: Array, count: int, constants: Constants, done: int
+        self, state: Array, count: int, constants: Constants, parameters: Array, done: int
     ) -> tuple[Array, Stop | None]:
         """Integrate a chunk; return the states after each whole period."""
         integrator = self._integrators.get("guarded", self._compiled)
         integrator.time = 0.0
         integrator.state[:] = state / constants.scales
-        integrator.pars[:] = np.concatenate([constants.values, constants.scales])
+        integrator.pars[:] = parameters
         events = 0
         if integrator.with_events:
             integrator.reset_cooldowns()
@@ -155,6 +158,16 @@ class GuardedFlow:
         value = float(values[0, self._watched[which]])
         return Stop(limit.name, limit.reason.format(value=value), time)
 
+    def _weights(self, state: Array, constants: Constants) -> Array:
+        """One over the sizes of what is watched: events count in the length of a step as states."""
+        around = np.diag(constants.scales)
+        states = np.concatenate([state[None], state + around, state - around])
+        phases = np.repeat(np.arange(4) / 4, len(states))
+        values = self._flow.outputs(np.tile(states, (4, 1)), phases, constants)
+        distances = np.abs(values[:, self._watched] - self._bounds)
+        sizes = np.max(distances, axis=0, initial=0.0, where=np.isfinite(distances))
+        return 1 / np.where(sizes > 0, sizes, 1.0)
+
     def _stop_at_start(self, state: Array, before: int, constants: Constants) -> Stop | None:
         values = self._flow.outputs(state[None], np.zeros(1), constants)[0]
         for which, limit in enumerate(self.limits):
@@ -166,7 +179,7 @@ class GuardedFlow:
     def _compiled(self) -> Any:
         bounds = [(limit.output, limit.bound) for limit in self.limits]
         options = f"tol={TOLERANCE!r} limits={bounds!r} {VERSION}"
-        key = f"guarded scaled {options}\n{self._equations.fingerprint()}"
+        key = f"guarded weighted {options}\n{self._equations.fingerprint()}"
         hy.llvm_state.set_diskcache_enabled(False)
         return cached(key, self._build)
 
@@ -178,7 +191,10 @@ class GuardedFlow:
         rates = hy.subs(list(scaled.rates), known)
         named = dict(equations.outputs)
         outputs = [named[limit.output] for limit in self.limits]
-        watched = [output - limit.bound for output, limit in zip(outputs, self.limits, strict=True)]
+        watched = [
+            hy.par[len(symbols) + i] * (outputs[i] - limit.bound)
+            for i, limit in enumerate(self.limits)
+        ]
         events = [
             hy.t_event(item, direction=hy.event_direction.negative)
             for item in hy.subs(scaled.express(watched), known)
@@ -187,7 +203,7 @@ class GuardedFlow:
         return hy.taylor_adaptive(
             list(zip(equations.states, rates, strict=True)),
             state=[0.0] * equations.dimension,
-            pars=[0.0] * len(symbols),
+            pars=[0.0] * (len(symbols) + len(watched)),
             tol=TOLERANCE,
             t_events=events,
         )
