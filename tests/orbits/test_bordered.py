@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from slipfold.orbits.linearisation import Conditions, Linearisation
+from slipfold.orbits.linearisation import Conditions, Eliminated, Linearisation
 
 
 @pytest.mark.parametrize(
@@ -20,7 +20,13 @@ def test_elimination_gives_what_the_whole_matrix_gives(m, n, k):
         Conditions(generator.normal(size=k - 1), gradients),
     )
     right = generator.normal(size=size)
-    bordered = linearisation.bordered(generator.normal(size=size))
+    row = generator.normal(size=size)
+    for bordered in (Eliminated(linearisation, row), linearisation.bordered(row)):
+        assert_like_the_whole(bordered, right)
+
+
+def assert_like_the_whole(bordered, right):
+    size = len(right)
     assert bordered.solve(right) == pytest.approx(
         np.linalg.solve(bordered.matrix, right), rel=1e-9, abs=1e-11
     )
@@ -33,4 +39,5 @@ def test_elimination_gives_what_the_whole_matrix_gives(m, n, k):
 
 def test_a_singular_matrix_gives_nan():
     linearisation = Linearisation(np.zeros((2, 1)), np.ones((2, 1, 1)), np.zeros((2, 1, 1)))
-    assert np.isnan(linearisation.bordered(np.zeros(3)).solve(np.ones(3))).all()
+    for bordered in (linearisation.bordered(np.zeros(3)), Eliminated(linearisation, np.zeros(3))):
+        assert np.isnan(bordered.solve(np.ones(3))).all()

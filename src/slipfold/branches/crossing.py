@@ -33,6 +33,9 @@ ACROSS = 1e-6
 REACH = 0.05
 """A branch point this far from where it was located is another one, or none."""
 
+STANDS = 1e-4
+"""Share of the largest component below which the parameter stands still along a direction."""
+
 REMAINS = 1e-8
 """What may be left of the reduced equation at a branch point; where two folds face each other
 instead of crossing, more is left."""
@@ -110,7 +113,7 @@ def find_crossing(curve: Shooting, point: OrbitPoint, along: Array) -> Crossing 
     found = _as_point(curve, solved, tangents[own] * np.sign(alike[own]), point.arclength)
     # Rounding of the slopes moves the place, and with it the parameter.
     blurred = float(np.linalg.norm(solved.moves[-1] @ np.linalg.inv(hessian)))
-    return Crossing(found, tangents[1 - own], blurred * solved.rounding)
+    return Crossing(found, _oriented(tangents[1 - own]), blurred * solved.rounding)
 
 
 def _as_point(curve: Shooting, solved: _Solved, tangent: Array, arclength: float) -> OrbitPoint:
@@ -126,6 +129,17 @@ def _as_point(curve: Shooting, solved: _Solved, tangent: Array, arclength: float
         monodromy=linearisation.monodromy,
         multipliers=multipliers,
     )
+
+
+def _oriented(tangent: Array) -> Array:
+    """Return a direction with the sign that rounding does not choose.
+
+    The parameter rises along it; where that stands still, the first large component does.
+    """
+    sizes = np.abs(tangent)
+    if sizes[-1] > STANDS * sizes.max():
+        return tangent * np.sign(tangent[-1])
+    return tangent * np.sign(tangent[np.flatnonzero(sizes > 0.5 * sizes.max())[0]])
 
 
 def _unit(vector: Array) -> Array:
@@ -159,7 +173,7 @@ class _Reduction:
     def __init__(self, curve: Shooting, z: Array) -> None:
         self._curve = curve
         self._origin = z
-        jacobian = curve.linearise(z).bordered(np.zeros(len(z))).matrix[:-1]
+        jacobian = curve.linearise(z).jacobian
         left, _, right = np.linalg.svd(jacobian)
         self._left = left[:, -1]
         self._kernel = right[-2:]
@@ -187,7 +201,7 @@ class _Reduction:
             if not np.isfinite(defect).all():
                 return None
             matrix = np.zeros((n + 1, n + 1))
-            matrix[: n - 1, :n] = linearisation.bordered(np.zeros(n)).matrix[:-1]
+            matrix[: n - 1, :n] = linearisation.jacobian
             matrix[: n - 1, n] = self._left
             matrix[n - 1 :, :n] = self._kernel
             try:

@@ -197,6 +197,8 @@ def _uncertainties(problem: PeriodicProblem, found: Found) -> tuple[float, Array
     if again is None:
         return np.inf, np.full(len(point.multipliers), np.inf)
     uncertain = multiplier_change(point.multipliers, again.multipliers, point.monodromy)
+    if not np.isfinite(uncertain).all():
+        return np.inf, np.full(len(uncertain), np.inf)
     along = 0.0
     if found.other is None:
         test = "fold" if found.type == "BP" else found.type

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 from slipfold.continuation.curve import Curve
 from slipfold.continuation.newton import Correction, correct
 from slipfold.continuation.point import Point
+from slipfold.continuation.whole_matrix import WholeMatrix
 
 __all__ = ["AlgebraicCurve"]
 
@@ -67,35 +67,5 @@ class _Dense:
     def is_finite(self) -> bool:
         return bool(np.isfinite(self.defect).all() and np.isfinite(self.jacobian).all())
 
-    def bordered(self, row: Array) -> _Bordered:
-        return _Bordered(np.vstack([self.jacobian, row]))
-
-
-@dataclass(frozen=True, eq=False)
-class _Bordered:
-    """A Jacobian with one more row."""
-
-    matrix: Array
-
-    @cached_property
-    def _inverse(self) -> Array:
-        try:
-            return np.asarray(np.linalg.inv(self.matrix), dtype=float)
-        except np.linalg.LinAlgError:
-            return np.full_like(self.matrix, np.nan)
-
-    def solve(self, right: Array) -> Array:
-        return np.asarray(self._inverse @ right)
-
-    def tangent(self) -> Array:
-        kernel = self._inverse[:, -1]
-        return np.asarray(kernel / np.linalg.norm(kernel))
-
-    @property
-    def sign(self) -> int:
-        return int(np.linalg.slogdet(self.matrix)[0])
-
-    @property
-    def volume(self) -> float:
-        kernel = np.linalg.norm(self._inverse[:, -1])
-        return float(np.linalg.slogdet(self.matrix)[1] + np.log(kernel))
+    def bordered(self, row: Array) -> WholeMatrix:
+        return WholeMatrix(np.vstack([self.jacobian, row]))

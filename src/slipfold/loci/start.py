@@ -103,10 +103,10 @@ def regular_start(problem: LocusProblem, z: Array, settings: Settings) -> Start:
 
 
 def _regular_start(problem: LocusProblem, z: Array, settings: Settings) -> Start:
-    bordered = problem.linearise(z).bordered(np.zeros(len(z)))
-    if not np.isfinite(bordered.matrix).all():
+    linearised = problem.linearise(z)
+    if not np.isfinite(linearised.jacobian).all():
         raise _no_locus(problem, z, "its orbit cannot be integrated")
-    jacobian = bordered.matrix[:-1]
+    jacobian = linearised.jacobian
     if _is_singular(problem, jacobian, z):
         raise _no_locus(problem, z, "neither of them moves it")
     right = np.linalg.svd(jacobian)[2]

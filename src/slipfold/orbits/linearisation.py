@@ -4,13 +4,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cache, cached_property, reduce
+from math import isfinite
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Bordered", "Conditions", "Linearisation"]
+from slipfold.continuation.whole_matrix import SquareMatrix, WholeMatrix
+
+__all__ = ["Conditions", "Eliminated", "Linearisation"]
 
 Array = NDArray[np.float64]
+
+LARGE = 64
+"""Unknowns beyond which nodes are eliminated one after the other; below, one inversion of the whole
+matrix is quicker than so many small operations (measured: 76 us instead of 165 at 33 unknowns, the
+same at 80), and no threads are started for it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,10 +87,27 @@ class Linearisation:
         """Whether the flow and all its derivatives exist."""
         parts = (self.residual, self.blocks, self.along, self.conditions.values)
         gradients = self.conditions.gradients
-        known = gradients is None or bool(np.isfinite(gradients).all())
-        return known and all(bool(np.isfinite(part).all()) for part in parts)
+        # A sum is finite where all its terms are, and is cheaper than to ask each of them.
+        total = sum(float(part.sum()) for part in parts)
+        return isfinite(total if gradients is None else total + float(gradients.sum()))
 
-    def bordered(self, row: Array) -> Bordered:
+    @cached_property
+    def jacobian(self) -> Array:
+        """All derivatives, shape (m n + d, m n + k)."""
+        m, n, k = self.along.shape
+        size = m * n
+        blocks, ones = _places(m, n, k)
+        gradients = self.conditions.gradients
+        matrix = np.zeros((size + (0 if gradients is None else len(gradients)), size + k))
+        flat = matrix.ravel()
+        flat[blocks] = self.blocks.ravel()
+        flat[ones] -= 1.0
+        matrix[:size, size:] = self.along.reshape(size, k)
+        if gradients is not None:
+            matrix[size:] = gradients
+        return matrix
+
+    def bordered(self, row: Array) -> SquareMatrix:
         """Return the Jacobian with one more row.
 
         Block pattern for three segments (A transition matrix, b along, I identity, g gradients of
@@ -99,7 +124,9 @@ class Linearisation:
         row
             Shape (m n + k,). There are k - 1 conditions.
         """
-        return Bordered(self, row)
+        if len(row) > LARGE:
+            return Eliminated(self, row)
+        return WholeMatrix(np.concatenate([self.jacobian, row[None]]))
 
 
 def defect_of(residual: Array, values: Array) -> Array:
@@ -117,16 +144,17 @@ def defect_of(residual: Array, values: Array) -> Array:
 
 
 @cache
-def _block_places(m: int, n: int, k: int) -> NDArray[np.int64]:
-    """Flat places of the diagonal blocks in a bordered matrix."""
-    size = m * n + k
-    inside = np.arange(n)[:, None] * size + np.arange(n)[None, :]
-    return (np.arange(m)[:, None, None] * n * (size + 1) + inside).ravel()
+def _places(m: int, n: int, k: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Flat places of the transition matrices in a Jacobian, and of the ones to be subtracted."""
+    width, size = m * n + k, m * n
+    inside = np.arange(n)[:, None] * width + np.arange(n)[None, :]
+    blocks = np.arange(m)[:, None, None] * n * (width + 1) + inside
+    ones = np.arange(size) * width + (np.arange(size) + n) % size
+    return blocks.ravel(), ones
 
 
-@dataclass(frozen=True, eq=False)
-class Bordered:
-    """Jacobian of an orbit with one more row, square of size m n + k.
+class Eliminated(SquareMatrix):
+    """Jacobian of an orbit with one more row, square of size m n + k, for many states.
 
     The unknowns of all nodes but the first are eliminated by way of the transition matrices, so
     that systems of size n + k are solved: small enough that linear algebra does not share them out
@@ -141,21 +169,14 @@ class Bordered:
         The last row, shape (m n + k,).
     """
 
-    linearisation: Linearisation
-    row: Array
+    def __init__(self, linearisation: Linearisation, row: Array) -> None:
+        self.linearisation = linearisation
+        self.row = row
 
-    @cached_property
+    @property
     def matrix(self) -> Array:
         """The whole matrix."""
-        part = self.linearisation
-        m, n, k = part.along.shape
-        size = m * n
-        matrix = np.zeros((size + k, size + k))
-        matrix.ravel()[_block_places(m, n, k)] = part.blocks.ravel()
-        matrix[np.arange(size), (np.arange(size) + n) % size] -= 1.0
-        matrix[:size, size:] = part.along.reshape(size, k)
-        matrix[size:] = self._lines
-        return matrix
+        return np.concatenate([self.linearisation.jacobian, self.row[None]])
 
     @cached_property
     def _lines(self) -> Array:
@@ -226,21 +247,3 @@ class Bordered:
     def _determinant(self) -> tuple[float, float]:
         sign, logarithm = np.linalg.slogdet(self._condensed)
         return float(sign), float(logarithm)
-
-    @property
-    def sign(self) -> int:
-        """Sign of the determinant."""
-        return int(self._determinant[0])
-
-    @property
-    def volume(self) -> float:
-        """Logarithm of the determinant's size were the last row the tangent.
-
-        A row r and the tangent t give determinants in the ratio r t, and the last column of the
-        inverse is t/(r t).
-        """
-        return self._determinant[1] + float(np.log(np.linalg.norm(self._kernel)))
-
-    def tangent(self) -> Array:
-        """Return the unit vector of the kernel that the last row leaves, along that row."""
-        return self._kernel / np.linalg.norm(self._kernel)

@@ -69,6 +69,7 @@ class Shooting(Curve[OrbitPoint]):
         self.units = np.array(units, dtype=float)
         self.indices = [model.parameter_index(name) for name in free]
         self._vector = model.vector
+        self._constants: tuple[Array, Constants | None] = np.empty(0), None
         self.segments = segments
         self.flow: Flow = flow_of(model)
         self.scales = model.state_scales()
@@ -198,14 +199,12 @@ class Shooting(Curve[OrbitPoint]):
         )
 
     def constants(self, z: Array) -> Constants:
-        """Return the coefficients of the flow.
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        """
-        return self.flow.constants(self.vector(z), self.flow_scales)
+        """Return the coefficients of the flow, evaluated once for each place in turn."""
+        known, constants = self._constants
+        if constants is None or known is not z:
+            constants = self.flow.constants(self.vector(z), self.flow_scales)
+            self._constants = z, constants
+        return constants
 
     def flat(self, nodes: Array) -> Array:
         """Scale states at the nodes, shape (m, n), into the first part of an unknown.

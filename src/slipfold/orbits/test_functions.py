@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 __all__ = ["evaluate_tests"]
+
+Array = NDArray[np.float64]
 
 SHRUNK = 0.25
 """A product of factors 1 - p is compared with that of 1 - SHRUNK p. Nearer to one, functions turn
@@ -43,23 +46,25 @@ def evaluate_tests(multipliers: NDArray[np.complex128]) -> dict[str, float]:
     >>> evaluate_tests(np.array([-1.0, 0.5]))["PD"]
     0.0
     """
-    first, second = _pairs(len(multipliers))
-    return {
-        "PD": _compared(-multipliers),
-        "fold": _compared(multipliers),
-        "NS": _compared(multipliers[first] * multipliers[second]),
-    }
-
-
-def _compared(products: NDArray[np.complex128]) -> float:
-    """Real product of 1 - p beside that of 1 - SHRUNK p, as a sine of the angle between them."""
+    n = len(multipliers)
+    first, second = _pairs(n)
+    products = np.concatenate([-multipliers, multipliers, multipliers[first] * multipliers[second]])
     factors = 1 - products
-    if not factors.all():
+    sizes = np.abs(factors)
+    with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
+        ratios = sizes / np.abs(1 - SHRUNK * products)
+        turns = factors / sizes
+        parts = slice(n), slice(n, 2 * n), slice(2 * n, None)
+        values = [_compared(sizes[part], ratios[part], turns[part]) for part in parts]
+    return dict(zip(("PD", "fold", "NS"), values, strict=True))
+
+
+def _compared(sizes: Array, ratios: Array, turns: NDArray[np.complex128]) -> float:
+    """Real product of 1 - p beside that of 1 - SHRUNK p, as a sine of the angle between them."""
+    if not sizes.all():
         return 0.0
-    with np.errstate(divide="ignore", over="ignore"):
-        ratio = float(np.abs(factors / (1 - SHRUNK * products)).prod())
-    sign = 1.0 if (factors / np.abs(factors)).prod().real > 0 else -1.0
-    return sign * float(np.sin(np.arctan(ratio)))
+    ratio = float(ratios.prod())
+    return math.copysign(math.sin(math.atan(ratio)), float(turns.prod().real))
 
 
 @cache

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.continuation.whole_matrix import SquareMatrix
 from slipfold.models.model import Model
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.floquet import floquet_multipliers, match_multipliers
-from slipfold.orbits.linearisation import Bordered
 
 __all__ = ["multiplier_change", "multiplier_rounding", "multiplier_uncertainty", "place_rounding"]
 
@@ -28,7 +28,10 @@ def multiplier_rounding(monodromy: Array, multipliers: NDArray[np.complex128]) -
     meet and part like the square root of the change.
     """
     change = len(monodromy) * ROUNDING * max(1.0, float(np.linalg.norm(monodromy, 2)))
-    values, right = np.linalg.eig(monodromy)
+    try:
+        values, right = np.linalg.eig(monodromy)
+    except np.linalg.LinAlgError:
+        return np.full(len(multipliers), np.inf)
     try:
         left = np.linalg.inv(right)  # rows; the columns on the right have unit length
     except np.linalg.LinAlgError:
@@ -46,7 +49,7 @@ def multiplier_change(
     return SPREAD * change + multiplier_rounding(monodromy, values)
 
 
-def place_rounding(bordered: Bordered, z: Array) -> float:
+def place_rounding(bordered: SquareMatrix, z: Array) -> float:
     """Return what rounding of the segments' ends can do to the last unknown, the parameter."""
     unit = np.zeros(len(z))
     unit[-1] = 1.0

@@ -1,0 +1,88 @@
+"""A Jacobian with one more row, and what is asked of it."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["SquareMatrix", "WholeMatrix"]
+
+Array = NDArray[np.float64]
+
+
+class SquareMatrix(ABC):
+    """A square matrix that serves solutions, tangent and determinant."""
+
+    @property
+    @abstractmethod
+    def matrix(self) -> Array:
+        """The whole matrix."""
+
+    @abstractmethod
+    def solve(self, right: Array) -> Array:
+        """Return the solution for a right-hand side, NaN if the matrix is singular."""
+
+    @property
+    @abstractmethod
+    def _kernel(self) -> Array:
+        """Last column of the inverse."""
+
+    @property
+    @abstractmethod
+    def _determinant(self) -> tuple[float, float]:
+        """Sign and logarithm of the determinant."""
+
+    @property
+    def sign(self) -> int:
+        """Sign of the determinant."""
+        return int(self._determinant[0])
+
+    @property
+    def volume(self) -> float:
+        """Logarithm of the determinant's size were the last row the tangent.
+
+        A row r and the tangent t give determinants in the ratio r t, and the last column of the
+        inverse is t/(r t).
+        """
+        return self._determinant[1] + float(np.log(np.linalg.norm(self._kernel)))
+
+    def tangent(self) -> Array:
+        """Return the unit vector of the kernel that the last row leaves, along that row."""
+        kernel = self._kernel
+        return np.asarray(kernel / np.linalg.norm(kernel))
+
+
+class WholeMatrix(SquareMatrix):
+    """A full matrix, inverted once."""
+
+    def __init__(self, matrix: Array) -> None:
+        self._matrix = matrix
+
+    @property
+    def matrix(self) -> Array:
+        """The whole matrix."""
+        return self._matrix
+
+    @cached_property
+    def _inverse(self) -> Array:
+        """Inverse, NaN if there is none."""
+        try:
+            return np.asarray(np.linalg.inv(self.matrix), dtype=float)
+        except np.linalg.LinAlgError:
+            return np.full_like(self.matrix, np.nan)
+
+    def solve(self, right: Array) -> Array:
+        """Return the solution for a right-hand side, NaN if the matrix is singular."""
+        return self._inverse @ right
+
+    @property
+    def _kernel(self) -> Array:
+        return self._inverse[:, -1]
+
+    @cached_property
+    def _determinant(self) -> tuple[float, float]:
+        sign, logarithm = np.linalg.slogdet(self.matrix)
+        return float(sign), float(logarithm)
