@@ -159,5 +159,5 @@ def test_van_der_pol_from_its_rest_over_the_centres_to_the_relaxation_cycle():
     assert cycle.model.mu == 1
     assert cycle.duration == pytest.approx(6.663286859323, abs=1e-11)
     assert cycle.extrema.of("x")[1][0] == pytest.approx(2.008619860875, abs=1e-11)
-    # exp of the integral of the divergence along the cycle, by DOP853.
-    assert cycle.multipliers[1].real == pytest.approx(8.59695063604e-4, abs=1e-14)
+    # exp of the integral of the divergence along the cycle, by DOP853; a step may err by 1e-13.
+    assert cycle.multipliers[1].real == pytest.approx(8.59695063604e-4, abs=1e-13)

@@ -47,7 +47,7 @@ def test_states_at_mesh_points_and_multipliers_converge_at_twice_the_degree(degr
     errors = []
     for count in counts:
         result = on_uniform_mesh(orbit, count, degree)
-        nodes = result.solution.iterate.nodes[:: count // 8]
+        nodes = result.solution.iterate.nodes[:: count // 8] * orbit.model.state_scales()
         multipliers = np.abs(result.multipliers[:, None] - orbit.multipliers).min(axis=1)
         errors.append([np.abs(nodes - orbit.nodes).max(), multipliers.max()])
     orders = np.log2(np.array(errors[0]) / errors[1])

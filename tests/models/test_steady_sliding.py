@@ -152,7 +152,7 @@ def test_belt_of_the_textbook(model):
     # x'' + x = 0.1 v^2 + v^3/15 to third order; in Kuznetsov's measure l1 = 3/4 of the cubic term.
     assert hopf.criticality == "subcritical"
     # Coefficients are in scaled states.
-    length = hopf.model.state_scales()[0]
+    length = hopf.model.unit_scales()[0]
     assert hopf.coefficient / length**2 == pytest.approx(0.05, rel=1e-8)
 
 

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from slipfold.branches.field_map import FieldMap
 from slipfold.branches.normal_form import (
     critical_coefficient,
+    critical_length,
     critical_vectors,
     criticality_of,
+    declared,
     fold_coefficient,
 )
 from slipfold.branches.pair_form import pair_cubic
@@ -16,6 +21,9 @@ from slipfold.orbits.equilibrium_problem import EquilibriumProblem
 from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["equilibrium_form", "first_lyapunov_coefficient"]
+
+Array = NDArray[np.float64]
+Vector = NDArray[Any]
 
 
 def equilibrium_form(
@@ -40,10 +48,12 @@ def equilibrium_form(
     criticality : str or None
         ``"supercritical"`` or ``"subcritical"`` for Hopf points and pitchforks.
     """
-    field = FieldMap(problem, point.z, problem.model_at(point.z).state_scales())
+    field = FieldMap(problem, point.z)
+    ratios = problem.scales / problem.model_at(point.z).unit_scales()
     if kind == "NS":
         coefficient = first_lyapunov_coefficient(field)
-        return coefficient, criticality_of(kind, coefficient)
+        size = float(np.linalg.norm(_turning(field.jacobian)[0] * ratios))
+        return declared(kind, coefficient, size), criticality_of(kind, coefficient)
     # The map x -> x + f(x) has the equilibrium as its fixed point and the field's derivatives.
     matrix = np.eye(len(problem.scales)) + field.jacobian
     if kind == "LP":
@@ -51,7 +61,8 @@ def equilibrium_form(
         coefficient = fold_coefficient(field, matrix, field.carried(pull))
     else:
         coefficient = critical_coefficient(field, matrix, kind)
-    return coefficient, criticality_of(kind, coefficient)
+    size = critical_length(matrix, kind, ratios)
+    return declared(kind, coefficient, size), criticality_of(kind, coefficient)
 
 
 def first_lyapunov_coefficient(field: FieldMap) -> float:
@@ -68,11 +79,16 @@ def first_lyapunov_coefficient(field: FieldMap) -> float:
         Where an eigenvalue is zero and there is no such coefficient.
     """
     matrix = field.jacobian
-    q, p, value = critical_vectors(
-        matrix, lambda values: np.where(values.imag > 0, np.abs(values.real), np.inf)
-    )
+    q, p, value = _turning(matrix)
     identity = np.eye(len(q))
     qq, q_q = field.second([(q, q), (q, q.conj())])
     h11 = -np.linalg.solve(matrix, q_q)
     h20 = np.linalg.solve(2j * value.imag * identity - matrix, qq)
     return float(pair_cubic(field, q, p, h11, h20).real / value.imag)
+
+
+def _turning(matrix: Array) -> tuple[Vector, Vector, complex]:
+    """Critical vectors of the pair of eigenvalues that is nearest to the imaginary axis."""
+    return critical_vectors(
+        matrix, lambda values: np.where(values.imag > 0, np.abs(values.real), np.inf)
+    )

@@ -23,8 +23,10 @@ from slipfold.orbits.orbit_point import OrbitPoint
 __all__ = [
     "MapDerivatives",
     "critical_coefficient",
+    "critical_length",
     "critical_vectors",
     "criticality_of",
+    "declared",
     "fold_coefficient",
     "mean_coefficient",
     "normal_form",
@@ -88,7 +90,7 @@ def normal_form(problem: PeriodicProblem, point: OrbitPoint, kind: str) -> tuple
     Returns
     -------
     coefficient : float
-        Of the map's normal form, with eigenvectors of unit length in scaled states: cubic b of
+        Of the map's normal form, with eigenvectors of unit length in declared scales: cubic b of
         PD, real part d of NS, quadratic a of LP. The eigenvector of LP points where the orbit
         moves as the parameter grows: with a < 0 the two orbits exist above the fold's value of
         the parameter, with a > 0 below it. At branch points cubic c of a pitchfork, quadratic a of
@@ -98,27 +100,59 @@ def normal_form(problem: PeriodicProblem, point: OrbitPoint, kind: str) -> tuple
         ``"supercritical"`` or ``"subcritical"`` for PD (b > 0, b < 0), NS (d < 0, d > 0) and
         pitchforks (c < 0, c > 0).
     """
-    # The orbit's own scales: those of a branch in f are the scales where it began, and a
-    # coefficient must not depend on that.
-    own = problem.model_at(point.z).state_scales()
     linearisation = problem.linearise(point.z)
     map_: JetMap | ReturnMap = (
-        ReturnMap(problem, point.z, own)
+        ReturnMap(problem, point.z, problem.scales)
         if isinstance(problem, CycleProblem)
-        else JetMap(problem, point.z, problem.constants(point.z), own)
+        else JetMap(problem, point.z, problem.constants(point.z))
     )
     matrix = map_.rescaled(linearisation.product)
     if kind == "LP":
         coefficient = fold_coefficient(map_, matrix, map_.carried(_parameter_pull(linearisation)))
     else:
         coefficient = critical_coefficient(map_, matrix, kind)
+    # Scales that were found, or are those where the branch began, must not be seen in it.
+    ratios = problem.scales / problem.model_at(point.z).unit_scales()
     if isinstance(map_, ReturnMap):
-        size = _mean_length(map_, matrix, linearisation.product, kind)
-        coefficient /= size if kind in QUADRATIC else size**2
-    return coefficient, criticality_of(kind, coefficient)
+        size = _mean_length(map_, matrix, linearisation.product, kind, ratios)
+    else:
+        size = critical_length(matrix, kind, ratios)
+    return declared(kind, coefficient, size), criticality_of(kind, coefficient)
 
 
-def mean_coefficient(map_: ReturnMap, matrix: Array, product: Array, kind: str) -> float:
+def critical_length(matrix: Array, kind: str, ratios: Array) -> float:
+    """Return the length of the unit critical vector in other scales.
+
+    Parameters
+    ----------
+    matrix
+        The map's matrix, shape (n, n).
+    kind
+        Kind of the bifurcation.
+    ratios
+        Scales over the others, shape (n,).
+    """
+    return float(np.linalg.norm(critical_vectors(matrix, _DISTANCES[kind])[0] * ratios))
+
+
+def declared(kind: str, coefficient: float, size: float) -> float:
+    """Return a coefficient for a critical vector so many times as long.
+
+    Parameters
+    ----------
+    kind
+        Kind of the bifurcation.
+    coefficient
+        For a unit vector.
+    size
+        Length of that in the scales wanted.
+    """
+    return coefficient / (size if kind in QUADRATIC else size**2)
+
+
+def mean_coefficient(
+    map_: ReturnMap, matrix: Array, product: Array, kind: str, ratios: Array
+) -> float:
     """Return the coefficient of a cycle's PD or NS, wherever the cycle is begun.
 
     Parameters
@@ -131,6 +165,8 @@ def mean_coefficient(map_: ReturnMap, matrix: Array, product: Array, kind: str) 
         Monodromy matrix of the cycle in the scales of its problem, shape (n, n).
     kind
         ``"PD"`` or ``"NS"``.
+    ratios
+        The map's scales over those the coefficient is for, shape (n,).
 
     Returns
     -------
@@ -142,14 +178,13 @@ def mean_coefficient(map_: ReturnMap, matrix: Array, product: Array, kind: str) 
     numpy.linalg.LinAlgError
         Where a second multiplier is critical and there is no such coefficient.
     """
-    return critical_coefficient(map_, matrix, kind) / (
-        _mean_length(map_, matrix, product, kind) ** 2
-    )
+    size = _mean_length(map_, matrix, product, kind, ratios)
+    return declared(kind, critical_coefficient(map_, matrix, kind), size)
 
 
-def _mean_length(map_: ReturnMap, matrix: Array, product: Array, kind: str) -> float:
+def _mean_length(map_: ReturnMap, matrix: Array, product: Array, kind: str, ratios: Array) -> float:
     q, _, value = critical_vectors(matrix, _DISTANCES[kind])
-    return map_.length(q, value, product)
+    return map_.length(q, value, product, ratios)
 
 
 def critical_coefficient(map_: MapDerivatives, monodromy: Array, kind: str) -> float:

@@ -23,12 +23,13 @@ from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Trail, joined
 from slipfold.errors import BREAKDOWNS, InputError, breakdown
 from slipfold.flow import flow_of
+from slipfold.flow.typical_sizes import measured_within
 from slipfold.models.model import Model
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
-__all__ = ["trace_response"]
+__all__ = ["measured_over", "trace_response"]
 
 
 def trace_response(
@@ -77,6 +78,10 @@ def trace_response(
     """
     settings = settings or Settings()
     model, first, last = _checked(model, vary, span, events)
+    if model.found_sizes is None:
+        model = measured_over(model, vary, (first, last), start)
+    if start is not None:
+        start = replace(start, model=model)
     following = _Following((first, last), settings, events, observer)
     trace, branch, found = following.first(*_first(model, vary, first, last, start))
     branches, known = [branch], junctions_on(trace.curve, 1, found, settings.largest_period)
@@ -102,6 +107,26 @@ def trace_response(
         known += new
         waiting += new
     return tuple(branches)
+
+
+def measured_over(
+    model: Model, vary: str, span: tuple[float, float], start: PeriodicOrbit | None = None
+) -> Model:
+    """Return a model that knows how large its states become over a span of a parameter.
+
+    Parameters
+    ----------
+    model
+        The model, at the first value of the span.
+    vary
+        Name of the parameter.
+    span
+        Its values.
+    start
+        An orbit at the first value, if one is known.
+    """
+    values = [{vary: value} for value in (span[0], sum(span) / 2, span[1])]
+    return measured_within(model, values, None if start is None else start.nodes)
 
 
 def _met_again(new: Sequence[Junction], known: Sequence[Junction]) -> list[Meeting]:

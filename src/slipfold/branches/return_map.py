@@ -117,7 +117,7 @@ class ReturnMap:
         """
         return polarised(lambda directions: self.powers(directions)[0], pairs)
 
-    def length(self, q: Vector, multiplier: complex, monodromy: Array) -> float:
+    def length(self, q: Vector, multiplier: complex, monodromy: Array, ratios: Array) -> float:
         """Return the root mean square, round the cycle, of an eigenvector of the map.
 
         It does not depend on where the cycle is begun, and so do coefficients by it. The vector is
@@ -132,6 +132,8 @@ class ReturnMap:
             Its eigenvalue.
         monodromy
             Of the flow over the duration, in the scales of the problem, shape (n, n).
+        ratios
+            The map's scales over those the length is measured in, shape (n,).
         """
         problem, f = self._problem, self._flow
         vector = self._basis @ q
@@ -150,8 +152,9 @@ class ReturnMap:
             moved = np.array(starts)
             if matrices is not None:
                 moved = np.einsum("jab,jb->ja", matrices, moved)
+            moved = moved * ratios
             if abs(multiplier - 1) <= OFF_ONE:
-                rates = problem.flow.rates(states, ends, self._constants) / self._scales
+                rates = problem.flow.rates(states, ends, self._constants) / self._scales * ratios
                 share = np.sum(moved * rates, axis=1) / np.sum(rates**2, axis=1)
                 moved = moved - share[:, None] * rates
             total += float(np.mean(np.sum(np.abs(moved) ** 2, axis=1)))

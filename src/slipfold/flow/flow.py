@@ -398,10 +398,12 @@ class Flow:
         result = np.empty((total, JET_ORDER, n))
         starts = np.broadcast_to(states, directions.shape)
         first, last = np.broadcast_to(start, total), np.broadcast_to(end, total)
+        scaled, lengths = _of_order_one(directions / constants.scales)
         for some in _chunks(total):
-            batch = self._run_jets(starts, first, last, constants, directions, some, beyond)
+            batch = self._run_jets(starts, first, last, constants, scaled, some, beyond)
             finished = _finished(batch, batch.state, some.stop - some.start)
             result[some] = finished[:, n:].reshape(-1, JET_ORDER, n)
+        result *= lengths[:, None, None] ** np.arange(1, JET_ORDER + 1)[:, None]
         result *= constants.scales
         result[:, 0] += directions  # the jet is that of phi(x + s v) - s v
         return result
@@ -431,14 +433,16 @@ class Flow:
         result = np.empty((total, orders, orders, n))
         starts = np.broadcast_to(nodes[0], directions.shape)
         first, last = np.full(total, start), np.full(total, end)
+        scaled, lengths = _of_order_one(directions / constants.scales)
         for some in _chunks(total):
-            batch = self._run_jets(starts, first, last, constants, directions, some, nodes[1:])
+            batch = self._run_jets(starts, first, last, constants, scaled, some, nodes[1:])
             ends = _finished(batch, batch.state, some.stop - some.start)
             batch.step(np.full(LANES, TINY), write_tc=True)  # for the Taylor coefficients in time
             for k in range(orders):
                 taylor = batch.tc[:, k, : len(ends)].T * math.factorial(k)
                 slopes = ends if k == 0 else np.where(np.isfinite(ends), taylor, np.nan)
                 result[some, :, k] = slopes.reshape(-1, orders, n)
+        result *= lengths[:, None, None, None] ** np.arange(orders)[:, None, None]
         result *= constants.scales
         result[:, 1, 0] += directions  # the jet is that of phi(x + s v) - s v
         return result
@@ -453,10 +457,10 @@ class Flow:
         some: slice,
         beyond: Array | None,
     ) -> Any:
-        """Carry up to as many jets as there are lanes to their end."""
+        """Carry as many jets as there are lanes to their end; directions are of scaled states."""
         n = self.dimension
         batch = self._prepare(self._code.jet, states, start, constants, some)
-        batch.pars[-n - 1 : -1] = _pad(directions[some] / constants.scales).T
+        batch.pars[-n - 1 : -1] = _pad(directions[some]).T
         batch.pars[-1] = 0.0
         batch.state[n:] = 0.0
         passed = () if beyond is None else beyond / constants.scales
@@ -726,6 +730,13 @@ def _identity(n: int, k: int) -> Array:
 def _lanes(values: Array, some: slice) -> Array:
     """Constants by lane: shape (n_c, 1) if all trajectories share them, (n_c, LANES) if not."""
     return values[:, None] if values.ndim == 1 else _pad(values[some]).T
+
+
+def _of_order_one(directions: Array) -> tuple[Array, Array]:
+    """Return directions over powers of two, so that no jet of theirs hides another, and these."""
+    lengths = np.abs(directions).max(axis=1)
+    lengths = power_of_two(np.where((lengths > 0) & np.isfinite(lengths), lengths, 1.0))
+    return directions / lengths[:, None], lengths
 
 
 def _units(scales: Array, directions: int) -> Array:

@@ -17,6 +17,7 @@ from slipfold.flow.guarded_flow import CHUNK, Stop, guarded_flow_of
 from slipfold.flow.pace import divided, paced
 from slipfold.flow.settlement import Settlement, judge_settlement
 from slipfold.flow.trajectory import Trajectory
+from slipfold.flow.typical_sizes import measured
 from slipfold.models.model import Model
 from slipfold.models.suggestion import suggest
 
@@ -95,7 +96,7 @@ def simulate(
             break
         model, asked = divided(model, asked)
         motion, settlement = _integrated(model, start, asked, tolerance)
-    return Trajectory(model, motion.strobe, settlement, motion.stopped)
+    return Trajectory(motion.model, motion.strobe, settlement, motion.stopped)
 
 
 def _integrated(
@@ -123,9 +124,9 @@ class Motion:
     """
 
     def __init__(self, model: Model, start: Array) -> None:
-        self.model = model
+        self.model = measured(model, start=start)
         self.stopped: Stop | None = None
-        self._constants = flow_of(model).constants_of(model)
+        self._constants = flow_of(model).constants_of(self.model)
         self._pieces = [start[None]]
         self._pushed: list[int] = []
 

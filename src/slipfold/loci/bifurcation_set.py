@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 
 from slipfold.branches.settings import Settings
 from slipfold.errors import InputError
+from slipfold.flow.typical_sizes import measured_within
 from slipfold.loci.fan import follow_fan, largest_period
 from slipfold.loci.follow import LOCUS_TYPES, follow_loci
 from slipfold.loci.locus import Locus
@@ -97,6 +99,8 @@ def find_bifurcation_set(
             "of them or for no regions"
         )
     settings = largest_period(settings or Settings(), periods)
+    corners = (dict(zip(plane, values, strict=True)) for values in product(*window))
+    model = measured_within(model, list(corners))
     lines = follow_fan(model, plane, window, LINES, settings, observer)
     if not any(line.branches for line in lines):
         raise InputError(

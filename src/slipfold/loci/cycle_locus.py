@@ -55,10 +55,11 @@ class CycleLocus(LocusProblem, CriticalCycle):
         return {}
 
     def _coefficient(self, z: Array, linearisation: Linearisation) -> float:
-        map_ = ReturnMap(self, z, self.model_at(z).state_scales())
+        map_ = ReturnMap(self, z, self.scales)
+        ratios = self.scales / self.model_at(z).unit_scales()
         matrix = map_.rescaled(linearisation.product)
         try:
-            return mean_coefficient(map_, matrix, linearisation.product, self.kind)
+            return mean_coefficient(map_, matrix, linearisation.product, self.kind, ratios)
         except np.linalg.LinAlgError:
             return np.nan
 

@@ -88,7 +88,7 @@ class EquilibriumLocus(LocusProblem, CriticalEquilibrium):
         kind
             Name of the test function that is zero there.
         """
-        field = FieldMap(self, point.z, self.model_at(point.z).state_scales())
+        field = FieldMap(self, point.z, self.model_at(point.z).unit_scales())
         return equilibrium_coefficients(field, self.named(kind))
 
     def _coefficient(self, z: Array, linearisation: Linearisation) -> float:

@@ -167,7 +167,7 @@ class LocusProblem(CriticalProblem):
         places = critical_places(self.kind, point.multipliers)
         values, vectors = np.linalg.eig(point.monodromy)
         vector = vectors[:, np.abs(values - point.multipliers[places[0]]).argmin()]
-        return float(np.linalg.norm(vector * self.scales / self.model_at(point.z).state_scales()))
+        return float(np.linalg.norm(vector * self.scales / self.model_at(point.z).unit_scales()))
 
     def codimension_two(self, point: OrbitPoint, kind: str) -> dict[str, float]:
         """Return the coefficients that decide what happens near a point of codimension two.
@@ -179,7 +179,7 @@ class LocusProblem(CriticalProblem):
         kind
             Name of the test function that is zero there.
         """
-        own = self.model_at(point.z).state_scales()
+        own = self.model_at(point.z).unit_scales()
         if kind == "GPD":
             quintic = quintic_coefficient(self, point, own)
             return {} if quintic is None else {"e": quintic}

@@ -21,14 +21,14 @@ class StateFormula:
     rate
         Formula of its time derivative, per second.
     scale
-        Typical size, in the unit of the state.
+        Typical size, in the unit of the state; None if it is to be found.
     start
         Value from which motions and searches start, in the unit of the state.
     """
 
     state: State
     rate: str
-    scale: float = 1.0
+    scale: float | None = None
     start: float = 0.0
 
 

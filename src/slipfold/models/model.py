@@ -26,7 +26,7 @@ class Model(ABC):
     """A periodically forced mechanical system, written in symbols; immutable.
 
     A subclass states `name`, `states`, `parameters` and implements `coefficients`, `rates` and
-    `period`; `outputs`, `limits`, `quiet` and `state_scales` have defaults. Derivatives, flows,
+    `period`; `outputs`, `limits`, `quiet` and `declared_scales` have defaults. Derivatives, flows,
     orbits and branches follow from that alone. Where the equations depend on more than the class,
     `structure` says on what.
 
@@ -50,6 +50,8 @@ class Model(ABC):
     quiet: str | None = None
     """Name of the parameter that switches the forcing off when it is zero."""
     _values: Mapping[str, float]
+    _sizes: NDArray[np.float64] | None = None
+    """Typical sizes of the states that were found; they are no part of what the model is."""
 
     def __init__(self, **values: float | str) -> None:
         known = {parameter.name: parameter for parameter in self.parameters}
@@ -103,13 +105,13 @@ class Model(ABC):
         """Quantities of interest besides the states."""
         return ()
 
-    def state_scales(self) -> NDArray[np.float64]:
-        """Typical sizes of the states, shape (n_states,); residuals are measured in them."""
-        return np.ones(len(self.states))
+    def declared_scales(self) -> NDArray[np.float64]:
+        """Typical sizes of the states, shape (n_states,); NaN where they are to be found."""
+        return np.full(len(self.states), np.nan)
 
     def quiet_scales(self) -> NDArray[np.float64]:
-        """Typical sizes of the states where the forcing is off and its frequency means nothing."""
-        return self.state_scales()
+        """The same where the forcing is off and its frequency means nothing."""
+        return self.declared_scales()
 
     def check(self, values: Mapping[str, float]) -> None:  # noqa: B027 (optional hook)
         """Raise `InputError` if the parameter values contradict each other.
@@ -140,6 +142,36 @@ class Model(ABC):
         return {}
 
     # -- what follows --------------------------------------------------------------------------
+
+    def state_scales(self) -> NDArray[np.float64]:
+        """Typical sizes of the states, shape (n_states,), in which residuals are measured.
+
+        Those declared; else those found for the computation that the model comes from; else one.
+        """
+        declared = self.declared_scales()
+        found = 1.0 if self._sizes is None else self._sizes
+        return np.asarray(np.where(np.isnan(declared), found, declared))
+
+    def unit_scales(self) -> NDArray[np.float64]:
+        """Sizes in which coefficients are given, shape (n_states,): those declared, else one."""
+        return np.nan_to_num(self.declared_scales(), nan=1.0)
+
+    def measured_in(self, sizes: NDArray[np.float64] | None) -> Self:
+        """Return the same model with typical sizes of its states, where it declares none.
+
+        Parameters
+        ----------
+        sizes
+            Shape (n_states,), positive; None for none.
+        """
+        same = object.__new__(type(self))
+        same.__dict__.update(self.__dict__, _sizes=sizes)
+        return same
+
+    @property
+    def found_sizes(self) -> NDArray[np.float64] | None:
+        """The sizes of `measured_in`, shape (n_states,); None if there are none."""
+        return self._sizes
 
     @property
     def kind(self) -> Kind:
@@ -227,7 +259,7 @@ class Model(ABC):
             New values by name, numbers in SI units or text with a unit.
         """
         arguments: dict[str, Any] = {**self.structure, **self._values, **changes}
-        return type(self)(**arguments)
+        return type(self)(**arguments).measured_in(self._sizes)
 
     def evaluate(
         self, name: str, state: ArrayLike, time: ArrayLike = 0.0
@@ -304,7 +336,7 @@ class Model(ABC):
 
     def __reduce__(self) -> tuple[object, ...]:
         """Pickle as kind and values."""
-        return _restore, (self.kind, dict(self._values))
+        return _restore, (self.kind, dict(self._values), self._sizes)
 
 
 @dataclass(frozen=True)
@@ -334,5 +366,7 @@ class Kind:
         return self.model(**arguments)
 
 
-def _restore(kind: Kind, values: dict[str, float]) -> Model:
-    return kind.make(**values)
+def _restore(
+    kind: Kind, values: dict[str, float], sizes: NDArray[np.float64] | None = None
+) -> Model:
+    return kind.make(**values).measured_in(sizes)

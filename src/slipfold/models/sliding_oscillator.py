@@ -338,7 +338,7 @@ class SlidingOscillator(Model):
         memory = () if self._law is None else self.friction.steady_memory(slip)
         return np.array([0.0, 0.0, 0.0, 0.0, *memory])
 
-    def state_scales(self) -> NDArray[np.float64]:
+    def declared_scales(self) -> NDArray[np.float64]:
         """Displacements of order L, rates of order 2 pi f, memory as the law says."""
         rate = 2 * math.pi * self._values["f"]
         memory = [] if self._law is None else [self.friction.memory_scale] * len(self.states[4:])

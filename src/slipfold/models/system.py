@@ -41,7 +41,7 @@ class System(Model):
         Named formulas that others may use.
     states
         Formula of the rate per second by name, or a table ``{"rate": "...", "unit", "doc",
-        "label", "scale": 1, "start": 0}``.
+        "label", "start": 0, "scale": 1}``; the scale, a typical size, is found if none is given.
     forcing
         ``{"period": "2*pi/W"}`` in seconds; ``"quiet"`` names the parameter that switches the
         forcing off. None for an autonomous system, which gets a parameter ``duration``.
@@ -219,9 +219,10 @@ class System(Model):
         """Return the outputs of the definition."""
         return self._built.outputs
 
-    def state_scales(self) -> NDArray[np.float64]:
-        """Typical sizes of the states, shape (n_states,)."""
-        return np.array([item.scale for item in self._built.definition.states])
+    def declared_scales(self) -> NDArray[np.float64]:
+        """Typical sizes of the states, shape (n_states,); NaN where the definition gives none."""
+        given = (item.scale for item in self._built.definition.states)
+        return np.array([np.nan if scale is None else scale for scale in given])
 
     def __repr__(self) -> str:
         """Name and the parameters that differ from the defaults."""

@@ -33,7 +33,11 @@ _TAKEN = frozenset(
         *(
             "coefficients",
             "rates",
+            "declared_scales",
+            "found_sizes",
+            "measured_in",
             "state_scales",
+            "unit_scales",
             "quiet_scales",
             "check",
             "structure",

@@ -18,6 +18,10 @@ __all__ = ["always_repeats", "find_unrepeated"]
 
 SAMPLES = 6
 
+SIZES = (1.0, 1e-5, 0.0)
+"""Sizes of the states looked at: beside terms of states far larger than those of the model, a
+forcing would be rounding."""
+
 TOLERANCE = 1e-8
 """Difference that is no rounding, as a share of the largest value."""
 
@@ -45,17 +49,18 @@ def find_unrepeated(
     coefficients = equations.coefficients(values)
     if not (math.isfinite(period) and all(map(math.isfinite, coefficients.values()))):
         return None
-    points = list(_points(definition))
-    for table, name in equations.timed:
-        function = equations.rate if table == "states" else equations.output
-        pairs = []
-        for state, phase in points:
-            now, later = (function(name, state, coefficients, phase + k) for k in (0, 1))
-            if math.isfinite(now) and math.isfinite(later):
-                pairs.append((now, later))
-        size = max((abs(value) for pair in pairs for value in pair), default=0.0)
-        if any(abs(now - later) > TOLERANCE * size for now, later in pairs):
-            return table, name
+    for size in SIZES:
+        points = list(_points(definition, size))
+        for table, name in equations.timed:
+            function = equations.rate if table == "states" else equations.output
+            pairs = []
+            for state, phase in points:
+                now, later = (function(name, state, coefficients, phase + k) for k in (0, 1))
+                if math.isfinite(now) and math.isfinite(later):
+                    pairs.append((now, later))
+            largest = max((abs(value) for pair in pairs for value in pair), default=0.0)
+            if any(abs(now - later) > TOLERANCE * largest for now, later in pairs):
+                return table, name
     return None
 
 
@@ -88,12 +93,12 @@ def _moved(parameter: Parameter, share: float) -> float:
     return min(max(moved, parameter.lower), parameter.upper)
 
 
-def _points(definition: Definition) -> Iterator[tuple[dict[str, float], float]]:
+def _points(definition: Definition, size: float) -> Iterator[tuple[dict[str, float], float]]:
     """States around the start and phases; the same ones every time."""
     chance = random.Random(0)
     for _ in range(SAMPLES):
         state = {
-            item.state.name: item.start + item.scale * chance.uniform(-1, 1)
+            item.state.name: item.start + size * (item.scale or 1.0) * chance.uniform(-1, 1)
             for item in definition.states
         }
         yield state, chance.uniform(0, 1)

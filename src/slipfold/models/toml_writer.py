@@ -86,7 +86,7 @@ def _parameter(item: Parameter) -> dict[str, Value]:
 def _state(item: StateFormula) -> dict[str, Value]:
     values: dict[str, Value] = {"rate": item.rate}
     values |= _words(item.state.unit, item.state.doc, item.state.label)
-    values |= {"scale": item.scale} if item.scale != 1 else {}
+    values |= {"scale": item.scale} if item.scale is not None else {}
     return values | ({"start": item.start} if item.start else {})
 
 

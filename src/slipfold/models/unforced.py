@@ -166,7 +166,7 @@ class Unforced(Model):
         """That of the forced model."""
         return self.forced_model.start
 
-    def state_scales(self) -> NDArray[np.float64]:
+    def declared_scales(self) -> NDArray[np.float64]:
         """Those of the forced model at rest."""
         return self.forced_model.quiet_scales()
 

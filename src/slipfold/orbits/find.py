@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import InputError
 from slipfold.flow import flow_of
+from slipfold.flow.typical_sizes import measured
 from slipfold.models.model import Model
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.find_cycle import find_cycle
@@ -124,7 +125,7 @@ def periodic_orbit(
         raise InputError(
             f"period = {period!r} is not a whole number from 1 to {LONGEST}; give e.g. 2"
         )
-    vary = model.parameters[0].name
+    vary, model = model.parameters[0].name, measured(model)
     if not model.forced:
         near = None if state is None else _checked_state(model, state)
         return _cycle(model, vary, int(period), near, duration, tolerance, settle)

@@ -8,10 +8,12 @@ from numpy.typing import NDArray
 from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import InputError
 from slipfold.flow import flow_of
+from slipfold.flow.typical_sizes import measured
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
 from slipfold.orbits.cycle_problem import CycleProblem
 from slipfold.orbits.equilibrium_problem import unit_of_time
+from slipfold.orbits.shooting import SEGMENTS
 
 __all__ = ["find_cycle"]
 
@@ -81,11 +83,10 @@ def find_cycle(
         state = _motion(paced, _start(paced), WINDOW * max(1, settle // 100))[-1]
     if duration is None:
         duration = unit * _first_return(paced, state)
-    cycle = model.replace(duration=duration)
-    problem = CycleProblem(cycle, vary, 1, width)
-    zero = np.zeros(1)
-    constants = problem.flow.constants_of(cycle)
-    nodes = problem.flow.sample(state[None], zero, zero + 1, problem.segments, constants)[0]
+    cycle, zero = model.replace(duration=duration), np.zeros(1)
+    flow = flow_of(cycle)
+    nodes = flow.sample(state[None], zero, zero + 1, SEGMENTS, flow.constants_of(cycle))[0]
+    problem = CycleProblem(measured(cycle, motion=nodes), vary, 1, width)
     guess = problem.pack_cycle(nodes, duration, problem.value_of(model))
     row = np.eye(1, len(guess), len(guess) - 1)[0]  # the parameter is held
     return problem, correct(problem, guess, row, tolerance=tolerance, iterations=20)

@@ -7,50 +7,13 @@ from numpy.typing import NDArray
 
 from slipfold.flow import Flow
 from slipfold.flow.flow import Constants
-from slipfold.models.damped_newton import damped_newton
+from slipfold.flow.mean_state import PHASES, mean_state
 
-__all__ = ["linear_response", "mean_state"]
+__all__ = ["linear_response"]
 
 Array = NDArray[np.float64]
 
-PHASES = np.arange(32) / 32
-"""Phases that average the forcing: exact for up to 31 harmonics."""
-
 HARMONICS = 8
-
-
-def mean_state(flow: Flow, constants: Constants, scales: Array, start: Array) -> Array:
-    """Return the equilibrium under the forcing's mean, shape (n_states,).
-
-    Parameters
-    ----------
-    flow
-        The flow.
-    constants
-        Coefficients.
-    scales
-        Typical sizes of the states, shape (n_states,).
-    start
-        State from which it is searched, shape (n_states,).
-
-    Returns
-    -------
-    ndarray
-        The state, NaN if there is no equilibrium near `start`.
-    """
-    n = flow.dimension
-
-    def repeated(state: Array) -> Array:
-        return np.tile(state, (len(PHASES), 1))
-
-    found = damped_newton(
-        lambda state: flow.rates(repeated(state), PHASES, constants).mean(axis=0),
-        lambda state: flow.jacobians(repeated(state), PHASES, constants).mean(axis=0),
-        # Rest itself may be a singular point of a model, so the search starts a little beside it.
-        start + 1e-3 * scales,
-        scales,
-    )
-    return np.full(n, np.nan) if found is None else found
 
 
 def linear_response(

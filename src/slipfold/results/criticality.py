@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from slipfold.branches.normal_form import criticality_of
 from slipfold.loci.locus import CODIMENSION_TWO, COEFFICIENT, Locus, LocusPoint
 
@@ -22,7 +24,7 @@ def criticalities(locus: Locus) -> list[str | None]:
         ``"supercritical"``, ``"subcritical"``, or None where that has no meaning or is not known:
         folds, and points where the normal form degenerates.
     """
-    return [criticality_of(locus.type, float(value)) for value in locus.coefficient]
+    return [_in_words(locus, float(value)) for value in locus.coefficient]
 
 
 def point_criticality(locus: Locus, point: LocusPoint) -> str | None:
@@ -38,4 +40,10 @@ def point_criticality(locus: Locus, point: LocusPoint) -> str | None:
     name = COEFFICIENT.get(locus.type, "")
     if point.type in CODIMENSION_TWO or name not in point.coefficients:
         return None
-    return criticality_of(locus.type, point.coefficients[name])
+    return _in_words(locus, point.coefficients[name])
+
+
+def _in_words(locus: Locus, coefficient: float) -> str | None:
+    """Judge a coefficient beside the others, whatever the units of the states."""
+    size = float(np.nan_to_num(np.abs(locus.coefficient)).max(initial=0.0))
+    return criticality_of(locus.type, coefficient / (size or 1.0))

@@ -7,7 +7,7 @@ from time import perf_counter
 
 from slipfold.branches.event import Event
 from slipfold.branches.progress import Observer
-from slipfold.branches.response import trace_response
+from slipfold.branches.response import measured_over, trace_response
 from slipfold.branches.settings import Settings
 from slipfold.errors import InputError
 from slipfold.models.model import Model
@@ -95,10 +95,11 @@ def response(
         raise InputError(f"model = {model!r} is not a model; give e.g. SlidingOscillator()")
     parameters[vary], last = _ends(model, vary, span)
     chosen = checked_settings(settings)
+    started = perf_counter()
     changed = model.replace(**parameters)
     watched = (*events, *_own_events(changed, vary))
     first = changed.values[vary]
-    started = perf_counter()
+    changed = measured_over(changed, vary, (first, last), start)
     branches = trace_response(
         changed,
         vary,

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import product
 from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipfold.errors import InputError
+from slipfold.flow.typical_sizes import measured_within
 from slipfold.models.model import Model
 from slipfold.thresholds.threshold_search import INTERRUPTED, ThresholdSearch
 
@@ -219,6 +221,10 @@ def find_threshold_map(
             total = search.kinds.size
             observer(MapProgress(total - waiting, total, total - waiting - found))
 
+    corners = product(*((values[0], values[-1]) for values in ordered), (last,))
+    names = (*axes, threshold)
+    at = [dict(zip(names, map(float, corner), strict=True)) for corner in corners]
+    model = measured_within(model, at)
     search = ThresholdSearch(model, threshold, axes, ordered, (first, last), report)
     search.run()
     # As they were given: the search wants increasing values.

@@ -324,7 +324,7 @@ class Structure(Model):
         ]
         return np.array([0.0] * (2 * self._assembly.size) + memories)
 
-    def state_scales(self) -> Array:
+    def declared_scales(self) -> Array:
         """Typical displacements, rates by the circular frequency, memories as the laws say.
 
         Displacements are measured in the length scale that was given; without one in what the loads
@@ -333,7 +333,7 @@ class Structure(Model):
         return self._scales(self._values["f"]) if self.forced else self.quiet_scales()
 
     def quiet_scales(self) -> Array:
-        """Return `state_scales` with the lowest natural frequency for that of the forcing."""
+        """Return `declared_scales` with the lowest natural frequency for that of the forcing."""
         moving = self._assembly.frequencies[self._assembly.frequencies > 0]
         return self._scales(float(moving[0]) if len(moving) else 0.5 / math.pi)
 
@@ -373,7 +373,7 @@ class Structure(Model):
             # Continuation does this at every point: what is put together already is shared.
             changed = object.__new__(type(self))
             changed._become(self._assembly, {**self._values, **changes})
-            return changed
+            return changed.measured_in(self.found_sizes)
         other = type(self)(**{**self.structure, **parts})
         fresh = self._values_of(parts)
         known = {item.name for item in other.parameters}

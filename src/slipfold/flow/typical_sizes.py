@@ -1,0 +1,244 @@
+"""How large the states of a model become: found from what moves it, in whatever units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.errors import InputError
+from slipfold.flow.balance import balanced, coupled
+from slipfold.flow.flow import Flow, flow_of
+from slipfold.flow.mean_state import PHASES, mean_state
+from slipfold.flow.scaled import power_of_two
+from slipfold.models.model import Model
+
+__all__ = ["measured", "measured_within"]
+
+Array = NDArray[np.float64]
+
+PERIODS = 8
+"""Forcing periods of the motion looked at: a resonance shows, and what runs away has not yet."""
+
+SAMPLES = 16
+"""Samples of it in a forcing period."""
+
+LEAST = 1 / 8
+"""Least size of a state over what balances it with the one that moves most: a slow forcing moves
+displacements alone, and what follows it vibrates faster."""
+
+ROUNDING = 1e-9
+"""Motion smaller than this share of the displacement at rest is rounding."""
+
+BENT = 0.5
+"""Share of the linear rates that the others make up where a motion counts as large."""
+
+DISTANCES = 2.0 ** np.arange(-120, 121)
+"""Distances from rest at which that is looked for, in balanced states."""
+
+DIRECTIONS = np.array([[1.0, 1.0], [1.0, -1.0], [1.0, 0.3], [0.3, -1.0]])
+"""Components of every other state in the directions in which it is looked for."""
+
+
+def measured(
+    model: Model,
+    also: Sequence[Model] = (),
+    *,
+    motion: Array | None = None,
+    start: Array | None = None,
+) -> Model:
+    """Return a model that knows the typical sizes of its states, where it declares none.
+
+    The ratios of coupled states are those that balance the linearised equations. How large all of
+    them are shows in a motion; where nothing moves them, in the distance from rest at which the
+    equations stop being linear; else in the state of rest itself. All of this is the same in any
+    units. Sizes are powers of two.
+
+    Parameters
+    ----------
+    model
+        The model.
+    also
+        The same model at other parameter values that will be met.
+    motion
+        States of a motion that is known, shape (m, n_states); else that from rest under the
+        forcing is looked at.
+    start
+        State from which motions start, shape (n_states,); the model's own if None.
+    """
+    if not np.isnan(model.declared_scales()).any():
+        return model
+    start = model.start if start is None else start
+    looks = [_Look(item, flow_of(model), start) for item in (model, *also)]
+    sizes = np.full(len(model.states), np.nan)
+    for look in looks[: 1 if motion is not None else None]:
+        sizes = np.fmax(sizes, look.moved(motion))
+    for look in looks:
+        if np.isnan(sizes).any():
+            sizes = np.where(np.isnan(sizes), look.bent, sizes)
+    if np.isnan(sizes).any():
+        sizes = np.where(np.isnan(sizes), looks[0].resting, sizes)
+    return model.measured_in(power_of_two(sizes))
+
+
+def measured_within(
+    model: Model, values: Sequence[Mapping[str, float]], motion: Array | None = None
+) -> Model:
+    """Return a model that knows how large its states become at several parameter values.
+
+    Parameters
+    ----------
+    model
+        The model; it keeps its own values.
+    values
+        Some parameters by name, the first ones first.
+    motion
+        As for `measured`.
+    """
+    if not np.isnan(model.declared_scales()).any():
+        return model
+    others = []
+    for some in values:
+        with suppress(InputError):  # they may contradict those of other parameters
+            others.append(model.replace(**some))
+    first, *rest = others or [model]
+    return model.measured_in(measured(first, rest, motion=motion).found_sizes)
+
+
+@dataclass(frozen=True, eq=False)
+class _Look:
+    """A model about its state of rest. Sizes have the shape (n,) and are NaN where unknown.
+
+    Parameters
+    ----------
+    model, flow
+        The model and its flow.
+    start
+        State from which motions start.
+    """
+
+    model: Model
+    flow: Flow
+    start: Array
+
+    @cached_property
+    def rest(self) -> Array:
+        """State of rest under the mean of the forcing; the start where there is none."""
+        start = self.start
+        found, slopes = self._around(start)
+        ratios = self._balanced(slopes)
+        guess = _largest(np.abs(found).max(axis=0) / ratios) / self._rate(slopes, ratios)
+        constants = self.flow.constants(self.model.vector)
+        state = mean_state(self.flow, constants, ratios * (guess or 1.0), start)
+        return np.where(np.isfinite(state), state, start)
+
+    @cached_property
+    def slopes(self) -> Array:
+        """Mean moduli of the derivatives of the rates there, shape (n, n)."""
+        return self._around(self.rest)[1]
+
+    @cached_property
+    def ratios(self) -> Array:
+        """Ratios of coupled states."""
+        return self._balanced(self.slopes)
+
+    @cached_property
+    def groups(self) -> NDArray[np.intp]:
+        """The first of the states that each one is coupled with."""
+        return coupled(self.slopes)
+
+    def moved(self, motion: Array | None) -> Array:
+        """Sizes that a motion shows."""
+        if motion is None:
+            reached = self._reached() if self.model.forced else np.zeros(len(self.rest))
+        else:
+            reached = np.ptp(motion, axis=0) / 2
+        largest = self._in_group(reached / self.ratios)
+        still = self._in_group(np.abs(self.rest - self.start) / self.ratios)
+        still = np.maximum(still, self._in_group(np.abs(self.rest) / self.ratios))
+        sizes = np.maximum(reached, LEAST * self.ratios * largest)
+        return np.where(largest > ROUNDING * still, sizes, np.nan)
+
+    @cached_property
+    def bent(self) -> Array:
+        """Sizes at which the equations are no longer linear."""
+        sizes = np.full(len(self.rest), np.nan)
+        for first in np.unique(self.groups):
+            group = self.groups == first
+            sizes[group] = self.ratios[group] * self._bent_distance(group)
+        return sizes
+
+    @cached_property
+    def resting(self) -> Array:
+        """Sizes of the state of rest; what is zero there has the size that its unit has."""
+        away = self._in_group(np.maximum(np.abs(self.rest), np.abs(self.start)) / self.ratios)
+        return self.ratios * np.where(away > 0, away, 1.0)
+
+    def _around(self, state: Array) -> tuple[Array, Array]:
+        """Rates over a period at a state, shape (p, n), and mean moduli of their derivatives."""
+        constants = self.flow.constants(self.model.vector)
+        states = np.tile(state, (len(PHASES), 1))
+        slopes = np.abs(self.flow.jacobians(states, PHASES, constants)).mean(axis=0)
+        return self.flow.rates(states, PHASES, constants), np.asarray(slopes)
+
+    def _balanced(self, slopes: Array) -> Array:
+        if not np.isfinite(slopes).all():
+            return np.ones(len(slopes))
+        return balanced(slopes, 2 * np.pi if self.model.forced else 0.0)
+
+    def _rate(self, slopes: Array, ratios: Array) -> float:
+        """Fastest rate of the linear system, about; of the forcing at least."""
+        own = _largest(slopes * ratios / ratios[:, None])
+        return own + 2 * np.pi if self.model.forced else own or 1.0
+
+    def _in_group(self, values: Array) -> Array:
+        """Largest value among those of coupled states."""
+        result = np.zeros(len(values))
+        np.maximum.at(result, self.groups, np.nan_to_num(values))
+        return result[self.groups]
+
+    def _reached(self) -> Array:
+        """Amplitudes of the motion from rest: their median over forcing periods."""
+        rates = self._around(self.rest)[0]
+        pushed = self._in_group(np.ptp(rates, axis=0) / self.ratios)
+        if not _largest(pushed) > 0:
+            return pushed
+        sizes = self.ratios * pushed / self._rate(self.slopes, self.ratios)
+        sizes = np.where(sizes > 0, sizes, self.ratios * _largest(sizes / self.ratios))
+        constants = self.flow.constants(self.model.vector, power_of_two(sizes))
+        grid = np.linspace(0.0, PERIODS, PERIODS * SAMPLES + 1)
+        states = self.flow.trajectory(self.rest, constants, grid)[1:]
+        reached = np.ptp(states.reshape(PERIODS, SAMPLES, -1), axis=1) / 2
+        whole = reached[np.isfinite(reached).all(axis=1)]
+        return np.median(whole, axis=0) if len(whole) else sizes
+
+    def _bent_distance(self, group: NDArray[np.bool_]) -> float:
+        """Distance from rest at which rates are no longer linear, in balanced states; or NaN."""
+        constants = self.flow.constants(self.model.vector)
+        phase, ratios = PHASES[5:6], self.ratios[group]
+        still = self.flow.rates(self.rest[None], phase, constants)
+        matrix = self.flow.jacobians(self.rest[None], phase, constants)[0]
+        linear = _largest(np.abs(matrix[np.ix_(group, group)]) * ratios / ratios[:, None])
+        least = _largest(np.abs(self.rest[group]) / ratios)
+        least += _largest(np.abs(still[0, group]) / ratios) / (linear or np.inf)
+        distances = DISTANCES[ROUNDING * least < DISTANCES]
+        directions = np.zeros((len(DIRECTIONS), len(group)))
+        pattern = np.resize(np.arange(2), np.count_nonzero(group))
+        directions[:, group] = DIRECTIONS[:, pattern] * ratios
+        steps = distances[:, None, None] * directions
+        states = (self.rest + steps).reshape(-1, len(group))
+        rates = self.flow.rates(states, np.repeat(phase, len(states)), constants)
+        with np.errstate(invalid="ignore", over="ignore"):
+            others = np.abs((rates - still).reshape(steps.shape) - steps @ matrix.T)
+            share = (others[..., group] / ratios).max(axis=2) / distances[:, None]
+        large = ~(share.max(axis=1) <= BENT * linear)
+        first = int(large.argmax())
+        return float(distances[first]) if large[first] and first else np.nan
+
+
+def _largest(values: Array) -> float:
+    return float(np.nan_to_num(values).max(initial=0.0))
