@@ -15,7 +15,7 @@ from slipfold.models import model_named
 from slipfold.models.friction import Coulomb, Regularised
 
 UNIT, UP = np.eye(3)[:1], np.eye(2)
-STEEPNESS = 10.0 ** np.random.default_rng(4).uniform(-6, 0, 8)
+STEEPNESS = 10.0 ** np.random.default_rng(4).uniform(-6, 0, 9)
 
 
 def turning(formula):
@@ -88,6 +88,7 @@ LAWS = {
     "tanh(v/e)": lambda x, v, t, e: np.tanh(v / e),
     "erf(v/e)": lambda x, v, t, e: erf(v / e),
     "2*sigmoid(v/e) - 1": lambda x, v, t, e: np.tanh(v / e / 2),
+    "2/(exp(-v/e) + 1) - 1": lambda x, v, t, e: np.tanh(v / e / 2),
     "v/sqrt(v^2 + e^2)": lambda x, v, t, e: v / math.hypot(v, e),
     "atan2(v, e)": lambda x, v, t, e: math.atan2(v, e),
     "(x/0.7)^41/(1 + (x/0.7)^40)": lambda x, v, t, e: x / 0.7 - (x / 0.7) / (1 + (x / 0.7) ** 40),
