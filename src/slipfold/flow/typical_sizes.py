@@ -222,7 +222,9 @@ class _Look:
         phase, ratios = PHASES[5:6], self.ratios[group]
         still = self.flow.rates(self.rest[None], phase, constants)
         matrix = self.flow.jacobians(self.rest[None], phase, constants)[0]
-        linear = _largest(np.abs(matrix[np.ix_(group, group)]) * ratios / ratios[:, None])
+        # At a degenerate state of rest rates are not linear anywhere: the start says how fast.
+        slopes = np.fmax(np.abs(matrix), self._around(self.start)[1])[np.ix_(group, group)]
+        linear = _largest(slopes * ratios / ratios[:, None])
         least = _largest(np.abs(self.rest[group]) / ratios)
         least += _largest(np.abs(still[0, group]) / ratios) / (linear or np.inf)
         distances = DISTANCES[ROUNDING * least < DISTANCES]

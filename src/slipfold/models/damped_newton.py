@@ -15,7 +15,7 @@ ITERATIONS = 60
 HALVINGS = 30
 
 TOLERANCE = 1e-13
-"""Newton step, relative to the largest states on the way, at which only rounding is left."""
+"""Newton step, relative to the states or their scales, at which only rounding is left."""
 
 ROUNDING = 1e-8
 """A step below this is taken whole: the rates may no longer shrink for rounding alone."""
@@ -41,7 +41,7 @@ def damped_newton(
     start
         First state, shape (n,).
     scales
-        Typical sizes of the states, shape (n,); only their ratios count.
+        Typical sizes of the states, shape (n,).
 
     Returns
     -------
@@ -55,7 +55,7 @@ def damped_newton(
     >>> float(damped_newton(lambda x: x**2 - 2, lambda x: np.diag(2 * x), one, one)[0])
     1.414213562373095
     """
-    state, largest = start, 0.0
+    state = start
     for _ in range(ITERATIONS):
         matrix, found = jacobian(state), rates(state)
         if not (np.all(np.isfinite(matrix)) and np.all(np.isfinite(found))):
@@ -64,9 +64,7 @@ def damped_newton(
             step = np.asarray(-np.linalg.solve(matrix, found), dtype=float)
         except np.linalg.LinAlgError:
             return None
-        largest = max(largest, *(np.max(np.abs(at) / scales) for at in (state, state + step)))
-        nearby = np.maximum(scales * largest, np.abs(state))
-        length = np.max(np.abs(step) / nearby) if largest else 0.0
+        length = np.max(np.abs(step) / np.maximum(scales, np.abs(state)))
         state = (
             state + (1.0 if length <= ROUNDING else _fraction(rates, state, step, scales)) * step
         )
