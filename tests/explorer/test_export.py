@@ -155,6 +155,13 @@ def test_the_command_of_a_plane_names_both_spans(exported):
     assert first == "# slipfold locus case.toml --vary f=12.4:12.5 --vary Nd=0.0:0.06 --regions"
 
 
+def test_no_regions_are_asked_of_a_model_that_nothing_forces(exported):
+    axes = {"x": {"name": "sigma", "span": [5, 15]}, "y": {"name": "rho", "span": [0.5, 30]}}
+    view = {"kind": "plane", "id": 1, "model": "lorenz", **axes}
+    assert "regions=False" in exported(view, "python").decode()
+    assert "--regions" not in exported(view, "toml").decode()
+
+
 def test_a_friction_law_is_copied_with_its_values():
     model = sf.SlidingOscillator(friction=sf.Stribeck(vs=0.25), f=12.2)
     answering = Answering(Catalogue(model))

@@ -164,7 +164,8 @@ class Computing:
 
         plane = (request.x.name, request.y.name)
         window = (request.x.span, request.y.span)
-        return bifurcation_set(asked_model(self._catalogue, request), plane, window, observer=watch)
+        model = asked_model(self._catalogue, request)
+        return bifurcation_set(model, plane, window, regions=model.forced, observer=watch)
 
 
 def _family(model: Model, request: DiagramRequest | OrbitRequest) -> Hashable:

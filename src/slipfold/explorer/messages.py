@@ -31,8 +31,8 @@ __all__ = [
     "refusal_of",
 ]
 
-LARGEST = 1e12
-"""Largest modulus of a number from a client; no parameter in SI units comes near."""
+LARGEST = 1e100
+"""Largest modulus of a number from a client: its cube is still one. Models know narrower bounds."""
 
 MOST_NAMES = 64
 """Most parameters or states of one request."""

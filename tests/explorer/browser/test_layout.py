@@ -38,9 +38,9 @@ FOCUS = f"""
 """
 
 
-def places(explorer):
+def places(explorer, selector=CONTROLS):
     """Where every control and heading is, without its text: the pictures' titles may change."""
-    found = explorer.page.evaluate(PLACES, CONTROLS)
+    found = explorer.page.evaluate(PLACES, selector)
     return [(tag, *numbers) for tag, _, *numbers in found]
 
 
@@ -78,6 +78,18 @@ def test_pointing_moves_nothing(still):
     still.page.mouse.move(5, 5)
     still.orbit_shown(2)
     assert places(still) == rest
+
+
+def test_pointing_at_an_equilibrium_between_cycles_moves_nothing(explorer):
+    """It has other pictures: eigenvalues, and nothing over time."""
+    explorer.open("model=squeal&p.mu=0.9")
+    explorer.page.wait_for_selector("#plot-multipliers:visible")
+    panels = "section.panel, input, select, .player, .stage"
+    rest = places(explorer, panels)
+    explorer.page.mouse.move(*explorer.pixel(0.4, 0))
+    explorer.page.wait_for_selector("#plot-eigenvalues:visible")
+    assert places(explorer, panels) == rest
+    explorer.page.mouse.move(5, 5)
 
 
 def test_what_is_pointed_at_is_explained(still):

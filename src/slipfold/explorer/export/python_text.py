@@ -70,8 +70,11 @@ def _steps(model: Model, view: ViewRequest, orbit: PeriodicOrbit | None) -> list
         window = (
             f"(({view.x.span[0]!r}, {view.x.span[1]!r}), ({view.y.span[0]!r}, {view.y.span[1]!r}))"
         )
+        # There are regions of forced models only.
+        regions = "" if model.forced else ", regions=False"
+        plane = f'("{view.x.name}", "{view.y.name}")'
         return [
-            f'found = sf.bifurcation_set(model, ("{view.x.name}", "{view.y.name}"), {window})',
+            f"found = sf.bifurcation_set(model, {plane}, {window}{regions})",
             "print(found.summary())",
             'found.plot().figure.savefig("plane.svg")',
         ]

@@ -77,7 +77,7 @@ def _command(model: Model, view: ViewRequest) -> str:
         return f"slipfold response case.toml --vary {_span(view.vary, view.span)}"
     if isinstance(view, PlaneRequest):
         axes = " ".join(f"--vary {_span(axis.name, axis.span)}" for axis in (view.x, view.y))
-        return f"slipfold locus case.toml {axes} --regions"
+        return f"slipfold locus case.toml {axes}{' --regions' if model.forced else ''}"
     assert isinstance(view, SimulationRequest)  # orbits were refused
     start = start_of(model, view)
     states = "".join(f" --state {name}={value!r}" for name, value in start.items())

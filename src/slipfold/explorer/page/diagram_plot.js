@@ -192,7 +192,8 @@ export class DiagramPlot {
 
   /** Whether what is drawn is still to be replaced; what is of another model is not shown. */
   #tellBusy() {
-    const { isSettled, diagram, connection } = this.#session;
+    const { isSettled, diagram, connection, hasFailed } = this.#session;
+    this.node.classList.toggle("refused", hasFailed);
     this.node.setAttribute("aria-busy", String(!isSettled));
     this.node.classList.toggle("empty", !diagram);
     this.node.classList.toggle("working", !isSettled && !diagram?.draft);
@@ -255,7 +256,7 @@ export class DiagramPlot {
   }
 
   #placeAt(event) {
-    if (!this.#drawn || event.buttons > 0) return null;
+    if (!this.#drawn || event.buttons > 0 || this.#session.hasFailed) return null;
     const { diagram, map } = this.#drawn;
     const box = this.node.getBoundingClientRect();
     const point = [event.clientX - box.left, event.clientY - box.top];

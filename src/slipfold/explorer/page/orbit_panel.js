@@ -52,12 +52,12 @@ export class OrbitPanel {
 
   /** The orbit shown: the server's answer, the view it belongs to and its request. */
   get shown() {
-    return this.#orbit;
+    return this.node.classList.contains("empty") ? null : this.#orbit;
   }
 
   /** All pictures that are seen with their captions, for a file. */
   get figures() {
-    const seen = this.#plots.map(({ plot }) => plot).filter(({ node }) => !node.hidden);
+    const seen = this.#plots.filter(isSeen).map(({ plot }) => plot);
     return [this.#stageOf(this.#orbit.answer), ...seen].map(({ figure }) => figure);
   }
 
@@ -73,12 +73,13 @@ export class OrbitPanel {
     if (stage.node.parentNode !== this.#stage) this.#stage.replaceChildren(stage.node);
     stage.adopt(answer, parametersOf(view, answer), quantity);
     for (const picture of this.#plots) {
-      const isSeen = picture.fits(this.#orbit);
-      picture.plot.node.hidden = !isSeen;
-      if (isSeen) picture.draw(this.#orbit);
+      const { node } = picture.plot;
+      node.hidden = !picture.fits(this.#orbit);
+      node.classList.toggle("absent", Boolean(picture.isBlank?.(this.#orbit)));
+      if (isSeen(picture)) picture.draw(this.#orbit);
     }
-    this.node.classList.remove("empty");
-    this.#controls.hidden = Boolean(answer.eigenvalues);
+    this.node.classList.remove("empty", "former");
+    this.#controls.classList.toggle("absent", Boolean(answer.eigenvalues));
     this.title.textContent = titleOf(answer, place, this.#session.quantity(view.vary), model.forced);
     this.#point(this.cursor.phase);
     this.#slowness();
@@ -88,12 +89,15 @@ export class OrbitPanel {
   }
 
   #none() {
-    const { view } = this.#session;
+    const { view, diagram, hasFailed } = this.#session;
     const parameter = this.#session.quantity(view.vary);
     const value = withUnit(parameter, view.parameters[view.vary]);
-    this.title.textContent =
-      `No branch of the diagram reaches ${parameter.label ?? parameter.name} = ${value}; move it or widen the span.`;
+    const missing = `No branch of the diagram reaches ${parameter.label ?? parameter.name} = ${value}; move it or widen the span.`;
+    const failed = "There is no orbit, since the response could not be computed.";
+    this.title.textContent = hasFailed ? failed : diagram ? missing : "Computing the response…";
     this.node.classList.add("empty");
+    // A motion of another model has no place beside the name of this one.
+    this.node.classList.toggle("former", !diagram);
   }
 
   #stageOf(answer) {
@@ -105,7 +109,7 @@ export class OrbitPanel {
     this.#phase.value = String(phase);
     this.#stageOf(this.#orbit.answer).show(phase);
     for (const picture of this.#plots) {
-      if (!picture.plot.node.hidden) picture.point(this.#orbit, phase);
+      if (isSeen(picture)) picture.point(this.#orbit, phase);
     }
   }
 
@@ -135,6 +139,10 @@ export class OrbitPanel {
     this.#factor.textContent = `1 : ${formatted(this.cursor.slowness, 2)}`;
     this.#speed.setAttribute("aria-valuetext", `${formatted(this.cursor.slowness, 2)} times slower`);
   }
+}
+
+function isSeen({ plot: { node } }) {
+  return !node.hidden && !node.classList.contains("absent");
 }
 
 function parametersOf(view, answer) {

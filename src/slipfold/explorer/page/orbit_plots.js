@@ -15,9 +15,10 @@ const CIRCLE = Array.from({ length: 121 }, (_, i) => (i * Math.PI) / 60);
  */
 
 /**
- * All pictures.
+ * All pictures. What an orbit has no picture of leaves its place blank, so that nothing moves where
+ * an equilibrium is looked at between two cycles.
  * @param {(phase: number) => void} onPhase hears where the pointer is in time
- * @returns {{plot: SmallPlot, fits: (orbit: Orbit) => boolean, draw: (orbit: Orbit) => void,
+ * @returns {{plot: SmallPlot, fits: (orbit: Orbit) => boolean, isBlank?: (orbit: Orbit) => boolean, draw: (orbit: Orbit) => void,
  *   point: (orbit: Orbit, phase: number) => void}[]}
  */
 export function orbitPlots(onPhase) {
@@ -31,7 +32,8 @@ function timeSeries(onPhase) {
   const plot = new SmallPlot("time", "Time series", { onPoint: (time) => onPhase(time / plot.length) });
   return {
     plot,
-    fits: ({ answer }) => !answer.eigenvalues,
+    fits: () => true,
+    isBlank: isEquilibrium,
     draw: (orbit) => {
       const names = positions(orbit.answer);
       drawOverTime(plot, orbit, names, orbit.answer.states);
@@ -47,6 +49,7 @@ function forces(onPhase) {
   return {
     plot,
     fits: ({ answer }) => ["N", "Fx", "Fy"].every((name) => name in answer.outputs),
+    isBlank: isEquilibrium,
     draw: (orbit) => drawOverTime(plot, orbit, ["N", "Fx", "Fy"], orbit.answer.outputs),
     point: (orbit, phase) => plot.point({ x: phase * plot.length }),
   };
@@ -114,7 +117,8 @@ function spectrum() {
   const plot = new SmallPlot("spectrum", "Spectrum");
   return {
     plot,
-    fits: ({ answer }) => answer.spectrum.frequency.length > 1 && !answer.eigenvalues,
+    fits: () => true,
+    isBlank: ({ answer }) => answer.spectrum.frequency.length <= 1 || isEquilibrium({ answer }),
     draw: ({ answer, quantity }) => {
       const { frequency, amplitude } = answer.spectrum;
       const names = positions(answer).filter((name) => name in amplitude);
@@ -150,7 +154,7 @@ function multipliers() {
   const plot = new SmallPlot("multipliers", "Floquet multipliers", { isEqual: true });
   return {
     plot,
-    fits: ({ answer }) => !answer.eigenvalues,
+    fits: (orbit) => !isEquilibrium(orbit),
     draw: ({ answer }) => {
       const far = Math.max(1.25, ...answer.multipliers.map(([re, im]) => 1.12 * Math.hypot(re, im)));
       const outside = answer.multipliers.filter(([re, im]) => Math.hypot(re, im) > 1);
@@ -171,12 +175,16 @@ function multipliers() {
   };
 }
 
+function isEquilibrium({ answer }) {
+  return Boolean(answer.eigenvalues);
+}
+
 /** Of an equilibrium: it has no period over which multipliers could be taken. */
 function eigenvalues() {
   const plot = new SmallPlot("eigenvalues", "Eigenvalues");
   return {
     plot,
-    fits: ({ answer }) => Boolean(answer.eigenvalues),
+    fits: isEquilibrium,
     draw: ({ answer }) => {
       const [re, im] = [0, 1].map((part) => answer.eigenvalues.map((value) => value[part]));
       const far = [re, im].map((part) => 1.2 * Math.max(...part.map(Math.abs)) || 1);

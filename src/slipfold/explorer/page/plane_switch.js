@@ -18,7 +18,9 @@ export class PlaneSwitch {
   }
 
   #show() {
-    const { plane } = this.#session.view;
+    const { view: { plane }, model } = this.#session;
+    // A plane takes two parameters.
+    this.node.hidden = model.parameters.length < 2;
     this.node.setAttribute("aria-pressed", String(plane !== null));
     this.node.title = plane ? "Put the plane of two parameters away" : "Show the plane of two parameters";
   }

@@ -32,6 +32,7 @@ export class Session {
   pins = new Map();
   #keys = { diagram: "", plane: "" };
   #settled = null;
+  #hasFailed = false;
   #pinKeys = new Map();
   #orbits = new Map();
   #followed = null;
@@ -52,6 +53,11 @@ export class Session {
 
   get view() {
     return this.store.view;
+  }
+
+  /** Whether there is no diagram of the view: what was drawn last is of other values. */
+  get hasFailed() {
+    return this.#hasFailed;
   }
 
   /** Whether nothing more is to come for the diagram of the view. */
@@ -102,7 +108,9 @@ export class Session {
       this.diagram = null;
       this.place = null;
       // Answers about the model before could not be drawn with the quantities of this one.
-      for (const kind of ["diagram", "orbit"]) this.requests.cancel(kind);
+      this.requests.cancel("diagram");
+      this.#hasFailed = false;
+      this.#askOrbit(null);
     }
     if (view.at !== before.at) this.#followed = view.at;
     this.#followDiagram();
@@ -121,6 +129,7 @@ export class Session {
     this.#keys.diagram = key;
     const onAnswer = (answer) => {
       this.diagram = answer;
+      this.#hasFailed = false;
       this.#settled = answer.done ? key : null;
       this.#fail("diagram", null);
       this.diagramArrived.announce({ answer, view, request });
@@ -131,6 +140,10 @@ export class Session {
     };
     const onError = (sentence, again) => {
       this.#settled = key;
+      this.#hasFailed = true;
+      this.place = null;
+      this.placeChanged.announce(null);
+      this.#askOrbit(null);
       this.#fail("diagram", sentence, again && (() => {
         this.#keys.diagram = "";
         this.#followDiagram();
@@ -170,6 +183,7 @@ export class Session {
 
   #followPlane(live) {
     if (!this.view.plane) {
+      if (this.#keys.plane) this.requests.cancel("plane");
       this.#keys.plane = "";
       return;
     }
@@ -189,7 +203,7 @@ export class Session {
   }
 
   #choosePlace() {
-    if (!this.diagram) return;
+    if (!this.diagram || this.#hasFailed) return;
     const { view } = this;
     const value = view.parameters[view.vary];
     const place = chosenPlace(crossings(this.diagram, value), this.#followed ?? view.at);

@@ -30,6 +30,9 @@ export class SpecialPoints {
     this.#session = session;
     this.node.append(this.#list, this.#ends);
     session.diagramArrived.subscribe(({ answer }) => this.#show(answer));
+    for (const signal of [session.diagramArrived, session.failed]) {
+      signal.subscribe(() => this.node.classList.toggle("refused", session.hasFailed));
+    }
   }
 
   #show(diagram) {

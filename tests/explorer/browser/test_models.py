@@ -1,0 +1,65 @@
+"""Every built-in model goes through every panel."""
+
+import pytest
+from playwright.sync_api import expect
+
+import slipfold as sf
+from helpers.explorer_page import DIAGRAM, ORBIT, PLANE
+
+UNDER_WAY = "([selector, first]) => document.querySelector(selector).textContent !== first"
+"""Whether the server has taken the request for the plane: it tells of progress, or is done."""
+
+
+@pytest.mark.parametrize("name", sf.built_in_models())
+def test_every_model_goes_through_every_panel(explorer, name):
+    page = explorer.page
+    explorer.open(f"model={name}")
+    alert = page.get_by_role("alert")
+    expect(alert).to_have_count(0)
+    assert explorer.traces()
+    page.wait_for_selector(f"{ORBIT}[data-drawn]:not(.empty)")
+    expect(page.locator("#orbit-title")).to_contain_text("stable")
+    assert page.locator(".smalls .small:visible .dot").count() > 0
+    page.get_by_role("button", name="From rest").click()
+    page.wait_for_selector("#plot-settling .dot", state="attached")
+    expect(page.locator(".verdict")).not_to_be_empty()
+    plane = page.get_by_role("button", name="Plane", exact=True)
+    if explorer.page.locator(".parameters .parameter").count() > 1:
+        plane.click()
+        expect(page.locator(f"{PLANE} .xtitle")).to_be_visible()
+        page.wait_for_function(UNDER_WAY, arg=[".progress span", "Computing the bifurcation set…"])
+        assert alert.all_inner_texts() == []
+        plane.click()
+    expect(page.locator(PLANE)).to_be_hidden()
+    assert alert.all_inner_texts() == []
+
+
+def test_what_is_refused_is_faint_until_it_is_computed_again(explorer):
+    explorer.open("model=sliding&p.Nd=0.3")
+    explorer.orbit_shown(2)
+    curve = explorer.page.locator(f"{DIAGRAM} .plot-canvas")
+    expect(curve).to_have_css("opacity", "1")
+    explorer.type("Vd", -1)
+    expect(curve).to_have_css("opacity", "0.3")
+    expect(explorer.page.locator(".specials")).to_have_css("opacity", "0.3")
+    expect(explorer.page.locator("#orbit .stage")).to_have_css("opacity", "0.25")
+    expect(explorer.page.locator("#orbit-title")).to_contain_text("There is no orbit")
+    expect(explorer.page.get_by_role("button", name="From this orbit")).to_be_disabled()
+    with explorer.redrawn():
+        explorer.type("Vd", 0.7)
+    expect(curve).to_have_css("opacity", "1")
+    expect(explorer.page.locator("#orbit .stage")).to_have_css("opacity", "1")
+
+
+def test_the_motion_of_another_model_is_put_away(explorer):
+    explorer.open("model=sliding&p.Nd=0.3")
+    explorer.orbit_shown(2)
+    hidden = explorer.page.evaluate(
+        "() => { const choice = document.querySelector('select[aria-label=Model]');"
+        " choice.value = 'duffing'; choice.dispatchEvent(new Event('change'));"
+        " const style = getComputedStyle(document.querySelector('#orbit .stage'));"
+        " return [style.visibility, document.querySelector('#orbit-title').textContent]; }"
+    )
+    assert hidden == ["hidden", "Computing the response…"]
+    expect(explorer.page.locator("#orbit-title")).to_contain_text("period 1")
+    expect(explorer.page.locator("#orbit .stage")).to_be_visible()
