@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.collocation.gauss import gauss_points
-from slipfold.collocation.vector_field import VectorField
+from slipfold.collocation.vector_field import RightHandSide
 
 __all__ = ["Condensed", "Iterate", "condense"]
 
@@ -103,7 +103,7 @@ class Condensed:
         return np.asarray(change + self.inside[..., n] * time + self.inside[..., n + 1])
 
 
-def condense(field: VectorField, iterate: Iterate) -> Condensed:
+def condense(field: RightHandSide, iterate: Iterate) -> Condensed:
     r"""Linearise the collocation equations and eliminate the stages.
 
     They are written in the Runge-Kutta basis, which rounding hurts least (Ascher, Mattheij and
@@ -135,7 +135,7 @@ def condense(field: VectorField, iterate: Iterate) -> Condensed:
 
 
 def _condense_some(
-    field: VectorField, iterate: Iterate, following: Array, some: slice
+    field: RightHandSide, iterate: Iterate, following: Array, some: slice
 ) -> Condensed:
     nodes, stages = iterate.nodes[some], iterate.stages[some]
     steps, time = iterate.lengths[some, None, None], iterate.time

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["cycle_multipliers", "product_eigenvalues"]
+__all__ = ["cycle_multipliers", "product", "product_eigenvalues", "without_motion"]
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -57,8 +57,8 @@ def product_eigenvalues(matrices: Array) -> Complex:
     """
     if not np.isfinite(matrices).all():
         return np.full(matrices.shape[1], np.nan + 0j)
-    factors = [_product(part) for part in np.array_split(matrices, min(BLOCKS, len(matrices)))]
-    basis = _dominant_first(_product(np.array(factors)))
+    factors = [product(part) for part in np.array_split(matrices, min(BLOCKS, len(matrices)))]
+    basis = _dominant_first(product(np.array(factors)))
     groups = [slice(None)]
     for _ in range(SWEEPS):
         start, triangles = basis, []
@@ -72,7 +72,7 @@ def product_eigenvalues(matrices: Array) -> Complex:
             break
     values = [
         np.linalg.eigvals(
-            turn[group, group] @ _product(np.array([item[group, group] for item in triangles]))
+            turn[group, group] @ product(np.array([item[group, group] for item in triangles]))
         )
         for group in groups
     ]
@@ -101,15 +101,25 @@ def cycle_multipliers(matrices: Array, rates: Array) -> tuple[complex, Complex]:
     others : ndarray, shape (n - 1,)
         Largest modulus first.
     """
+    along, across = without_motion(matrices, rates)
+    return complex(np.prod(along)), product_eigenvalues(across)
+
+
+def without_motion(matrices: Array, rates: Array) -> tuple[Array, Array]:
+    """Return what each matrix does along a cycle's motion, (N,), and beside it, (N, n - 1, n - 1).
+
+    Matrices and rates are those of `cycle_multipliers`.
+    """
     n = rates.shape[1]
     eye = np.broadcast_to(np.eye(n)[:, : n - 1], (len(rates), n, n - 1))
     bases = np.linalg.qr(np.concatenate([rates[:, :, None], eye], axis=2))[0]
     turned = np.roll(bases, -1, axis=0).transpose(0, 2, 1) @ matrices @ bases
-    return complex(np.prod(turned[:, 0, 0])), product_eigenvalues(turned[:, 1:, 1:])
+    return turned[:, 0, 0], turned[:, 1:, 1:]
 
 
-def _product(matrices: Array) -> Array:
-    return reduce(lambda product, matrix: matrix @ product, matrices)
+def product(matrices: Array) -> Array:
+    """Return the product of matrices of which the first acts first."""
+    return reduce(lambda result, matrix: matrix @ result, matrices)
 
 
 def _dominant_first(product: Array) -> Array:

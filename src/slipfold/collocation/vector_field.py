@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,9 +11,17 @@ from numpy.typing import NDArray
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
 
-__all__ = ["VectorField"]
+__all__ = ["RightHandSide", "VectorField"]
 
 Array = NDArray[np.float64]
+
+
+class RightHandSide(Protocol):
+    """What collocation needs to know of a model: see `VectorField.linear`."""
+
+    def linear(self, states: Array, phases: Array) -> tuple[Array, Array]:
+        """Evaluate rates and Jacobians."""
+        ...
 
 
 class VectorField:

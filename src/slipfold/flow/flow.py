@@ -192,12 +192,30 @@ class Flow:
         ndarray, shape (m, count, n)
             Samples.
         """
-        result = np.empty((len(states), count, self.dimension))
-        fractions = np.arange(count)[:, None] / count
+        fractions = np.arange(count) / count
+        return self.along(states, start[:, None] + (end - start)[:, None] * fractions, constants)
+
+    def along(self, states: Array, phases: Array, constants: Constants) -> Array:
+        """Carry states along phases of their own.
+
+        Parameters
+        ----------
+        states
+            At the first phase of each row, shape (m, n).
+        phases
+            Increasing in each row, shape (m, p).
+        constants
+            Coefficients.
+
+        Returns
+        -------
+        ndarray, shape (m, p, n)
+            States.
+        """
+        result = np.empty((*phases.shape, self.dimension))
         for some in _chunks(len(states)):
-            batch = self._prepare(self._code.plain, states, start, constants, some)
-            first, last = _pad(start[some]), _pad(end[some])
-            times = first + (last - first) * fractions
+            batch = self._prepare(self._code.plain, states, phases[:, 0], constants, some)
+            times = _pad(phases[some]).T.copy()
             grid = batch.propagate_grid(times, max_steps=_most_steps(batch))[1]
             result[some] = np.moveaxis(grid, 2, 0)[: some.stop - some.start]
         return result * constants.scales[..., None, :]

@@ -16,7 +16,7 @@ from slipfold.text.printed_table import PrintedTable
 if TYPE_CHECKING:
     from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
-__all__ = ["OrbitCheck", "check_orbit"]
+__all__ = ["OrbitCheck", "check_orbit", "is_singular", "multiplier_difference", "rests"]
 
 Complex = NDArray[np.complex128]
 
@@ -118,13 +118,11 @@ def check_orbit(orbit: PeriodicOrbit, tolerance: float = 1e-8) -> OrbitCheck:
     """
     model, anchors = orbit.model, len(orbit.nodes)
     scales = model.state_scales()
-    distance = np.sort(np.abs(orbit.multipliers - 1))
-    if _rests(orbit):
-        singular = bool(distance[0] < SINGULAR)
+    resting = rests(orbit)
+    singular = is_singular(orbit, resting=resting)
+    if resting:
         found = exact_equilibrium(model, orbit.state, anchors, orbit.period, singular=singular)
     else:
-        own = 0 if model.forced else 1  # one multiplier of a cycle is always one
-        singular = len(distance) > own and bool(distance[own] < SINGULAR)
         _, samples = orbit.sample(SAMPLES * orbit.period)
         found = collocate(model, samples, orbit.period, anchors=anchors, singular=singular)
     size = max(1.0, float(np.abs(orbit.multipliers).max()))
@@ -132,12 +130,20 @@ def check_orbit(orbit: PeriodicOrbit, tolerance: float = 1e-8) -> OrbitCheck:
         found,
         float(np.abs((found.anchors - orbit.nodes) / scales).max()),
         abs(found.duration / orbit.duration - 1),
-        _difference(orbit.multipliers, found.multipliers) / size,
+        multiplier_difference(orbit.multipliers, found.multipliers) / size,
         tolerance,
     )
 
 
-def _rests(orbit: PeriodicOrbit) -> bool:
+def is_singular(orbit: PeriodicOrbit, *, resting: bool) -> bool:
+    """Whether it is so near a fold or branch point that the equations are made regular."""
+    distance = np.sort(np.abs(orbit.multipliers - 1))
+    own = 0 if resting or orbit.model.forced else 1  # one multiplier of a cycle is always one
+    return len(distance) > own and bool(distance[own] < SINGULAR)
+
+
+def rests(orbit: PeriodicOrbit) -> bool:
+    """Whether it is an equilibrium."""
     if orbit.model.forced:
         return False
     flow = flow_of(orbit.model)
@@ -146,7 +152,7 @@ def _rests(orbit: PeriodicOrbit) -> bool:
     return bool(np.abs(rates / orbit.model.state_scales()).max() < REST)
 
 
-def _difference(values: Complex, others: Complex) -> float:
+def multiplier_difference(values: Complex, others: Complex) -> float:
     """Return the largest distance between multipliers and their counterparts."""
     if not np.isfinite(others).all():
         return np.nan

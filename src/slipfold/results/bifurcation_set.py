@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from slipfold.branches.settings import Settings
+from slipfold.checks.of_loci import check_loci
 from slipfold.errors import InputError
 from slipfold.loci.bifurcation_set import find_bifurcation_set
 from slipfold.loci.progress import LocusObserver
@@ -107,6 +108,7 @@ def bifurcation_set(
         settings=chosen,
         observer=observer,
     )
+    checked = check_loci(found.loci)
     return LocusDiagram(
         base,
         names,
@@ -116,6 +118,7 @@ def bifurcation_set(
         chosen,
         provenance(perf_counter() - started),
         interrupted=found.interrupted,
+        checked=checked,
     )
 
 

@@ -9,6 +9,7 @@ from slipfold.branches.branch import Branch
 from slipfold.branches.event import Event
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
+from slipfold.checks.checked import Checked
 from slipfold.models.model import Model
 from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
@@ -57,6 +58,8 @@ class Diagram(Result):
         Values asked to be located.
     provenance
         Versions and time.
+    checked
+        Special points and ends that were computed again by other means; None if nothing was.
 
     Notes
     -----
@@ -79,6 +82,7 @@ class Diagram(Result):
     settings: Settings
     events: tuple[Event, ...]
     provenance: Provenance
+    checked: Checked | None = None
 
     @property
     def special(self) -> tuple[Labelled, ...]:

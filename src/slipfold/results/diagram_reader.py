@@ -9,6 +9,7 @@ from slipfold.branches.branch import Branch, End
 from slipfold.branches.event import Event
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.orbits.extrema import Extrema
+from slipfold.results.checked_parts import read_checked
 from slipfold.results.diagram import Diagram
 from slipfold.results.saved_table import SavedTable
 
@@ -45,6 +46,7 @@ def read_diagram(saved: SavedTable) -> Diagram:
         saved.settings,
         tuple(Event(**event) for event in given["events"]),
         saved.provenance,
+        read_checked(saved.attributes),
     )
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from slipfold.branches.branch import Branch
 from slipfold.results.attributes import result_attributes
+from slipfold.results.checked_parts import checked_attributes
 from slipfold.results.columns import (
     Columns,
     integers,
@@ -55,6 +56,7 @@ def diagram_table(diagram: Diagram) -> LabelledTable:
         "vary": vary,
         "span": np.array(diagram.span, dtype=float),
         **result_attributes(SCHEMA, title, model, _input(diagram), diagram.provenance),
+        **checked_attributes(diagram.checked),
     }
     return LabelledTable(variables, (*labels, *LABELS), attributes)
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
+from slipfold.checks.of_loci import check_loci
 from slipfold.errors import InputError
 from slipfold.loci.follow import follow_loci
 from slipfold.loci.progress import LocusObserver
@@ -99,6 +100,7 @@ def locus(
     chosen = checked_settings(settings)
     started = perf_counter()
     loci = follow_loci(points, plane, spans, settings=chosen, observer=observer, switch=switch)
+    checked = check_loci(loci)
     return LocusDiagram(
         base,
         plane,
@@ -108,6 +110,7 @@ def locus(
         chosen,
         provenance(perf_counter() - started),
         interrupted=any(locus.interrupted for locus in loci),
+        checked=checked,
     )
 
 

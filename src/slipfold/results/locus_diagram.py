@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from slipfold.branches.settings import Settings
+from slipfold.checks.checked import Checked
 from slipfold.loci.locus import Locus, LocusPoint
 from slipfold.loci.region_map import RegionMap
 from slipfold.loci.window import Window
@@ -57,6 +58,9 @@ class LocusDiagram(Result):
         Versions and time.
     interrupted
         Whether the computation was interrupted, so that some of the set is missing.
+    checked
+        Ends and special points of loci that were computed again by other means; None if nothing
+        was.
 
     Notes
     -----
@@ -83,6 +87,7 @@ class LocusDiagram(Result):
     settings: Settings
     provenance: Provenance
     interrupted: bool = False
+    checked: Checked | None = None
 
     @property
     def special(self) -> tuple[LabelledLocus, ...]:

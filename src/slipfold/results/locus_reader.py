@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.loci.locus import Locus, LocusEnd, LocusPoint
+from slipfold.results.checked_parts import read_checked
 from slipfold.results.locus_diagram import LocusDiagram
 from slipfold.results.region_table import read_regions
 from slipfold.results.saved_table import SavedTable
@@ -38,6 +39,7 @@ def read_locus_diagram(saved: SavedTable) -> LocusDiagram:
         saved.settings,
         saved.provenance,
         bool(given["interrupted"]),
+        read_checked(saved.attributes),
     )
 
 

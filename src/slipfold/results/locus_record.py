@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from slipfold.loci.locus import Locus, LocusEnd, LocusPoint, hopf_duration
 from slipfold.loci.region_map import Region
+from slipfold.results.checked_parts import checked_record
 from slipfold.results.criticality import criticalities
 from slipfold.results.locus_table import SCHEMA
 from slipfold.results.record import number, numbers, pairs, record_head
@@ -32,6 +33,7 @@ def locus_record(diagram: LocusDiagram) -> dict[str, Any]:
         "interrupted": diagram.interrupted,
         "loci": [_locus_record(locus) for locus in diagram.loci],
         "regions": None if regions is None else [_region_record(each) for each in regions.regions],
+        **checked_record(diagram.checked),
     }
 
 

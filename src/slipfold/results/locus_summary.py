@@ -9,6 +9,7 @@ import numpy as np
 
 from slipfold.loci.locus import Locus, LocusEnd, LocusPoint, locus_title
 from slipfold.loci.region_map import Region
+from slipfold.results.checked_parts import checked_lines
 from slipfold.results.criticality import criticalities, point_criticality
 from slipfold.results.title import without_defaults
 from slipfold.text.printed_table import PrintedTable, html_list, with_unit
@@ -30,7 +31,8 @@ def locus_summary(diagram: LocusDiagram) -> str:
     diagram
         The diagram.
     """
-    parts = [[_title(diagram)], _loci_table(diagram).text(), _endings(diagram)]
+    sentences = [*_endings(diagram), *checked_lines(diagram.checked)]
+    parts = [[_title(diagram)], _loci_table(diagram).text(), sentences]
     if diagram.regions is not None:
         parts += [_regions_table(diagram).text(), _disagreements(diagram)]
     return "\n\n".join("\n".join(lines) for lines in parts if lines)
@@ -44,7 +46,9 @@ def locus_html(diagram: LocusDiagram) -> str:
     diagram
         The diagram.
     """
-    page = _loci_table(diagram).html(_title(diagram)) + html_list(_endings(diagram))
+    page = _loci_table(diagram).html(_title(diagram)) + html_list(
+        [*_endings(diagram), *checked_lines(diagram.checked)]
+    )
     if diagram.regions is not None:
         page += _regions_table(diagram).html("Regions") + html_list(_disagreements(diagram))
     return page

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from slipfold.loci.locus import Locus
 from slipfold.results.attributes import result_attributes
+from slipfold.results.checked_parts import checked_attributes
 from slipfold.results.columns import (
     Columns,
     integers,
@@ -61,6 +62,7 @@ def locus_table(diagram: LocusDiagram) -> LabelledTable:
         "vary": " ".join(diagram.vary),
         "window": np.array(diagram.window, dtype=float).ravel(),
         **result_attributes(SCHEMA, title, diagram.model, _input(diagram), diagram.provenance),
+        **checked_attributes(diagram.checked),
     }
     return LabelledTable(variables, coordinates, attributes)
 

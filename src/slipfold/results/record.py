@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from slipfold.branches.branch import Branch, End
 from slipfold.branches.special_point import SpecialPoint
+from slipfold.results.checked_parts import checked_record
 from slipfold.results.diagram_table import SCHEMA
 
 if TYPE_CHECKING:
@@ -29,6 +30,7 @@ def diagram_record(diagram: Diagram) -> dict[str, Any]:
         **record_head(SCHEMA, diagram.model),
         "vary": diagram.vary,
         "branches": [_branch_record(branch) for branch in diagram.branches],
+        **checked_record(diagram.checked),
     }
 
 

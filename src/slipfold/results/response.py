@@ -9,6 +9,7 @@ from slipfold.branches.event import Event
 from slipfold.branches.progress import Observer
 from slipfold.branches.response import measured_over, trace_response
 from slipfold.branches.settings import Settings
+from slipfold.checks.of_branches import check_branches
 from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.models.quantity import parse_quantity
@@ -109,6 +110,7 @@ def response(
         observer=observer,
         start=start,
     )
+    checked = check_branches(branches)
     return Diagram(
         changed,
         vary,
@@ -117,6 +119,7 @@ def response(
         chosen,
         watched,
         provenance(perf_counter() - started),
+        checked,
     )
 
 

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
+from slipfold.checks.checked import Checked
+from slipfold.checks.of_motion import check_motion
 from slipfold.errors import InputError
 from slipfold.flow.simulate import simulate as integrate
 from slipfold.flow.trajectory import Trajectory
@@ -46,6 +48,8 @@ class Simulation(Trajectory, Result):
         Distance from a periodic response at which the motion counts as settled, in scaled states.
     provenance
         Versions and time.
+    checked
+        Parts of the motion that were held against the equations; None if none was.
 
     Notes
     -----
@@ -64,6 +68,7 @@ class Simulation(Trajectory, Result):
     asked: int
     tolerance: float
     provenance: Provenance
+    checked: Checked | None = None
 
     def spectrum(self, periods: int = 64, per_period: int = 64) -> Spectrum:
         """Return the spectra of all outputs at the end of the run.
@@ -195,6 +200,7 @@ def simulate(
     changed = model.replace(**parameters)
     started = perf_counter()
     found = integrate(changed, periods, state, tolerance=tolerance)
+    checked = check_motion(found)
     return Simulation(
         model=found.model,
         strobe=found.strobe,
@@ -203,4 +209,5 @@ def simulate(
         asked=found.periods if periods is None else int(periods),
         tolerance=float(tolerance),
         provenance=provenance(perf_counter() - started),
+        checked=checked,
     )

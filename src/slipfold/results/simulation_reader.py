@@ -6,6 +6,7 @@ import json
 
 from slipfold.flow.guarded_flow import Stop
 from slipfold.flow.settlement import Settlement
+from slipfold.results.checked_parts import read_checked
 from slipfold.results.saved_table import SavedTable
 from slipfold.results.simulation import Simulation
 
@@ -38,4 +39,5 @@ def read_simulation(saved: SavedTable) -> Simulation:
         asked=int(saved.given["periods"]),
         tolerance=float(saved.given["tolerance"]),
         provenance=saved.provenance,
+        checked=read_checked(saved.attributes),
     )

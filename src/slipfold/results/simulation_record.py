@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from slipfold.results.checked_parts import checked_lines, checked_record
 from slipfold.results.record import number, numbers, record_head
 from slipfold.results.simulation_table import SCHEMA
 
@@ -44,6 +45,7 @@ def simulation_record(motion: Simulation) -> dict[str, Any]:
         "stopped": None
         if stopped is None
         else {"kind": stopped.kind, "reason": stopped.reason, "time": number(stopped.time)},
+        **checked_record(motion.checked),
     }
 
 
@@ -97,4 +99,4 @@ def simulation_summary(motion: Simulation) -> str:
             # Lines of rounding errors are no lines.
             cells = "".join(f"{value if abs(value) > 1e-12 else 0:14.8g}" for value in values)
             lines.append(f"{np.round(spectrum.frequency[index], 9):12.8g}" + cells)
-    return "\n".join(lines)
+    return "\n".join([*lines, *checked_lines(motion.checked)])

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipfold.results.attributes import result_attributes
+from slipfold.results.checked_parts import checked_attributes
 from slipfold.results.columns import Columns, state_labels
 from slipfold.results.labelled_table import LabelledTable
 
@@ -47,6 +48,7 @@ def simulation_table(motion: Simulation) -> LabelledTable:
         "settlement": json.dumps(asdict(motion.settlement)),
         "stopped": json.dumps(None if motion.stopped is None else asdict(motion.stopped)),
         **result_attributes(SCHEMA, title, motion.model, _input(motion), motion.provenance),
+        **checked_attributes(motion.checked),
     }
     return LabelledTable(labels | columns.variables, (*labels, "strobe", "time"), attributes)
 

@@ -13,6 +13,7 @@ from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
 from slipfold.errors import InputError
 from slipfold.models.suggestion import suggest
 from slipfold.orbits.extrema import Extrema
+from slipfold.results.checked_parts import checked_lines
 from slipfold.results.title import without_defaults
 from slipfold.text.printed_table import PrintedTable, html_list, with_unit
 
@@ -205,7 +206,10 @@ def summary_text(diagram: Diagram, outputs: Sequence[str] | None = None) -> str:
         For an unknown output.
     """
     return "\n".join(
-        [_title(diagram), "", *_cells(diagram, outputs).text(), "", *_endings(diagram)]
+        [
+            *(_title(diagram), "", *_cells(diagram, outputs).text(), "", *_endings(diagram)),
+            *checked_lines(diagram.checked),
+        ]
     )
 
 
@@ -217,4 +221,6 @@ def summary_html(diagram: Diagram) -> str:
     diagram
         The diagram.
     """
-    return _cells(diagram, None).html(_title(diagram)) + html_list(_endings(diagram))
+    return _cells(diagram, None).html(_title(diagram)) + html_list(
+        [*_endings(diagram), *checked_lines(diagram.checked)]
+    )

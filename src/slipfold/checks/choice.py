@@ -1,0 +1,67 @@
+"""Which parts of a result are computed again: as many as a tenth of its work pays for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+
+from slipfold.checks.checked import Check, Checked
+from slipfold.checks.orbit_difference import orbit_difference, pieces_of, retraced_difference
+from slipfold.orbits.periodic_orbit import PeriodicOrbit
+
+__all__ = ["Candidate", "check_some"]
+
+SHARE = 0.1
+"""Share of the work for a result that goes into its checks."""
+
+ONCE, EACH, LARGE = 0.35, 0.0125, 20
+"""A check of an orbit of n states in N pieces takes the time of ONCE + N EACH (1 + n / LARGE)
+points of a branch of period 1, as measured with 2 to 20 states. Work is counted, not timed, so that
+the same is checked on every machine."""
+
+LOOSEST = 1e-6
+"""Difference beyond which results do not agree, however uncertain they say that they are."""
+
+QUICK = 0.1
+"""The same of an equilibrium."""
+
+
+class Candidate(NamedTuple):
+    """An orbit that may be checked."""
+
+    name: str
+    orbit: PeriodicOrbit
+    resting: bool
+
+
+def check_some(candidates: Iterable[Candidate], points: float) -> Checked:
+    """Check orbits in their order as long as the work for so many points of a branch allows it.
+
+    The first is checked in any case; if it is too expensive, only its motion is.
+    """
+    left, checks = SHARE * points, list[Check]()
+    for candidate in candidates:
+        if left < QUICK and checks:
+            break
+        pieces = 0 if candidate.resting else pieces_of(candidate.orbit)
+        each = EACH * (1 + len(candidate.orbit.state) / LARGE)
+        cost = QUICK if candidate.resting else ONCE + each * pieces if pieces else np.inf
+        if cost <= left:
+            left -= cost
+            found = orbit_difference(candidate.orbit, pieces)
+            allowed = found.allowed
+            if found.value > allowed:
+                allowed = max(allowed, min(_uncertainty(candidate.orbit), LOOSEST))
+            checks.append(Check(candidate.name, "collocation", found.value, allowed))
+        elif not checks:
+            found = retraced_difference(candidate.orbit)
+            checks.append(Check(candidate.name, "quadrature", found.value, found.allowed))
+    return Checked(tuple(checks))
+
+
+def _uncertainty(orbit: PeriodicOrbit) -> float:
+    """Return the largest uncertainty of an orbit's multipliers over the largest of them."""
+    uncertainty = float(np.max(orbit.multiplier_uncertainty))
+    return uncertainty / max(1.0, float(np.abs(orbit.multipliers).max()))

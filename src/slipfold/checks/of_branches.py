@@ -1,0 +1,48 @@
+"""Special points and ends of branches, computed again by other means."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from slipfold.branches.branch import Branch
+from slipfold.branches.special_point import SpecialPoint
+from slipfold.checks.checked import Checked
+from slipfold.checks.choice import Candidate, check_some
+from slipfold.text.one_line import parameter_text
+
+__all__ = ["check_branches"]
+
+
+def check_branches(branches: Sequence[Branch]) -> Checked:
+    """Check special points, those that come first on each branch first, then ends."""
+    points = sum(len(branch) * branch.period for branch in branches)
+    ranked = [
+        (rank, branch, point) for branch in branches for rank, point in enumerate(branch.special)
+    ]
+    ranked.sort(key=lambda item: item[0])
+    special = (_special(branch, point) for _, branch, point in ranked)
+    ends = (end for branch in branches if len(branch) for end in _ends(branch))
+    return check_some(_each(special, ends), points)
+
+
+def _each(*groups: Iterator[Candidate]) -> Iterator[Candidate]:
+    for group in groups:
+        yield from group
+
+
+def _special(branch: Branch, point: SpecialPoint) -> Candidate:
+    name = f"{point.type} of branch {branch.id} at {_at(branch, point.value)}"
+    return Candidate(name, point.orbit, branch.kind == "equilibrium")
+
+
+def _ends(branch: Branch) -> Iterator[Candidate]:
+    """The last point and the first, unless it is the special point at which the branch is born."""
+    for index, word in ((-1, "end"), (0, "beginning")):
+        if index == -1 or (branch.begun.kind != "born" and len(branch) > 1):
+            place = _at(branch, float(branch.parameter[index]))
+            name = f"{word} of branch {branch.id} at {place}"
+            yield Candidate(name, branch.orbit(index), branch.kind == "equilibrium")
+
+
+def _at(branch: Branch, value: float) -> str:
+    return parameter_text(branch.model.parameter(branch.vary), value)

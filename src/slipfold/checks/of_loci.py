@@ -1,0 +1,34 @@
+"""Special points and ends of loci, computed again by other means."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from slipfold.checks.checked import Checked
+from slipfold.checks.choice import Candidate, check_some
+from slipfold.loci.locus import Locus
+from slipfold.text.one_line import parameter_text
+
+__all__ = ["check_loci"]
+
+
+def check_loci(loci: Sequence[Locus]) -> Checked:
+    """Check the ends of each locus, then its special points, those that come first first."""
+    points = sum(len(locus) * locus.period for locus in loci)
+    return check_some(_candidates(loci), points)
+
+
+def _candidates(loci: Sequence[Locus]) -> Iterator[Candidate]:
+    for index, word in ((-1, "end"), (0, "beginning")):
+        for locus in (locus for locus in loci if len(locus)):
+            name = f"{word} of locus {locus.id} at {_at(locus, locus.values[index])}"
+            yield Candidate(name, locus.orbit(index), locus.kind == "equilibrium")
+    ranked = [(rank, locus, point) for locus in loci for rank, point in enumerate(locus.special)]
+    for _, locus, point in sorted(ranked, key=lambda item: item[0]):
+        name = f"{point.type} of locus {locus.id} at {_at(locus, point.values)}"
+        yield Candidate(name, point.orbit, locus.kind == "equilibrium")
+
+
+def _at(locus: Locus, values: Sequence[float]) -> str:
+    pairs = zip(locus.vary, values, strict=True)
+    return ", ".join(parameter_text(locus.model.parameter(name), value) for name, value in pairs)

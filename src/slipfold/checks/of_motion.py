@@ -1,0 +1,86 @@
+"""Forcing periods of a simulated motion, integrated again and held against the equations."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.checks.checked import Check, Checked
+from slipfold.checks.orbit_difference import ALLOWED, PIECES
+from slipfold.checks.retraced import Motion, retrace
+from slipfold.flow.equilibrium import PUSH
+from slipfold.flow.flow import flow_of
+from slipfold.flow.trajectory import Trajectory
+
+__all__ = ["check_motion"]
+
+AGAIN, ONE_IN = 64, 8
+"""Forcing periods that are integrated again in any case, and one in how many of a long motion: in
+batches that takes a third of the time that the motion took."""
+
+PIECES_A_PERIOD = 0.05
+"""Pieces that may be tried for each forcing period of the motion: one takes the time in which a
+period, in its ten to twenty steps, is integrated."""
+
+FEW, CHEAP = 2, 240
+"""Forcing periods that are retraced in any case, as long as that takes no more pieces than this."""
+
+LEVELS = 4
+"""Halvings of the motion: it is retraced at 17 places at most."""
+
+
+def check_motion(motion: Trajectory) -> Checked:
+    """Integrate some forcing periods again, with other steps, and hold a few against the equations.
+
+    The first finds what goes wrong now and then, the second also what goes wrong always.
+    """
+    if not motion.periods:
+        return Checked(())
+    return Checked((*_retraced(motion), _again(motion)))
+
+
+def _again(motion: Trajectory) -> Check:
+    flow, scales = flow_of(motion.model), motion.model.state_scales()
+    count = min(motion.periods, max(AGAIN, motion.periods // ONE_IN))
+    chosen = np.linspace(0, motion.periods - 1, count).astype(int)
+    chosen = chosen[~_pushed(motion)[chosen]]
+    start = np.zeros(len(chosen))
+    constants = flow.constants_of(motion.model)
+    ends = flow.advance(motion.strobe[chosen], start, start + 1.0, constants)
+    difference = float(np.abs((ends - motion.strobe[chosen + 1]) / scales).max(initial=0.0))
+    difference = difference if np.isfinite(difference) else np.inf
+    each = "forcing period" if motion.model.forced else "interval"
+    name = f"{len(chosen)} of {motion.periods} {each}{'s' if motion.periods > 1 else ''}"
+    return Check(name, "other steps", difference, ALLOWED)
+
+
+def _retraced(motion: Trajectory) -> list[Check]:
+    """Retrace the last, the first and some of the forcing periods between them."""
+    flow, scales = flow_of(motion.model), motion.model.state_scales()
+    constants = flow.constants_of(motion.model)
+    checks, tried = list[Check](), 0
+    pushed = _pushed(motion)
+    for place in (place for place in _places(motion.periods) if not pushed[place]):
+        few = len(checks) < FEW and tried < CHEAP
+        if checks and not few and tried + PIECES > PIECES_A_PERIOD * motion.periods:
+            break
+        one = Motion(np.array([0.0, 1.0]), motion.strobe[place : place + 2], constants, PIECES)
+        found = retrace(flow, scales, one)
+        tried += found.tried
+        time = f"{place * constants.period:.6g} s"
+        checks.append(Check(f"the motion from {time} on", "quadrature", found.drift, ALLOWED))
+    return checks
+
+
+def _pushed(motion: Trajectory) -> NDArray[np.bool_]:
+    """Whether a period may end with a push off an unstable equilibrium, which no equation makes."""
+    moved = np.abs(np.diff(motion.strobe, axis=0) / motion.model.state_scales()).max(axis=1)
+    return np.asarray((moved < 2 * PUSH) & (moved > PUSH / 10) & (not motion.model.forced))
+
+
+def _places(periods: int) -> list[int]:
+    """Return forcing periods in their order: the last, the first, then halfway between others."""
+    shares = [1.0, 0.0]
+    for level in range(1, LEVELS + 1):
+        shares += [odd / 2**level for odd in range(1, 2**level, 2)]
+    return list(dict.fromkeys(int(share * (periods - 1)) for share in shares))

@@ -1,0 +1,235 @@
+"""How far an orbit is from the one that collocation would come to, by one step of Newton's method.
+
+The mesh is that of the retraced orbit: where the orbit satisfies the equations, its polynomials are
+those of collocation, and the step is what separates the two methods. That costs a tenth of
+`check_orbit`, which finds mesh and orbit anew.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.checks.retraced import SMALL, Motion, Retraced, retrace
+from slipfold.collocation.condensation import Condensed, Iterate, condense
+from slipfold.collocation.multipliers import product, without_motion
+from slipfold.flow.flow import Constants, Flow, flow_of
+from slipfold.models.model import Model
+from slipfold.orbits.check import check_orbit, is_singular, multiplier_difference, rests
+from slipfold.orbits.periodic_orbit import PeriodicOrbit
+
+__all__ = [
+    "ALLOWED",
+    "PIECES",
+    "Difference",
+    "motion_of",
+    "orbit_difference",
+    "pieces_of",
+    "retraced_difference",
+]
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+ALLOWED = 1e-8
+"""Difference of states (scaled), duration and multipliers (relative) that `check_orbit` allows."""
+
+PIECES = 24
+"""Pieces of a forcing period at least: each is held against the equations at 12 points."""
+
+TURN = 1.0
+"""Change of phase, or exponent of growth, of the fastest mode in a piece: a mode need not move for
+its multiplier to be wrong on coarser ones. Polynomials then carry it to 1e-12."""
+
+MOST = 2000
+"""Pieces beyond which multipliers are left alone: faster modes are not worth the memory."""
+
+FINER = (1, 2, 4)
+"""Times as many pieces that are tried where the two methods seem to differ."""
+
+CONVERGING = 0.01
+"""What is left of a difference on the finest pieces that comes from the polynomials, not from the
+orbit: it falls by 4,000 on halved ones where they are good."""
+
+
+@dataclass(frozen=True)
+class Difference:
+    """How far two methods are apart, and how far they may be."""
+
+    value: float
+    allowed: float
+
+
+def pieces_of(orbit: PeriodicOrbit) -> int:
+    """Return the number of pieces in which an orbit's multipliers are known, 0 if there is none."""
+    segments = len(orbit.nodes)
+    phases = np.linspace(0.0, orbit.period, segments, endpoint=False)
+    flow = flow_of(orbit.model)
+    field = _FlowRates(orbit.model, flow, flow.constants_of(orbit.model))
+    slopes = field.linear(orbit.nodes / orbit.model.state_scales(), phases)[1]
+    if not np.isfinite(slopes).all():
+        return 0
+    fastest = float(np.abs(np.linalg.eigvals(slopes)).max())
+    pieces = orbit.period * max(PIECES, fastest / TURN)
+    return int(np.ceil(pieces)) if pieces <= MOST else 0
+
+
+def orbit_difference(orbit: PeriodicOrbit, pieces: int) -> Difference:
+    """Return the largest difference: of states (scaled), duration and multipliers (relative).
+
+    Allowed is what the orbit's residual and the errors of steps can do as its equations are
+    conditioned.
+
+    Parameters
+    ----------
+    orbit
+        The orbit.
+    pieces
+        What `pieces_of` says.
+    """
+    if rests(orbit):
+        found = check_orbit(orbit, ALLOWED)
+        return Difference(max(found.states, found.multipliers), ALLOWED)
+    tried = []
+    for finer in FINER:
+        place, multipliers = _differences(orbit, finer * pieces)
+        tried.append(multipliers)
+        if max(place.value, multipliers) <= place.allowed:
+            break
+    if tried[-1] > place.allowed and tried[-1] < CONVERGING * tried[0]:
+        return place
+    return Difference(max(place.value, multipliers), place.allowed)
+
+
+def retraced_difference(orbit: PeriodicOrbit) -> Difference:
+    """Return how far an orbit fails to satisfy its equations, which takes no derivatives."""
+    flow = flow_of(orbit.model)
+    retraced = retrace(
+        flow, orbit.model.state_scales(), motion_of(orbit, flow, PIECES * orbit.period)
+    )
+    return Difference(retraced.drift, ALLOWED)
+
+
+def motion_of(orbit: PeriodicOrbit, flow: Flow, pieces: int, *, slopes: bool = False) -> Motion:
+    """Return the motion between an orbit's nodes, in so many pieces or a few more."""
+    segments = len(orbit.nodes)
+    return Motion(
+        np.linspace(0.0, orbit.period, segments + 1),
+        np.concatenate([orbit.nodes, orbit.nodes[:1]]),
+        flow.constants_of(orbit.model),
+        -(-pieces // segments),
+        slopes,
+    )
+
+
+class _FlowRates:
+    """The right-hand side as it was compiled beside the flow: nothing is compiled for a check."""
+
+    def __init__(self, model: Model, flow: Flow, constants: Constants) -> None:
+        self.forced = model.forced
+        self._flow, self._constants = flow, constants
+        self._scales = model.state_scales()
+
+    def rates(self, states: Array, phases: Array) -> Array:
+        """Rates of the scaled states in a unit of phase, shape (m, n)."""
+        return self._flow.rates(states * self._scales, phases, self._constants) / self._scales
+
+    def linear(self, states: Array, phases: Array) -> tuple[Array, Array]:
+        """Rates and their Jacobians, of states of any shape (..., n)."""
+        n = states.shape[-1]
+        rows, when = states.reshape(-1, n), phases.ravel()
+        slopes = self._flow.jacobians(rows * self._scales, when, self._constants)
+        slopes = slopes * (self._scales / self._scales[:, None])
+        return self.rates(rows, when).reshape(states.shape), slopes.reshape(*states.shape, n)
+
+
+def _differences(orbit: PeriodicOrbit, pieces: int) -> tuple[Difference, float]:
+    """Return the difference of place and duration, and that of the multipliers."""
+    flow = flow_of(orbit.model)
+    motion = motion_of(orbit, flow, pieces, slopes=True)
+    retraced = retrace(flow, orbit.model.state_scales(), motion)
+    if not (retraced.whole and np.isfinite(retraced.stages).all()):
+        return Difference(retraced.drift, ALLOWED), 0.0
+    field = _FlowRates(orbit.model, flow, motion.constants)
+    try:
+        return _newton_step(orbit, motion.phases, field, retraced)
+    except np.linalg.LinAlgError:  # it is so far from an orbit that nothing can be solved
+        return Difference(np.inf, ALLOWED), 0.0
+
+
+def _newton_step(
+    orbit: PeriodicOrbit, phases: Array, field: _FlowRates, retraced: Retraced
+) -> tuple[Difference, float]:
+    iterate = Iterate(retraced.edges, retraced.nodes, retraced.stages, 1.0)
+    anchors = np.searchsorted(retraced.edges, phases[:-1])
+    matrices, pulls, defects = _between(anchors, condense(field, iterate))
+    rates = None if field.forced else field.rates(iterate.nodes[anchors], phases[:-1])
+    singular = is_singular(orbit, resting=False)
+    step, growth = _solved(matrices, pulls, defects, rates, singular=singular)
+    size = max(1.0, float(np.abs(orbit.multipliers).max()))
+    multipliers = multiplier_difference(orbit.multipliers, _multipliers(matrices, rates)) / size
+    allowed = max(ALLOWED, growth * (orbit.residual + SMALL))
+    return Difference(_finite(step), allowed), _finite(multipliers)
+
+
+def _finite(value: float) -> float:
+    return value if np.isfinite(value) else np.inf
+
+
+def _between(anchors: NDArray[np.intp], condensed: Condensed) -> tuple[Array, Array, Array]:
+    """Condense further: what leads from one anchor to the next."""
+    n = condensed.defects.shape[1]
+    # Columns: where the segment begins, the unit of time, what is lacking.
+    single = np.concatenate(
+        [condensed.matrices, condensed.pulls[..., None], condensed.defects[..., None]], axis=2
+    )
+    segments = []
+    for own in np.split(single, anchors[1:]):
+        whole = own[0].copy()
+        for piece in own[1:]:
+            whole = piece[:, :n] @ whole
+            whole[:, n:] += piece[:, n:]
+        segments.append(whole)
+    found = np.array(segments)
+    return found[:, :, :n], found[:, :, n], found[:, :, n + 1]
+
+
+def _solved(
+    matrices: Array, pulls: Array, defects: Array, rates: Array | None, *, singular: bool
+) -> tuple[float, float]:
+    """Return the length of the step, and what it is at most over that of what is lacking.
+
+    The step is that of the anchors and the duration, and what of the equations it cannot solve.
+
+    At a fold or branch point the equations leave the orbit's place along the branch open: the step
+    then has no part in the direction that they can hardly see, nor may they ask for any.
+    """
+    count, n = defects.shape
+    size = count * n
+    rows = np.arange(size).reshape(count, n)
+    matrix = np.zeros((size + 1, size + 1))
+    for j in range(count):
+        matrix[rows[j][:, None], rows[j]] = matrices[j]
+        matrix[rows[j], np.roll(rows, -1, axis=0)[j]] -= 1.0
+    right = np.append(-defects.ravel(), 0.0)
+    if rates is None:
+        matrix[-1, -1] = 1.0
+    else:
+        matrix[:-1, -1] = pulls.ravel()
+        matrix[-1, :-1] = rates.ravel() / np.linalg.norm(rates)
+    left, values, across = np.linalg.svd(matrix)
+    if singular:
+        values[-1] = np.inf
+    wanted = left.T @ right
+    step = across.T @ (wanted / values)
+    unsolved = abs(wanted[-1]) if singular else 0.0
+    return float(np.max([np.abs(step).max(), unsolved])), float(1 / values.min())
+
+
+def _multipliers(matrices: Array, rates: Array | None) -> Complex:
+    if rates is None:
+        return np.linalg.eigvals(product(matrices)).astype(complex)
+    along, across = without_motion(matrices, rates)
+    return np.append(np.linalg.eigvals(product(across)), np.prod(along)).astype(complex)

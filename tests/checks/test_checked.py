@@ -1,0 +1,145 @@
+"""Results are checked by themselves, for a tenth of their work, say so, and keep what they said."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+import slipfold as sf
+from slipfold.checks import choice
+from slipfold.checks.checked import Check, Checked
+from slipfold.checks.choice import Candidate, check_some
+from slipfold.models import model_named
+
+GOOD = Check("PD of branch 1 at Nd = 0.0436 N", "collocation", 2e-14, 1e-8)
+FAIR = Check("end of branch 1 at Nd = 0.376 N", "collocation", 3.1e-10, 1e-8)
+BAD = Check("NS of branch 2 at Nd = 0.0567 N", "collocation", 0.031, 1e-8)
+LOST = Check("end of branch 2 at Nd = 0.98 N", "quadrature", math.inf, 1e-8)
+
+
+@pytest.fixture(scope="module")
+def diagram():
+    return sf.response(sf.SlidingOscillator(), vary="Nd", span=(0, 0.98), f=12.5)
+
+
+@pytest.fixture(scope="module")
+def locus(diagram):
+    window = ((12.3, 12.6), (0, 0.1))
+    return sf.locus(diagram.special[0], ("f", "Nd"), window, switch=False)
+
+
+@pytest.fixture(scope="module")
+def motion():
+    return sf.simulate(sf.SlidingOscillator(), 700, f=12.2, Nd=0.15)
+
+
+def test_sentence():
+    assert str(Checked(())) == "checked: nothing"
+    assert str(Checked((GOOD, GOOD))) == "checked: 2 of 2 agree to 1e-12"
+    assert str(Checked((GOOD, FAIR))) == "checked: 2 of 2 agree to 1e-09"
+    assert str(Checked((GOOD, BAD, LOST))) == (
+        "checked: 1 of 3 agree to 1e-12; NS of branch 2 at Nd = 0.0567 N does not agree: it "
+        "differs by 3e-02, where 1e-08 is allowed, by collocation; end of branch 2 at Nd = 0.98 N "
+        "does not agree: it cannot be computed again by quadrature"
+    )
+    many = Checked((GOOD, *[BAD] * 5))
+    assert str(many).endswith("; 2 more do not agree")
+
+
+def test_data():
+    checked = Checked((GOOD, BAD, LOST))
+    assert (checked.count, checked.agreeing, checked.agree) == (3, 1, False)
+    assert checked.disagreeing == (BAD, LOST)
+    text = json.dumps(checked.to_json(), allow_nan=False)
+    assert Checked.from_json(json.loads(text)) == checked
+    assert "NS of branch 2" in checked._repr_html_()
+    assert Checked((Check("x", "collocation", math.nan, 1e-8),)).agreeing == 0
+
+
+def test_a_response_checks_special_points_and_ends(diagram):
+    names = [check.name.split(" at ")[0] for check in diagram.checked.checks]
+    assert names == [
+        *("PD of branch 1", "NS of branch 2", "NS of branch 2"),
+        *("end of branch 1", "beginning of branch 1", "end of branch 2"),
+    ]
+    assert diagram.checked.agree
+    assert diagram.summary().splitlines()[-1] == str(diagram.checked)
+    assert str(diagram.checked) in diagram._repr_html_()
+
+
+def test_a_locus_checks_its_ends_and_special_points(locus):
+    names = {check.name.split(" at ")[0] for check in locus.checked.checks}
+    assert {"end of locus 1"} <= names
+    assert locus.checked.agree
+    assert str(locus.checked) in locus.summary()
+
+
+def test_a_simulation_checks_parts_of_the_motion(motion):
+    assert [check.name for check in motion.checked.checks] == [
+        *(f"the motion from {time:.6g} s on" for time in (699 / 12.2, 0)),
+        "87 of 700 forcing periods",
+    ]
+    assert motion.checked.agree
+    assert motion.summary().splitlines()[-1] == "checked: 3 of 3 agree to 1e-12"
+
+
+@pytest.mark.parametrize("kind", ["diagram", "locus", "motion"])
+def test_what_was_checked_is_kept(kind, request, tmp_path):
+    result = request.getfixturevalue(kind)
+    result.save(tmp_path / "result.nc")
+    copy = sf.load(tmp_path / "result.nc")
+    assert copy.checked == result.checked
+    record = json.loads(json.dumps(copy.to_json(), allow_nan=False))
+    assert record["checked"]["count"] == result.checked.count
+    assert record["checked"]["agree"] == result.checked.agreeing
+
+
+def test_what_is_checked_takes_a_tenth_of_the_work_and_is_never_nothing(monkeypatch):
+    orbit = sf.periodic_orbit(model_named("duffing", W=0.5))
+    candidates = [Candidate(f"orbit {i}", orbit, resting=False) for i in range(50)]
+    cost = choice.ONCE + choice.EACH * choice.pieces_of(orbit) * (1 + 2 / choice.LARGE)
+    for points in (10, 50, 200):
+        found = check_some(candidates, points)
+        assert found.count == max(1, math.floor(choice.SHARE * points / cost + 1e-9))
+        assert found.agree
+    (first,) = check_some(candidates, 1).checks
+    assert (first.method, first.agrees) == ("quadrature", True)
+
+
+@pytest.mark.parametrize(
+    ("name", "vary", "span"),
+    [
+        ("duffing", "W", (0.5, 1.5)),
+        ("mathieu", "h", (0, 1.5)),
+        ("lorenz", "rho", (0.5, 30)),
+        ("squeal", "mu", (0.1, 1.5)),
+        ("vanderpol", "a", (0, 3)),
+        ("lure", "a", (0.5, 2)),
+    ],
+)
+def test_what_is_right_agrees(name, vary, span):
+    settings = sf.Settings(largest_period=2)
+    diagram = sf.response(model_named(name), vary=vary, span=span, settings=settings)
+    # Folds, branch points, Hopf points, cycles and the ends beside homoclinic orbits among them.
+    assert diagram.checked.agree, str(diagram.checked)
+    assert diagram.checked.count > 2
+
+
+def test_fast_modes_are_no_disagreement():
+    # One mode turns 40 times while the forcing does once, another decays by exp(-600).
+    model = sf.System(
+        name="fast",
+        parameters={"W": {"value": 0.8, "above": 0}, "a": 0.3},
+        states={
+            "x": "v",
+            "v": "a*cos(W*t) - 0.1*v - x - x^3",
+            "y": "u",
+            "u": "-1600*y - 0.1*u + x",
+            "s": "-100*(s - x)",
+        },
+        forcing={"period": "2*pi/W", "quiet": "a"},
+    )
+    diagram = sf.response(model, vary="a", span=(0.1, 0.6))
+    assert diagram.checked.agree, str(diagram.checked)
+    assert np.max([check.difference for check in diagram.checked.checks]) < 1e-8

@@ -1,0 +1,128 @@
+"""What a wrong integrator, a wrong orbit or a wrong multiplier leads to does not agree."""
+
+from dataclasses import replace
+
+import heyoka as hy
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from slipfold import SlidingOscillator, System, periodic_orbit
+from slipfold.checks.of_motion import check_motion
+from slipfold.checks.orbit_difference import orbit_difference, pieces_of, retraced_difference
+from slipfold.flow import simulate
+from slipfold.flow.settlement import Settlement
+from slipfold.flow.trajectory import Trajectory
+from slipfold.models import model_named
+from slipfold.models.evaluation import evaluation_of
+
+STEEP = """
+name = "steep"
+title = "oscillator with steep friction"
+[parameters]
+eps = {{ value = 0.05, above = 0, doc = "width" }}
+w = {{ value = 0.8, above = 0, doc = "frequency" }}
+[states]
+x = {{ rate = "v", doc = "displacement" }}
+v = {{ rate = "cos(w*t) - x - 0.5*{law}", doc = "velocity" }}
+[forcing]
+period = "2*pi/w"
+"""
+PERIOD = 2 * np.pi / 0.8
+X, V, EPS = hy.expression("x"), hy.expression("v"), hy.par[0]
+LAWS = {
+    "tanh(v/eps)": hy.tanh(V / EPS),
+    "erf(v/eps)": hy.erf(V / EPS),
+    "2/(1 + exp(-v/eps)) - 1": 2.0 * hy.sigmoid(V / EPS) - 1.0,
+    "exp(-(x/eps)^2)": hy.exp(-((X / EPS) ** 2.0)),
+}
+
+
+def motion(model, strobe):
+    return Trajectory(model, strobe, Settlement(False, None, np.nan, None, "not settled"))
+
+
+def stepped_over(law, eps, periods):
+    """Strobe states as Taylor's method alone has them: it sees nothing that is flat where it is."""
+    force = hy.cos(0.8 * hy.time) - X - 0.5 * LAWS[law]
+    integrator = hy.taylor_adaptive([(X, V), (V, force)], [0.0, 0.0], pars=[eps], tol=1e-13)
+    return integrator.propagate_grid(PERIOD * np.arange(periods + 1.0))[-1]
+
+
+@pytest.mark.parametrize(
+    ("law", "eps"),
+    [("tanh(v/eps)", 0.05), ("erf(v/eps)", 0.1), ("exp(-(x/eps)^2)", 0.2)]
+    + [(law, eps) for law in ("tanh(v/eps)", "erf(v/eps)") for eps in (0.01, 1e-4, 1e-5)]
+    + [("2/(1 + exp(-v/eps)) - 1", 0.01)],
+)
+def test_steps_over_steep_functions_are_found(law, eps):
+    model = System.from_toml(STEEP.format(law=law)).replace(eps=eps)
+    wrong = check_motion(motion(model, stepped_over(law, eps, 60)))
+    assert not wrong.agree
+    assert max(check.difference for check in wrong.disagreeing) > 1e-3
+    assert "does not agree" in str(wrong)
+    assert check_motion(simulate(model, 60)).agree
+
+
+@pytest.mark.parametrize("steepness", 10.0 ** np.random.default_rng(5).uniform(-6, 0, 5))
+def test_what_is_steep_and_right_agrees(steepness):
+    for law in LAWS:
+        model = System.from_toml(STEEP.format(law=law)).replace(eps=steepness)
+        checked = check_motion(simulate(model, 20, [0.1, 0.5]))
+        assert checked.agree, (law, str(checked))
+
+
+def test_a_coarse_integration_is_found():
+    model = SlidingOscillator(f=12.5, Nd=0.05)
+    right = simulate(model, 20)
+    assert check_motion(right).agree
+
+    def rates(time, state):
+        return evaluation_of(model).rates(model, np.asarray(state), (time * 12.5) % 1)
+
+    coarse = [np.zeros(4)]
+    for index in range(20):
+        span = (index / 12.5, (index + 1) / 12.5)
+        coarse.append(solve_ivp(rates, span, coarse[-1], rtol=1e-4, atol=1e-6).y[:, -1])
+    found = check_motion(motion(model, np.array(coarse)))
+    assert not found.agree
+    assert 1e-7 < found.disagreeing[0].difference < 0.1
+
+
+@pytest.fixture(scope="module", params=["forced", "cycle"])
+def orbit(request):
+    if request.param == "forced":
+        return periodic_orbit(SlidingOscillator(f=12.5, Nd=0.05))
+    return periodic_orbit(model_named("vanderpol-free"))
+
+
+def difference(orbit):
+    return orbit_difference(orbit, pieces_of(orbit))
+
+
+def test_an_orbit_agrees(orbit):
+    assert difference(orbit).value < 1e-10
+    assert retraced_difference(orbit).value < 1e-11
+
+
+def test_an_orbit_beside_the_right_one_does_not(orbit):
+    scales = orbit.model.state_scales()
+    beside = replace(orbit, nodes=orbit.nodes + 1e-6 * scales * np.arange(1, len(scales) + 1))
+    # Newton's step leads back, but along a cycle's motion, which is a phase.
+    assert 1e-7 < difference(beside).value < 1e-4
+    assert retraced_difference(beside).value > 1e-8
+
+
+def test_wrong_multipliers_do_not(orbit):
+    wrong = orbit.multipliers.copy()
+    wrong[-1] += 1e-6
+    found = difference(replace(orbit, multipliers=wrong))
+    size = max(1.0, float(np.abs(wrong).max()))
+    assert found.value == pytest.approx(1e-6 / size, rel=1e-3)
+    assert found.value > found.allowed
+
+
+def test_a_wrong_duration_does_not():
+    cycle = periodic_orbit(model_named("vanderpol-free"))
+    longer = cycle.model.replace(duration=cycle.duration * (1 + 1e-6))
+    assert 1e-7 < difference(replace(cycle, model=longer)).value < 1e-5
