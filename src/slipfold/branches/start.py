@@ -9,7 +9,7 @@ from slipfold.branches.settings import Settings
 from slipfold.continuation.newton import correct
 from slipfold.continuation.walk import Failure, walk
 from slipfold.errors import InputError
-from slipfold.models.damped_newton import damped_newton
+from slipfold.models.equilibrium_search import search_equilibrium
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
@@ -124,21 +124,17 @@ def equilibrium_start(
     Raises
     ------
     InputError
-        If Newton's method finds no equilibrium from the model's start.
+        If no equilibrium is found from the model's start or around it.
     """
-    functions = evaluation_of(model)
-    state = damped_newton(
-        lambda state: functions.rates(model, state),
-        lambda state: functions.jacobian(model, state),
-        model.start,
-        model.state_scales(),
-    )
+    state = search_equilibrium(model, model.start)
     if state is None:
         raise InputError(
-            f"no equilibrium of {model.name} was found at {vary} = {first:g} from the state "
-            f"{model.start.tolist()}; give a start nearer to one, or start the span elsewhere"
+            f"no equilibrium of {model.name} was found at {vary} = {first:g}, from the state "
+            f"{model.start.tolist()} or around it; give a start nearer to one, or start the span "
+            "elsewhere"
         )
-    paced = model.replace(duration=unit_of_time(model, functions.jacobian(model, state)))
+    jacobian = evaluation_of(model).jacobian(model, state)
+    paced = model.replace(duration=unit_of_time(model, jacobian))
     problem = EquilibriumProblem(paced, vary, 1, abs(last - first))
     row = hold_parameter(problem.size) * np.sign(last - first)
     correction = correct(problem, problem.pack(state[None], first), row)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["damped_newton"]
+__all__ = ["ITERATIONS", "ROUNDING", "TOLERANCE", "damped_newton"]
 
 Array = NDArray[np.float64]
 

@@ -168,7 +168,7 @@ class Evaluation:
         rows = np.broadcast_to(states, (*shape, n)).reshape(-1, n)
         at = np.broadcast_to(phases, shape).reshape(-1)
         values = np.repeat(model.vector[:, None], len(rows), axis=1)
-        result = function(np.concatenate([rows.T, at[None], values]))
+        result = function(np.ascontiguousarray(np.concatenate([rows.T, at[None], values])))
         return result.reshape(len(result), *shape)
 
 
