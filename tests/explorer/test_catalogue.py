@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 
 import pytest
 from hypothesis import given
@@ -93,11 +94,22 @@ def test_an_unknown_model_is_refused_with_a_suggestion():
         (r"$\zeta_1$", "ζ₁"),
         (r"$V_{rel}/V_d$", "Vrel/Vd"),
         (r"$\arg F$ (rad)", "arg F (rad)"),
+        (r"$\varepsilon$", "ε"),
+        (r"$\dot\vartheta_{\mathrm{ext}}$ (rad/s)", "ϑ̇ext (rad/s)"),
+        (r"$\Upsilon\,\iota$", "Υ ι"),
         ("x", "x"),
     ],
 )
 def test_formulas_become_plain_text(formula, text):
     assert plain_text(formula) == text
+
+
+def test_no_two_quantities_of_a_list_look_alike_and_no_letter_is_a_word():
+    for described in DESCRIBED.values():
+        for shown in (described["parameters"], [*described["states"], *described["outputs"]]):
+            labels = [item["label"] for item in shown]
+            assert len(set(labels)) == len(labels)
+            assert not any(re.search("epsilon|theta|phi|sigma|rho", label) for label in labels)
 
 
 @given(st.text(max_size=30))

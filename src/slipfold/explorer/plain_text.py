@@ -7,34 +7,28 @@ import unicodedata
 
 __all__ = ["plain_text"]
 
+SMALL = "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi omicron pi rho"
+SMALL += " sigma tau upsilon phi chi psi omega"
+
 LETTERS = {
-    "alpha": "α",
-    "beta": "β",
-    "gamma": "γ",
-    "delta": "δ",
-    "epsilon": "ε",
-    "zeta": "ζ",
-    "eta": "η",
-    "theta": "θ",
-    "kappa": "κ",
-    "lambda": "λ",
-    "mu": "μ",
-    "nu": "ν",
-    "xi": "ξ",
-    "rho": "ρ",
-    "sigma": "σ",
-    "tau": "τ",
-    "phi": "φ",
+    **dict(zip(SMALL.split(), "αβγδεζηθικλμνξοπρστυφχψω", strict=True)),
+    **dict(zip(SMALL.title().split(), "ΑΒΓΔΕΖΗΘΙΚΛΜΝΞΟΠΡΣΤΥΦΧΨΩ", strict=True)),
+    "varepsilon": "ε",
     "varphi": "φ",
-    "chi": "χ",
-    "psi": "ψ",
-    "omega": "ω",
-    "Omega": "Ω",
-    "Gamma": "Γ",
-    "Delta": "Δ",
-    "Lambda": "Λ",
+    "vartheta": "ϑ",
+    "varrho": "ϱ",
+    "varpi": "ϖ",
+    "varsigma": "ς",
+    "varkappa": "ϰ",
     "cdot": "·",
+    "times": "×",
+    "pm": "±",
+    "infty": "∞",
 }
+"""What commands of formulas stand for."""
+
+FONTS = r"\\(?:math\w+|text\w*|operatorname|left|right|rm|it|bf|sf)\b\s*"
+"""Commands that choose a font or the size of brackets, and say nothing."""
 
 BELOW = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 
@@ -55,10 +49,10 @@ def plain_text(formula: str) -> str:
     >>> plain_text(r"$k_1$"), plain_text(r"$\dot x/L$ (1/s)"), plain_text(r"$\alpha$")
     ('k₁', 'ẋ/L (1/s)', 'α')
     """
-    text = formula.replace("$", "")
+    text = re.sub(r"\\[,;:!> ]", " ", re.sub(FONTS, "", formula.replace("$", "")))
+    text = re.sub(r"\\([A-Za-z]+)", lambda found: LETTERS.get(found[1], found[0]), text)
     for name, mark in ABOVE.items():
         text = re.sub(rf"\\{name}\s*\{{?(\w)\}}?", rf"\g<1>{mark}", text)
-    text = re.sub(r"\\([A-Za-z]+)", lambda found: LETTERS.get(found[1], found[1]), text)
-    text = re.sub(r"_\{?(\w+)\}?", lambda found: found[1].translate(BELOW), text)
+    text = re.sub(r"_\{*(\w+)\}*", lambda found: found[1].translate(BELOW), text)
     text = re.sub(r"[{}\\]", "", text)
     return unicodedata.normalize("NFC", text).strip()

@@ -77,6 +77,7 @@ def test_a_draft_looks_like_one_until_it_is_exact(new_tab):
 def test_boxes_keys_and_units(explorer):
     explorer.open()
     assert explorer.box("alpha").input_value() == "60"
+    assert "α (°)" in explorer.page.get_by_label("Vary", exact=True).inner_text().splitlines()
     expect(explorer.page.locator("[data-name=alpha] .unit")).to_have_text("°")
     with explorer.redrawn():
         explorer.type("alpha", 30)

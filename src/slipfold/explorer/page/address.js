@@ -1,6 +1,6 @@
 /** The view in the page's address: what follows the # gives the same page to whoever opens it. */
 
-import { STATISTICS, initialView } from "./view.js";
+import { initialView } from "./view.js";
 
 /**
  * Write a view; what has the model's default value is left out.
@@ -28,36 +28,6 @@ export function addressOf(view, model) {
   return query.toString().replaceAll("%7E", "~");
 }
 
-/**
- * Read a view; what cannot be read is left at the default.
- * @param {string} text without the #
- * @param {object[]} models
- * @returns {import("./view.js").View|null} null if no known model is named
- */
-export function viewOf(text, models) {
-  const query = new URLSearchParams(text);
-  const model = models.find((item) => item.name === query.get("model"));
-  if (!model) return null;
-  const usual = initialView(model);
-  const known = (name) => model.parameters.some((item) => item.name === name);
-  const shown = [...model.states, ...model.outputs].some((item) => item.name === query.get("show"));
-  const vary = known(query.get("vary")) ? query.get("vary") : usual.vary;
-  const zoom = numbers(query.get("zoom"), 4);
-  const at = numbers(query.get("at"), 2);
-  return {
-    ...usual,
-    vary,
-    span: numbers(query.get("span"), 2) ?? spanOf(model, vary, usual),
-    show: shown ? query.get("show") : usual.show,
-    statistic: query.get("of") in STATISTICS ? query.get("of") : usual.statistic,
-    parameters: valuesIn(query, "p.", usual.parameters),
-    at: at && { branch: at[0], y: at[1] },
-    zoom: zoom && { x: zoom.slice(0, 2), y: zoom.slice(2) },
-    plane: planeIn(query.get("plane"), known) ?? (query.get("plane") === "none" ? null : usual.plane),
-    pins: query.getAll("pin").slice(0, 12).map((inner, i) => pinIn(inner, i + 1, usual)),
-  };
-}
-
 /** The span of a parameter that was not given one: that of its slider. */
 export function spanOf(model, vary, usual = initialView(model)) {
   if (vary === usual.vary) return usual.span;
@@ -76,32 +46,8 @@ function digits(value) {
   return String(Number(value.toPrecision(12)));
 }
 
-function valuesIn(query, prefix, usual) {
-  const given = Object.keys(usual).map((name) => [name, Number(query.get(prefix + name) ?? NaN)]);
-  return { ...usual, ...Object.fromEntries(given.filter(([, value]) => Number.isFinite(value))) };
-}
-
-function pinIn(text, id, usual) {
-  const query = new URLSearchParams(text);
-  const name = (query.get("name") ?? "").slice(0, 60);
-  query.delete("name");
-  return { id, name, parameters: valuesIn(query, "", usual.parameters) };
-}
-
 function planeText({ x, y }) {
   return [x.name, ...x.span.map(digits), y.name, ...y.span.map(digits)].join("~");
-}
-
-function planeIn(text, known) {
-  const parts = (text ?? "").split("~");
-  const spans = [parts.slice(1, 3), parts.slice(4, 6)].map((pair) => numbers(pair.join("~"), 2));
-  if (parts.length !== 6 || !known(parts[0]) || !known(parts[3]) || spans.includes(null)) return null;
-  return { x: { name: parts[0], span: spans[0] }, y: { name: parts[3], span: spans[1] } };
-}
-
-function numbers(text, count) {
-  const values = (text ?? "").split("~").map((part) => (part === "" ? NaN : Number(part)));
-  return values.length === count && values.every(Number.isFinite) ? values : null;
 }
 
 function same(a, b) {

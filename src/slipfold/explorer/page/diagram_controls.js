@@ -3,7 +3,7 @@
 import { spanOf } from "./address.js";
 import { Choice } from "./choice.js";
 import { element } from "./dom.js";
-import { display } from "./quantities.js";
+import { axisTitle, display } from "./quantities.js";
 import { QuantityBox } from "./quantity_box.js";
 import { STATISTICS, inside, withVaried } from "./view.js";
 
@@ -77,7 +77,6 @@ export class DiagramControls {
   }
 }
 
-function option({ name, label, doc, unit }) {
-  const text = label && label !== name ? label : name;
-  return { value: name, text: unit ? `${text} (${unit})` : text, title: doc };
+function option(quantity) {
+  return { value: quantity.name, text: axisTitle(quantity), title: quantity.doc };
 }

@@ -48,6 +48,8 @@ export class ExportMenu {
 
   async #act(act) {
     this.node.open = false;
+    // What has the focus now gets it back from a dialog, and the items of a closed menu cannot.
+    this.node.querySelector("summary").focus();
     if (!this.#source.request()) {
       this.#say(`There is no ${this.#name} yet.`);
       return;

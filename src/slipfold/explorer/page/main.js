@@ -1,6 +1,7 @@
 /** The page: puts its parts together and starts them. */
 
-import { addressOf, viewOf } from "./address.js";
+import { addressOf } from "./address.js";
+import { readAddress } from "./address_reader.js";
 import { Announcer } from "./announcer.js";
 import { Connection } from "./connection.js";
 import { DiagramControls } from "./diagram_controls.js";
@@ -51,7 +52,7 @@ function forgetToken() {
 
 function build(models) {
   if (!window.Plotly) throw new Error("/plotly.min.js could not be loaded");
-  const given = viewOf(location.hash.slice(1), models);
+  const { view: given, sentence } = readAddress(location.hash.slice(1), models);
   const socket = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws`;
   const connection = new Connection(socket);
   const session = new Session(models, given ?? initialView(models[0]), connection);
@@ -109,6 +110,7 @@ function build(models) {
   session.store.changed.subscribe(showPlane);
   keepAddress(session);
   tellDefects(session);
+  session.failed.announce({ kind: "link", sentence });
   connection.open();
   session.start();
   if (!given && isFirstVisit() && session.view.model === TOLD_OF) tour.start({ isFirst: true });
@@ -138,7 +140,9 @@ function keepAddress(session) {
   session.store.changed.subscribe(write);
   window.addEventListener("hashchange", () => {
     const text = location.hash.slice(1);
-    const view = text === written ? null : viewOf(text, session.models);
+    if (text === written) return;
+    const { view, sentence } = readAddress(text, session.models);
+    session.failed.announce({ kind: "link", sentence });
     if (view) session.store.commit(view);
   });
 }

@@ -42,11 +42,13 @@ def axis_of(model: Model, name: str) -> dict[str, Any]:
     """
     for parameter in model.parameters:
         if parameter.name == name:
-            return _axis(name, parameter.symbol, parameter.unit, parameter.doc)
+            same = [item.symbol for item in model.parameters].count(parameter.symbol) > 1
+            return _axis(name, "" if same else parameter.symbol, parameter.unit, parameter.doc)
     shown: list[State | Output] = [*model.states, *model.outputs()]
     for item in shown:
         if item.name == name:
-            return _axis(name, item.label, item.unit, item.doc)
+            same = [other.label for other in shown].count(item.label) > 1
+            return _axis(name, "" if same else item.label, item.unit, item.doc)
     names = [item.name for item in shown]
     raise InputError(
         f"{model.name} has no output {name!r}; {suggest(name, names)}it has {', '.join(names)}"
@@ -54,5 +56,6 @@ def axis_of(model: Model, name: str) -> dict[str, Any]:
 
 
 def _axis(name: str, label: str, unit: str, doc: str) -> dict[str, Any]:
-    text = plain_text(label or name).removesuffix(f" ({unit})")
+    """Describe a quantity by its label, or by its name where it has none of its own."""
+    text = plain_text(label).removesuffix(f" ({unit})") if label else name
     return {"name": name, "label": text, "unit": unit, "doc": doc}
