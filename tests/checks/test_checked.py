@@ -1,5 +1,6 @@
 """Results are checked by themselves, for a tenth of their work, say so, and keep what they said."""
 
+import dataclasses
 import json
 import math
 
@@ -143,3 +144,31 @@ def test_fast_modes_are_no_disagreement():
     diagram = sf.response(model, vary="a", span=(0.1, 0.6))
     assert diagram.checked.agree, str(diagram.checked)
     assert np.max([check.difference for check in diagram.checked.checks]) < 1e-8
+
+
+def test_whoever_interrupts_a_check_has_what_is_done(monkeypatch):
+    orbit = sf.periodic_orbit(model_named("duffing", W=0.5))
+
+    def candidates():
+        yield Candidate("orbit", orbit, resting=False)
+        raise KeyboardInterrupt
+
+    assert check_some(candidates(), 1000).count == 1
+
+
+def test_an_interrupted_response_is_not_checked():
+    def stop(progress):
+        raise KeyboardInterrupt
+
+    diagram = sf.response(sf.SlidingOscillator(), vary="Nd", span=(0, 0.98), f=12.5, observer=stop)
+    assert diagram.interrupted
+    assert diagram.checked.count == 0
+
+
+def test_what_is_no_orbit_at_all_does_not_agree_and_raises_nothing():
+    orbit = sf.periodic_orbit(model_named("duffing", W=0.5))
+    for nodes in (orbit.nodes * np.nan, orbit.nodes + 1e200, orbit.nodes * 0 + 30):
+        wrong = dataclasses.replace(orbit, nodes=nodes)
+        for points in (1, 1000):
+            (check,) = check_some([Candidate("orbit", wrong, resting=False)], points).checks
+            assert not check.agrees

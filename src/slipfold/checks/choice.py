@@ -8,7 +8,12 @@ from typing import NamedTuple
 import numpy as np
 
 from slipfold.checks.checked import Check, Checked
-from slipfold.checks.orbit_difference import orbit_difference, pieces_of, retraced_difference
+from slipfold.checks.orbit_difference import (
+    ALLOWED,
+    orbit_difference,
+    pieces_of,
+    retraced_difference,
+)
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
 __all__ = ["Candidate", "check_some"]
@@ -39,26 +44,42 @@ class Candidate(NamedTuple):
 def check_some(candidates: Iterable[Candidate], points: float) -> Checked:
     """Check orbits in their order as long as the work for so many points of a branch allows it.
 
-    The first is checked in any case; if it is too expensive, only its motion is.
+    The first is checked in any case; if it is too expensive, only its motion is. Whoever interrupts
+    it has what is done.
     """
     left, checks = SHARE * points, list[Check]()
-    for candidate in candidates:
-        if left < QUICK and checks:
-            break
-        pieces = 0 if candidate.resting else pieces_of(candidate.orbit)
-        each = EACH * (1 + len(candidate.orbit.state) / LARGE)
-        cost = QUICK if candidate.resting else ONCE + each * pieces if pieces else np.inf
-        if cost <= left:
+    try:
+        for candidate in candidates:
+            if left < QUICK and checks:
+                break
+            cost, check = _check(candidate, left, first=not checks)
             left -= cost
-            found = orbit_difference(candidate.orbit, pieces)
-            allowed = found.allowed
-            if found.value > allowed:
-                allowed = max(allowed, min(_uncertainty(candidate.orbit), LOOSEST))
-            checks.append(Check(candidate.name, "collocation", found.value, allowed))
-        elif not checks:
-            found = retraced_difference(candidate.orbit)
-            checks.append(Check(candidate.name, "quadrature", found.value, found.allowed))
+            checks += [] if check is None else [check]
+    except KeyboardInterrupt:
+        pass
     return Checked(tuple(checks))
+
+
+def _check(candidate: Candidate, left: float, *, first: bool) -> tuple[float, Check | None]:
+    """Return the cost of a check and the check, if that much is left; never an exception."""
+    orbit = candidate.orbit
+    try:
+        with np.errstate(all="ignore"):  # numbers of a wrong orbit may overflow
+            pieces = 0 if candidate.resting else pieces_of(orbit)
+            each = EACH * (1 + len(orbit.state) / LARGE)
+            cost = QUICK if candidate.resting else ONCE + each * pieces if pieces else np.inf
+            if cost <= left:
+                found = orbit_difference(orbit, pieces)
+                allowed = found.allowed
+                if found.value > allowed:
+                    allowed = max(allowed, min(_uncertainty(orbit), LOOSEST))
+                return cost, Check(candidate.name, "collocation", found.value, allowed)
+            if first:
+                found = retraced_difference(orbit)
+                return 0.0, Check(candidate.name, "quadrature", found.value, found.allowed)
+    except np.linalg.LinAlgError:
+        return left, Check(candidate.name, "collocation", np.inf, ALLOWED)
+    return 0.0, None
 
 
 def _uncertainty(orbit: PeriodicOrbit) -> float:

@@ -14,7 +14,12 @@ __all__ = ["check_branches"]
 
 
 def check_branches(branches: Sequence[Branch]) -> Checked:
-    """Check special points, those that come first on each branch first, then ends."""
+    """Check special points, those that come first on each branch first, then ends.
+
+    Whoever interrupted the branches does not wait for checks.
+    """
+    if any(branch.interrupted for branch in branches):
+        return Checked(())
     points = sum(len(branch) * branch.period for branch in branches)
     ranked = [
         (rank, branch, point) for branch in branches for rank, point in enumerate(branch.special)

@@ -36,7 +36,11 @@ def check_motion(motion: Trajectory) -> Checked:
     """
     if not motion.periods:
         return Checked(())
-    return Checked((*_retraced(motion), _again(motion)))
+    try:
+        with np.errstate(all="ignore"):  # numbers of a wrong motion may overflow
+            return Checked((*_retraced(motion), _again(motion)))
+    except KeyboardInterrupt:
+        return Checked(())
 
 
 def _again(motion: Trajectory) -> Check:

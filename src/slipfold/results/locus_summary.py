@@ -12,6 +12,7 @@ from slipfold.loci.region_map import Region
 from slipfold.results.checked_parts import checked_lines
 from slipfold.results.criticality import criticalities, point_criticality
 from slipfold.results.title import without_defaults
+from slipfold.results.uncertain_points import uncertain_on_loci
 from slipfold.text.printed_table import PrintedTable, html_list, with_unit
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ def locus_summary(diagram: LocusDiagram) -> str:
     diagram
         The diagram.
     """
-    sentences = [*_endings(diagram), *checked_lines(diagram.checked)]
+    sentences = [*_endings(diagram), *_remarks(diagram)]
     parts = [[_title(diagram)], _loci_table(diagram).text(), sentences]
     if diagram.regions is not None:
         parts += [_regions_table(diagram).text(), _disagreements(diagram)]
@@ -47,7 +48,7 @@ def locus_html(diagram: LocusDiagram) -> str:
         The diagram.
     """
     page = _loci_table(diagram).html(_title(diagram)) + html_list(
-        [*_endings(diagram), *checked_lines(diagram.checked)]
+        [*_endings(diagram), *_remarks(diagram)]
     )
     if diagram.regions is not None:
         page += _regions_table(diagram).html("Regions") + html_list(_disagreements(diagram))
@@ -131,6 +132,10 @@ def _endings(diagram: LocusDiagram) -> list[str]:
     if diagram.interrupted:
         sentences.append("Interrupted: some of the set is missing.")
     return sentences
+
+
+def _remarks(diagram: LocusDiagram) -> list[str]:
+    return [*uncertain_on_loci(diagram), *checked_lines(diagram.checked)]
 
 
 def _place(diagram: LocusDiagram, values: Sequence[float]) -> str:

@@ -15,6 +15,7 @@ from slipfold.models.suggestion import suggest
 from slipfold.orbits.extrema import Extrema
 from slipfold.results.checked_parts import checked_lines
 from slipfold.results.title import without_defaults
+from slipfold.results.uncertain_points import uncertain_on_branches
 from slipfold.text.printed_table import PrintedTable, html_list, with_unit
 
 if TYPE_CHECKING:
@@ -190,6 +191,10 @@ def _endings(diagram: Diagram) -> list[str]:
     return sentences
 
 
+def _remarks(diagram: Diagram) -> list[str]:
+    return [*uncertain_on_branches(diagram), *checked_lines(diagram.checked)]
+
+
 def summary_text(diagram: Diagram, outputs: Sequence[str] | None = None) -> str:
     """Return the table as lines of text, with a title above and why branches stop below.
 
@@ -208,7 +213,7 @@ def summary_text(diagram: Diagram, outputs: Sequence[str] | None = None) -> str:
     return "\n".join(
         [
             *(_title(diagram), "", *_cells(diagram, outputs).text(), "", *_endings(diagram)),
-            *checked_lines(diagram.checked),
+            *_remarks(diagram),
         ]
     )
 
@@ -222,5 +227,5 @@ def summary_html(diagram: Diagram) -> str:
         The diagram.
     """
     return _cells(diagram, None).html(_title(diagram)) + html_list(
-        [*_endings(diagram), *checked_lines(diagram.checked)]
+        [*_endings(diagram), *_remarks(diagram)]
     )
