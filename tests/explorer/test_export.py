@@ -36,6 +36,12 @@ PLANE = {
     "x": {"name": "f", "span": [12.4, 12.5]},
     "y": {"name": "Nd", "span": [0, 0.06]},
 }
+FREE_PLANE = {
+    **PLANE,
+    "model": "stuart-landau",
+    "x": {"name": "r", "span": [-1, 1]},
+    "y": {"name": "w", "span": [0.5, 2]},
+}
 SYSTEM = """
 name = "own"
 title = 'it''s "own"'
@@ -142,10 +148,12 @@ def test_copied_python_gives_the_same_motion(exported, tmp_path, monkeypatch, ca
     assert names["motion"].strobe[0].tolist() == [0.1, 0, 0, 0.5]
 
 
-def test_copied_python_gives_the_same_plane(exported, tmp_path, monkeypatch, capsys):
-    names = run_python(exported(PLANE, "python").decode(), tmp_path, monkeypatch)
-    (tmp_path / "saved.nc").write_bytes(exported(PLANE, "nc"))
+@pytest.mark.parametrize("view", [PLANE, FREE_PLANE], ids=["forced", "autonomous"])
+def test_copied_python_gives_the_same_plane(exported, view, tmp_path, monkeypatch, capsys):
+    names = run_python(exported(view, "python").decode(), tmp_path, monkeypatch)
+    (tmp_path / "saved.nc").write_bytes(exported(view, "nc"))
     saved = sf.load(tmp_path / "saved.nc")
+    assert saved.loci
     for mine, theirs in zip(names["found"].loci, saved.loci, strict=True):
         np.testing.assert_array_equal(mine.values, theirs.values)
 
@@ -153,6 +161,7 @@ def test_copied_python_gives_the_same_plane(exported, tmp_path, monkeypatch, cap
 def test_the_command_of_a_plane_names_both_spans(exported):
     first = exported(PLANE, "toml").decode().splitlines()[0]
     assert first == "# slipfold locus case.toml --vary f=12.4:12.5 --vary Nd=0.0:0.06 --regions"
+    assert "--regions" not in exported(FREE_PLANE, "toml").decode().splitlines()[0]
 
 
 def test_no_regions_are_asked_of_a_model_that_nothing_forces(exported):

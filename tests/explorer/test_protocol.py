@@ -144,6 +144,19 @@ def test_a_plane_tells_its_progress_and_has_the_loci(client):
     }
     *progress, plane = ask_all(client, request)
     assert all(set(item) >= {"progress", "done"} for item in progress)
+    # Loci come while they are followed, and all of them before the regions.
+    [followed] = [item["loci"] for item in progress if "loci" in item]
+    assert followed == plane["loci"]
+    lines = {line["number"]: line for item in progress for line in item["lines"]}
+    assert {line["type"] for line in lines.values()} == {locus["type"] for locus in followed}
+    ends = [(line["x"][-1], line["y"][-1]) for line in lines.values()]
+    drawn = [
+        place
+        for locus in followed
+        for stretch in locus["stretches"]
+        for place in zip(stretch["x"], stretch["y"], strict=True)
+    ]
+    assert all(any(place == pytest.approx(end, rel=1e-5) for place in drawn) for end in ends)
     assert ("PD", 1) in {(locus["type"], locus["period"]) for locus in plane["loci"]}
     regions = plane["regions"]
     assert len(regions["labels"]) == len(regions["y"])

@@ -22,13 +22,10 @@ from slipfold.explorer.views.diagram import diagram_view
 from slipfold.explorer.views.labels import axis_of
 from slipfold.explorer.views.orbit import orbit_view
 from slipfold.explorer.views.plane import plane_view
+from slipfold.explorer.views.plane_progress import PlaneProgress
 from slipfold.explorer.views.simulation import stream_simulation
-from slipfold.loci.progress import LocusProgress
 
 __all__ = ["Answering"]
-
-BETWEEN = 0.1
-"""Least time between two notes of progress, in s."""
 
 Emit = Callable[[dict[str, Any]], None]
 
@@ -114,22 +111,6 @@ class Answering:
         elif isinstance(request, OrbitRequest):
             tell(orbit_view(self._computing.orbit(request, check), request.vary))
         elif isinstance(request, PlaneRequest):
-            tell(plane_view(self._computing.plane(request, check, _progress_teller(tell))))
+            tell(plane_view(self._computing.plane(request, check, PlaneProgress(tell))))
         else:
             stream_simulation(asked_model(self._catalogue, request), request, tell)
-
-
-def _progress_teller(tell: Emit) -> Callable[[LocusProgress], None]:
-    """Return what tells progress now and then."""
-    told = perf_counter()
-
-    def observer(progress: LocusProgress) -> None:
-        nonlocal told
-        if perf_counter() - told < BETWEEN:
-            return
-        told = perf_counter()
-        total = "" if progress.total is None else f" of {progress.total}"
-        sentence = f"{progress.stage}: {progress.done}{total} done, {progress.text}"
-        tell({"progress": sentence, "done": False})
-
-    return observer

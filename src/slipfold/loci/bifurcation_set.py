@@ -12,7 +12,7 @@ from slipfold.flow.typical_sizes import measured_within
 from slipfold.loci.fan import follow_fan, largest_period
 from slipfold.loci.follow import LOCUS_TYPES, follow_loci
 from slipfold.loci.locus import Locus
-from slipfold.loci.progress import LocusObserver
+from slipfold.loci.progress import LocusObserver, LocusProgress
 from slipfold.loci.region_map import RegionMap
 from slipfold.loci.regions import map_regions
 from slipfold.loci.window import Window, check_window
@@ -128,6 +128,10 @@ def find_bifurcation_set(
     found = None
     if regions and not interrupted:
         try:
+            if observer is not None:
+                middle = (sum(window[0]) / 2, sum(window[1]) / 2)
+                text = f"between {len(loci)} loci"
+                observer(LocusProgress("regions", 0, None, middle, text, loci=loci))
             found = map_regions(model, plane, window, loci, lines, observer)
         except KeyboardInterrupt:
             interrupted = True

@@ -20,7 +20,7 @@ from slipfold.loci.known_loci import begins_or_ends_at, lies_on
 from slipfold.loci.locus import Locus, LocusPoint, locus_title
 from slipfold.loci.locus_problem import LocusProblem
 from slipfold.loci.point_problem import locus_class, locus_unknown
-from slipfold.loci.progress import LocusObserver, LocusProgress
+from slipfold.loci.progress import LocusLine, LocusObserver, LocusProgress
 from slipfold.loci.start import Start, parent_starts, regular_start, starts_at
 from slipfold.loci.trace import trace_locus
 from slipfold.loci.window import Window, check_window
@@ -250,13 +250,15 @@ class _Work:
             return
         problem = trace.curve
         names = "".join(f", {problem.named(found.type)}" for found in trace.found)
-        first, second = map(float, problem.values(trace.points[-1].z))
+        start, last = (_pair(problem, point) for point in (trace.points[0], trace.points[-1]))
         points = len(trace.points)
         text = (
             f"{locus_title(problem.type, problem.period, problem.orbits)}, {points} points{names}"
         )
         done = len(self.families) - 1
-        self.observer(LocusProgress("loci", done, None, (first, second), text))
+        number = sum(len(family.traces) for family in self.families)
+        line = LocusLine(number, problem.type, problem.period, start)
+        self.observer(LocusProgress("loci", done, None, last, text, line))
 
     def loci(self) -> tuple[Locus, ...]:
         """Return everything as data."""
@@ -269,6 +271,11 @@ class _Work:
             }
             result.append(_as_locus(family, number + 1, leads))
         return tuple(result)
+
+
+def _pair(problem: LocusProblem, point: OrbitPoint) -> tuple[float, float]:
+    first, second = problem.values(point.z)
+    return float(first), float(second)
 
 
 def _crossed(trace: Trail[OrbitPoint], kind: str) -> list[Found]:

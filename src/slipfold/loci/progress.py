@@ -4,8 +4,34 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-__all__ = ["LocusObserver", "LocusProgress"]
+if TYPE_CHECKING:
+    from slipfold.loci.locus import Locus
+
+__all__ = ["LocusLine", "LocusObserver", "LocusProgress"]
+
+
+@dataclass(frozen=True)
+class LocusLine:
+    """The part of a locus that is being followed: from its start in one direction.
+
+    Parameters
+    ----------
+    number
+        Number of the line, from 0.
+    type
+        Type of the locus, as of `Locus`.
+    period
+        Period of its orbits.
+    start
+        Values of the two parameters at its first point.
+    """
+
+    number: int
+    type: str
+    period: int
+    start: tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -24,6 +50,10 @@ class LocusProgress:
         Values of the two parameters where it is at work.
     text
         What it is at, e.g. ``"PD of period 1, 12 points, GPD"``.
+    line
+        What is followed, of which `values` is the last point; None where nothing is.
+    loci
+        The loci of a bifurcation set, told once, when all are followed and regions remain.
     """
 
     stage: str
@@ -31,6 +61,8 @@ class LocusProgress:
     total: int | None
     values: tuple[float, float]
     text: str
+    line: LocusLine | None = None
+    loci: tuple[Locus, ...] = ()
 
 
 LocusObserver = Callable[[LocusProgress], None]

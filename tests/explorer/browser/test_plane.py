@@ -53,6 +53,52 @@ def test_loci_and_regions_and_the_working_point_dragged(plane):
     assert "stale" not in plane.page.locator(PLANE).get_attribute("class").split()
 
 
+def legend(explorer):
+    return explorer.page.get_by_label("Lines and areas of the plane").locator("li")
+
+
+def test_loci_are_drawn_before_regions_and_explained(new_tab):
+    last = new_tab.holding(lambda answer: answer["kind"] == "plane" and answer["done"])
+    last.is_on = True
+    page = new_tab.open(WINDOW, plane=True).page
+    shown = legend(new_tab)
+    expect(shown.filter(has_text="PD of period 1")).to_have_count(1)
+    assert "heatmap" not in drawn(new_tab)
+    last.let_go()
+    expect(shown.filter(has_text="period 1 stable")).to_have_count(1)
+    assert "heatmap" in drawn(new_tab)
+    page.get_by_label("Export the plane").first.click()
+    with page.expect_download() as waiting:
+        page.locator("#plane .menu").get_by_text("SVG", exact=True).click()
+    saved = waiting.value.path().read_text()
+    assert [key for key in shown.all_inner_texts() if key not in saved] == []
+
+
+def test_lines_that_are_being_followed_are_a_draft(new_tab):
+    """What comes instead of the first answers is a line that is not yet a whole locus."""
+    line = {"number": 0, "type": "PD", "period": 1, "x": [12.4, 12.5], "y": [0.02, 0.04]}
+
+    def first(answer):
+        head = {name: answer[name] for name in ("kind", "id", "slot")}
+        return {**head, "done": False, "progress": "loci: 0 done", "lines": [line]}
+
+    answers = new_tab.holding(lambda answer: answer["kind"] == "plane", first)
+    answers.is_on = True
+    page = new_tab.open(WINDOW, plane=True).page
+    expect(page.locator(f"{PLANE} .draft-mark")).to_be_visible()
+    expect(legend(new_tab)).to_have_text(["PD of period 1"])
+    answers.let_go()
+    expect(page.locator(f"{PLANE} .draft-mark")).to_be_hidden()
+    expect(legend(new_tab).filter(has_text="period 1 stable")).to_have_count(1)
+
+
+def test_the_bistable_region_has_its_name_on_a_laptop(new_tab):
+    new_tab.open("model=sliding&p.f=12.2&p.Nd=0.1&plane=f~12.1~12.5~Nd~0~0.3", plane=True)
+    expect(legend(new_tab).filter(has_text="periods 1 and 2, both stable")).to_have_count(1)
+    names = new_tab.page.locator(f"{PLANE} .annotation-text").all_text_contents()
+    assert {"periods 1 and 2", "1 and 2", "1+2"} & set(names)
+
+
 def test_what_a_killed_worker_computed_is_asked_for_again(new_tab):
     def killed(answer):
         head = {name: answer[name] for name in ("kind", "id", "slot")}

@@ -93,7 +93,7 @@ function build(models) {
     diagram: panel("diagram", "Response", [new Pins(session).node, planeSwitch.node, menus.diagram.node],
       new DiagramControls(session).node, diagram.node, new SpecialPoints(session).node, keyHelp()),
     plane: panel("plane", "Plane", [menus.plane.node],
-      planeControls.node, plane.node, planeControls.progress),
+      planeControls.node, plane.node, plane.legend.node, planeControls.progress),
     orbit: panel("orbit", "Orbit", [orbits.title, menus.orbit.node], orbits.node),
     simulation: panel("simulation", "Simulation", [menus.simulation.node],
       simulations.node),

@@ -87,9 +87,8 @@ export class PlaneControls {
 
   #changed({ answer, progress, stale }) {
     if (answer) this.#idle("");
-    else if (!stale || !this.#session.store.isLive) {
-      this.#working(progress ?? COMPUTING);
-    }
+    else if (progress) this.#working(progress);
+    else if (stale && !this.#session.store.isLive) this.#working(COMPUTING);
   }
 
   /** Nothing is computed without a server; with one, what was asked for is asked for again. */

@@ -4,21 +4,33 @@ import { padded } from "./axis_range.js";
 import { escaped } from "./diagram_traces.js";
 import { element } from "./dom.js";
 import { labelPlaces } from "./label_places.js";
-import { markedPoints, planeTraces, regionNames } from "./plane_traces.js";
+import { PlaneLegend, shadeKeys } from "./plane_legend.js";
+import { draftOf, markedPoints, planeTraces, regionNames, shade } from "./plane_traces.js";
 import { CONFIG, frame, layout, mapping } from "./plot_frame.js";
 import { axisTitle, display, withUnit } from "./quantities.js";
 import { colours, themeChanged } from "./theme.js";
 import { inside } from "./view.js";
 
 const KEY_STEPS = 100;
+/** Of the legend of a saved picture, in pixels. */
+const LEGEND_LINE = 20;
+const LEGEND_SAMPLE = 45;
+const LETTER = 7;
 
 export class PlanePlot {
   /** The element to put on the page. */
   node = element("div", { class: "plot plane-plot" });
+  /** What its lines and shades mean. */
+  legend = new PlaneLegend();
   #canvas = element("div", { class: "plot-canvas" });
+  #draft = element("p", { class: "draft-mark", hidden: true }, "draft");
   #point;
   #session;
-  #arrived = null;
+  /** What is drawn: the server's answer, or as much of it as has come. */
+  #shown = null;
+  /** Whether it is of what was asked for last, and not of what was before. */
+  #isOfAsked = false;
+  #lines = new Map();
   #map = null;
   #frame = 0;
 
@@ -30,10 +42,10 @@ export class PlanePlot {
       title: "The working point: drag it, or move it with the arrow keys",
       on: { keydown: (event) => this.#key(event) },
     });
-    this.node.append(this.#canvas, this.#point);
+    this.node.append(this.#canvas, this.#draft, this.#point);
     session.planeChanged.subscribe((change) => this.#changed(change));
     session.store.changed.subscribe(({ view, before }) => {
-      if (view.model !== before.model || !view.plane) this.#arrived = null;
+      if (view.model !== before.model || !view.plane) this.#shown = null;
       if (view.plane !== before.plane) this.#schedule();
       this.#place();
     });
@@ -45,15 +57,44 @@ export class PlanePlot {
 
   /** The figure as plotly's data and layout, for a file. */
   figure() {
-    const data = structuredClone(this.#canvas.data);
+    const colour = colours();
+    const named = new Set();
+    const data = structuredClone(this.#canvas.data).map((trace) => {
+      const isNew = trace.mode === "lines" && !named.has(trace.name);
+      if (isNew) named.add(trace.name);
+      return { ...trace, showlegend: isNew };
+    });
+    const shades = shadeKeys(this.#shown ?? { regions: null }).map(({ name, stable }) => ({
+      type: "scatter", mode: "markers", x: [null], y: [null], name, showlegend: true,
+      marker: { symbol: "square", size: 12, color: colour(shade(stable)) },
+    }));
     const sheet = structuredClone(this.#canvas.layout);
-    return { data, layout: { ...sheet, paper_bgcolor: colours()("panel"), plot_bgcolor: colours()("panel") } };
+    const names = [...named, ...shades.map(({ name }) => name)];
+    const widest = Math.max(...names.map((name) => name.length)) * LETTER + LEGEND_SAMPLE;
+    const rows = Math.ceil(names.length / Math.max(Math.floor((sheet.width - 20) / widest), 1));
+    const room = LEGEND_LINE * rows + 12;
+    return {
+      data: [...data, ...shades],
+      layout: {
+        ...sheet, paper_bgcolor: colour("panel"), plot_bgcolor: colour("panel"),
+        height: sheet.height + room, margin: { ...sheet.margin, b: sheet.margin.b + room },
+        showlegend: true,
+        legend: { orientation: "h", yref: "container", y: 0, yanchor: "bottom", x: 0, entrywidth: widest - LEGEND_SAMPLE },
+      },
+    };
   }
 
-  #changed({ answer, stale }) {
-    this.node.classList.toggle("stale", Boolean(stale));
-    if (!answer) return;
-    this.#arrived = answer;
+  #changed({ answer, stale = false, isSame = false, id, lines = [], loci }) {
+    if (stale && !this.#session.store.isLive) this.#isOfAsked = false;
+    if (isSame) this.node.classList.toggle("stale", !this.#isOfAsked);
+    if (id !== this.#lines.of) this.#lines = Object.assign(new Map(), { of: id });
+    for (const line of lines) this.#lines.set(line.number, line);
+    const shown = answer ?? (loci ? { loci, regions: null } : lines.length > 0 && draftOf([...this.#lines.values()]));
+    // What belongs to other values is pale, and gives way to the first lines of what is asked for.
+    if (shown || stale) this.node.classList.toggle("stale", stale);
+    if (!shown) return;
+    this.#isOfAsked = true;
+    this.#shown = shown;
     this.#schedule();
   }
 
@@ -87,12 +128,14 @@ export class PlanePlot {
     sheet.dragmode = false;
     sheet.xaxis.showgrid = sheet.yaxis.showgrid = false;
     sheet.xaxis.fixedrange = sheet.yaxis.fixedrange = true;
-    sheet.annotations = regionNames(this.#arrived?.regions, colour, [fx, fy], frame(size));
-    const traces = this.#arrived
-      ? planeTraces(this.#arrived, colour, [fx, fy], this.#positions(this.#arrived, fx, fy, size))
-      : [];
+    const shown = this.#shown;
+    sheet.annotations = regionNames(shown?.regions, colour, [fx, fy], frame(size));
+    const traces = shown
+      ? planeTraces(shown, colour, [fx, fy], this.#positions(shown, fx, fy, size)) : [];
     window.Plotly.react(this.#canvas, traces, sheet, CONFIG);
-    this.node.dataset.loci = this.#arrived?.loci.length ?? 0;
+    this.legend.show(shown);
+    this.#draft.hidden = !shown?.isDraft;
+    this.node.dataset.loci = shown?.done ? shown.loci.length : 0;
     this.#place();
   }
 

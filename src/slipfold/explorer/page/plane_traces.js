@@ -5,7 +5,10 @@ import { regionPlaces } from "./region_places.js";
 
 const DASHES = { supercritical: "solid", subcritical: "6px,3px" };
 const WIDTHS = { 1: 2.4, 2: 1.5 };
-const UNNAMED = "region-other";
+/** Shades by the periods that are stable; combinations of more than three share one. */
+const SHADES = { 1: "region-1", "1-2": "region-1-2", 2: "region-2", "": "region-none" };
+const OTHERS = ["1-1", "2-2", "1-1-1", "1-1-2", "1-2-2", "2-2-2"];
+const FAINT = 0.55;
 
 /** Points of a locus that are nothing but its own extrema. */
 const UNMARKED = ["MIN", "MAX", "EVENT"];
@@ -13,7 +16,34 @@ const UNMARKED = ["MIN", "MAX", "EVENT"];
 /** Name of the shade of a region, by the periods that are stable in it. */
 export function shade(stable) {
   const key = stable.join("-");
-  return { 1: "region-1", "1-2": "region-1-2", 2: "region-2", "": "region-none" }[key] ?? UNNAMED;
+  const other = OTHERS.indexOf(key);
+  return SHADES[key] ?? `region-other-${(other < 0 ? OTHERS.length - 1 : other) + 1}`;
+}
+
+/**
+ * How a stretch of a locus is drawn: its colour tells the type, its dashes the criticality, its
+ * width the period.
+ */
+export function lineStyle({ type, period }, criticality, colour) {
+  return {
+    color: colour(`locus-${type}`) || colour("ink"), width: WIDTHS[period] ?? 1.1,
+    dash: type === "LP" ? "7px,2px,1.5px,2px" : DASHES[criticality] ?? "1.5px,2.5px",
+  };
+}
+
+/** The name of a stretch of a locus. */
+export function nameOf({ name }, criticality) {
+  return criticality ? `${name}, ${criticality}` : name;
+}
+
+/**
+ * A plane as far as it is computed, of the lines that are being followed.
+ * @param {object[]} lines the server's
+ */
+export function draftOf(lines) {
+  const loci = lines.map(({ type, period, x, y }) => (
+    { type, period, name: `${type} of period ${period}`, stretches: [{ criticality: null, x, y }], special: [] }));
+  return { loci, regions: null, isDraft: true };
 }
 
 /**
@@ -27,7 +57,7 @@ export function shade(stable) {
 export function planeTraces(plane, colour, [fx, fy], positions) {
   return [
     ...regionTraces(plane.regions, colour, fx, fy),
-    ...plane.loci.flatMap((locus) => locusTraces(locus, colour, fx, fy)),
+    ...plane.loci.flatMap((locus) => locusTraces(locus, colour, fx, fy, plane.isDraft)),
     specialTrace(markedPoints(plane), positions, colour, fx, fy),
   ];
 }
@@ -61,16 +91,12 @@ function regionTraces(regions, colour, fx, fy) {
   }];
 }
 
-function locusTraces({ type, period, stretches }, colour, fx, fy) {
-  const name = `${type} of period ${period}`;
-  return stretches.map(({ criticality, x, y }) => ({
-    type: "scatter", mode: "lines", hoverinfo: "skip",
-    name: criticality ? `${name}, ${criticality}` : name,
+function locusTraces(locus, colour, fx, fy, isDraft) {
+  return locus.stretches.map(({ criticality, x, y }) => ({
+    type: "scatter", mode: "lines", hoverinfo: "skip", opacity: isDraft ? FAINT : 1,
+    name: nameOf(locus, criticality),
     x: x.map((v) => v * fx), y: y.map((v) => v * fy),
-    line: {
-      color: colour(`locus-${type}`) || colour("ink"), width: WIDTHS[period] ?? 1.1,
-      dash: type === "LP" ? "7px,2px,1.5px,2px" : DASHES[criticality] ?? "1.5px,2.5px",
-    },
+    line: lineStyle(locus, criticality, colour),
   }));
 }
 

@@ -2,6 +2,7 @@
 
 const WIDTH = 7;
 const HEIGHT = 18;
+const MARGIN = 8;
 
 /**
  * A place for the name of each region.
@@ -10,14 +11,22 @@ const HEIGHT = 18;
  * @returns {{text: string, x: number, y: number}[]} in SI units; names that do not fit are left out
  */
 export function regionPlaces(regions, frame) {
-  const { labels, names } = regions;
+  const { labels, names, stable } = regions;
   const cell = [frame.width / labels[0].length, frame.height / labels.length];
-  return Object.entries(names).flatMap(([id, text]) => {
-    const columns = Math.ceil((text.length * WIDTH) / cell[0]);
-    const rows = Math.ceil(HEIGHT / cell[1]);
-    const place = roomiest(labels, Number(id), columns, rows);
-    return place ? [{ text, x: middle(regions.x, place[0]), y: middle(regions.y, place[1]) }] : [];
+  const rows = Math.ceil(HEIGHT / cell[1]);
+  return Object.entries(names).flatMap(([id, name]) => {
+    for (const text of [name, ...shorter(stable[id] ?? [])]) {
+      const columns = Math.ceil((text.length * WIDTH + MARGIN) / cell[0]);
+      const place = roomiest(labels, Number(id), columns, rows);
+      if (place) return [{ text, x: middle(regions.x, place[0]), y: middle(regions.y, place[1]) }];
+    }
+    return [];
   });
+}
+
+/** Names of a region that take less room: its periods alone. */
+function shorter(stable) {
+  return stable.length > 1 ? [stable.join(" and "), stable.join("+")] : [];
 }
 
 /** The middle of a box within a region, around which there is most of the region. */

@@ -19,7 +19,10 @@ export class Session {
   placeChanged = new Signal();
   /** An orbit: `{answer, place, view}`. */
   orbitArrived = new Signal();
-  /** The plane: `{answer}`, `{progress}` or `{stale: true}`. */
+  /**
+   * The plane: `{answer}` or `{progress}` with what has come, and `stale` if it is of other values;
+   * `{isSame}` where the values are those that were asked for.
+   */
   planeChanged = new Signal();
   /**
    * Sentences of refusal: `{kind, sentence, again}`; the sentence is null when all is well again, `again`
@@ -189,13 +192,18 @@ export class Session {
     }
     const request = planeRequest(this.view);
     const key = JSON.stringify(request);
-    if (key === this.#keys.plane) return;
+    if (key === this.#keys.plane) {
+      this.planeChanged.announce({ isSame: true });
+      return;
+    }
     this.planeChanged.announce({ stale: true });
     if (live) return;
     this.#keys.plane = key;
     const onAnswer = (answer) => {
       this.#fail("plane", null);
-      this.planeChanged.announce(answer.progress ? answer : { answer, request });
+      const { plane } = this.view;
+      const stale = !plane || key !== JSON.stringify(planeRequest(this.view));
+      this.planeChanged.announce({ ...(answer.progress ? answer : { answer, request }), stale });
     };
     const onError = (sentence, again) =>
       this.#fail("plane", sentence, again && (() => this.computePlane()));

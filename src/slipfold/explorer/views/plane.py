@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
 from slipfold.explorer.views.labels import axis_of
 from slipfold.explorer.views.numbers import number, short
-from slipfold.loci.locus import Locus, LocusPoint
+from slipfold.loci.locus import Locus, LocusPoint, locus_title
 from slipfold.loci.region_map import RegionMap
 from slipfold.results.locus_diagram import LocusDiagram
 from slipfold.results.locus_stretches import locus_stretches
 
-__all__ = ["plane_view"]
+__all__ = ["loci_view", "plane_view"]
 
 
 def plane_view(found: LocusDiagram) -> dict[str, Any]:
@@ -33,9 +34,20 @@ def plane_view(found: LocusDiagram) -> dict[str, Any]:
     return {
         "x": {**axis_of(found.model, first), "span": list(found.window[0])},
         "y": {**axis_of(found.model, second), "span": list(found.window[1])},
-        "loci": [_locus(locus) for locus in found.loci],
+        "loci": loci_view(found.loci),
         "regions": None if found.regions is None else _regions(found.regions),
     }
+
+
+def loci_view(loci: Iterable[Locus]) -> list[dict[str, Any]]:
+    """Return loci as plain data.
+
+    Parameters
+    ----------
+    loci
+        The loci.
+    """
+    return [_locus(locus) for locus in loci]
 
 
 def _locus(locus: Locus) -> dict[str, Any]:
@@ -43,6 +55,7 @@ def _locus(locus: Locus) -> dict[str, Any]:
         "id": locus.id,
         "type": locus.type,
         "period": locus.period,
+        "name": locus_title(locus.type, locus.period, locus.kind),
         "stretches": [
             {
                 "criticality": line.criticality,

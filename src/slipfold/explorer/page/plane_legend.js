@@ -1,0 +1,62 @@
+/** What the lines and shades of the plane mean: below it, where a laptop has room for the words. */
+
+import { element, svg } from "./dom.js";
+import { lineStyle, shade } from "./plane_traces.js";
+import { colours } from "./theme.js";
+
+/** The lines of a plane, each type and period once, and what dashes mean if any are subcritical. */
+function lineKeys({ loci }) {
+  const usual = ({ stretches }) => stretches.find(({ criticality }) => criticality === "supercritical");
+  const keys = loci.map((locus) =>
+    ({ name: locus.name, locus, criticality: (usual(locus) ?? locus.stretches[0])?.criticality }));
+  const hard = loci.find(({ stretches }) => stretches.some(({ criticality }) => criticality === "subcritical"));
+  return [
+    ...distinct(keys).sort((a, b) => (a.name < b.name ? -1 : 1)),
+    ...(hard ? [{ name: "subcritical", locus: { ...hard, type: "" }, criticality: "subcritical" }] : []),
+  ];
+}
+
+/**
+ * The shades of a plane, each once; what is unknown has none.
+ * @param {object} plane the server's answer
+ * @returns {{name: string, stable: number[]}[]}
+ */
+export function shadeKeys({ regions }) {
+  if (!regions) return [];
+  const keys = Object.entries(regions.stable).map(([id, stable]) =>
+    ({ name: words(regions.names[id], stable), stable }));
+  const rank = ({ stable }) => stable.length || Infinity;
+  return distinct(keys).sort((a, b) => rank(a) - rank(b) || (a.name < b.name ? -1 : 1));
+}
+
+export class PlaneLegend {
+  /** The element to put on the page. */
+  node = element("ul", { class: "plane-legend", "aria-label": "Lines and areas of the plane" });
+
+  /** @param {object|null} plane the server's answer, or as far as it has come */
+  show(plane) {
+    const colour = colours();
+    const lines = plane ? lineKeys(plane) : [];
+    const shades = plane ? shadeKeys(plane) : [];
+    this.node.replaceChildren(
+      ...lines.map(({ name, locus, criticality }) =>
+        element("li", {}, sample(lineStyle(locus, criticality, colour)), name)),
+      ...shades.map(({ name, stable }) =>
+        element("li", {}, element("span", { class: "shade", style: `background: ${colour(shade(stable))}` }), name)));
+  }
+}
+
+function words(name, stable) {
+  if (stable.length === 0) return "none stable";
+  return stable.length > 1 ? `${name}, ${stable.length === 2 ? "both" : "all"} stable` : `${name} stable`;
+}
+
+function sample({ color, width, dash }) {
+  const dashes = dash === "solid" ? null : dash.replaceAll("px", "");
+  return svg("svg", { viewBox: "0 0 28 8", width: 28, height: 8, "aria-hidden": "true" },
+    svg("path", { d: "M0 4H28", stroke: color, "stroke-width": width, "stroke-dasharray": dashes }));
+}
+
+function distinct(keys) {
+  return [...new Map(keys.map((key) => [key.name, key])).values()];
+}
