@@ -72,7 +72,12 @@ class GuardedFlow:
         self._bounds = np.array([limit.bound for limit in model.limits])
 
     def strobe(
-        self, state: Array, periods: int, constants: Constants, before: int = 0
+        self,
+        state: Array,
+        periods: int,
+        constants: Constants,
+        before: int = 0,
+        weights: Array | None = None,
     ) -> tuple[Array, Stop | None]:
         """Carry a state over forcing periods; the phase restarts every few of them.
 
@@ -86,6 +91,9 @@ class GuardedFlow:
             Coefficients.
         before
             Periods since the start, from which times are counted.
+        weights
+            What `weights` returns at the start of the motion, of which this may be a later part;
+            those of `state` if None.
 
         Returns
         -------
@@ -97,8 +105,8 @@ class GuardedFlow:
         result = np.empty((periods + 1, len(state)))
         result[0] = state
         stop = self._stop_at_start(state, before, constants)
-        values = [constants.values, constants.scales, self._weights(state, constants)]
-        parameters = np.concatenate(values)
+        weights = self.weights(state, constants) if weights is None else weights
+        parameters = np.concatenate([constants.values, constants.scales, weights])
         done = 0
         while done < periods and stop is None:
             count = min(CHUNK, periods - done)
@@ -158,8 +166,16 @@ class GuardedFlow:
         value = float(values[0, self._watched[which]])
         return Stop(limit.name, limit.reason.format(value=value), time)
 
-    def _weights(self, state: Array, constants: Constants) -> Array:
-        """One over the sizes of what is watched: events count in the length of a step as states."""
+    def weights(self, state: Array, constants: Constants) -> Array:
+        """Return one over the sizes of what is watched, which counts in the length of a step.
+
+        Parameters
+        ----------
+        state
+            Where the motion starts, shape (n,).
+        constants
+            Coefficients.
+        """
         around = np.diag(constants.scales)
         states = np.concatenate([state[None], state + around, state - around])
         phases = np.repeat(np.arange(4) / 4, len(states))

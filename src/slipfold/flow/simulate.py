@@ -127,6 +127,7 @@ class Motion:
         self.model = measured(model, start=start)
         self.stopped: Stop | None = None
         self._constants = flow_of(model).constants_of(self.model)
+        self._weights = guarded_flow_of(self.model).weights(start, self._constants)
         self._pieces = [start[None]]
         self._pushed: list[int] = []
 
@@ -157,7 +158,9 @@ class Motion:
                 self._leave_unstable_equilibrium()
                 count = min(CHUNK, count)
             last = self._pieces[-1][-1]
-            states, self.stopped = flow.strobe(last, count, self._constants, first + done)
+            states, self.stopped = flow.strobe(
+                last, count, self._constants, first + done, self._weights
+            )
             self._pieces.append(states[1:])
             if not self.model.forced:
                 self._end_beyond_bounds()
