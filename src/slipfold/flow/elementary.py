@@ -105,7 +105,7 @@ def _read(text: str) -> tuple[str, tuple[Operand, ...]]:
     if text == "t":
         return "time", ()
     if match := re.fullmatch(r"\((.*)\)", text):
-        sign = next((sign for sign in "-+*/" if f" {sign} " in text), "?")
+        sign = next((sign for sign in "-+*/<" if f" {sign} " in text), "?")
         return sign, _operands(match[1].split(f" {sign} "))
     if match := re.fullmatch(r"(\w+)\((.*)\)", text):
         name = {"div": "/", "sub": "-"}.get(match[1], match[1])

@@ -125,8 +125,18 @@ def _saturations(operations: Sequence[Operation]) -> Iterator[tuple[int, float]]
     """Arguments of functions that are flat far from zero, and how far that is."""
     slopes = {index for item in operations if item.name == "erf" for index in item.needed}
     for index, operation in enumerate(operations):
-        if operation.moves and operation.name in EDGES and index not in slopes:
+        flat = operation.moves and operation.name in EDGES and index not in slopes
+        if flat and not _is_switched(operations, _index(operation)):
             yield _index(operation), EDGES[operation.name]
+
+
+def _is_switched(operations: Sequence[Operation], index: int) -> bool:
+    """Whether it is a multiple of ``select(x*x < c, x, 0)``, which stays far from any edge."""
+    operation = operations[index]
+    moving = [operand.index for operand in operation.operands if operand.index is not None]
+    if operation.name == "*":
+        return len(moving) == 1 and _is_switched(operations, moving[0])
+    return operation.name == "select" and len(moving) == 2 and operations[moving[0]].name == "<"
 
 
 def _steep_powers(operations: Sequence[Operation]) -> Iterator[tuple[int, float]]:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import heyoka as hy
 
 from slipfold.models.output import Expression
+from slipfold.models.relative_exponential import exprel, exprel_value
 from slipfold.models.suggestion import suggest
 
 __all__ = ["CONSTANTS", "FUNCTIONS", "Function", "explain_unknown_function"]
@@ -57,6 +58,7 @@ FUNCTIONS: dict[str, Function] = {
     "log": Function(1, hy.log, math.log),
     "sqrt": Function(1, hy.sqrt, math.sqrt),
     "erf": Function(1, hy.erf, math.erf),
+    "exprel": Function(1, exprel, exprel_value),
     "sigmoid": Function(1, hy.sigmoid, _sigmoid),
 }
 
@@ -93,6 +95,8 @@ _INSTEAD = {
     "sech": "1/cosh(x)",
     "logistic": "sigmoid(x)",
     "erfc": "1 - erf(x)",
+    "expm1": "x*exprel(x)",
+    "vtrap": "y/exprel(x/y)",
 }
 
 

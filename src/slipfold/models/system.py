@@ -25,8 +25,9 @@ class System(Model):
 
     The tables are those of a TOML file, see `from_toml`. A formula has numbers, names,
     ``+ - * / ^``, parentheses, ``pi``, the time ``t`` in seconds, and the functions ``sin cos tan
-    asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp log sqrt erf sigmoid``. It is parsed
-    by a grammar of its own and never run as Python.
+    asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp log sqrt erf sigmoid exprel``; here
+    ``exprel(x)`` is ``(exp(x) - 1)/x``, and 1 at zero, so that ``x/(1 - exp(-x))`` is
+    ``1/exprel(-x)``. It is parsed by a grammar of its own and never run as Python.
 
     Parameters
     ----------
