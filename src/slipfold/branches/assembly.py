@@ -1,8 +1,9 @@
-"""A branch as data from its traces."""
+"""Branches as data from what was followed."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +12,9 @@ from slipfold.branches.branch import Branch
 from slipfold.branches.describe import describe_bifurcation, describe_event
 from slipfold.branches.events import Happened
 from slipfold.branches.special_point import SpecialPoint
+from slipfold.continuation.atlas import Atlas, Chart
 from slipfold.continuation.end import End
 from slipfold.continuation.search import Found
-from slipfold.continuation.trail import Trail
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.cycle_problem import CycleProblem
 from slipfold.orbits.equilibrium_problem import EquilibriumProblem
@@ -22,42 +23,45 @@ from slipfold.orbits.orbit_point import OrbitPoint
 __all__ = ["assemble"]
 
 
-def assemble(
-    trace: Trail[OrbitPoint],
-    number: int,
-    parent: int | None,
-    begun: End,
-    beginning: SpecialPoint | None = None,
-) -> tuple[Branch, list[tuple[int, Found]]]:
-    """Return a branch as data, and its bifurcations with their place among its special points.
+def assemble(atlas: Atlas[OrbitPoint], begun: End) -> tuple[Branch, ...]:
+    """Return all branches as data.
 
     Parameters
     ----------
-    trace
-        What was followed.
-    number
-        Id of the branch.
-    parent
-        Id of the branch it left, or None.
+    atlas
+        What was followed, and what joins it.
     begun
-        Why it begins where it begins.
-    beginning
-        The branch point at which it crosses its parent, if it does.
+        Why the first branch begins where it begins.
     """
-    problem, points = trace.curve, trace.points
-    assert trace.end is not None  # every trace ends
-    described: list[tuple[SpecialPoint, Found | None]] = [
-        (_described(problem, found), found) for found in trace.found
-    ]
-    if beginning is not None:
-        described.append((beginning, None))
-    described.sort(key=lambda pair: pair[0].arclength)
+    described: dict[Found, SpecialPoint] = {}
+    branches = []
+    for chart in atlas.charts:
+        problem, own = chart.trail.curve, []
+        for found in chart.trail.found:
+            (leads_to,) = atlas.leads.get(found, [None])[-1:]
+            described[found] = replace(_described(problem, found), leads_to=leads_to)
+            own.append(described[found])
+        first = begun
+        if chart.start.found is not None:
+            special = described[chart.start.found]
+            born = f"born at {special.vary} = {special.value:.9g}"
+            first = End("born", born, (special.value,))
+            if len(chart.start.points) > 1:  # it crosses its parent there
+                own.append(replace(special, arclength=0.0, leads_to=chart.start.parent))
+        own.sort(key=lambda special: special.arclength)
+        branches.append(_branch(chart, chart.begun or first, own))
+    return tuple(branches)
+
+
+def _branch(chart: Chart[OrbitPoint], begun: End, special: Sequence[SpecialPoint]) -> Branch:
+    problem, points = chart.trail.curve, chart.trail.points
+    assert chart.trail.end is not None  # every trail ends
     durations, model = _durations(problem, points), problem.model
-    branch = Branch(
-        id=number,
+    return Branch(
+        id=chart.number,
         kind="equilibrium" if problem.kind == "equilibrium" else "periodic",
         period=problem.period,
-        parent=parent,
+        parent=chart.start.parent,
         model=model if durations is None else model.replace(duration=float(durations[0])),
         vary=problem.vary,
         parameter=np.array([problem.value(point.z) for point in points]),
@@ -65,12 +69,11 @@ def assemble(
         multipliers=np.array([problem.all_multipliers(point.multipliers) for point in points]),
         residual=np.array([point.residual for point in points]),
         arclength=np.array([point.arclength for point in points]),
-        special=tuple(special for special, _ in described),
-        stopped=trace.end,
+        special=tuple(special),
+        stopped=chart.trail.end,
         begun=begun,
         durations=durations,
     )
-    return branch, [(i, found) for i, (_, found) in enumerate(described) if found is not None]
 
 
 def _described(problem: PeriodicProblem, found: Found) -> SpecialPoint:

@@ -266,7 +266,7 @@ class Returns:
         if passed is None or not np.linalg.norm(passed.z - first) < SAME:
             return Sight()
         end = End("closed", self._reason, self._problem.place(passed.z))
-        return Sight(stop=Stop(passed, end))
+        return Sight(stop=Stop(passed, end, closes=True))
 
     def _begun_alike(self, first: Array, last: Array, length: float) -> Array:
         """Return the first orbit begun where it lies nearest to the last, if it may be near.

@@ -102,7 +102,7 @@ class Bifurcations(Zeros[OrbitPoint]):
         for place, item in enumerate(found):
             if item.type == "BP" and problem.distance(start.z, item.point.z) < SAME:
                 end = End("closed", CLOSED, problem.place(item.point.z))
-                return Sight(found[:place], Stop(item.point, end))
+                return Sight(found[:place], Stop(item.point, end, closes=True))
         return None
 
     def excludes(self, a: OrbitPoint, b: OrbitPoint) -> bool:

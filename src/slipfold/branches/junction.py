@@ -8,114 +8,63 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.branch import Branch
 from slipfold.branches.closing import Birth
 from slipfold.branches.detection import SAME
 from slipfold.branches.start import doubled_start, hopf_start
+from slipfold.continuation.atlas import Chart, Start
 from slipfold.continuation.search import Found
-from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.equilibrium_problem import EquilibriumProblem
 from slipfold.orbits.orbit_point import OrbitPoint
 
-__all__ = ["Junction", "Meeting", "find_meeting", "junctions_on", "linked"]
+__all__ = ["Junction", "find_meeting", "junctions_on"]
 
 MATCH = 1e-7
 """Two branch points this close in the parameter, in spans, may be one."""
 
 
 @dataclass(frozen=True, eq=False)
-class Junction:
+class Junction(Start[OrbitPoint]):
     """A special point of a known branch at which another branch begins.
 
     Parameters
     ----------
-    branch
-        Id of the branch it lies on.
-    place
-        Its place among the special points of that branch.
-    found
-        The special point.
     problem
         The boundary-value problem of the branch it lies on.
     birth
         The branch that begins there.
     """
 
-    branch: int
-    place: int
-    found: Found
-    problem: PeriodicProblem
-    birth: Birth
-
-    @property
-    def two_sided(self) -> bool:
-        """Whether the other branch goes on in both directions, as one does at a branch point."""
-        return self.found.type == "BP"
-
-    @property
-    def rank(self) -> tuple[bool, int]:
-        """Its turn: what may end at a place of birth is followed once those are known.
-
-        Equilibria come before cycles, orbits before those of longer period.
-        """
-        return self.birth.problem.kind != "equilibrium", self.birth.problem.period
-
-    def is_reached(self, branches: Sequence[Branch]) -> bool:
-        """Whether the other branch is known."""
-        return branches[self.branch - 1].special[self.place].leads_to is not None
+    problem: PeriodicProblem | None = None
+    birth: Birth | None = None
 
 
-@dataclass(frozen=True)
-class Meeting:
-    """A special point with the branch it leads to.
-
-    Parameters
-    ----------
-    branch, place
-        The special point: its branch and place.
-    leads_to
-        Id of the other branch.
-    """
-
-    branch: int
-    place: int
-    leads_to: int
-
-
-def junctions_on(
-    problem: PeriodicProblem,
-    branch: int,
-    found: Sequence[tuple[int, Found]],
-    largest_period: int,
-) -> list[Junction]:
+def junctions_on(chart: Chart[OrbitPoint], largest_period: int) -> list[Junction]:
     """Return the places of a branch at which others begin.
 
+    What may end at a place of birth is followed once those are known: equilibria before cycles,
+    orbits before those of longer period.
+
     Parameters
     ----------
-    problem
-        The boundary-value problem of the branch.
-    branch
-        Its id.
-    found
-        Its bifurcations with their places among its special points.
+    chart
+        The branch.
     largest_period
         Branches are followed up to this period.
     """
-    births = ((place, item, _known_birth(problem, item, largest_period)) for place, item in found)
-    return [
-        Junction(branch, place, item, problem, birth)
-        for place, item, birth in births
-        if birth is not None
-    ]
-
-
-def _known_birth(problem: PeriodicProblem, found: Found, largest_period: int) -> Birth | None:
-    """Return the branch that begins at a special point, None if its start cannot be computed."""
-    try:
-        return _birth(problem, found, largest_period)
-    except BREAKDOWNS:
-        return None
+    problem, junctions = chart.trail.curve, []
+    for found in chart.trail.found:
+        birth = _birth(problem, found, largest_period)
+        if birth is None:
+            continue
+        start, curve = birth.start, birth.problem
+        # At a branch point the other branch goes on in both directions.
+        both = (start, curve.turned(start)) if found.type == "BP" else (start,)
+        rank = (int(curve.kind != "equilibrium"), curve.period)
+        junctions.append(
+            Junction(curve, both, rank, True, chart.number, found, problem=problem, birth=birth)
+        )
+    return junctions
 
 
 def _birth(problem: PeriodicProblem, found: Found, largest_period: int) -> Birth | None:
@@ -143,33 +92,19 @@ def find_meeting(junction: Junction, known: Sequence[Junction]) -> Junction | No
     known
         Known ones.
     """
-    problem, z = junction.problem, junction.found.point.z
-    for other in known:
-        if (
-            (other.found.type, junction.found.type) == ("BP", "BP")
-            and Birth(problem, junction.found.point).fits(other.problem)
-            and abs(problem.value(z) - other.problem.value(other.found.point.z))
-            < MATCH * problem.width
-            and problem.distance(problem.adopt(other.problem, other.found.point.z), z) < SAME
-        ):
-            return other
-    return None
+    return next((other for other in known if _are_one(junction, other)), None)
 
 
-def linked(branches: Sequence[Branch], meetings: Sequence[Meeting]) -> list[Branch]:
-    """Note on branches where they lead.
-
-    Parameters
-    ----------
-    branches
-        The branches.
-    meetings
-        What joins them.
-    """
-    result = list(branches)
-    for meeting in meetings:
-        branch = result[meeting.branch - 1]
-        special = list(branch.special)
-        special[meeting.place] = replace(special[meeting.place], leads_to=meeting.leads_to)
-        result[meeting.branch - 1] = replace(branch, special=tuple(special))
-    return result
+def _are_one(junction: Junction, other: Junction) -> bool:
+    """Whether two branch points are the same orbit, wherever it is begun."""
+    if junction.found is None or other.found is None:
+        return False
+    if (junction.found.type, other.found.type) != ("BP", "BP"):
+        return False
+    problem, their = junction.problem, other.problem
+    if problem is None or their is None or not Birth(problem, junction.found.point).fits(their):
+        return False
+    z, other_z = junction.found.point.z, other.found.point.z
+    if abs(problem.value(z) - their.value(other_z)) >= MATCH * problem.width:
+        return False
+    return problem.distance(problem.adopt(their, other_z), z) < SAME

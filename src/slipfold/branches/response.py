@@ -4,23 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from slipfold.branches.assembly import assemble
 from slipfold.branches.branch import Branch
-from slipfold.branches.closing import Birth
-from slipfold.branches.detection import CLOSED
 from slipfold.branches.event import Event
 from slipfold.branches.events import Happened
-from slipfold.branches.junction import Junction, Meeting, find_meeting, junctions_on, linked
+from slipfold.branches.junction import Junction, find_meeting, junctions_on
 from slipfold.branches.progress import Observer, Progress
 from slipfold.branches.settings import Settings
-from slipfold.branches.special_point import SpecialPoint
 from slipfold.branches.start import equilibrium_start, orbit_start, response_start
 from slipfold.branches.trace import trace_branch
+from slipfold.continuation.atlas import Atlas, Chart, Start
 from slipfold.continuation.end import End
-from slipfold.continuation.search import Found
-from slipfold.continuation.trail import Trail, joined
+from slipfold.continuation.trail import Trail
 from slipfold.errors import BREAKDOWNS, InputError, breakdown
 from slipfold.flow import flow_of
 from slipfold.flow.typical_sizes import measured_within
@@ -82,31 +79,10 @@ def trace_response(
         model = measured_over(model, vary, (first, last), start)
     if start is not None:
         start = replace(start, model=model)
-    following = _Following((first, last), settings, events, observer)
-    trace, branch, found = following.first(*_first(model, vary, first, last, start))
-    branches, known = [branch], junctions_on(trace.curve, 1, found, settings.largest_period)
-    waiting = list(known)
-    while waiting and not branches[-1].interrupted:
-        junction = min(waiting, key=lambda item: item.rank)
-        waiting.remove(junction)
-        if junction.is_reached(branches):
-            continue
-        number = len(branches) + 1
-        special = branches[junction.branch - 1].special[junction.place]
-        births = [item.birth for item in known if not item.two_sided]
-        trace, branch, found = following.other(junction, number, special, births)
-        new = junctions_on(trace.curve, number, found, settings.largest_period)
-        meetings = [Meeting(junction.branch, junction.place, number)]
-        meetings += [
-            Meeting(item.branch, item.place, number)
-            for item in known
-            if any(item.birth is reached for reached in trace.reached)
-        ]
-        meetings += _met_again(new, known)
-        branches = linked([*branches, branch], meetings)
-        known += new
-        waiting += new
-    return tuple(branches)
+    problem, point, begun = _first(model, vary, first, last, start)
+    branches = _Branches((first, last), settings, events, observer)
+    branches.explore(Start(problem, (point,)))
+    return assemble(branches, begun)
 
 
 def measured_over(
@@ -127,17 +103,6 @@ def measured_over(
     """
     values = [{vary: value} for value in (span[0], sum(span) / 2, span[1])]
     return measured_within(model, values, None if start is None else start.nodes)
-
-
-def _met_again(new: Sequence[Junction], known: Sequence[Junction]) -> list[Meeting]:
-    """Return what joins a branch to those that it met at branch points known already."""
-    meetings = []
-    for i, junction in enumerate(new):
-        other = find_meeting(junction, [*known, *new[:i]])
-        if other is not None:
-            meetings.append(Meeting(junction.branch, junction.place, other.branch))
-            meetings.append(Meeting(other.branch, other.place, junction.branch))
-    return meetings
 
 
 def _checked(
@@ -211,67 +176,64 @@ def _span_begin(vary: str, first: float) -> End:
     return End("span", f"the span begins at {vary} = {first:g}", (first,))
 
 
-@dataclass(frozen=True, eq=False)
-class _Following:
-    """How branches are followed, and who watches."""
+class _Branches(Atlas[OrbitPoint]):
+    """Branches followed so far, and how they are followed."""
 
-    span: tuple[float, float]
-    settings: Settings
-    events: Sequence[Event]
-    observer: Observer | None
-
-    def first(
-        self, problem: PeriodicProblem, start: OrbitPoint, begun: End
-    ) -> tuple[Trail[OrbitPoint], Branch, list[tuple[int, Found]]]:
-        """Follow the branch that the response begins with."""
-        trace = self._trace(1, problem, start)
-        return (trace, *assemble(trace, 1, None, begun))
-
-    def other(
-        self, junction: Junction, number: int, special: SpecialPoint, births: Sequence[Birth]
-    ) -> tuple[Trail[OrbitPoint], Branch, list[tuple[int, Found]]]:
-        """Follow the branch that begins at a junction, at a branch point in both directions."""
-        problem, start = junction.birth.problem, junction.birth.start
-        trace = self._trace(number, problem, start, True, births)
-        begun, beginning = self._born(special), None
-        if junction.two_sided:
-            # A branch that comes back to where it began has been followed in both directions.
-            around = bool(trace.end and trace.end.reason == CLOSED)
-            begun = trace.end if around and trace.end else begun
-            beginning = replace(special, arclength=0.0, leads_to=junction.branch)
-            if trace.end is not None and trace.end.kind != "interrupted" and not around:
-                backward = self._trace(number, problem, problem.turned(start), True, births)
-                begun = backward.end or begun
-                trace = joined(backward, trace)
-        return (trace, *assemble(trace, number, junction.branch, begun, beginning))
-
-    def _born(self, special: SpecialPoint) -> End:
-        return End("born", f"born at {special.vary} = {special.value:.9g}", (special.value,))
-
-    def _trace(
+    def __init__(
         self,
-        number: int,
-        problem: PeriodicProblem,
-        start: OrbitPoint,
-        departs: bool = False,
-        births: Sequence[Birth] = (),
-    ) -> Trail[OrbitPoint]:
-        def watch(trace: Trail[OrbitPoint]) -> None:
-            if self.observer is not None:
-                names = tuple(
-                    found.type for found in trace.found if not isinstance(found, Happened)
-                )
-                value = trace.curve.value(trace.points[-1].z)
-                period = trace.curve.period
-                self.observer(Progress(number, period, len(trace.points), value, names))
+        span: tuple[float, float],
+        settings: Settings,
+        events: Sequence[Event],
+        observer: Observer | None,
+    ) -> None:
+        super().__init__()
+        self._span = span
+        self._settings = settings
+        self._events = events
+        self._observer = observer
+        self._junctions: list[Junction] = []
 
+    def trail(self, start: Start[OrbitPoint], point: OrbitPoint) -> Trail[OrbitPoint]:
+        """Follow a branch in one direction; it may end where others are known to begin."""
         return trace_branch(
-            problem,
-            start,
-            self.span,
-            self.settings,
-            departs=departs,
-            births=births,
-            events=self.events,
-            watch=watch,
+            start.curve,
+            point,
+            self._span,
+            self._settings,
+            departs=start.departs,
+            births=[item.birth for item in self._junctions if item.birth and not _crosses(item)],
+            events=self._events,
+            watch=self._tell,
         )
+
+    def births(self, chart: Chart[OrbitPoint]) -> Sequence[Start[OrbitPoint]]:
+        """Return the junctions of a branch; those that are known join it to other branches."""
+        for item in self._junctions:
+            if any(item.birth is reached for reached in chart.trail.reached):
+                self.lead(item.found, chart.number)
+        new = junctions_on(chart, self._settings.largest_period)
+        for i, junction in enumerate(new):
+            other = find_meeting(junction, [*self._junctions, *new[:i]])
+            if other is not None and other.parent is not None:
+                self.lead(junction.found, other.parent)
+                self.lead(other.found, chart.number)
+        self._junctions += new
+        return new
+
+    def known(self, start: Start[OrbitPoint]) -> int | None:
+        """Return the branch that a junction is known to lead to."""
+        numbers = self.leads.get(start.found) if start.found is not None else None
+        return numbers[-1] if numbers else None
+
+    def _tell(self, trail: Trail[OrbitPoint]) -> None:
+        if self._observer is None:
+            return
+        names = tuple(item.type for item in trail.found if not isinstance(item, Happened))
+        period, value = trail.curve.period, trail.curve.value(trail.points[-1].z)
+        number = len(self.charts) + 1
+        self._observer(Progress(number, period, len(trail.points), value, names))
+
+
+def _crosses(junction: Junction) -> bool:
+    """Whether the branch that begins there goes on in both directions."""
+    return len(junction.points) > 1

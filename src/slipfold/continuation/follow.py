@@ -185,7 +185,7 @@ def _extend(trail: Trail[P], point: P, monitors: Sequence[Monitor[P]]) -> None:
     if not stretch.empty:
         trail.points.append(stretch.point)
     if stop is not None:
-        trail.end = stop.end
+        trail.end, trail.closes = stop.end, stop.closes
         trail.reached = () if stop.reached is None else (stop.reached,)
         trail.points += [] if stop.beyond is None else [stop.beyond]
 

@@ -31,6 +31,8 @@ class Trail(Generic[P]):
         Why it ended; None while it goes on.
     reached
         What it ended on, if that is known: none or one, two if it has two ends.
+    closes
+        Whether it came back to its first point.
     """
 
     curve: Any
@@ -39,6 +41,7 @@ class Trail(Generic[P]):
     found: list[Found[P]] = field(default_factory=list)
     end: End | None = None
     reached: tuple[Any, ...] = ()
+    closes: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,12 +58,15 @@ class Stop(Generic[P]):
         A last point that cannot be computed along the curve itself.
     reached
         What it ended on, if that is known.
+    closes
+        Whether that is its first point.
     """
 
     point: P
     end: End
     beyond: P | None = None
     reached: Any = None
+    closes: bool = False
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
+from slipfold.continuation.atlas import Atlas, Chart, Start
 from slipfold.continuation.end import End
 from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Trail
@@ -17,11 +18,12 @@ from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.loci.cycle_locus import CycleLocus
 from slipfold.loci.describe import coefficient_at, describe_point
 from slipfold.loci.known_loci import begins_or_ends_at, lies_on
-from slipfold.loci.locus import Locus, LocusPoint, locus_title
+from slipfold.loci.locus import Locus, locus_title
 from slipfold.loci.locus_problem import LocusProblem
 from slipfold.loci.point_problem import locus_class, locus_unknown
 from slipfold.loci.progress import LocusLine, LocusObserver, LocusProgress
-from slipfold.loci.start import Start, parent_starts, regular_start, starts_at
+from slipfold.loci.start import Start as LocusStart
+from slipfold.loci.start import parent_starts, regular_start, starts_at
 from slipfold.loci.trace import trace_locus
 from slipfold.loci.window import Window, check_window
 from slipfold.models.model import Model
@@ -86,23 +88,23 @@ def follow_loci(
     for point in points:
         _check_point(point, base, vary, window)
     largest = largest_period or 2 * max(point.period for point in points)
-    work = _Work(base, vary, window, settings, observer, types if switch else (), largest)
+    work = _Loci(base, vary, window, settings, observer, types if switch else (), largest)
     refusals: list[InputError] = []
     for point in points:
         problem = work.problem(point)
         z = locus_unknown(problem, point)
-        if work.known_family(problem, z) is None:
+        if work.passing(problem, z) is None:
             try:
                 start = regular_start(problem, z, settings)
             except InputError as error:
                 refusals.append(error)
                 continue
-            work.follow([start, start.reversed()], None)
+            work.explore(_begin([start, start.reversed()]))
         if work.interrupted:
             break
     if len(refusals) == len(points):  # one point among many may be known too badly to start from
         raise refusals[0]
-    return work.loci()
+    return tuple(_as_locus(chart, work.leads) for chart in work.charts)
 
 
 def _check_point(point: SpecialPoint, base: Model, vary: tuple[str, str], window: Window) -> None:
@@ -128,149 +130,136 @@ def _check_point(point: SpecialPoint, base: Model, vary: tuple[str, str], window
             )
 
 
-@dataclass(eq=False)
-class _Family:
-    """A locus: what was traced in one direction, or in both."""
+@dataclass(frozen=True, eq=False)
+class _Begin(Start[OrbitPoint]):
+    """Where a locus is to be followed from."""
 
-    problem: LocusProblem
-    traces: list[Trail[OrbitPoint]]
-    parent: int | None
-
-    def is_like(self, problem: LocusProblem) -> bool:
-        """Whether a locus is of the same type and period."""
-        own = self.problem
-        same = (own.type, own.period) == (problem.type, problem.period)
-        return same and own.orbits == problem.orbits
+    doubled: bool = False
+    crosses: str = ""
 
 
-@dataclass(eq=False)
-class _Work:
-    """Loci followed so far, and what follows from them."""
+def _begin(
+    group: Sequence[LocusStart],
+    rank: tuple[int, ...] = (),
+    parent: int | None = None,
+    found: Found[OrbitPoint] | None = None,
+) -> _Begin:
+    """Return both directions of a locus as one start."""
+    first = group[0]
+    points = tuple(start.point for start in group)
+    places = rank, first.born, parent, found
+    return _Begin(first.problem, points, *places, doubled=first.doubled, crosses=first.crosses)
 
-    base: Model
-    vary: tuple[str, str]
-    window: Window
-    settings: Settings
-    observer: LocusObserver | None
-    types: Sequence[str]
-    largest_period: int
-    families: list[_Family] = field(default_factory=list)
-    links: dict[tuple[int, int, int], list[int]] = field(default_factory=dict)
-    bases: dict[type[LocusProblem], Model] = field(default_factory=dict)
-    interrupted: bool = False
+
+class _Loci(Atlas[OrbitPoint]):
+    """Loci followed so far, and how they are followed."""
+
+    def __init__(
+        self,
+        base: Model,
+        vary: tuple[str, str],
+        window: Window,
+        settings: Settings,
+        observer: LocusObserver | None,
+        types: Sequence[str],
+        largest_period: int,
+    ) -> None:
+        super().__init__()
+        self._base = base
+        self._vary = vary
+        self._window = window
+        self._settings = settings
+        self._observer = observer
+        self._types = types
+        self._largest_period = largest_period
+        self._lines = 0  # followed so far, one in each direction
+        self._bases: dict[type[LocusProblem], Model] = {}
 
     def problem(self, point: SpecialPoint) -> LocusProblem:
         """Equations of a point's locus; those of a class share one model: unknowns compare."""
-        (a, b), (c, d) = self.window
+        (a, b), (c, d) = self._window
         chosen = locus_class(point)
-        base = self.bases.setdefault(chosen, self.base.replace(**_own(point.model)))
+        base = self._bases.setdefault(chosen, self._base.replace(**_own(point.model)))
         kind = "NS" if point.type == "HB" else point.type
-        return chosen(base, kind, self.vary, point.period, (b - a, d - c))
+        return chosen(base, kind, self._vary, point.period, (b - a, d - c))
 
-    def known_family(
+    def trail(self, start: Start[OrbitPoint], point: OrbitPoint) -> Trail[OrbitPoint]:
+        """Follow a locus in one direction."""
+        settings, born = self._settings, start.departs
+        watch = self._tell
+        trail = trace_locus(start.curve, point, self._window, settings, born=born, watch=watch)
+        self._lines += 1
+        if isinstance(start, _Begin) and start.crosses and point is start.points[0]:
+            trail.found[:0] = _crossed(trail, start.crosses)
+        return trail
+
+    def births(self, chart: Chart[OrbitPoint]) -> Sequence[Start[OrbitPoint]]:
+        """Return the loci that begin or pass at points of codimension two, in their order."""
+        problem, number = chart.trail.curve, chart.number
+        if chart.interrupted:
+            return ()
+        groups = [
+            (group, found)
+            for found in chart.trail.found
+            for group in _groups(problem, found, self._settings)
+        ]
+        at_ends: list[tuple[list[LocusStart], Found | None]] = [
+            (parent_starts(problem, last, self._settings), None) for last in chart.trail.reached
+        ]
+        wanted = [pair for pair in [*groups, *at_ends] if pair[0] and self._is_wanted(pair[0])]
+        return [
+            _begin(group, (*chart.start.rank, i), number, found)
+            for i, (group, found) in enumerate(wanted)
+        ]
+
+    def _is_wanted(self, group: Sequence[LocusStart]) -> bool:
+        problem = group[0].problem
+        return problem.type in self._types and problem.period <= self._largest_period
+
+    def known(self, start: Start[OrbitPoint]) -> int | None:
+        """Return the number of the locus that passes a start, if it was followed already."""
+        doubled = isinstance(start, _Begin) and start.doubled
+        number = self.passing(start.curve, start.points[0].z, doubled)
+        if number is not None and doubled:
+            self._place_end(self.charts[number - 1], start)
+        return number
+
+    def passing(
         self, problem: LocusProblem, z: NDArray[np.float64], doubled: bool = False
     ) -> int | None:
         """Return the number of the locus that passes a place, if it was followed already."""
         meets = begins_or_ends_at if doubled else lies_on
-        for number, family in enumerate(self.families):
-            if not family.is_like(problem):
+        for chart in self.charts:
+            own = chart.trail.curve
+            if (own.type, own.period, own.orbits) != (problem.type, problem.period, problem.orbits):
                 continue
             # Cycles born at a Hopf point of a locus have units of their own.
-            unknown = family.problem.join(problem.nodes(z), problem.free_values(z))
-            if any(meets(trace.curve, trace.points, unknown) for trace in family.traces):
-                return number
+            unknown = own.join(problem.nodes(z), problem.free_values(z))
+            if meets(own, chart.trail.points, unknown):
+                return chart.number
         return None
 
-    def follow(self, starts: list[Start], parent: int | None) -> None:
-        """Follow a locus to both ends, then those that start on it."""
-        traces: list[Trail[OrbitPoint]] = []
-        problem = starts[0].problem
-        family = _Family(problem, traces, parent)
-        self.families.append(family)
-        for start in starts:
-            trace = trace_locus(
-                start.problem,
-                start.point,
-                self.window,
-                self.settings,
-                born=start.born,
-                watch=self._tell,
-            )
-            traces.append(trace)
-            if start.crosses and start is starts[0]:
-                trace.found[:0] = _crossed(trace, start.crosses)
-            assert trace.end is not None
-            if trace.end.kind == "interrupted":
-                self.interrupted = True
-                return
-            if trace.end.kind == "closed":
-                break
-        self._switch(family)
-
-    def _switch(self, family: _Family) -> None:
-        number = self.families.index(family)
-        for side, trace in enumerate(family.traces):
-            for place, found in enumerate(trace.found):
-                links = self.links.setdefault((number, side, place), [])
-                for group in _groups(trace.curve, found, self.settings):
-                    if self.interrupted:
-                        return
-                    if self._is_wanted(group[0].problem):
-                        links.append(self._follow_once(group, number))
-            if trace.reached and not self.interrupted:
-                group = parent_starts(trace.curve, trace.points[-1], self.settings)
-                if group and self._is_wanted(group[0].problem):
-                    self._follow_once(group, number)
-
-    def _is_wanted(self, problem: LocusProblem) -> bool:
-        return problem.type in self.types and problem.period <= self.largest_period
-
-    def _follow_once(self, group: list[Start], parent: int) -> int:
-        """Follow a locus unless it is known; return its number."""
-        start = group[0]
-        known = self.known_family(start.problem, start.point.z, start.doubled)
-        if known is None:
-            number = len(self.families)
-            self.follow(group, parent)
-            return number
-        if start.doubled:
-            self._place_end(self.families[known], start)
-        return known
-
-    def _place_end(self, family: _Family, start: Start) -> None:
+    def _place_end(self, chart: Chart[OrbitPoint], start: Start[OrbitPoint]) -> None:
         """Give a locus that ends on its parent the exact values of where it does."""
-        for trace in family.traces:
-            if trace.reached and begins_or_ends_at(trace.curve, trace.points[-1:], start.point.z):
-                assert trace.end is not None
-                place = start.problem.place(start.point.z)
-                trace.end = End(trace.end.kind, trace.end.reason, place)
-
-    def _tell(self, trace: Trail[OrbitPoint]) -> None:
-        if self.observer is None:
+        trail, z = chart.trail, start.points[0].z
+        place = start.curve.place(z)
+        if not trail.reached:
             return
-        problem = trace.curve
-        names = "".join(f", {problem.named(found.type)}" for found in trace.found)
-        start, last = (_pair(problem, point) for point in (trace.points[0], trace.points[-1]))
-        points = len(trace.points)
-        text = (
-            f"{locus_title(problem.type, problem.period, problem.orbits)}, {points} points{names}"
-        )
-        done = len(self.families) - 1
-        number = sum(len(family.traces) for family in self.families)
-        line = LocusLine(number, problem.type, problem.period, start)
-        self.observer(LocusProgress("loci", done, None, last, text, line))
+        if chart.begun is not None and begins_or_ends_at(trail.curve, trail.points[:1], z):
+            chart.begun = End(chart.begun.kind, chart.begun.reason, place)
+        if trail.end is not None and begins_or_ends_at(trail.curve, trail.points[-1:], z):
+            trail.end = End(trail.end.kind, trail.end.reason, place)
 
-    def loci(self) -> tuple[Locus, ...]:
-        """Return everything as data."""
-        result = []
-        for number, family in enumerate(self.families):
-            leads = {
-                key[1:]: tuple(child + 1 for child in dict.fromkeys(children))
-                for key, children in self.links.items()
-                if key[0] == number
-            }
-            result.append(_as_locus(family, number + 1, leads))
-        return tuple(result)
+    def _tell(self, trail: Trail[OrbitPoint]) -> None:
+        if self._observer is None:
+            return
+        problem = trail.curve
+        names = "".join(f", {problem.named(found.type)}" for found in trail.found)
+        start, last = (_pair(problem, point) for point in (trail.points[0], trail.points[-1]))
+        title = locus_title(problem.type, problem.period, problem.orbits)
+        text = f"{title}, {len(trail.points)} points{names}"
+        line = LocusLine(self._lines, problem.type, problem.period, start)
+        self._observer(LocusProgress("loci", len(self.charts), None, last, text, line))
 
 
 def _pair(problem: LocusProblem, point: OrbitPoint) -> tuple[float, float]:
@@ -287,7 +276,7 @@ def _crossed(trace: Trail[OrbitPoint], kind: str) -> list[Found]:
     return [Found(kind, first, slope)]
 
 
-def _groups(problem: LocusProblem, found: Found, settings: Settings) -> list[list[Start]]:
+def _groups(problem: LocusProblem, found: Found, settings: Settings) -> list[list[LocusStart]]:
     """Return the loci that start at a point; none where what they start from breaks down."""
     try:
         return list(_grouped(starts_at(problem, found, settings)))
@@ -295,9 +284,9 @@ def _groups(problem: LocusProblem, found: Found, settings: Settings) -> list[lis
         return []
 
 
-def _grouped(starts: Iterator[Start]) -> Iterator[list[Start]]:
+def _grouped(starts: Iterator[LocusStart]) -> Iterator[list[LocusStart]]:
     """Put both directions of one locus together."""
-    group: list[Start] = []
+    group: list[LocusStart] = []
     for start in starts:
         if group and (start.problem is not group[0].problem):
             yield group
@@ -307,28 +296,19 @@ def _grouped(starts: Iterator[Start]) -> Iterator[list[Start]]:
         yield group
 
 
-def _as_locus(family: _Family, number: int, leads: dict[tuple[int, int], tuple[int, ...]]) -> Locus:
-    """Join both directions: the second one backwards, then the first."""
-    forward = family.traces[0]
-    problem = forward.curve
-    points, found = list(forward.points), _described(forward, 0, leads, 1.0)
-    assert forward.end is not None
-    begun, stopped = _first_end(forward), forward.end
-    if len(family.traces) > 1:
-        backward = family.traces[1]
-        assert backward.end is not None
-        points = [problem.turned(point) for point in backward.points[:0:-1]] + points
-        found = _described(backward, 1, leads, -1.0)[::-1] + found
-        begun = backward.end
+def _as_locus(chart: Chart[OrbitPoint], leads: Mapping[Found, Sequence[int]]) -> Locus:
+    """Return a locus as data."""
+    trail = chart.trail
+    problem, points = trail.curve, trail.points
+    assert trail.end is not None
     arclength = np.array([point.arclength for point in points])
-    offset = arclength[0]
     durations = _durations(problem, points)
     return Locus(
-        id=number,
+        id=chart.number,
         type=problem.type,
         kind=problem.orbits,
         period=problem.period,
-        parent=None if family.parent is None else family.parent + 1,
+        parent=chart.start.parent,
         model=problem.model if durations is None else problem.model.replace(duration=durations[0]),
         vary=problem.vary,
         values=np.array([problem.values(point.z) for point in points]),
@@ -336,10 +316,17 @@ def _as_locus(family: _Family, number: int, leads: dict[tuple[int, int], tuple[i
         multipliers=np.array([problem.reported_multipliers(point) for point in points]),
         coefficient=np.array([coefficient_at(problem, point) for point in points]),
         residual=np.array([point.residual for point in points]),
-        arclength=arclength - offset,
-        special=tuple(replace(item, arclength=item.arclength - offset) for item in found),
-        begun=begun,
-        stopped=stopped,
+        arclength=arclength - arclength[0],
+        special=tuple(
+            replace(
+                describe_point(problem, found),
+                arclength=found.point.arclength - arclength[0],
+                leads_to=tuple(leads.get(found, ())),
+            )
+            for found in trail.found
+        ),
+        begun=chart.begun or _first_end(trail),
+        stopped=trail.end,
         durations=durations,
     )
 
@@ -363,14 +350,3 @@ def _first_end(trace: Trail[OrbitPoint]) -> End:
         return trace.end
     place = trace.curve.place(trace.points[0].z)
     return End("codimension-2", "born at a point of codimension two", place)
-
-
-def _described(
-    trace: Trail[OrbitPoint], side: int, leads: dict[tuple[int, int], tuple[int, ...]], sign: float
-) -> list[LocusPoint]:
-    result = []
-    for place, found in enumerate(trace.found):
-        described = describe_point(trace.curve, found)
-        started = leads.get((side, place), ())
-        result.append(replace(described, arclength=sign * described.arclength, leads_to=started))
-    return result

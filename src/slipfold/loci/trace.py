@@ -103,4 +103,4 @@ def _at_parent(problem: LocusProblem, last: OrbitPoint, meeting: object) -> Stop
     doubled = problem.period % 2 == 0
     what = "become those of half the period" if doubled else "shrink to an equilibrium"
     reason = f"the locus ends where its orbits {what}"
-    return Stop(last, End("codimension-2", reason, problem.place(last.z)), reached=problem)
+    return Stop(last, End("codimension-2", reason, problem.place(last.z)), reached=last)
