@@ -53,7 +53,7 @@ def test_python_and_toml_are_copied(shown):
     [
         ("diagram", ["Nd (N)"]),
         ("orbit", ["Nd = 0.3", "Time series", "Floquet multipliers", "Contact forces", "Fx"]),
-        ("simulation", ["simulated from rest", "Period by period", "forcing period"]),
+        ("simulation", ["simulated from rest", "Settling", "forcing period"]),
     ],
 )
 def test_pictures_say_what_they_show(shown, panel, words):

@@ -291,7 +291,8 @@ export class DiagramPlot {
     const value = `${valueTitle(diagram.y)} = ${formatted(place.y * y.factor)}`;
     if (place.special) return `${place.special.sentence}\n${value}`;
     const kind = place.kind === "stable" ? "stable" : `unstable: ${place.kind}`;
-    const orbit = place.isEquilibrium ? "equilibrium" : `period ${place.period}`;
+    const moving = this.#session.model.forced ? `period ${place.period}` : "cycle";
+    const orbit = place.isEquilibrium ? "equilibrium" : moving;
     return `${at}\n${value}\n${orbit}, ${kind}`;
   }
 

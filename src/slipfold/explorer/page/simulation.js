@@ -1,10 +1,13 @@
-/** A motion followed period by period, as it is computed. */
+/** A motion as it is computed, period by period. */
 
-import { withUnit } from "./quantities.js";
+import { formatted, withUnit } from "./quantities.js";
 import { Signal } from "./signal.js";
 import { diagramRequest, simulationRequest } from "./view.js";
 
 const PERIODS = 600;
+
+/** Intervals of an autonomous motion that hold a round of it before its period is known. */
+const ROUND = 4;
 
 export class Simulation {
   /** Announces `{isRunning, verdict, sections, x}` whenever something has come. */
@@ -56,7 +59,7 @@ export class Simulation {
   /** Stop computing; what has come stays. */
   stop(why = null) {
     this.#session.requests.cancel("simulation");
-    const verdict = `Stopped after ${this.state.count} ${this.#unit}s${why ? `: ${why}` : ""}.`;
+    const verdict = `Stopped after ${this.#progress}${why ? `: ${why}` : ""}.`;
     this.#become({ isRunning: false, verdict });
   }
 
@@ -68,15 +71,21 @@ export class Simulation {
     this.changed.announce(this.state);
   }
 
+  /** Where it stands after so many periods: in forcing periods, or in seconds where nothing forces. */
+  timeAt(count) {
+    return this.#session.model.forced ? count : count * this.state.interval;
+  }
+
   /**
-   * What the diagram draws of each period.
+   * What the diagram draws of each period; where nothing forces, of the round that ends there.
    * @param {string} show
    * @param {string} statistic
    * @returns {number[]}
    */
   values(show, statistic) {
-    const { max, min } = this.state;
-    if (!(show in max)) return [];
+    if (!(show in this.state.max)) return [];
+    const max = { [show]: latest(this.state.max[show], this.#inRound, Math.max) };
+    const min = { [show]: latest(this.state.min[show], this.#inRound, Math.min) };
     const of = {
       max: (i) => max[show][i],
       min: (i) => min[show][i],
@@ -98,21 +107,31 @@ export class Simulation {
     this.#session.requests.ask(this.request, { onAnswer, onError }, { supersede: true });
   }
 
-  #take({ sections, done, verdict }) {
+  #take({ sections, done, verdict, duration = null }) {
     const { max, min } = this.state;
     const count = this.state.count + (sections?.period.length ?? 0);
     this.#become({
       count,
+      cycle: duration,
+      interval: sections?.duration ?? this.state.interval,
       max: sections ? joined(max, sections.max) : max,
       min: sections ? joined(min, sections.min) : min,
       isRunning: !done,
-      verdict: done ? verdict : `After ${count} of ${PERIODS} ${this.#unit}s…`,
     });
+    this.#become({ verdict: done ? verdict : `After ${this.#progress}…` });
   }
 
-  /** What it is told in. */
-  get #unit() {
-    return this.#session.model.forced ? "period" : "interval";
+  get #progress() {
+    const { count } = this.state;
+    const isForced = this.#session.model.forced;
+    return isForced ? `${count} of ${PERIODS} periods` : `${formatted(this.timeAt(count), 3)}\u202fs`;
+  }
+
+  /** Periods, or intervals, over which the motion passes wherever it does. */
+  get #inRound() {
+    const { cycle, interval } = this.state;
+    if (this.#session.model.forced) return 1;
+    return cycle ? Math.ceil(cycle / interval) + 1 : ROUND;
   }
 
   #become(changes) {
@@ -128,7 +147,14 @@ function systemOf(view) {
 }
 
 function nothing() {
-  return { isRunning: false, verdict: "", count: 0, max: {}, min: {}, x: 0, view: null };
+  return {
+    isRunning: false, verdict: "", count: 0, max: {}, min: {}, x: 0, view: null, interval: 0, cycle: null,
+  };
+}
+
+/** Of each value and so many before it, the extreme one. */
+function latest(values, count, extreme) {
+  return values.map((_, i) => extreme(...values.slice(Math.max(i + 1 - count, 0), i + 1)));
 }
 
 function joined(before, more) {

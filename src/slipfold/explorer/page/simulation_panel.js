@@ -12,7 +12,7 @@ export class SimulationPanel {
   #simulation;
   #session;
   #verdict = element("p", { class: "verdict", role: "status" });
-  #plot = new SmallPlot("settling", "Period by period");
+  #plot = new SmallPlot("settling", "Settling");
   #nudge = element("select", { "aria-label": "Nudge" },
     ...Object.entries(NUDGES).map(([value, text]) => element("option", { value }, text)));
   #stop;
@@ -57,6 +57,7 @@ export class SimulationPanel {
 
   #show(diagram) {
     const { isRunning, verdict, count, x } = this.#simulation.state;
+    const at = (i) => this.#simulation.timeAt(i);
     this.#stop.hidden = !isRunning;
     this.#clear.hidden = isRunning || count === 0;
     this.#verdict.textContent = verdict;
@@ -68,10 +69,10 @@ export class SimulationPanel {
     if (y.length === 0) return;
     const quantity = { ...this.#session.quantity(show), statistic };
     this.#plot.draw({
-      x: { label: this.#session.model.forced ? "forcing period" : "interval", range: [0, Math.max(y.length, 10)] },
+      x: { label: this.#session.model.forced ? "forcing period" : "time (s)", range: [0, at(Math.max(y.length, 10))] },
       y: { label: valueTitle({ ...quantity, label: quantity.label ?? show }) },
       lines: [],
-      dots: y.map((value, i) => ({ x: i + 1, y: value, tint: "settling" })),
-    }, `Simulation, ${y.length} periods`);
+      dots: y.map((value, i) => ({ x: at(i + 1), y: value, tint: "settling" })),
+    }, `Simulation: ${verdict}`);
   }
 }

@@ -39,8 +39,12 @@ export class SpecialPoints {
     const items = diagram.branches.flatMap((branch) =>
       branch.special.map((special) => ({ branch, special, text: textOf(special, diagram.x) })));
     const ends = diagram.branches.filter(({ stopped }) => !EXPECTED.has(stopped.kind));
+    const named = (kind, period) => {
+      if (this.#session.model.forced) return `Period ${period}`;
+      return kind === "equilibrium" ? "The equilibrium" : "The cycle";
+    };
     const sentences = ends.map(({ kind, period, stopped }) =>
-      `${kind === "equilibrium" ? "The equilibrium" : `Period ${period}`} ends at ${withUnit(diagram.x, stopped.value)}: ${stopped.reason}.`);
+      `${named(kind, period)} ends at ${withUnit(diagram.x, stopped.value)}: ${stopped.reason}.`);
     const key = JSON.stringify([items.map(({ text }) => text), sentences]);
     this.#ends.textContent = [...new Set(sentences)].join(" ");
     this.#ends.title = this.#ends.textContent;

@@ -48,8 +48,8 @@ def stream_simulation(
     emit
         Takes each piece: ``t`` in s and ``states`` by name to draw; ``sections``: for each forcing
         period, of an autonomous model for each interval that suits its motion, its number, extrema
-        and the states at its start; the last piece has ``done`` and the ``verdict``, of a cycle
-        its ``duration``.
+        and the states at its start, and the ``duration`` of one in s; the last piece has ``done``
+        and the ``verdict``, of a cycle its ``duration``.
     """
     periods = request.periods
     start = initial_state(model, start_of(model, request))
@@ -86,6 +86,7 @@ def _piece(model: Model, starts: Array, done: int, every: int) -> dict[str, Any]
         "states": {item.name: short(drawn[:, i]) for i, item in enumerate(model.states)},
         "sections": {
             "period": numbers.tolist(),
+            "duration": constants.period,
             "start": {item.name: short(starts[:, i]) for i, item in enumerate(model.states)},
             **_extrema(flow, values.reshape(count, SAMPLES, -1)),
         },
