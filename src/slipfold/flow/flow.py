@@ -16,6 +16,7 @@ from slipfold.errors import InputError
 from slipfold.flow.compiled_code import JET_ORDER, CompiledCode
 from slipfold.flow.dense_motion import DenseMotion
 from slipfold.flow.equations import Equations, build_equations
+from slipfold.flow.patience import arrive, pass_through, sampled
 from slipfold.flow.precision import LANES, TOLERANCE
 from slipfold.flow.scaled import power_of_two
 from slipfold.models.model import Kind, Model
@@ -25,15 +26,11 @@ __all__ = ["Flow", "flow_of"]
 
 Array = NDArray[np.float64]
 
+FAR = 16.0
+"""Length of a direction beyond which its third power hides the first one from the tolerance."""
+
 TINY = 1e-300
 """Length of a step that is taken for what is known before it."""
-
-MAX_STEPS = 500
-"""Steps a segment may take; it takes about 5, and 80 where it passes a singularity at 1e-5."""
-
-STEEP_STEPS = 50_000
-"""The same where formulas turn sharply: while a contact creeps, the steps are as short as its rise
-is steep."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,7 +164,7 @@ class Flow:
         result = np.empty_like(states)
         for some in _chunks(len(states)):
             batch = self._prepare(self._code.plain, states, start, constants, some)
-            _run(batch, end[some])
+            arrive(batch, _pad(end[some]))
             result[some] = _finished(batch, batch.state, some.stop - some.start)
         return result * constants.scales
 
@@ -215,8 +212,7 @@ class Flow:
         result = np.empty((*phases.shape, self.dimension))
         for some in _chunks(len(states)):
             batch = self._prepare(self._code.plain, states, phases[:, 0], constants, some)
-            times = _pad(phases[some]).T.copy()
-            grid = batch.propagate_grid(times, max_steps=_most_steps(batch))[1]
+            grid = sampled(batch, _pad(phases[some]).T.copy())
             result[some] = np.moveaxis(grid, 2, 0)[: some.stop - some.start]
         return result * constants.scales[..., None, :]
 
@@ -258,7 +254,7 @@ class Flow:
             batch = self._prepare(code, states, start, constants, some)
             self._direct(batch, directions, some)
             batch.state[n:] = identity
-            _run(batch, end[some])
+            arrive(batch, _pad(end[some]))
             result = _finished(batch, batch.state, some.stop - some.start)
             ends[some] = result[:, :n]
             derivatives[some] = result[:, n:].reshape(-1, n, n + k)
@@ -327,7 +323,7 @@ class Flow:
             _set_out(code, start[some])
             code.state[:] = _pad(state[some]).T
             code.pars[:] = _pad(pars[some]).T
-            _run(code, end[some])
+            arrive(code, _pad(end[some]))
             result[some] = _finished(code, code.state, some.stop - some.start)
         return result
 
@@ -376,7 +372,7 @@ class Flow:
             batch.state[n : 2 * n] = _pad(scaled[some]).T
             batch.state[2 * n :] = 0.0
             batch.state[2 * n : 2 * n + n * (n + k)] = _identity(n, k)
-            _run(batch, end[some])
+            arrive(batch, _pad(end[some]))
             finished = _finished(batch, batch.state, some.stop - some.start)
             result[some] = finished[:, 2 * n + n * (n + k) :].reshape(-1, n, n + k)
         result *= _units(constants.scales, k)
@@ -484,11 +480,11 @@ class Flow:
         passed = () if beyond is None else beyond / constants.scales
         for number, state in enumerate(passed, 1):
             share = number / (len(passed) + 1)
-            _run(batch, (start + share * (end - start))[some])
+            arrive(batch, _pad((start + share * (end - start))[some]))
             if any(item[0] != hy.taylor_outcome.time_limit for item in batch.propagate_res):
                 batch.state[:] = np.nan
             batch.state[:n] = state[:, None]
-        _run(batch, end[some])
+        arrive(batch, _pad(end[some]))
         return batch
 
     def rates(self, states: Array, phases: Array, constants: Constants) -> Array:
@@ -549,7 +545,9 @@ class Flow:
         """
         return self._evaluate(self._code.outputs, states, phases, constants)
 
-    def trajectory(self, state: Array, constants: Constants, grid: Array) -> Array:
+    def trajectory(
+        self, state: Array, constants: Constants, grid: Array, *, patient: bool = True
+    ) -> Array:
         """Carry one state along a grid of phases, one step after the other.
 
         Parameters
@@ -560,6 +558,8 @@ class Flow:
             Coefficients.
         grid
             Increasing phases, shape (m,).
+        patient
+            Whether it may take as many steps as it needs while it gets on.
 
         Returns
         -------
@@ -571,10 +571,7 @@ class Flow:
         _forget(single)
         single.state[:] = state / constants.scales
         single.pars[:] = np.concatenate([constants.values, constants.scales])
-        reached = single.propagate_grid(grid, max_steps=_most_steps(single) * len(grid))[-1]
-        result = np.full((len(grid), self.dimension), np.nan)
-        result[: len(reached)] = reached * constants.scales
-        return result
+        return pass_through(single, grid, patient=patient) * constants.scales
 
     def dense(
         self, state: Array, constants: Constants, end: float, steps: int
@@ -753,7 +750,8 @@ def _lanes(values: Array, some: slice) -> Array:
 def _of_order_one(directions: Array) -> tuple[Array, Array]:
     """Return directions over powers of two, so that no jet of theirs hides another, and these."""
     lengths = np.abs(directions).max(axis=1)
-    lengths = power_of_two(np.where((lengths > 0) & np.isfinite(lengths), lengths, 1.0))
+    far = (lengths > FAR) | ((lengths > 0) & (lengths < 1 / FAR))
+    lengths = power_of_two(np.where(far & np.isfinite(lengths), lengths, 1.0))
     return directions / lengths[:, None], lengths
 
 
@@ -772,14 +770,6 @@ def _forget(integrator: Any) -> None:
     """Forget the events of the last run."""
     if integrator.with_events:
         integrator.reset_cooldowns()
-
-
-def _run(batch: Any, end: Array) -> None:
-    batch.propagate_until(_pad(end), max_steps=_most_steps(batch))
-
-
-def _most_steps(integrator: Any) -> int:
-    return STEEP_STEPS if integrator.with_events else MAX_STEPS
 
 
 def _finished(batch: Any, state: Array, count: int) -> Array:

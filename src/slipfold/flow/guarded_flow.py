@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from slipfold.flow.cache import cached
 from slipfold.flow.equations import build_equations
-from slipfold.flow.flow import MAX_STEPS, STEEP_STEPS, Constants, Flow, flow_of
+from slipfold.flow.flow import Constants, Flow, flow_of
 from slipfold.flow.own_copies import OwnCopies
+from slipfold.flow.patience import CALL, LONGEST, STEEP, STEP_LIMIT, go_on
 from slipfold.flow.precision import TOLERANCE
 from slipfold.flow.scaled import Scaled
 from slipfold.flow.sharp_turns import VERSION, sharp_turns
@@ -28,7 +29,7 @@ CHUNK = 16
 """Forcing periods per call: enough to hide its cost, and phases stay small, hence exact."""
 
 
-STEP_LIMIT = int(hy.taylor_outcome.step_limit)
+ARRIVED = int(hy.taylor_outcome.time_limit)
 
 STANDSTILL = 1e-9
 """A last step shorter than this share of a period is one before a singularity."""
@@ -127,14 +128,17 @@ class GuardedFlow:
         if integrator.with_events:
             integrator.reset_cooldowns()
             events = len(integrator.t_events)
-        steps = STEEP_STEPS if events > len(self.limits) else MAX_STEPS
         grid = np.arange(count + 1.0)
         # A stop cuts the grid short, a singularity fills it with what is no number.
-        result = integrator.propagate_grid(grid, max_steps=steps * count)
+        result = integrator.propagate_grid(grid, max_steps=min(CALL * count, STEEP))
         outcome, states = int(result[0]), result[-1][1:] * constants.scales
         finite = np.isfinite(states).all(axis=1)
         states = states if finite.all() else states[: int(finite.argmin())]
-        if len(states) == count:
+        if outcome == STEP_LIMIT and not len(states):
+            outcome = go_on(integrator, 1.0, steep=events > len(self.limits))
+            if outcome == ARRIVED:
+                return np.array(integrator.state)[None] * constants.scales, None
+        if len(states) == count or (outcome == STEP_LIMIT and len(states)):
             return states, None
         time = (done + float(integrator.time)) * constants.period
         if -len(self.limits) <= outcome < 0:
@@ -147,8 +151,8 @@ class GuardedFlow:
             piece = "a forcing period" if self._forced else f"{constants.period:g} s"
             return states, Stop(
                 "stiff",
-                f"the motion needs more than {steps} steps in {piece} {place}; make what is steep "
-                "in the model less steep",
+                f"the motion needs more than {LONGEST} steps in {piece} {place}; make what is "
+                "steep or fast in the model less so",
                 time,
             )
         advice = "start nearer to rest or lower the forcing" if self._forced else "start elsewhere"

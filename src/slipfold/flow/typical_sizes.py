@@ -211,10 +211,13 @@ class _Look:
         sizes = np.where(sizes > 0, sizes, self.ratios * _largest(sizes / self.ratios))
         constants = self.flow.constants(self.model.vector, power_of_two(sizes))
         grid = np.linspace(0.0, PERIODS, PERIODS * SAMPLES + 1)
-        states = self.flow.trajectory(self.rest, constants, grid)[1:]
+        states = self.flow.trajectory(self.rest, constants, grid, patient=False)[1:]
         reached = np.ptp(states.reshape(PERIODS, SAMPLES, -1), axis=1) / 2
         whole = reached[np.isfinite(reached).all(axis=1)]
-        return np.median(whole, axis=0) if len(whole) else sizes
+        if len(whole):
+            return np.asarray(np.median(whole, axis=0))
+        part = states[np.isfinite(states).all(axis=1)]
+        return np.ptp(part, axis=0) / 2 if len(part) > 1 else sizes
 
     def _bent_distance(self, group: NDArray[np.bool_]) -> float:
         """Distance from rest at which rates are no longer linear, in balanced states; or NaN."""

@@ -1,0 +1,128 @@
+"""How many steps a motion may take: as many as it needs while it gets on."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import heyoka as hy
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["CALL", "LONGEST", "STEEP", "STEP_LIMIT", "arrive", "go_on", "pass_through", "sampled"]
+
+Array = NDArray[np.float64]
+
+CALL = 500
+"""Steps taken at a time, milliseconds: between them Ctrl-C is heard. A segment takes about 5, and
+80 where it passes a singularity at 1e-5."""
+
+STEEP = 50_000
+"""Steps that a motion may take without getting on where formulas turn sharply: while a contact
+creeps, the steps are as short as its rise is steep."""
+
+LONGEST = 200_000
+"""Steps that a motion may take to its end: twenty thousand vibrations, less than a second."""
+
+STEP_LIMIT = int(hy.taylor_outcome.step_limit)
+
+
+def arrive(batch: Any, ends: Array) -> None:
+    """Integrate a batch to its ends, unless one of its motions would take too many steps.
+
+    Parameters
+    ----------
+    batch
+        The integrator.
+    ends
+        A time for each lane.
+    """
+    free, taken = STEEP if batch.with_events else CALL, 0
+    while True:
+        before = np.array(batch.time)
+        batch.propagate_until(ends, max_steps=CALL)
+        if not any(int(item[0]) == STEP_LIMIT for item in batch.propagate_res):
+            return
+        taken += CALL
+        left, gained = np.abs(ends - batch.time), np.abs(batch.time - before)
+        if taken >= free and not np.all(left * CALL <= gained * (LONGEST - taken)):
+            return
+
+
+def sampled(batch: Any, times: Array) -> Array:
+    """Integrate a batch through given times; return its states there, NaN where it does not come.
+
+    Parameters
+    ----------
+    batch
+        The integrator; its times are the first ones.
+    times
+        Shape (m, n_lanes).
+
+    Returns
+    -------
+    ndarray, shape (m, n, n_lanes)
+        States.
+    """
+    start, states = np.array(batch.state), np.empty((len(times), *batch.state.shape))
+    found = batch.propagate_grid(times, max_steps=STEEP if batch.with_events else CALL)[1]
+    if not any(int(item[0]) == STEP_LIMIT for item in batch.propagate_res):
+        return np.asarray(found)
+    batch.set_time(times[0])
+    batch.state[:] = start
+    for place, ends in enumerate(times):
+        arrive(batch, ends)
+        states[place] = batch.state
+        for lane, item in enumerate(batch.propagate_res):
+            if item[0] != hy.taylor_outcome.time_limit:
+                states[place, :, lane] = np.nan
+    return states
+
+
+def go_on(single: Any, end: float, *, steep: bool) -> int:
+    """Integrate one motion to its end in the same way; return the last outcome.
+
+    Parameters
+    ----------
+    single
+        The integrator.
+    end
+        The time.
+    steep
+        Whether its formulas turn sharply.
+    """
+    free, taken = STEEP if steep else CALL, 0
+    while True:
+        before = float(single.time)
+        outcome = int(single.propagate_until(end, max_steps=CALL)[0])
+        if outcome != STEP_LIMIT:
+            return outcome
+        taken += CALL
+        left, gained = abs(end - single.time), abs(single.time - before)
+        if taken >= free and not left * CALL <= gained * (LONGEST - taken):
+            return outcome
+
+
+def pass_through(single: Any, times: Array, *, patient: bool = True) -> Array:
+    """Integrate one motion through given times; return its states there, NaN from where it ends.
+
+    Parameters
+    ----------
+    single
+        The integrator; its time is the first one.
+    times
+        Shape (m,).
+    patient
+        Whether to go on when the steps of one call are used up.
+    """
+    states = np.full((len(times), len(single.state)), np.nan)
+    place = 0
+    while place < len(times):
+        rest = times[place:]
+        outcome, *_, known = single.propagate_grid(rest, max_steps=min(CALL * len(rest), STEEP))
+        states[place : place + len(known)] = known
+        place += len(known)
+        if int(outcome) != STEP_LIMIT or place == len(times) or not patient:
+            break
+        if go_on(single, times[place], steep=single.with_events) == STEP_LIMIT:
+            break
+    return states
