@@ -11,6 +11,7 @@ import pytest
 import slipfold as sf
 from helpers.command_line import run
 from helpers.explorer_server import BASE, diagram
+from slipfold.cli.case_file import equations_file, find_model
 from slipfold.errors import InputError
 from slipfold.explorer.answering import Answering
 from slipfold.explorer.catalogue import Catalogue
@@ -58,15 +59,45 @@ DUFFING = diagram(model="duffing", parameters={"F": 0.17}, vary="W", span=[0.8, 
 OWN = {**DUFFING, "model": "own"}
 
 
-@pytest.fixture(scope="module")
-def exported():
-    answering = Answering(Catalogue(sf.System.from_toml(SYSTEM)))
+BRAKE = """
+name = "brake"
+[structure]
+names = ["tip"]
+M = [[0.05]]
+C = [[0.4]]
+K = [[2000.0]]
+[[contacts]]
+along = "tip"
+friction = { law = "Stribeck", mu_s = 0.6, mu_k = 0.3, vs = 0.4 }
+load = 5
+Vd = "2 m/s"
+[parameters]
+mu_s = 0.7
+"""
+BRAKES = diagram(model="brake", parameters={"mu_s": 0.6}, vary="Vd", span=[2, 0.7], show="tip")
+
+
+def exporting(given, file=None):
+    answering = Answering(Catalogue(given, file))
 
     def export(view, form):
         request = ExportRequest.model_validate({"view": view, "format": form})
         return answering.export(request, lambda: None)
 
     return export
+
+
+@pytest.fixture(scope="module")
+def exported():
+    return exporting(sf.System.from_toml(SYSTEM))
+
+
+@pytest.fixture
+def of_file(tmp_path):
+    """A structure from a file whose path needs care; the page changes what the file changes."""
+    file = tmp_path / 'one\'s "own".toml'
+    file.write_text(BRAKE)
+    return exporting(find_model(str(file), {}), equations_file(str(file)))
 
 
 def run_python(text, folder, monkeypatch):
@@ -87,6 +118,65 @@ def test_copied_python_draws_the_same_curve(exported, view, tmp_path, monkeypatc
         np.testing.assert_array_equal(mine.nodes, theirs.nodes)
     assert "<svg" in (tmp_path / "diagram.svg").read_text()
     assert "TY" in capsys.readouterr().out
+
+
+def test_copied_python_draws_the_same_curve_of_a_structures_file(
+    of_file, tmp_path, monkeypatch, capsys
+):
+    names = run_python(of_file(BRAKES, "python").decode(), tmp_path, monkeypatch)
+    (tmp_path / "saved.nc").write_bytes(of_file(BRAKES, "nc"))
+    saved = sf.load(tmp_path / "saved.nc")
+    assert names["diagram"].model == saved.model
+    assert saved.model.mu_s == 0.6
+    for mine, theirs in zip(names["diagram"].branches, saved.branches, strict=True):
+        np.testing.assert_array_equal(mine.nodes, theirs.nodes)
+
+
+def test_the_copied_case_of_a_structures_file_names_it(of_file, tmp_path, monkeypatch):
+    text = of_file(BRAKES, "toml").decode()
+    case = tmp_path / "case.toml"
+    case.write_text(text)
+    model = find_model(str(case), {})
+    assert model == find_model(str(tmp_path / 'one\'s "own".toml'), {"mu_s": "0.6"})
+    assert text.startswith("# slipfold response case.toml --vary Vd=2.0:0.7\n")
+
+
+def test_a_file_that_has_changed_is_not_copied(of_file, tmp_path):
+    (tmp_path / 'one\'s "own".toml').write_text(BRAKE.replace("2000", "3000"))
+    for form in ("python", "toml"):
+        with pytest.raises(InputError, match="holds another structure than when the page was open"):
+            of_file(BRAKES, form)
+
+
+STEADY = 'model = "steady-sliding"\nfriction = { law = "Regularised", of = "Coulomb", e = 0.01 }\n'
+
+
+def test_a_case_with_a_friction_law_is_copied(tmp_path, monkeypatch, capsys):
+    file = tmp_path / "given.toml"
+    file.write_text(STEADY)
+    model = find_model(str(file), {})
+    export = exporting(model, equations_file(str(file)))
+    view = diagram(model="steady-sliding", parameters={"mu_k": 0.4}, vary="Vd", span=[0.6, 0.5])
+    (tmp_path / "case.toml").write_text(export(view, "toml").decode())
+    assert find_model(str(tmp_path / "case.toml"), {}) == model.replace(mu_k=0.4)
+    names = run_python(export(view, "python").decode(), tmp_path, monkeypatch)
+    assert names["model"] == model.replace(mu_k=0.4)
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ('model = "case.toml"', "holds no system or structure"),
+        ('model = "nothing.toml"', "nothing.toml cannot be read"),
+        ('model = "own.toml"\n[parameters]\nz = 1', "no parameter 'z'"),
+        ('model = "own.toml"\nfriction = "Stribeck"', "takes no friction law"),
+    ],
+)
+def test_a_case_that_names_a_file_in_vain(tmp_path, content, words):
+    (tmp_path / "own.toml").write_text(SYSTEM)
+    (tmp_path / "case.toml").write_text(content)
+    with pytest.raises(InputError, match=words):
+        find_model(str(tmp_path / "case.toml"), {})
 
 
 @pytest.mark.parametrize(

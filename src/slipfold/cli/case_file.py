@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,10 +14,11 @@ if TYPE_CHECKING:
     from slipfold.models.model import Model
     from slipfold.models.system_source import Source
 
-__all__ = ["find_model"]
+__all__ = ["equations_file", "find_model"]
 
 FORM = (
-    'model = "sliding" and a table [parameters] with lines such as f = 12.5 or alpha = "60deg", '
+    'model = "sliding", or the name of a file with a system or structure, and a table '
+    '[parameters] with lines such as f = 12.5 or alpha = "60deg", '
     'and it may have a table [friction] with e.g. law = "Stribeck"; '
     "a system of equations has a table [states], see slipfold models --show duffing, and a "
     "structure a table [structure], see slipfold models --show chain"
@@ -29,9 +31,9 @@ def find_model(given: str, changes: Mapping[str, str], friction: str | None = No
     Parameters
     ----------
     given
-        Name of a built-in model, or a file ``....toml``: a case with ``model = "sliding"`` and
-        tables ``[parameters]`` and ``[friction]``, a system of equations with a table
-        ``[states]``, or a structure from matrices with a table ``[structure]``.
+        Name of a built-in model, or a file ``....toml``: a case with ``model = "sliding"``, or the
+        name of another file, and tables ``[parameters]`` and ``[friction]``, a system of equations
+        with a table ``[states]``, or a structure from matrices with a table ``[structure]``.
     changes
         Values of parameters that replace those of the file.
     friction
@@ -49,16 +51,14 @@ def find_model(given: str, changes: Mapping[str, str], friction: str | None = No
     0.5235987755982988
     """
     from slipfold.models.registry import model_named
-    from slipfold.models.structures import Structure
-    from slipfold.models.system import System
 
     law = None if friction is None else _law_named(friction)
     if not given.endswith(".toml"):
         return model_named(given, **_with_law(given, law), **changes)
     source = _source(given)
-    for table, kind in (("states", System), ("structure", Structure)):
-        if "model" not in source.tables and table in source.tables:
-            return kind.from_toml(Path(given)).replace(**_with_law(given, law), **changes)
+    own = _model_in(Path(given), source)
+    if own is not None:
+        return own.replace(**_with_law(given, law), **changes)
     unknown = sorted(set(source.tables) - {"model", "parameters", "friction"})
     if unknown:
         raise InputError(f"{given} has the unknown entry {unknown[0]!r}; a case file has {FORM}")
@@ -70,9 +70,53 @@ def find_model(given: str, changes: Mapping[str, str], friction: str | None = No
 
         law = read_law(source, ("friction",), source.tables["friction"])
     try:
-        return model_named(name, **{**_with_law(name, law), **values, **changes})
+        make: Callable[..., Model] = partial(model_named, name)
+        if name.endswith(".toml"):
+            make = _named_model(Path(given).parent / name).replace
+        return make(**{**_with_law(name, law), **values, **changes})
     except InputError as error:
         raise InputError(f"{given}: {error}") from error
+
+
+def equations_file(given: str) -> Path | None:
+    """Return the file that holds the equations of a model that a command names.
+
+    Parameters
+    ----------
+    given
+        What `find_model` has made a model of.
+
+    Returns
+    -------
+    Path or None
+        The file itself or the one that a case file names; None for built-in models.
+    """
+    if not given.endswith(".toml"):
+        return None
+    tables = _source(given).tables
+    if "model" not in tables:
+        return Path(given).absolute()
+    name = tables["model"]
+    return (Path(given).parent / name).absolute() if name.endswith(".toml") else None
+
+
+def _model_in(path: Path, source: Source) -> Model | None:
+    """Return the system or structure that a file holds; None if it is a case file."""
+    from slipfold.models.structures import Structure
+    from slipfold.models.system import System
+
+    for table, kind in (("states", System), ("structure", Structure)):
+        if "model" not in source.tables and table in source.tables:
+            return kind.from_toml(path)
+    return None
+
+
+def _named_model(path: Path) -> Model:
+    """Return the system or structure of a file that a case file names."""
+    found = _model_in(path, _source(str(path)))
+    if found is None:
+        raise InputError(f"{path} holds no system or structure; give the name of a file that does")
+    return found
 
 
 def _law_named(name: str) -> FrictionLaw:

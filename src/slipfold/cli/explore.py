@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from slipfold.cli.case_file import find_model
+from slipfold.cli.case_file import equations_file, find_model
 from slipfold.cli.status import note, say
 from slipfold.errors import InputError
 
@@ -62,6 +62,7 @@ def explore(
         )
     serve(
         given,
+        None if file is None else equations_file(file),
         port=_whole(port, "--port", 0, 2**16 - 1),
         public=public_bind,
         workers=default_workers()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 from slipfold.errors import InputError
@@ -28,6 +29,8 @@ class Catalogue:
     ----------
     given
         A model to offer first, e.g. that of a file; None for the built-in ones alone.
+    file
+        The file that holds its equations, if it has one.
 
     Raises
     ------
@@ -40,12 +43,13 @@ class Catalogue:
     SlidingOscillator(Nd=0.1)
     """
 
-    def __init__(self, given: Model | None = None) -> None:
+    def __init__(self, given: Model | None = None, file: Path | None = None) -> None:
         if given is not None and not given.variable_parameters:
             raise InputError(
                 f"{given.name} has no parameter that may be varied, so there is no diagram to "
                 "show; give its file a table [parameters]"
             )
+        self._file = (given, file)
         built_in = {name: make() for name, make in built_in_models().items()}
         first = {} if given is None else {given.name: given}
         self._models: Mapping[str, Model] = {**first, **built_in, **first}
@@ -76,6 +80,17 @@ class Catalogue:
                 f"there are {', '.join(self.names)}"
             )
         return self._models[name].replace(**values)
+
+    def file(self, model: Model) -> Path | None:
+        """Return the file that holds the equations of a model.
+
+        Parameters
+        ----------
+        model
+            One of the models, with any values.
+        """
+        given, file = self._file
+        return file if given is not None and given.kind == model.kind else None
 
     def describe(self) -> list[dict[str, Any]]:
         """Return all models as plain data for the page."""

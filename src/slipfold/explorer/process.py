@@ -33,6 +33,8 @@ class WorkerProcess:
         Makes processes.
     given
         A model beside the built-in ones.
+    file
+        The file that holds its equations, if it has one.
     heard
         Called in the event loop with every reply.
     ended
@@ -50,6 +52,7 @@ class WorkerProcess:
     index: int
     context: Any
     given: Model | None
+    file: Path | None
     heard: Callable[[WorkerProcess, Reply], None]
     ended: Callable[[WorkerProcess], None]
     job: Job | None = None
@@ -65,7 +68,7 @@ class WorkerProcess:
         self.connection, theirs = self.context.Pipe()
         self.wanted = self.context.Value("q", 0, lock=False)
         self.process = self.context.Process(
-            target=run_worker, args=(theirs, self.wanted, self.given), daemon=True
+            target=run_worker, args=(theirs, self.wanted, self.given, self.file), daemon=True
         )
         self.process.start()
         theirs.close()

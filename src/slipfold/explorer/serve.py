@@ -7,6 +7,7 @@ import os
 import socket
 import webbrowser
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import uvicorn
@@ -36,6 +37,7 @@ def default_workers() -> int:
 
 def serve(
     given: Model | None,
+    file: Path | None = None,
     *,
     port: int,
     public: str | None,
@@ -49,6 +51,8 @@ def serve(
     ----------
     given
         A model to offer before the built-in ones.
+    file
+        The file that holds its equations, if it has one.
     port
         Port to listen on; 0 for any free one.
     public
@@ -65,14 +69,14 @@ def serve(
     InputError
         If the address or the port cannot be listened on, or the model has nothing to vary.
     """
-    catalogue = Catalogue(given)
+    catalogue = Catalogue(given, file)
     listener = listen(public or "127.0.0.1", port)
     shown = _bracketed(public) if public else "127.0.0.1"
     access = Access(listener.getsockname()[1], (shown,) if public else LOCAL)
     limits = Limits()
     for variable in THREADS:
         os.environ.setdefault(variable, "1")
-    pool = Workers(given, workers, limits)
+    pool = Workers(given, workers, limits, file)
     app = make_app(catalogue, access, pool, limits)
     config = uvicorn.Config(app, **settings_of_server(limits))
     address = f"http://{shown}:{access.port}/?token={access.token}"

@@ -7,6 +7,7 @@ import logging
 import signal
 import sys
 from multiprocessing.connection import Connection
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from slipfold.errors import InputError
@@ -64,7 +65,7 @@ class Superseded(Exception):
     """The request is no longer wanted."""
 
 
-def run_worker(connection: Connection, wanted: Any, given: Model | None) -> None:
+def run_worker(connection: Connection, wanted: Any, given: Model | None, file: Path | None) -> None:
     """Compute until told to stop; the main function of a worker process.
 
     Parameters
@@ -75,10 +76,12 @@ def run_worker(connection: Connection, wanted: Any, given: Model | None) -> None
         Shared number of the job that is wanted.
     given
         A model beside the built-in ones.
+    file
+        The file that holds its equations, if it has one.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the server says when to stop
     _bound_memory()
-    answering = Answering(Catalogue(given))
+    answering = Answering(Catalogue(given, file))
     answering.warm_up()
     connection.send(Reply(READY, b""))
     while True:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import itertools
 import multiprocessing
+from pathlib import Path
 
 from slipfold.explorer.job import Job
 from slipfold.explorer.limits import Limits
@@ -34,10 +35,14 @@ class Workers:
         Number of processes, at least 1.
     limits
         Bounds on time and memory.
+    file
+        The file that holds the equations of the model beside the built-in ones, if it has one.
     """
 
-    def __init__(self, given: Model | None, count: int, limits: Limits) -> None:
-        self._given = given
+    def __init__(
+        self, given: Model | None, count: int, limits: Limits, file: Path | None = None
+    ) -> None:
+        self._given, self._file = given, file
         self._count = count
         self._limits = limits
         self._context = multiprocessing.get_context("spawn")
@@ -191,4 +196,6 @@ class Workers:
             worker.ask_to_stop()
 
     def _started(self, index: int) -> WorkerProcess:
-        return WorkerProcess(index, self._context, self._given, self._heard, self._ended)
+        return WorkerProcess(
+            index, self._context, self._given, self._file, self._heard, self._ended
+        )

@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
+from typing import Any
 
 from slipfold.models.definition import Definition, OutputFormula, StateFormula, WatchedValue
 from slipfold.models.output import Limit
 from slipfold.models.parameter import Parameter
 
-__all__ = ["write_definition"]
+__all__ = ["toml_value", "write_definition"]
 
 Value = str | float | bool
 
@@ -115,6 +116,27 @@ def _words(unit: str, doc: str, label: str = "") -> dict[str, Value]:
 def _key(name: str) -> str:
     plain = name.isascii() and name.replace("_", "a").isalnum()
     return name if plain else _value(name)
+
+
+def toml_value(value: Any) -> str:
+    """Write a value as TOML, tables and arrays in one line.
+
+    Parameters
+    ----------
+    value
+        A text, a number, a truth value, or a mapping or sequence of them.
+
+    Examples
+    --------
+    >>> toml_value({"law": "Stribeck", "vs": 0.25})
+    '{ law = "Stribeck", vs = 0.25 }'
+    """
+    if isinstance(value, Mapping):
+        entries = ", ".join(f"{_key(key)} = {toml_value(item)}" for key, item in value.items())
+        return f"{{ {entries} }}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(toml_value(item) for item in value)}]"
+    return _value(float(value) if isinstance(value, int) and not isinstance(value, bool) else value)
 
 
 def _value(value: Value) -> str:

@@ -8,7 +8,7 @@ from playwright.sync_api import expect
 from helpers.explorer_page import ExplorerPage
 
 
-def test_an_unforced_structure_of_ones_own_is_shown(brake):
+def test_an_unforced_structure_of_ones_own_is_shown(brake, brake_file):
     brake.page.goto(brake.address)
     names = brake.page.get_by_label("Vary", exact=True).locator("option")
     expect(names).to_have_count(6)
@@ -16,6 +16,11 @@ def test_an_unforced_structure_of_ones_own_is_shown(brake):
     assert values == ["Ns", "Vd", "mu_s", "mu_k", "vs", "s2"]
     brake.open("model=brake&vary=Vd&span=0.4~2")
     assert brake.specials() == ["HB 0.8952\u202fm/s subcritical"]
+    brake.page.get_by_label("Export the diagram").first.click()
+    brake.page.locator("#diagram .menu").get_by_text("Copy as Python", exact=True).click()
+    copied = brake.page.locator("dialog pre").inner_text()
+    assert f"sf.Structure.from_toml({str(brake_file)!r})" in copied
+    brake.page.keyboard.press("Escape")
 
 
 def _without_what_is_varied(route):

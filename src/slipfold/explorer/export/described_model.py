@@ -2,25 +2,58 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
+from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.models.registry import built_in_models
+from slipfold.models.structures import Structure
 
-__all__ = ["changed_values", "is_built_in"]
+__all__ = ["changed_values", "filed_model", "is_built_in"]
 
 
-def changed_values(model: Model) -> dict[str, float]:
+def changed_values(model: Model, usual: Model | None = None) -> dict[str, float]:
     """Return the parameter values that differ from the defaults.
 
     Parameters
     ----------
     model
         The model.
+    usual
+        A model of the same kind, whose values count as the defaults.
     """
-    return {
-        item.name: model.values[item.name]
-        for item in model.parameters
-        if model.values[item.name] != item.default
-    }
+    before = (
+        {item.name: item.default for item in model.parameters} if usual is None else usual.values
+    )
+    return {name: value for name, value in model.values.items() if value != before[name]}
+
+
+def filed_model(model: Model, file: Path | None) -> Structure:
+    """Return the structure that a file holds, with the values that it has there.
+
+    Parameters
+    ----------
+    model
+        What the page shows.
+    file
+        Where it came from.
+
+    Raises
+    ------
+    InputError
+        If the model did not come from a file, or the file holds another one by now.
+    """
+    if file is None:
+        raise InputError(
+            f"{model.name} was made in Python and not read from a file, so no text here can make "
+            "it; save the result as netCDF"
+        )
+    found = Structure.from_toml(file)
+    if found.kind != model.kind:
+        raise InputError(
+            f"{file} holds another structure than when the page was opened; open it again"
+        )
+    return found
 
 
 def is_built_in(model: Model) -> bool:

@@ -64,7 +64,8 @@ def export_view(
     if request.format in ("python", "toml"):
         orbit = computing.orbit(view, check) if isinstance(view, OrbitRequest) else None
         text = python_text if request.format == "python" else toml_text
-        return text(asked_model(catalogue, view), view, orbit).encode()
+        model = asked_model(catalogue, view)
+        return text(model, view, orbit, catalogue.file(model)).encode()
     if isinstance(view, OrbitRequest):
         found = computing.orbit(view, check)
         csv = request.format == "csv"

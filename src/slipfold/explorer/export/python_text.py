@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
-from slipfold.errors import InputError
-from slipfold.explorer.export.described_model import changed_values, is_built_in
+from slipfold.explorer.export.described_model import changed_values, filed_model, is_built_in
 from slipfold.explorer.messages import (
     DiagramRequest,
     PlaneRequest,
@@ -14,8 +14,10 @@ from slipfold.explorer.messages import (
 )
 from slipfold.explorer.start import start_of, timed
 from slipfold.models.model import Model
+from slipfold.models.parameter import DURATION
 from slipfold.models.sliding_oscillator import SlidingOscillator
 from slipfold.models.system import System
+from slipfold.models.unforced import Unforced
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
 __all__ = ["python_text"]
@@ -24,7 +26,9 @@ _CLASS, _PUBLIC = re.compile(r"\b([A-Z]\w*)\("), r"sf.\1("
 """Names of classes in what a friction law prints, and the same as public names."""
 
 
-def python_text(model: Model, view: ViewRequest, orbit: PeriodicOrbit | None) -> str:
+def python_text(
+    model: Model, view: ViewRequest, orbit: PeriodicOrbit | None, file: Path | None = None
+) -> str:
     """Return a script that computes and draws what a view shows.
 
     Parameters
@@ -35,6 +39,13 @@ def python_text(model: Model, view: ViewRequest, orbit: PeriodicOrbit | None) ->
         The request that made the view.
     orbit
         The orbit, if one is shown.
+    file
+        The file that holds the equations of the model, if it came from one.
+
+    Raises
+    ------
+    InputError
+        If nothing that can be written makes the model.
 
     Examples
     --------
@@ -53,7 +64,12 @@ def python_text(model: Model, view: ViewRequest, orbit: PeriodicOrbit | None) ->
     <BLANKLINE>
     """
     shown = model if orbit is None else orbit.model
-    lines = ["import slipfold as sf", "", f"model = {_model(shown)}", *_steps(shown, view, orbit)]
+    lines = [
+        "import slipfold as sf",
+        "",
+        f"model = {_model(shown, file)}",
+        *_steps(shown, view, orbit),
+    ]
     return "\n".join(lines) + "\n"
 
 
@@ -96,10 +112,9 @@ def _steps(model: Model, view: ViewRequest, orbit: PeriodicOrbit | None) -> list
     ]
 
 
-def _model(model: Model) -> str:
+def _model(model: Model, file: Path | None) -> str:
     """Return an expression that makes a model; numbers are exact when read back."""
-    changed = changed_values(model)
-    values = ", ".join(f"{name}={value!r}" for name, value in changed.items())
+    values = _values(model)
     if isinstance(model, SlidingOscillator):
         law = model.structure.get("friction")
         friction = [] if law is None else [f"friction={_CLASS.sub(_PUBLIC, repr(law))}"]
@@ -109,10 +124,18 @@ def _model(model: Model) -> str:
     if isinstance(model, System):
         made = f"sf.System.from_toml({_quoted(model.to_toml())})"
         return f"{made}.replace({values})" if values else made
-    raise InputError(
-        f"{model.name} comes from a file with more than equations, so no text here can make it; "
-        "load that file in Python, or save the result as netCDF"
-    )
+    if isinstance(model, Unforced):
+        forced = f"sf.Unforced({_model(model.forced_model, file)})"
+        own = DURATION.name
+        changed = model.values[own] != DURATION.default
+        return f"{forced}.replace({own}={model.values[own]!r})" if changed else forced
+    found = filed_model(model, file)
+    made, values = f"sf.Structure.from_toml({str(file)!r})", _values(model, found)
+    return f"{made}.replace({values})" if values else made
+
+
+def _values(model: Model, usual: Model | None = None) -> str:
+    return ", ".join(f"{name}={value!r}" for name, value in changed_values(model, usual).items())
 
 
 def _quoted(text: str) -> str:

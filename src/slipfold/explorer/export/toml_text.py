@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Any
+
 from slipfold.errors import InputError
-from slipfold.explorer.export.described_model import changed_values, is_built_in
+from slipfold.explorer.export.described_model import changed_values, filed_model, is_built_in
 from slipfold.explorer.messages import (
     DiagramRequest,
     OrbitRequest,
@@ -12,14 +15,20 @@ from slipfold.explorer.messages import (
     ViewRequest,
 )
 from slipfold.explorer.start import start_of
+from slipfold.models.friction import law_record
 from slipfold.models.model import Model
+from slipfold.models.sliding_oscillator import SlidingOscillator
 from slipfold.models.system import System
+from slipfold.models.toml_writer import toml_value
+from slipfold.models.unforced import Unforced
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
 __all__ = ["toml_text"]
 
 
-def toml_text(model: Model, view: ViewRequest, orbit: PeriodicOrbit | None) -> str:
+def toml_text(
+    model: Model, view: ViewRequest, orbit: PeriodicOrbit | None, file: Path | None = None
+) -> str:
     """Return a case file; its first line is the command that computes what the view shows.
 
     Parameters
@@ -30,6 +39,8 @@ def toml_text(model: Model, view: ViewRequest, orbit: PeriodicOrbit | None) -> s
         The request that made the view.
     orbit
         Plays no part.
+    file
+        The file that holds the equations of the model, if it came from one.
 
     Raises
     ------
@@ -56,20 +67,25 @@ def toml_text(model: Model, view: ViewRequest, orbit: PeriodicOrbit | None) -> s
         raise InputError(
             "no command computes a single orbit from a case file; copy it as Python instead"
         )
-    changed = changed_values(model)
     command = _command(model, view)
     if isinstance(model, System) and not is_built_in(model):
         # The values of a definition are its own, so the command changes them.
+        changed = changed_values(model)
         sets = "".join(f" --set {name}={value!r}" for name, value in changed.items())
         return f"# {command}{sets}\n{model.to_toml()}"
-    if not is_built_in(model):
-        raise InputError(
-            f"{model.name} is made of more than parameters and equations, which no case file "
-            "written here can hold; give its own file to the command"
-        )
+    head: dict[str, Any]
+    usual: Model | None
+    sliding = model.forced_model if isinstance(model, Unforced) else model
+    if is_built_in(model):
+        head, usual = {"model": model.name}, None
+    elif isinstance(sliding, SlidingOscillator):
+        head, usual = {"model": model.name, "friction": law_record(sliding.friction)}, None
+    else:
+        head, usual = {"model": str(file)}, filed_model(model, file)
+    lines = "".join(f"{key} = {toml_value(value)}\n" for key, value in head.items())
+    changed = changed_values(model, usual)
     values = "".join(f"{name} = {value!r}\n" for name, value in changed.items())
-    table = f"\n[parameters]\n{values}" if values else ""
-    return f'# {command}\nmodel = "{model.name}"\n{table}'
+    return f"# {command}\n{lines}" + (f"\n[parameters]\n{values}" if values else "")
 
 
 def _command(model: Model, view: ViewRequest) -> str:
