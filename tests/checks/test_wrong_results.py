@@ -126,3 +126,15 @@ def test_a_wrong_duration_does_not():
     cycle = periodic_orbit(model_named("vanderpol-free"))
     longer = cycle.model.replace(duration=cycle.duration * (1 + 1e-6))
     assert 1e-7 < difference(replace(cycle, model=longer)).value < 1e-5
+
+
+def test_large_motions_agree_relative_to_their_size():
+    model = System(
+        name="large",
+        parameters={"W": {"value": 1.5, "above": 0}},
+        states={"x": {"rate": "v", "scale": 1}, "v": {"rate": "cos(W*t) - x", "scale": 1}},
+        forcing={"period": "2*pi/W"},
+    )
+    checked = check_motion(simulate(model, 100, [1e9, 0]))
+    assert checked.agree, str(checked)
+    assert check_motion(simulate(model, 100, [1, 0])).agree

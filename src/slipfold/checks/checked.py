@@ -31,7 +31,8 @@ class Check(OneLine):
         ``"collocation"``, or ``"quadrature"`` where the motion alone was held against its
         equations, or ``"other steps"`` where it was integrated again.
     difference
-        Largest difference: of states in their scales, of durations and multipliers as a share.
+        Largest difference: of states in their scales or as a share of the largest of them, of
+        durations and multipliers as a share.
         Infinite where it could not be computed again.
     allowed
         What its uncertainty allows.

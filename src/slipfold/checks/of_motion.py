@@ -51,10 +51,13 @@ def _again(motion: Trajectory) -> Check:
     start = np.zeros(len(chosen))
     constants = flow.constants_of(motion.model)
     ends = flow.advance(motion.strobe[chosen], start, start + 1.0, constants)
-    difference = float(np.abs((ends - motion.strobe[chosen + 1]) / scales).max(initial=0.0))
-    difference = difference if np.isfinite(difference) else np.inf
+    size = max(1.0, float(np.abs(motion.strobe / scales).max()))
+    difference = np.abs((ends - motion.strobe[chosen + 1]) / scales).max(initial=0.0) / size
+    difference = float(difference) if np.isfinite(difference) else np.inf
     each = "forcing period" if motion.model.forced else "interval"
-    name = f"{len(chosen)} of {motion.periods} {each}{'s' if motion.periods > 1 else ''}"
+    name = (
+        f"repetition of {len(chosen)} of {motion.periods} {each}{'s' if motion.periods > 1 else ''}"
+    )
     return Check(name, "other steps", difference, ALLOWED)
 
 

@@ -170,8 +170,8 @@ def _newton_step(
     step, growth = _solved(matrices, pulls, defects, rates, singular=singular)
     size = max(1.0, float(np.abs(orbit.multipliers).max()))
     multipliers = multiplier_difference(orbit.multipliers, _multipliers(matrices, rates)) / size
-    allowed = max(ALLOWED, growth * (orbit.residual + SMALL))
-    return Difference(_finite(step), allowed), _finite(multipliers)
+    allowed = max(ALLOWED, growth * (orbit.residual / retraced.size + SMALL))
+    return Difference(_finite(step / retraced.size), allowed), _finite(multipliers)
 
 
 def _finite(value: float) -> float:

@@ -104,9 +104,14 @@ class Retraced:
     tried: int
 
     @property
+    def size(self) -> float:
+        """Size of the states, one at least: errors of steps are relative to it."""
+        return max(1.0, float(np.abs(self.nodes).max()))
+
+    @property
     def drift(self) -> float:
-        """Largest sum of the defects of successive pieces from the beginning."""
-        found = float(np.abs(np.cumsum(self.defects, axis=0)).max())
+        """Largest sum of the defects of successive pieces from the beginning, over the size."""
+        found = float(np.abs(np.cumsum(self.defects, axis=0)).max()) / self.size
         return found if np.isfinite(found) else np.inf
 
 
