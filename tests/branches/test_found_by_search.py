@@ -54,3 +54,21 @@ def test_nothing_is_reported_outside_the_span():
     for branch in run(values, "f", (15.0, 8.0)):
         for item in branch.special:
             assert 8.0 <= item.value <= 15.0
+
+
+@pytest.mark.parametrize("scale", [1.0, 4.0])
+def test_a_fold_right_beside_the_doubling_is_found(scale):
+    # In the middle of Mathieu's tongue the cubic coefficient nearly vanishes: the doubled branch
+    # leaves towards smaller h and folds within 1e-8 of it, nearer than a first step in any scale.
+    rate = "-0.02*v - (1 + h*cos(2*t))*q + q^3"
+    model = sf.System(
+        name="middle",
+        parameters={"h": 0.0},
+        states={"q": {"rate": "v", "scale": scale}, "v": {"rate": rate, "scale": scale}},
+        forcing={"period": "pi", "quiet": "h"},
+    )
+    main, child = sf.response(model, vary="h", span=(0, 0.06)).branches
+    assert main.special[0].criticality == "subcritical"
+    (fold,) = child.special
+    assert fold.type == "LP"
+    assert 0 < main.special[0].value - fold.value < 2e-8

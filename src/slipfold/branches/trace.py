@@ -30,6 +30,10 @@ from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["trace_branch"]
 
+LEVEL = 1e-7
+"""Share of the tangent along the parameter below which rounding may decide its sign, so near to
+where another branch passes and Newton's method is singular."""
+
 
 def trace_branch(
     problem: PeriodicProblem,
@@ -102,14 +106,24 @@ def _first_step(problem: PeriodicProblem, start: OrbitPoint, settings: Settings)
     """Leave another branch by a step so short that nothing else can happen within it.
 
     All multipliers of the orbit but the critical one are near those where the branches meet, so the
-    number outside the circle may differ by that one alone; else the step is shortened.
+    number outside the circle may differ by that one alone; and the parameter goes on in the
+    direction in which it began, else a fold lies between. Otherwise the step is shortened.
     """
     others = np.delete(start.multipliers, np.abs(start.multipliers - 1).argmin())
     outside = int(np.count_nonzero(np.abs(others) > 1))
     step = BIRTH
     for _ in range(6):
-        first = next(iter(walk(problem, [start], step, (), settings)))
-        if not isinstance(first, Failure) and first.unstable in (outside, outside + 1):
+        first, nearer = (
+            next(iter(walk(problem, [start], length, (), settings))) for length in (step, step / 4)
+        )
+        alike = not isinstance(first, Failure) and first.unstable in (outside, outside + 1)
+        if alike and (isinstance(nearer, Failure) or _goes_on(nearer, first)):
             return step
         step /= 4
     return BIRTH
+
+
+def _goes_on(nearer: OrbitPoint, first: OrbitPoint) -> bool:
+    """Whether the parameter moves in the same direction at both, or hardly at one of them."""
+    slopes = float(nearer.tangent[-1]), float(first.tangent[-1])
+    return slopes[0] * slopes[1] > 0 or min(map(abs, slopes)) < LEVEL

@@ -60,6 +60,8 @@ def damped_newton(
         matrix, found = jacobian(state), rates(state)
         if not (np.all(np.isfinite(matrix)) and np.all(np.isfinite(found))):
             return None
+        if not found.any():  # a state of rest, be the derivatives singular there
+            return state
         try:
             step = np.asarray(-np.linalg.solve(matrix, found), dtype=float)
         except np.linalg.LinAlgError:
