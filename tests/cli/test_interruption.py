@@ -1,0 +1,79 @@
+"""Ctrl-C waits for the next point, but not for long."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Callable
+from itertools import count
+
+import numpy as np
+import pytest
+
+import slipfold as sf
+from slipfold.cli import interruption
+from slipfold.cli.interruption import deferred_interrupts
+from slipfold.flow.flow import Flow
+
+
+def search_without_end() -> None:
+    os.kill(os.getpid(), signal.SIGINT)
+    for _ in count():
+        pass
+
+
+def interrupted(work: Callable[[Callable[[], None]], None]) -> bool:
+    try:
+        with deferred_interrupts() as check:
+            work(check)
+    except KeyboardInterrupt:
+        return True
+    return False
+
+
+def test_a_search_without_end_before_the_first_point_is_ended(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(interruption, "GRACE", 0.01)
+    assert interrupted(lambda check: search_without_end())
+
+
+def test_a_point_that_takes_too_long_ends_the_branch_and_what_was_found_is_kept(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(interruption, "GRACE", 0.01)
+    sound, seen = Flow.linearise, list[object]()
+
+    def without_end(self: Flow, *arguments: object) -> object:
+        if len(seen) == 4:
+            seen.append("once")
+            search_without_end()
+        return sound(self, *arguments)
+
+    monkeypatch.setattr(Flow, "linearise", without_end)
+    with deferred_interrupts() as check:
+
+        def observe(progress: object) -> None:
+            seen.append(progress)
+            check()
+
+        diagram = sf.response(sf.SlidingOscillator(f=12.5), "Nd", (0, 0.3), observer=observe)
+    (branch,) = diagram.branches
+    assert branch.interrupted
+    assert len(branch) == 5
+    assert np.isfinite(branch.nodes).all()
+
+
+def test_what_is_put_together_is_not_interrupted(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(interruption, "GRACE", 1e-3)
+    done = list[int]()
+
+    def work(check: Callable[[], None]) -> None:
+        check()
+        os.kill(os.getpid(), signal.SIGINT)
+        done.append(sum(1 for _ in range(300_000)))  # takes longer than the grace
+        check()
+        done.append(0)
+
+    assert interrupted(work)
+    assert done == [300_000]
