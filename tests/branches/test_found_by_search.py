@@ -1,5 +1,8 @@
 """Cases found by random search that earlier versions got wrong."""
 
+import pytest
+
+import slipfold as sf
 from helpers.reference import specials
 from slipfold.branches import Settings, Steps, trace_response
 from slipfold.models import SlidingOscillator

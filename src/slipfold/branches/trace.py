@@ -113,12 +113,11 @@ def _first_step(problem: PeriodicProblem, start: OrbitPoint, settings: Settings)
     outside = int(np.count_nonzero(np.abs(others) > 1))
     step = BIRTH
     for _ in range(6):
-        first, nearer = (
-            next(iter(walk(problem, [start], length, (), settings))) for length in (step, step / 4)
-        )
-        alike = not isinstance(first, Failure) and first.unstable in (outside, outside + 1)
-        if alike and (isinstance(nearer, Failure) or _goes_on(nearer, first)):
-            return step
+        first = next(iter(walk(problem, [start], step, (), settings)))
+        if not isinstance(first, Failure) and first.unstable in (outside, outside + 1):
+            nearer = next(iter(walk(problem, [start], step / 4, (), settings)))
+            if isinstance(nearer, Failure) or _goes_on(nearer, first):
+                return step
         step /= 4
     return BIRTH
 
