@@ -1,5 +1,6 @@
 """Requests over the WebSocket and their answers, with the real solver."""
 
+import json
 import math
 from itertools import pairwise
 
@@ -7,6 +8,9 @@ import pytest
 
 import slipfold as sf
 from helpers.explorer_server import BASE, diagram
+from slipfold.explorer.answering import Answering
+from slipfold.explorer.catalogue import Catalogue
+from slipfold.explorer.messages import parse_request
 
 ORBIT = {"kind": "orbit", "id": 2, **BASE}
 
@@ -58,7 +62,7 @@ def test_lines_are_whole_and_marks_lie_on_them(client):
 
 def test_a_draft_comes_before_the_diagram_of_a_neighbour_and_agrees_with_it(client):
     client.ask(diagram(1))
-    draft, exact = ask_all(client, diagram(2, parameters={"f": 12.5, "Vd": 0.61}))
+    draft, *_, exact = ask_all(client, diagram(2, parameters={"f": 12.5, "Vd": 0.61}))
     assert (draft["draft"], exact["draft"]) == (True, False)
     for rough, fine in zip(draft["branches"], exact["branches"], strict=True):
         for mark, true in zip(rough["special"], fine["special"], strict=True):
@@ -70,6 +74,17 @@ def test_a_draft_comes_before_the_diagram_of_a_neighbour_and_agrees_with_it(clie
 def ask_all(client, request):
     client.send(request)
     return client.until_done(request["id"])
+
+
+def test_a_response_that_takes_long_says_how_far_it_is(monkeypatch):
+    monkeypatch.setattr("slipfold.explorer.views.diagram_progress.BETWEEN", 0.0)
+    told = []
+    request = parse_request(json.dumps(diagram(1, span=[0, 0.1])))
+    Answering(Catalogue()).answer(request, told.append, lambda: None)
+    *progress, last = told
+    assert "branches" in last
+    assert {note["progress"].split(",")[0] for note in progress} == {"branch 1", "branch 2"}
+    assert all(0 <= note["value"] <= 0.1 and not note["done"] for note in progress)
 
 
 def test_an_orbit_on_a_branch_closes_and_has_its_multipliers(client, base):

@@ -19,6 +19,7 @@ from slipfold.explorer.messages import (
     ViewRequest,
 )
 from slipfold.explorer.views.diagram import diagram_view
+from slipfold.explorer.views.diagram_progress import DiagramProgress
 from slipfold.explorer.views.labels import axis_of
 from slipfold.explorer.views.orbit import orbit_view
 from slipfold.explorer.views.plane import plane_view
@@ -106,7 +107,7 @@ class Answering:
             if draft is not None:
                 view = diagram_view(draft, request.show, request.statistic)
                 tell({"draft": True, **view, "done": False})
-            diagram = self._computing.diagram(request, check)
+            diagram = self._computing.diagram(request, check, DiagramProgress(tell))
             tell({"draft": False, **diagram_view(diagram, request.show, request.statistic)})
         elif isinstance(request, OrbitRequest):
             tell(orbit_view(self._computing.orbit(request, check), request.vary))

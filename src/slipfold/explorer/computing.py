@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from slipfold.branches.carry import carry_branches
 from slipfold.branches.orbit_between import orbit_between
+from slipfold.branches.progress import Observer, Progress
 from slipfold.errors import InputError
 from slipfold.explorer.asked import asked_model
 from slipfold.explorer.catalogue import Catalogue
@@ -79,7 +80,12 @@ class Computing:
         self._nearest[_family(model, request)] = drawn
         return drawn
 
-    def diagram(self, request: DiagramRequest | OrbitRequest, check: Check) -> Diagram:
+    def diagram(
+        self,
+        request: DiagramRequest | OrbitRequest,
+        check: Check,
+        observer: Observer | None = None,
+    ) -> Diagram:
         """Return the diagram that a request is about.
 
         Parameters
@@ -88,18 +94,24 @@ class Computing:
             Names the model, its parameters, and what is varied.
         check
             Called after every point; may raise to end the computation.
+        observer
+            Called likewise, with the progress.
 
         Raises
         ------
         InputError
             If it cannot be computed as asked.
         """
+
+        def watch(progress: Progress) -> None:
+            check()
+            if observer is not None:
+                observer(progress)
+
         model = asked_model(self._catalogue, request)
         key = (model, request.vary, request.span)
         if key not in self._kept:
-            self._kept[key] = response(
-                model, request.vary, request.span, observer=lambda progress: check()
-            )
+            self._kept[key] = response(model, request.vary, request.span, observer=watch)
         self._nearest[_family(model, request)] = self._kept[key]
         self._kept.move_to_end(key)
         while len(self._kept) > KEPT:

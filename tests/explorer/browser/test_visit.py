@@ -192,6 +192,25 @@ def test_a_stopped_server_is_said_and_not_waited_for(new_tab):
     explorer.faults.clear()
 
 
+def test_what_takes_long_says_how_far_it_is(new_tab):
+    def slow(answer):
+        head = {name: answer[name] for name in ("kind", "id", "slot")}
+        words = {"progress": "branch 2, 37 points", "value": 0.25}
+        return {**head, **words, "done": False}
+
+    answers = new_tab.holding(lambda answer: answer["kind"] == "diagram" and answer["done"], slow)
+    explorer = new_tab.open()
+    answers.is_on = True
+    explorer.slide("Vd", 0.66)
+    explorer.release("Vd")
+    waiting = explorer.page.locator(f"{DIAGRAM} .waiting")
+    expect(waiting).to_have_text(
+        "Computing the response… branch 2, 37 points, Nd = 0.25\u202fN", use_inner_text=False
+    )
+    answers.let_go()
+    expect(waiting).to_be_hidden()
+
+
 def test_what_takes_time_says_so_and_hides_the_model_before(explorer):
     explorer.open()
     plot = explorer.page.locator("#diagram .plot")

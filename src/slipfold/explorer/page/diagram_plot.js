@@ -30,7 +30,9 @@ export class DiagramPlot {
   #chosen = element("div", { class: "place chosen", hidden: true });
   #hovered = element("div", { class: "place hovered", hidden: true });
   #tip = element("div", { class: "tip", hidden: true });
-  #waiting = element("p", { class: "waiting", role: "status" });
+  #words = element("span", { role: "status" });
+  #progress = element("span", { "aria-hidden": "true" });
+  #waiting = element("p", { class: "waiting" }, this.#words, this.#progress);
   #draft = element("p", { class: "draft-mark", hidden: true }, "draft");
   #session;
   #drawn = null;
@@ -48,12 +50,17 @@ export class DiagramPlot {
     this.#tellBusy();
     session.diagramArrived.subscribe(() => this.#schedule());
     session.pinsChanged.subscribe(() => this.#schedule());
+    session.progressed.subscribe(({ progress, value }) => {
+      const { vary } = session.view;
+      this.#progress.textContent = ` ${progress}, ${vary} = ${withUnit(session.quantity(vary), value)}`;
+    });
     session.placeChanged.subscribe(() => this.#place());
     session.failed.subscribe(({ sentence }) => sentence && this.#tellBusy());
     session.connection.changed.subscribe(() => this.#tellBusy());
     session.store.changed.subscribe(({ view, before }) => {
       if (view.zoom !== before.zoom) this.#schedule();
       if (view.model !== before.model) this.#simulated = null;
+      if (this.#isFaint) this.#progress.textContent = "";
       this.#place();
       if (this.#isFaint !== this.#isDrawnFaint) this.#schedule();
       this.#tellBusy();
@@ -197,7 +204,7 @@ export class DiagramPlot {
     this.node.setAttribute("aria-busy", String(!isSettled));
     this.node.classList.toggle("empty", !diagram);
     this.node.classList.toggle("working", !isSettled && !diagram?.draft);
-    this.#waiting.textContent = connection.isAlive
+    this.#words.textContent = connection.isAlive
       ? "Computing the response…" : "Not computed: there is no connection.";
     this.#draft.hidden = isSettled || !diagram?.draft;
   }

@@ -1,8 +1,11 @@
 /**
  * Requests to the server. Of each kind and slot one is computed at a time; of those that come
  * meanwhile only the newest is kept. So a curve is redrawn as often as it can be computed, and the
- * last position of a slider is always drawn.
+ * last position of a slider is always drawn. What takes long is given up for what is newer.
  */
+
+/** Milliseconds after which what is computed gives way to what is newer: it is not soon there. */
+const SLOW = 1500;
 
 /**
  * @typedef {object} Receiver
@@ -33,7 +36,8 @@ export class Requests {
     const line = this.#lines.get(key) ?? { sent: null, waiting: null };
     this.#lines.set(key, line);
     line.waiting = { request, receiver };
-    if (supersede || line.sent === null || line.sent.drafted) this.#send(line);
+    const isOld = line.sent !== null && performance.now() - line.sent.at > SLOW;
+    if (supersede || line.sent === null || line.sent.drafted || isOld) this.#send(line);
   }
 
   /**
@@ -60,7 +64,7 @@ export class Requests {
   #send(line) {
     const { request, receiver } = line.waiting;
     const id = this.#nextId++;
-    line.sent = { id, request, receiver };
+    line.sent = { id, request, receiver, at: performance.now() };
     line.waiting = null;
     this.#connection.send({ ...request, id });
   }

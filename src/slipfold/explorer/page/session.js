@@ -13,6 +13,8 @@ const KEPT_ORBITS = 60;
 export class Session {
   /** The live diagram: `{answer, view}`. */
   diagramArrived = new Signal();
+  /** How far the live diagram has come: `{progress, value}`. */
+  progressed = new Signal();
   /** Pinned diagrams: a map from pin id to answer. */
   pinsChanged = new Signal();
   /** The place of the orbit shown, or null where there is none. */
@@ -131,6 +133,10 @@ export class Session {
     if (key === this.#keys.diagram) return;
     this.#keys.diagram = key;
     const onAnswer = (answer) => {
+      if (answer.progress) {
+        this.progressed.announce(answer);
+        return;
+      }
       this.diagram = answer;
       this.#hasFailed = false;
       this.#settled = answer.done ? key : null;
@@ -171,6 +177,7 @@ export class Session {
       if (key === this.#pinKeys.get(pin.id) && this.requests.isBusy("diagram", request.slot)) continue;
       this.#pinKeys.set(pin.id, key);
       const onAnswer = (answer) => {
+        if (answer.progress) return;
         this.pins.set(pin.id, answer);
         this.#fail(request.slot, null);
         this.pinsChanged.announce(this.pins);

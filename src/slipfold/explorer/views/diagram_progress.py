@@ -1,0 +1,43 @@
+"""A response while it is followed: how far it has come."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from time import perf_counter
+from typing import Any
+
+from slipfold.branches.progress import Progress
+from slipfold.explorer.views.numbers import number
+
+__all__ = ["DiagramProgress"]
+
+BETWEEN = 0.25
+"""Least time between two notes of progress, in s: no reader follows more."""
+
+
+class DiagramProgress:
+    """Tells of a response now and then; an observer of its computation.
+
+    Parameters
+    ----------
+    tell
+        Takes each note: ``progress``, in words, and ``value`` of the parameter at the last point.
+    """
+
+    def __init__(self, tell: Callable[[dict[str, Any]], None]) -> None:
+        self._tell = tell
+        self._told = perf_counter()
+
+    def __call__(self, progress: Progress) -> None:
+        """Take a note of the computation.
+
+        Parameters
+        ----------
+        progress
+            Where it stands.
+        """
+        if perf_counter() - self._told < BETWEEN:
+            return
+        self._told = perf_counter()
+        words = f"branch {progress.branch}, {progress.points} points"
+        self._tell({"progress": words, "value": number(progress.parameter), "done": False})
