@@ -79,7 +79,7 @@ def test_a_locus_checks_its_ends_and_special_points(locus):
 def test_a_simulation_checks_parts_of_the_motion(motion):
     assert [check.name for check in motion.checked.checks] == [
         *(f"the motion from {time:.6g} s on" for time in (699 / 12.2, 0)),
-        "repetition of 64 of 700 forcing periods",
+        "repetition of 48 of 700 forcing periods",
     ]
     assert motion.checked.agree
     assert motion.summary().splitlines()[-1] == "checked: 3 of 3 agree to 1e-12"

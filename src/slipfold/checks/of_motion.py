@@ -14,7 +14,7 @@ from slipfold.flow.trajectory import Trajectory
 
 __all__ = ["check_motion"]
 
-AGAIN, ONE_IN = 64, 12
+AGAIN, ONE_IN = 48, 20
 """Forcing periods that are integrated again in any case, and one in how many of a long motion: in
 batches that takes a third of the time that the motion took."""
 
