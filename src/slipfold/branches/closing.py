@@ -17,6 +17,7 @@ from slipfold.orbits.orbit_point import OrbitPoint, make_point
 from slipfold.orbits.shooting import Shooting
 
 __all__ = [
+    "SAME",
     "Birth",
     "MeetsCopy",
     "Returns",
@@ -42,7 +43,7 @@ ABEAM = 3
 """Corrections to where the first point of a closed curve lies abeam: each squares the error."""
 
 SAME = 1e-5
-"""Two orbits this close are one; steps and orbits differ by much more."""
+"""Two orbits this close are one: each is known to 1e-9 or better, and steps are much longer."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.branches.closing import SAME
 from slipfold.branches.crossing import find_crossing
 from slipfold.continuation.contraction import contracts_between
 from slipfold.continuation.end import End
@@ -16,13 +17,10 @@ from slipfold.continuation.trail import Sight, Stop, Stretch
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.orbit_point import OrbitPoint
 
-__all__ = ["CLOSED", "ON_CIRCLE", "SAME", "Bifurcations", "is_torus", "span_end"]
+__all__ = ["CLOSED", "ON_CIRCLE", "Bifurcations", "is_torus", "span_end"]
 
 CLOSED = "the branch closed on itself"
 """How a closed curve ends."""
-
-SAME = 1e-5
-"""Two branch points whose orbits are this close are one: each is known to 1e-9 or better."""
 
 ON_CIRCLE = 1e-4
 """Distance of a critical multiplier from where it should be; located ones have 1e-8 or less."""

@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.closing import Birth
-from slipfold.branches.detection import SAME
+from slipfold.branches.closing import SAME, Birth
 from slipfold.branches.start import doubled_start, hopf_start
 from slipfold.continuation.atlas import Chart, Start
 from slipfold.continuation.search import Found
