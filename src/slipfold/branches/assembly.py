@@ -19,6 +19,7 @@ from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.cycle_problem import CycleProblem
 from slipfold.orbits.equilibrium_problem import EquilibriumProblem
 from slipfold.orbits.orbit_point import OrbitPoint
+from slipfold.text.one_line import certain
 
 __all__ = ["assemble"]
 
@@ -44,7 +45,7 @@ def assemble(atlas: Atlas[OrbitPoint], begun: End) -> tuple[Branch, ...]:
         first = begun
         if chart.start.found is not None:
             special = described[chart.start.found]
-            born = f"born at {special.vary} = {special.value:.9g}"
+            born = f"born at {special.vary} = {certain(special.value, special.uncertainty):.9g}"
             first = End("born", born, (special.value,))
             if len(chart.start.points) > 1:  # it crosses its parent there
                 own.append(replace(special, arclength=0.0, leads_to=chart.start.parent))

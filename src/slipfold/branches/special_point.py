@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from slipfold.models.model import Model
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
-from slipfold.text.one_line import OneLine, number_text, parameter_text
+from slipfold.text.one_line import OneLine, certain, number_text, parameter_text
 from slipfold.text.printed_table import PrintedTable
 
 __all__ = ["BIFURCATIONS", "SpecialPoint"]
@@ -84,7 +84,8 @@ class SpecialPoint(OneLine):
             values.setflags(write=False)
 
     def _line(self) -> str:
-        at = parameter_text(self.model.parameter(self.vary), self.value)
+        value = certain(self.value, self.uncertainty)
+        at = parameter_text(self.model.parameter(self.vary), value)
         return ", ".join(part for part in (f"{self.type} at {at}", self.outcome) if part)
 
     def _rows(self) -> PrintedTable:

@@ -13,7 +13,7 @@ from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
 from slipfold.orbits.critical_equilibrium import eigenvalues_of
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
-from slipfold.text.one_line import OneLine, headed, listed, number_text, parameter_text
+from slipfold.text.one_line import OneLine, certain, headed, listed, number_text, parameter_text
 from slipfold.text.printed_table import PrintedTable
 
 __all__ = [
@@ -120,7 +120,7 @@ class LocusPoint(OneLine):
             values.setflags(write=False)
 
     def _line(self) -> str:
-        pairs = zip(self.vary, self.values, strict=True)
+        pairs = zip(self.vary, self.certain_values, strict=True)
         at = ", ".join(parameter_text(self.model.parameter(name), value) for name, value in pairs)
         return ", ".join(part for part in (f"{self.type} at {at}", self.outcome) if part)
 
@@ -130,6 +130,12 @@ class LocusPoint(OneLine):
             named[f"uncertainty of {name}"] = value
         found = [[name, number_text(value)] for name, value in named.items()]
         return PrintedTable(["", ""], [*found, *self.orbit._rows().lines])
+
+    @property
+    def certain_values(self) -> tuple[float, float]:
+        """The values, zero where they are no further from zero than they are uncertain."""
+        first, second = map(certain, self.values, self.uncertainty)
+        return first, second
 
     @property
     def outcome(self) -> str:

@@ -13,6 +13,7 @@ from slipfold.results.checked_parts import checked_lines
 from slipfold.results.criticality import criticalities, point_criticality
 from slipfold.results.title import without_defaults
 from slipfold.results.uncertain_points import uncertain_on_loci
+from slipfold.text.one_line import certain
 from slipfold.text.printed_table import PrintedTable, html_list, with_unit
 
 if TYPE_CHECKING:
@@ -22,6 +23,9 @@ __all__ = ["locus_html", "locus_summary"]
 
 NOTED = ("limit", "closed", "codimension-2", "unresolved", "interrupted", "points")
 """Kinds of ends that stand in the table; that it ends at the window is the usual case."""
+
+ROUNDING = 1e-14
+"""What is smaller than this share of the window is rounding, and shown as zero."""
 
 
 def locus_summary(diagram: LocusDiagram) -> str:
@@ -70,25 +74,29 @@ def _title(diagram: LocusDiagram) -> str:
 def _loci_table(diagram: LocusDiagram) -> PrintedTable:
     """Both ends and all special points of each locus, numbered throughout."""
     heads = ["LO", "type", "period", "PT", "TY", "LAB", *diagram.vary, "criticality"]
-    rows = [row for locus in diagram.loci for row in _rows_of(locus)]
+    noise = [ROUNDING * max(map(abs, span)) for span in diagram.window]
+    rows = [row for locus in diagram.loci for row in _rows_of(locus, noise)]
     lines = [[*row[:5], str(label), *row[5:]] for label, row in enumerate(rows, 1)]
     words = ("type", "TY", "criticality", "coefficients", "")
     return PrintedTable([*heads, "coefficients", ""], lines, words)
 
 
-def _rows_of(locus: Locus) -> list[list[str]]:
+def _rows_of(locus: Locus, noise: Sequence[float]) -> list[list[str]]:
     if not len(locus):
         return []
     found = [_special_row(locus, point) for point in locus.special]
-    return [_end_row(locus, 0, locus.begun), *found, _end_row(locus, -1, locus.stopped)]
+    ends = [(0, locus.begun), (-1, locus.stopped)]
+    first, last = (_end_row(locus, index, end, noise) for index, end in ends)
+    return [first, *found, last]
 
 
-def _end_row(locus: Locus, index: int, end: LocusEnd) -> list[str]:
+def _end_row(locus: Locus, index: int, end: LocusEnd, noise: Sequence[float]) -> list[str]:
     kind = "MX" if end.kind == "failed" else "EP"
     word = criticalities(locus)[index] or ""
     note = end.kind if end.kind in NOTED else ""
     number = 1 if index == 0 else len(locus)
-    return [*_begin(locus, number, kind), *_shown(locus.values[index]), word, "", note]
+    values = [*map(certain, locus.values[index], noise)]
+    return [*_begin(locus, number, kind), *_shown(values), word, "", note]
 
 
 def _special_row(locus: Locus, point: LocusPoint) -> list[str]:
@@ -97,7 +105,7 @@ def _special_row(locus: Locus, point: LocusPoint) -> list[str]:
     word = point_criticality(locus, point) or ""
     return [
         *_begin(locus, index, point.type),
-        *_shown(point.values),
+        *_shown(point.certain_values),
         word,
         coefficients,
         point.outcome,

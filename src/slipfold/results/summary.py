@@ -16,6 +16,7 @@ from slipfold.orbits.extrema import Extrema
 from slipfold.results.checked_parts import checked_lines
 from slipfold.results.title import without_defaults
 from slipfold.results.uncertain_points import uncertain_on_branches
+from slipfold.text.one_line import certain
 from slipfold.text.printed_table import PrintedTable, html_list, with_unit
 
 if TYPE_CHECKING:
@@ -28,6 +29,9 @@ SHOWN = 2
 
 ROUNDING = 1e-14
 """What is smaller than this share of the size of its column is rounding, and shown as zero."""
+
+LOCATED = 1e-9
+"""What special points are located to, over the largest value of the span."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +77,20 @@ def summary_rows(diagram: Diagram) -> tuple[Row, ...]:
     diagram
         The diagram.
     """
-    return tuple(row for branch in diagram.branches for row in _rows_of(branch))
+    noise = _noise(diagram)
+    return tuple(row for branch in diagram.branches for row in _rows_of(branch, noise))
+
+
+def _noise(diagram: Diagram) -> float:
+    """Return what an end of a branch may differ from zero by and be there: it begins at points."""
+    wide = max(map(abs, diagram.span))
+    specials = [point for branch in diagram.branches for point in branch.special]
+    zeros = [
+        point.uncertainty
+        for point in specials
+        if abs(point.value) <= point.uncertainty <= LOCATED * wide
+    ]
+    return max([ROUNDING * wide, *zeros])
 
 
 def points_by_label(diagram: Diagram) -> dict[int, SpecialPoint]:
@@ -93,22 +110,22 @@ def points_by_label(diagram: Diagram) -> dict[int, SpecialPoint]:
     return found
 
 
-def _rows_of(branch: Branch) -> list[Row]:
+def _rows_of(branch: Branch, noise: float) -> list[Row]:
     if not len(branch):
         return []
     special = [_special_row(branch, point) for point in branch.special]
-    first = _end_row(branch, 0, branch.begun)
-    return [first, *special, _end_row(branch, len(branch) - 1, branch.stopped)]
+    first = _end_row(branch, 0, branch.begun, noise)
+    return [first, *special, _end_row(branch, len(branch) - 1, branch.stopped, noise)]
 
 
-def _end_row(branch: Branch, index: int, end: End) -> Row:
+def _end_row(branch: Branch, index: int, end: End, noise: float) -> Row:
     kind = "MX" if end.kind == "failed" else "EP"
     note = end.kind if end.kind in ("limit", "closed", "interrupted", "points") else ""
     stable = "yes" if branch.stable[index] else "no"
     # A branch that leaves another is born with a multiplier on the unit circle, within rounding.
     if index == 0 and branch.begun.kind in ("born", "closed"):
         stable = ""
-    value = float(branch.parameter[index])
+    value = certain(float(branch.parameter[index]), noise)
     return Row(
         branch.id, branch.period, index + 1, kind, value, _extrema(branch, index), stable, note
     )
@@ -126,8 +143,9 @@ def _special_row(branch: Branch, point: SpecialPoint) -> Row:
     index = int(np.searchsorted(branch.arclength, point.arclength, side="right"))
     note = point.outcome
     stable = "" if point.type in BIFURCATIONS else "yes" if point.orbit.stable else "no"
+    value = certain(point.value, point.uncertainty)
     return Row(
-        branch.id, branch.period, index, point.type, point.value, point.orbit.extrema, stable, note
+        branch.id, branch.period, index, point.type, value, point.orbit.extrema, stable, note
     )
 
 
@@ -143,20 +161,19 @@ def _cells(diagram: Diagram, outputs: Sequence[str] | None) -> PrintedTable:
     lines = []
     rows = summary_rows(diagram)
     sizes = {name: _size(diagram, rows, name) for name in names}
-    wide = max(map(abs, diagram.span))
     for label, row in enumerate(rows, 1):
         line = [str(row.branch), str(row.period), str(row.point), row.type, str(label)]
-        line.append(_shown(row.value, wide, 10))
+        line.append(f"{row.value:.10g}")
         for name in names:
             low, high = row.extrema.of(name)
-            line += [_shown(value, sizes[name], 6) for value in (high[0], low[0])]
+            line += [_shown(value, sizes[name]) for value in (high[0], low[0])]
         lines.append([*line, row.stable, row.note])
     return PrintedTable([*heads, "stable", ""], lines, words=("TY", "stable", ""))
 
 
-def _shown(value: float, size: float, digits: int) -> str:
+def _shown(value: float, size: float) -> str:
     """Write a number, zero if it is no more than rounding beside the size of its column."""
-    return "0" if abs(value) < ROUNDING * size else f"{value:.{digits}g}"
+    return f"{certain(value, ROUNDING * size):.6g}"
 
 
 def _size(diagram: Diagram, rows: Sequence[Row], name: str) -> float:
@@ -178,14 +195,15 @@ def _title(diagram: Diagram) -> str:
 
 def _endings(diagram: Diagram) -> list[str]:
     unit = diagram.model.parameter(diagram.vary).unit
-    sentences = []
+    sentences, noise = [], _noise(diagram)
     for branch in diagram.branches:
         size = f"period {branch.period}, {len(branch)} points"
-        value = with_unit(f"{diagram.vary} = {branch.stopped.value:.8g}", unit)
+        value = with_unit(f"{diagram.vary} = {certain(branch.stopped.value, noise):.8g}", unit)
         if branch.parent is None and branch.begun.value != diagram.span[0]:
             sentences.append(f"Branch {branch.id}: {branch.begun.reason}")
         if branch.parent is not None and branch.begun.kind != "born":
-            begins = with_unit(f"{diagram.vary} = {branch.begun.value:.8g}", unit)
+            begun = certain(branch.begun.value, noise)
+            begins = with_unit(f"{diagram.vary} = {begun:.8g}", unit)
             sentences.append(f"Branch {branch.id} begins at {begins}: {branch.begun.reason}")
         sentences.append(f"Branch {branch.id} ({size}) stopped at {value}: {branch.stopped.reason}")
     return sentences

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Protocol
 
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "OneLine",
+    "certain",
     "headed",
     "listed",
     "multipliers_text",
@@ -76,6 +78,15 @@ def headed(item: Quantity) -> str:
 def number_text(value: float | None, digits: int = 6) -> str:
     """Return a number as lines and tables show it, nothing for None."""
     return "" if value is None else f"{value:.{digits}g}"
+
+
+def certain(value: float, uncertainty: float) -> float:
+    """Return a value, and zero where it is no further from zero than it is uncertain.
+
+    >>> certain(-3.5e-14, 6.6e-14), certain(0.5, 1e-12)
+    (0.0, 0.5)
+    """
+    return 0.0 if abs(value) <= uncertainty < math.inf else value
 
 
 def parameter_text(parameter: Quantity, *values: float) -> str:

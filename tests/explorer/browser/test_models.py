@@ -34,6 +34,13 @@ def test_every_model_goes_through_every_panel(explorer, name):
     assert alert.all_inner_texts() == []
 
 
+def test_what_is_zero_to_its_uncertainty_is_0(explorer):
+    explorer.open("model=stuart-landau")
+    assert explorer.specials() == ["HB 0\u202f1/s supercritical"]
+    explorer.page.locator(".chip").click()
+    expect(explorer.page.locator("#orbit-title")).to_contain_text("r = 0\u202f1/s: equilibrium")
+
+
 def test_what_is_refused_is_faint_until_it_is_computed_again(explorer):
     explorer.open("model=sliding&p.Nd=0.3")
     explorer.orbit_shown(2)

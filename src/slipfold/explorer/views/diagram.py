@@ -10,6 +10,7 @@ from slipfold.explorer.views.labels import axis_of
 from slipfold.explorer.views.numbers import number, short
 from slipfold.results.diagram import Diagram
 from slipfold.results.stretches import measure_of, stretches_of
+from slipfold.text.one_line import certain
 
 __all__ = ["diagram_view"]
 
@@ -75,7 +76,7 @@ def _special(point: SpecialPoint, show: str, statistic: str) -> dict[str, Any]:
     return {
         "type": point.type,
         "name": point.name,
-        "value": point.value,
+        "value": certain(point.value, point.uncertainty),
         "uncertainty": number(point.uncertainty),
         "y": y,
         "arclength": point.arclength,
@@ -94,7 +95,8 @@ def _words(point: SpecialPoint) -> str:
 
 def _sentence(point: SpecialPoint) -> str:
     unit = point.model.parameter(point.vary).unit
-    at = f"at {point.vary} = {point.value:.6g} {unit}".rstrip()
+    value = certain(point.value, point.uncertainty)
+    at = f"at {point.vary} = {value:.6g} {unit}".rstrip()
     lead = "" if point.leads_to is None else f"; branch {point.leads_to} leaves here"
     period = f" of period {point.period}" if point.model.forced else ""
     text = f"{_words(point)}{period} {at}{lead}"

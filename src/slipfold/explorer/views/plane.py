@@ -73,7 +73,7 @@ def _locus(locus: Locus) -> dict[str, Any]:
 def _special(locus: Locus, point: LocusPoint) -> dict[str, Any]:
     places = [
         f"{name} = {value:.6g} {point.model.parameter(name).unit}".rstrip()
-        for name, value in zip(point.vary, point.values, strict=True)
+        for name, value in zip(point.vary, point.certain_values, strict=True)
     ]
     name = point.name[0].upper() + point.name[1:]
     return {

@@ -1,0 +1,48 @@
+"""What is zero to its uncertainty is printed as 0; the number itself is kept."""
+
+import math
+
+import pytest
+
+import slipfold as sf
+from helpers.diagrams import made_diagram, response_branch, special_point
+from helpers.locus_diagrams import doubling_locus, locus_point, made_locus_diagram
+from slipfold.explorer.views.diagram import diagram_view
+
+
+@pytest.mark.parametrize(
+    ("value", "uncertainty", "shown"),
+    [
+        (3.5e-14, 6.6e-14, "0"),
+        (3.5e-9, 6.6e-9, "0"),
+        (3.5e-9, 6.6e-11, "3.5e-09"),
+        (0.25, math.inf, "0.25"),
+    ],
+)
+def test_special_points(value, uncertainty, shown):
+    point = special_point("PD", value=value, uncertainty=uncertainty)
+    diagram = made_diagram(branches=(response_branch(special=(point,)),))
+    line = next(line for line in diagram.summary().splitlines() if " PD " in line)
+    assert line.split()[5] == shown
+    assert f"PD at Nd = {shown} N" in repr(point)
+    drawn = diagram_view(diagram, "x", "max")["branches"][0]["special"][0]
+    assert drawn["value"] == float(shown)
+    assert f"at Nd = {shown} N" in drawn["sentence"]
+    assert point.value == value
+
+
+def test_points_of_loci():
+    point = locus_point(values=(12.4, 2e-13), uncertainty=(1e-9, 3e-13))
+    diagram = made_locus_diagram(loci=(doubling_locus(special=(point,)),))
+    line = next(line for line in diagram.summary().splitlines() if " GPD " in line)
+    assert line.split()[6:8] == ["12.4", "0"]
+    assert "f = 12.4 Hz, Nd = 0 N" in repr(point)
+
+
+def test_a_hopf_point_at_zero_and_the_cycles_born_there():
+    """In r' = r (mu - r^2) it is at mu = 0; what is computed is some 1e-14."""
+    model = sf.built_in_models()["stuart-landau"]()
+    summary = sf.response(model, "r", (-1, 1), settings=sf.Settings(largest_period=1)).summary()
+    rows = [line.split() for line in summary.splitlines()[3:8]]
+    assert [row[5] for row in rows] == ["-1", "0", "1", "0", "1"]
+    assert "e-1" not in summary.partition("checked")[0]
