@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import lru_cache, partial
 
 from slipfold.errors import InputError
+from slipfold.models.array_entries import without_arrays
 from slipfold.models.definition import Definition
 from slipfold.models.definition_reader import read_definition
 from slipfold.models.expression_tree import Tree, format_tree, names_in
@@ -113,6 +114,7 @@ def build_system(source: Source, default_name: str = "system") -> BuiltSystem:
     InputError
         For anything that cannot be used, with the place.
     """
+    source = without_arrays(source)
     definition = read_definition(source, default_name)
     equations = build_system_equations(definition, parse_formulas(definition, source), source)
     defaults = {item.name: item.default for item in (*definition.parameters, DURATION)}

@@ -17,7 +17,7 @@ from slipfold.models.system_names import check_names
 from slipfold.models.system_source import Source
 from slipfold.models.toml_entries import Entries, type_name
 
-__all__ = ["TABLES", "read_definition"]
+__all__ = ["read_definition"]
 
 T = TypeVar("T")
 
@@ -47,7 +47,7 @@ def read_definition(source: Source, default_name: str = "system") -> Definition:
     InputError
         For an unknown entry, a value of a wrong type or out of bounds, or a name that cannot be.
     """
-    top = Entries(source, (), source.tables, ("name", "title", *TABLES))
+    top = Entries(source, (), source.tables, ("name", "title", "sizes", *TABLES))
     if "states" not in top:
         raise source.error((), 'there is no table [states]; give each state its rate, e.g. q = "v"')
     forcing = _forcing(source)

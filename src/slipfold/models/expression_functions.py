@@ -96,6 +96,7 @@ _INSTEAD = {
     "logistic": "sigmoid(x)",
     "erfc": "1 - erf(x)",
     "expm1": "x*exprel(x)",
+    "sum": "sum(i=1:3, x[i]), with a range for the index",
     "vtrap": "y/exprel(x/y)",
 }
 

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from slipfold.errors import InputError
 from slipfold.models.built_system import BuiltSystem, build_system, build_system_of_text
 from slipfold.models.definition import WatchedValue
-from slipfold.models.definition_reader import TABLES
 from slipfold.models.model import Model
 from slipfold.models.output import Expression, Output, Symbols
 from slipfold.models.system_source import source_of_file, source_of_tables, source_of_text
@@ -35,6 +34,8 @@ class System(Model):
         The whole system as one TOML text or one mapping of tables, instead of the tables below.
     name, title
         Short name, and one line that says what it is.
+    sizes
+        Whole numbers by name, for ranges of indices.
     parameters
         Value by name, or a table ``{"value": 0.9, "unit": "rad/s", "min": 0, "max": 5, "doc":
         "..."}``; ``above`` and ``below`` are bounds that are excluded, ``symbol`` is for figures.
@@ -71,6 +72,24 @@ class System(Model):
     ... )
     >>> duffing.replace(W=1.1)
     System('Duffing', W=1.1)
+
+    A chain of fifty masses between two walls; elements are called x1, x2, ...:
+
+    >>> chain = System(
+    ...     name="chain",
+    ...     sizes={"n": 50},
+    ...     parameters={"k": 1.0, "F": 0.1, "W": 0.5},
+    ...     formulas={"x[0]": "0", "x[n+1]": "0"},
+    ...     states={
+    ...         "x[i=1:n]": "v[i]",
+    ...         "v[1]": "k*(x[0] - 2*x[1] + x[2]) + F*cos(W*t)",
+    ...         "v[i=2:n]": "k*(x[i-1] - 2*x[i] + x[i+1]) - 0.1*v[i]",
+    ...     },
+    ...     forcing={"period": "2*pi/W"},
+    ...     outputs={"energy": "sum(i=1:n, v[i]^2 + k*(x[i] - x[i-1])^2)/2"},
+    ... )
+    >>> len(chain.states), chain.states[49].name
+    (100, 'x50')
     """
 
     def __init__(
@@ -79,6 +98,7 @@ class System(Model):
         *,
         name: str | None = None,
         title: str | None = None,
+        sizes: Mapping[str, int] | None = None,
         parameters: Mapping[str, Any] | None = None,
         formulas: Mapping[str, Any] | None = None,
         states: Mapping[str, Any] | None = None,
@@ -88,13 +108,18 @@ class System(Model):
         events: Mapping[str, Any] | None = None,
         **values: float | str,
     ) -> None:
-        tables = dict(
-            zip(
-                ("name", "title", *TABLES),
-                (name, title, parameters, formulas, states, forcing, outputs, limits, events),
-                strict=True,
-            )
-        )
+        tables = {
+            "name": name,
+            "title": title,
+            "sizes": sizes,
+            "parameters": parameters,
+            "formulas": formulas,
+            "states": states,
+            "forcing": forcing,
+            "outputs": outputs,
+            "limits": limits,
+            "events": events,
+        }
         given = {key: table for key, table in tables.items() if table is not None}
         self._become(_built_of(definition, given))
         super().__init__(**values)

@@ -18,6 +18,9 @@ from slipfold.models.toml_places import Path
 
 __all__ = ["Formulas", "parse_formulas"]
 
+SHOWN = 20
+"""Names of each kind that a message lists."""
+
 
 @dataclass(frozen=True)
 class Formulas:
@@ -132,9 +135,14 @@ def _unknown(
         "the formulas": formulas,
         "and": [*([TIME] if forced else []), *CONSTANTS],
     }
-    known = ", ".join(f"{what} {', '.join(names)}" for what, names in groups.items() if names)
+    known = ", ".join(f"{what} {_some(names)}" for what, names in groups.items() if names)
     near = suggest(name, [*states, *parameters, *formulas])
     return f"there is no name {name[:80]!r}; {hint.get(name, '') or near}known are {known}"
+
+
+def _some(names: list[str]) -> str:
+    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
+    return ", ".join(names[:SHOWN]) + more
 
 
 def _ordered(trees: Mapping[str, Tree], source: Source) -> dict[str, Tree]:

@@ -48,7 +48,17 @@ _TAKEN = frozenset(
         *("variable_parameter", "variable_parameters"),
         *("events", "forced", "start", "from_toml", "to_toml"),
         # ... and arguments of what takes parameters by name.
-        *("self", "definition", "formulas", "forcing", "model", "vary", "span", "settings"),
+        *(
+            "self",
+            "definition",
+            "sizes",
+            "formulas",
+            "forcing",
+            "model",
+            "vary",
+            "span",
+            "settings",
+        ),
         *("observer", "plane", "window", "types", "regions", "periods", "state", "tolerance"),
     )
 )
