@@ -154,16 +154,17 @@ class Bifurcations(Zeros[OrbitPoint]):
         """Whether a test function is positive at one of two points only, beyond rounding.
 
         Along a family of centres, which have one value of the parameter, it is zero throughout,
-        with a multiplier on the circle. A function alone may be small where none is: it is a
-        product over all multipliers, which lie close together where fast decay sets the unit of
-        time.
+        with a multiplier on the circle; without damping that of NS is so everywhere, with a pair
+        whose product is one. A function alone may be small where none is: it is a product over all
+        multipliers, which lie close together where fast decay sets the unit of time.
         """
         before, after = a.tests[name], b.tests[name]
         if (before > 0) == (after > 0):
             return False
         if name == "LP" and max(abs(before), abs(after)) <= ROUNDING:
             return False
-        return max(abs(before), abs(after)) > ROUNDING or max(map(_off_circle, (a, b))) > ROUNDING
+        off = _off_pair if name == "NS" else _off_circle
+        return max(abs(before), abs(after)) > ROUNDING or max(map(off, (a, b))) > ROUNDING
 
     def is_genuine(self, found: Found) -> bool:
         """Whether a multiplier is where the type says.
@@ -206,6 +207,13 @@ def span_end(problem: PeriodicProblem, last: OrbitPoint) -> End:
 def _off_circle(point: OrbitPoint) -> float:
     """Return the least distance of a multiplier from the unit circle."""
     return float(np.abs(np.abs(point.multipliers) - 1).min())
+
+
+def _off_pair(point: OrbitPoint) -> float:
+    """Return the least distance of a product of two multipliers from one."""
+    values = point.multipliers
+    first, second = np.triu_indices(len(values), k=1)
+    return float(np.abs(1 - values[first] * values[second]).min(initial=np.inf))
 
 
 def _turns(found: Found) -> bool:

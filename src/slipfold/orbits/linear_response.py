@@ -49,6 +49,7 @@ def linear_response(
     for harmonic in range(1, HARMONICS + 1):
         stiffness = 2j * np.pi * harmonic * np.eye(n) - jacobian
         if np.isfinite(stiffness).all():
-            amplitude = np.linalg.solve(stiffness, forcing[harmonic])
+            # Without damping a harmonic may meet a resonance: what does not force it is left out.
+            amplitude = np.linalg.lstsq(stiffness, forcing[harmonic])[0]
             nodes += 2 * (np.exp(2j * np.pi * harmonic * phases)[:, None] * amplitude).real
     return nodes

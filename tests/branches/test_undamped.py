@@ -1,0 +1,26 @@
+"""Without damping all multipliers come in pairs whose product is one: most lie on the circle."""
+
+import pytest
+
+import slipfold as sf
+
+
+def duffing(k3: float) -> sf.System:
+    return sf.System(
+        parameters={"W": 0.5, "F": 0.1},
+        states={"q": "v", "v": f"F*cos(W*t) - q - {k3}*q^3"},
+        forcing={"period": "2*pi/W", "quiet": "F"},
+    )
+
+
+def test_pairs_that_stay_on_the_circle_are_no_torus():
+    branch = sf.response(duffing(0.3), "W", (1.6, 1.1)).branches[0]
+    assert branch.stopped.kind == "span"
+    assert [point.type for point in branch.special] == ["LP"]
+    assert branch.special[0].uncertainty < 1e-9
+
+
+def test_a_harmonic_may_meet_a_resonance_that_nothing_damps():
+    orbit = sf.periodic_orbit(duffing(0.3))  # twice the forcing's frequency is the natural one
+    assert orbit.state == pytest.approx([0.1 / 0.75, 0], abs=1e-3)
+    assert sf.response(duffing(0.3), "F", (0.1, 0.2)).branches[0].stopped.kind == "span"
