@@ -128,10 +128,35 @@ def test_the_orbit_that_a_motion_settles_to_is_followed():
     assert (branch["kind"], branch["special"]) == ("periodic", [])
 
 
-def test_a_motion_that_settles_on_nothing_is_refused():
-    result = run("response", "lorenz", "--vary", "rho=10:20", "--settled")
+def test_an_equilibrium_that_a_motion_settles_to_is_followed():
+    arguments = ("--vary", "rho=2:20", "--settled", "--start", "rho=10", "--start", "x=-1")
+    result = run("response", "lorenz", *arguments, "--json", "-")
+    assert result.exit_code == 0
+    (branch,) = json.loads(result.stdout)["branches"]
+    assert (branch["kind"], branch["special"]) == ("equilibrium", [])
+
+
+def test_coexisting_responses_are_reached_by_starts():
+    upper = ("--start", "q=1.3", "--start", "v=2.5")
+    record = json.loads(run("simulate", "duffing", "--set", "W=1.2", *upper, "--json", "-").stdout)
+    arguments = ("response", "duffing", "--vary", "W=0.5:2", "--start", "W=1.2")
+    for more in (upper, (*upper, "--settled")):
+        result = run(*arguments, *more, "--json", "-")
+        assert result.exit_code == 0
+        (branch,) = json.loads(result.stdout)["branches"]
+        assert [item["type"] for item in branch["special"]] == ["LP", "LP"]
+    assert record["kind"] == "response"
+    assert record["state"][1] == pytest.approx(2.5429, abs=1e-3)
+    result = run(*arguments, "--start", "p=1")
     assert result.exit_code == 2
-    assert "comes to rest or does not come back" in result.stderr
+    assert "no state 'p'" in result.stderr
+
+
+def test_a_motion_that_settles_on_nothing_is_refused():
+    result = run("response", "lorenz", "--vary", "rho=28:20", "--settled")
+    assert result.exit_code == 2
+    assert "does not settle on what could be followed" in result.stderr
+    assert "forcing" not in result.stderr
 
 
 def test_the_duration_of_cycles_is_not_varied():

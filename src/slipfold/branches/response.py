@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 from slipfold.branches.assembly import assemble
+from slipfold.branches.begin import Begin
 from slipfold.branches.branch import Branch
 from slipfold.branches.event import Event
 from slipfold.branches.events import Happened
@@ -24,9 +24,11 @@ from slipfold.flow.typical_sizes import measured_within
 from slipfold.models.model import Model
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.orbit_point import OrbitPoint
-from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
 __all__ = ["measured_over", "trace_response"]
+
+SAME_VALUE = 1e-12
+"""Difference of two values of the parameter, in spans, that is rounding."""
 
 
 def trace_response(
@@ -37,7 +39,7 @@ def trace_response(
     settings: Settings | None = None,
     events: Sequence[Event] = (),
     observer: Observer | None = None,
-    start: PeriodicOrbit | None = None,
+    begin: Begin | None = None,
 ) -> tuple[Branch, ...]:
     """Follow the periodic response in one parameter, and all branches that leave it.
 
@@ -59,8 +61,8 @@ def trace_response(
         Values to be located.
     observer
         Called after every point; may raise `KeyboardInterrupt` to stop with what is done.
-    start
-        An orbit at the first value of the span; it is followed instead.
+    begin
+        Where the first branch begins instead: an orbit, or an equilibrium, at a value in the span.
 
     Returns
     -------
@@ -76,17 +78,26 @@ def trace_response(
     settings = settings or Settings()
     model, first, last = _checked(model, vary, span, events)
     if model.found_sizes is None:
-        model = measured_over(model, vary, (first, last), start)
-    if start is not None:
-        start = replace(start, model=model)
-    problem, point, begun = _first(model, vary, first, last, start)
+        model = measured_over(model, vary, (first, last), begin)
+    if begin is not None:
+        begin = begin.measured_in(model.found_sizes)
+    problem, point, begun = _first(model, vary, first, last, begin)
     branches = _Branches((first, last), settings, events, observer)
-    branches.explore(Start(problem, (point,)))
+    branches.explore(Start(problem, _ways(problem, point, (first, last))))
     return assemble(branches, begun)
 
 
+def _ways(
+    problem: PeriodicProblem, point: OrbitPoint, span: tuple[float, float]
+) -> tuple[OrbitPoint, ...]:
+    """Return the first point, from inside the span in both directions."""
+    value = problem.value(point.z)
+    inside = min(abs(value - end) for end in span) > SAME_VALUE * problem.width
+    return (point, problem.turned(point)) if inside else (point,)
+
+
 def measured_over(
-    model: Model, vary: str, span: tuple[float, float], start: PeriodicOrbit | None = None
+    model: Model, vary: str, span: tuple[float, float], begin: Begin | None = None
 ) -> Model:
     """Return a model that knows how large its states become over a span of a parameter.
 
@@ -98,11 +109,12 @@ def measured_over(
         Name of the parameter.
     span
         Its values.
-    start
-        An orbit at the first value, if one is known.
+    begin
+        Where the first branch begins, if that is given.
     """
     values = [{vary: value} for value in (span[0], sum(span) / 2, span[1])]
-    return measured_within(model, values, None if start is None else start.nodes)
+    orbit = None if begin is None else begin.orbit
+    return measured_within(model, values, None if orbit is None else orbit.nodes)
 
 
 def _checked(
@@ -129,15 +141,14 @@ def _checked(
 
 
 def _first(
-    model: Model, vary: str, first: float, last: float, orbit: PeriodicOrbit | None
+    model: Model, vary: str, first: float, last: float, begin: Begin | None
 ) -> tuple[PeriodicProblem, OrbitPoint, End]:
-    """Return the first branch: from the orbit given, or the response, or the equilibrium.
+    """Return the first branch: from what is given, or the response, or the equilibrium.
 
     Where the first value of the span has none, it begins at the last.
     """
-    if orbit is not None:
-        problem, start = orbit_start(orbit, vary, first, last)
-        return problem, start, _span_begin(vary, first)
+    if begin is not None:
+        return _given(model, vary, (first, last), begin)
     try:
         return (*_begin(model, vary, first, last), _span_begin(vary, first))
     except InputError as error:
@@ -153,6 +164,21 @@ def _first(
         (last,),
     )
     return problem, start, end
+
+
+def _given(
+    model: Model, vary: str, span: tuple[float, float], begin: Begin
+) -> tuple[PeriodicProblem, OrbitPoint, End]:
+    """Return the first branch from where it is given to begin."""
+    at = begin.value
+    # On the last value it can only go back.
+    width = span[0] - span[1] if at == span[1] else span[1] - span[0]
+    if begin.orbit is not None:
+        problem, start = orbit_start(begin.orbit, vary, at, at + width)
+    else:
+        there = model.replace(**{vary: at})
+        problem, start = equilibrium_start(there, vary, at, at + width, begin.state)
+    return problem, start, _span_begin(vary, at)
 
 
 def _begin(

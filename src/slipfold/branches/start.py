@@ -108,7 +108,7 @@ def _nodes_from_quiet(problem: PeriodicProblem, value: float) -> Array:
 
 
 def equilibrium_start(
-    model: Model, vary: str, first: float, last: float
+    model: Model, vary: str, first: float, last: float, near: Array | None = None
 ) -> tuple[EquilibriumProblem, OrbitPoint]:
     """Return the equilibrium of an autonomous model at the first value of a span.
 
@@ -120,17 +120,20 @@ def equilibrium_start(
         Name of the parameter.
     first, last
         The span.
+    near
+        Where it is searched, shape (n,); the model's start if None.
 
     Raises
     ------
     InputError
-        If no equilibrium is found from the model's start or around it.
+        If no equilibrium is found from there or around it.
     """
-    state = search_equilibrium(model, model.start)
+    near = model.start if near is None else near
+    state = search_equilibrium(model, near)
     if state is None:
         raise InputError(
             f"no equilibrium of {model.name} was found at {vary} = {first:g}, from the state "
-            f"{model.start.tolist()} or around it; give a start nearer to one, or start the span "
+            f"{near.tolist()} or around it; give a start nearer to one, or start the span "
             "elsewhere"
         )
     jacobian = evaluation_of(model).jacobian(model, state)

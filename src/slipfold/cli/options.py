@@ -15,6 +15,7 @@ __all__ = [
     "ModelName",
     "Out",
     "Sets",
+    "Start",
     "Tolerance",
 ]
 
@@ -66,6 +67,17 @@ Csv = Annotated[
 MaxStep = Annotated[
     str | None,
     typer.Option(metavar="S", help="Largest step from point to point, in scaled arclength."),
+]
+
+Start = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--start",
+        metavar="NAME=VALUE",
+        help="Starting state, else the model's own: of a motion; of a response an orbit near it is "
+        "followed, with --settled what a motion from it settles to. With a value of the parameter "
+        "varied the branch begins there, in both directions. Repeatable.",
+    ),
 ]
 
 Tolerance = Annotated[

@@ -16,6 +16,7 @@ from slipfold.cli.options import (
     ModelName,
     Out,
     Sets,
+    Start,
     Tolerance,
 )
 from slipfold.cli.outputs import Outputs
@@ -31,14 +32,9 @@ from slipfold.cli.status import DONE, FAILED, INTERRUPTED, note
 
 if TYPE_CHECKING:
     from slipfold.branches.progress import Progress
-    from slipfold.models.model import Model
-    from slipfold.orbits.periodic_orbit import PeriodicOrbit
     from slipfold.results.diagram import Diagram
 
 __all__ = ["response"]
-
-MOTION = 2000
-"""Forcing periods of the motion that is to settle."""
 
 Vary = Annotated[
     list[str],
@@ -68,8 +64,8 @@ Settled = Annotated[
     bool,
     typer.Option(
         "--settled",
-        help="Follow the orbit that a motion from rest settles to at the start of the span, "
-        "instead of the response (of an autonomous system: the equilibrium).",
+        help="Follow what a motion settles to at the start of the span, instead of the response "
+        "(of an autonomous system: the equilibrium).",
     ),
 ]
 
@@ -88,6 +84,7 @@ def response(
     tolerance: Tolerance = None,
     max_points: MaxPoints = None,
     largest_period: LargestPeriod = None,
+    start: Start = None,
     settled: Settled = False,
 ) -> int:
     """Follow the periodic response over a parameter; find every bifurcation and go on past it.
@@ -108,7 +105,7 @@ def response(
     events += [parse_event(text, chosen, name, stop=True) for text in stop_at or ()]
     settings = parse_settings(max_step, tolerance, max_points, largest_period)
     words = response_text(name, chosen.parameter(name).unit)
-    first = settled_orbit(chosen.replace(**{name: span[0]})) if settled else chosen
+    begin = parse_assignments(start, "--start") or None
     with deferred_interrupts() as check:
         with live_line() as show:
 
@@ -117,38 +114,17 @@ def response(
                 check()
 
             diagram = compute(
-                first, name, span, settings=settings, events=events, observer=observer
+                chosen,
+                name,
+                span,
+                start=begin,
+                settled=settled,
+                settings=settings,
+                events=events,
+                observer=observer,
             )
         outputs.write(diagram)
     return _conclude(diagram, outputs)
-
-
-def settled_orbit(model: Model) -> PeriodicOrbit:
-    """Return the orbit that a motion from rest settles to.
-
-    Parameters
-    ----------
-    model
-        The model.
-
-    Raises
-    ------
-    InputError
-        If the motion does not settle on a periodic orbit.
-    """
-    from slipfold.errors import InputError
-    from slipfold.orbits.find import periodic_orbit
-    from slipfold.results.simulation import simulate
-
-    if not model.forced:
-        return periodic_orbit(model)
-    motion = simulate(model, periods=MOTION)
-    if motion.settlement.period is None:
-        raise InputError(
-            f"a motion from rest does not settle on a periodic orbit in {MOTION} forcing periods "
-            f"({motion.settlement}); leave out --settled, or start the span elsewhere"
-        )
-    return periodic_orbit(model, motion.settlement.period, motion.strobe[-1])
 
 
 def _conclude(diagram: Diagram, outputs: Outputs) -> int:

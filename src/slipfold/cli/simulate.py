@@ -24,7 +24,10 @@ Periods = Annotated[
 States = Annotated[
     list[str] | None,
     typer.Option(
-        "--state", metavar="NAME=VALUE", help="Initial state at phase zero, else 0. Repeatable."
+        "--start",
+        "--state",
+        metavar="NAME=VALUE",
+        help="Starting state at phase zero, else the model's own. Repeatable.",
     ),
 ]
 Tolerance = Annotated[
@@ -60,7 +63,7 @@ def simulate(
     units = {item.name: item.unit for item in chosen.states}
     start = {
         name: parse_quantity(value, units.get(name, ""), name)
-        for name, value in parse_assignments(state, "--state").items()
+        for name, value in parse_assignments(state, "--start").items()
     }
     motion = compute(
         chosen,

@@ -60,6 +60,7 @@ _TAKEN = frozenset(
             "settings",
         ),
         *("observer", "plane", "window", "types", "regions", "periods", "state", "tolerance"),
+        "settled",
     )
 )
 

@@ -85,9 +85,9 @@ def periodic_orbit(
     period
         Period in forcing periods; 1 for an autonomous model.
     state
-        State near the orbit at phase zero, shape (n_states,) or by name. Without it the linear
-        response is the guess for period 1, and what a motion from rest settles to for longer
-        periods.
+        State near the orbit at phase zero, shape (n_states,), or some states by name; what is not
+        given is the model's own start. Without it the linear response is the guess for period 1,
+        and what a motion from the start settles to for longer periods.
     tolerance
         Largest mismatch of the accepted orbit, in scaled states.
     settle
@@ -173,8 +173,9 @@ def _cycle(
 
 def _checked_state(model: Model, state: ArrayLike | Mapping[str, float]) -> Array:
     names = [item.name for item in model.states]
-    if isinstance(state, Mapping) and set(state) == set(names):
-        state = [state[name] for name in names]
+    if isinstance(state, Mapping) and set(state) <= set(names):
+        own = dict(zip(names, model.start, strict=True))
+        state = [state.get(name, own[name]) for name in names]
     try:
         checked = np.asarray(state, dtype=float)
     except (TypeError, ValueError):
@@ -211,10 +212,10 @@ def _response(problem: PeriodicProblem, model: Model, tolerance: float) -> Corre
 
 
 def _settled(model: Model, periods: int) -> Array:
-    """State that a motion from rest comes to."""
+    """State that a motion from the model's start comes to."""
     flow = flow_of(model)
     constants = flow.constants_of(model)
-    state = np.zeros(flow.dimension)
+    state = model.start
     one_period = np.array([0.0, 1.0])
     for _ in range(periods):
         state = flow.trajectory(state, constants, one_period)[-1]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from time import perf_counter
 
+from slipfold.branches.begin import Begin
 from slipfold.branches.event import Event
 from slipfold.branches.progress import Observer
 from slipfold.branches.response import measured_over, trace_response
@@ -14,6 +15,8 @@ from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.system import System
+from slipfold.orbits.find import periodic_orbit
+from slipfold.orbits.orbit_near import orbit_near, settled_on
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.results.diagram import Diagram
 from slipfold.results.given_settings import checked_settings
@@ -27,6 +30,8 @@ def response(
     vary: str,
     span: tuple[float | str, float | str],
     *,
+    start: Mapping[str, float | str] | None = None,
+    settled: bool = False,
     settings: Settings | None = None,
     events: Sequence[Event] = (),
     observer: Observer | None = None,
@@ -39,14 +44,20 @@ def response(
     Parameters
     ----------
     model
-        The model, e.g. ``SlidingOscillator()``. Or a periodic orbit of it, at the first value of
-        the span: the branch through that orbit is followed, whether or not the response leads to
-        it.
+        The model, e.g. ``SlidingOscillator()``. Or a periodic orbit of it, at a value in the span:
+        the branch through that orbit is followed, whether or not the response leads to it, from
+        inside the span in both directions.
     vary
         Name of the parameter to follow.
     span
         Its first and last value: numbers in SI units, or text with a unit. A descending span is
         fine.
+    start
+        States by name, near an orbit that is followed instead of the response; of an autonomous
+        model near a cycle or an equilibrium. With a value of the varied parameter among them the
+        branch begins there, and goes in both directions. What is not given is the model's start.
+    settled
+        Whether what a motion from there settles on is followed instead.
     settings
         Options of continuation; the defaults of `slipfold.Settings` if None.
     events
@@ -84,9 +95,9 @@ def response(
     >>> diagram.branches[0].special[0].type
     'BP'
     """
-    start = model if isinstance(model, PeriodicOrbit) else None
-    if start is not None:
-        model = _model_of(start, vary, span, parameters)
+    orbit = model if isinstance(model, PeriodicOrbit) else None
+    if orbit is not None:
+        model = _model_of(orbit, vary, span, {**parameters, **(start or {})})
     if vary in parameters:
         raise InputError(
             f"{vary} is varied, so it cannot be set to {parameters[vary]} as well; "
@@ -100,7 +111,10 @@ def response(
     changed = model.replace(**parameters)
     watched = (*events, *_own_events(changed, vary))
     first = changed.values[vary]
-    changed = measured_over(changed, vary, (first, last), start)
+    begin = None if orbit is None else Begin(orbit.model.values[vary], orbit)
+    if orbit is None and (start is not None or settled):
+        begin = _begin(changed, vary, (first, last), start or {}, settled)
+    changed = measured_over(changed, vary, (first, last), begin)
     branches = trace_response(
         changed,
         vary,
@@ -108,7 +122,7 @@ def response(
         settings=chosen,
         events=watched,
         observer=observer,
-        start=start,
+        begin=begin,
     )
     checked = check_branches(branches)
     return Diagram(
@@ -137,14 +151,50 @@ def _model_of(
             "with the values wanted"
         )
     model = orbit.model
-    first, _ = _ends(model, vary, span)
+    first, last = _ends(model, vary, span)
     own = model.values[vary]
-    if first != own:
+    if not min(first, last) <= own <= max(first, last):
         raise InputError(
             f"the span begins at {vary} = {first:g} but the orbit given lies at {vary} = {own:g}; "
-            "begin the span there"
+            "begin the span there, or let it hold that value"
         )
     return model
+
+
+def _begin(
+    model: Model,
+    vary: str,
+    span: tuple[float, float],
+    start: Mapping[str, float | str],
+    settled: bool,
+) -> Begin:
+    """Return where the first branch begins: near a state, or at what a motion from it settles on.
+
+    The state may have a value of the parameter; else it is at the first one.
+    """
+    units = {item.name: item.unit for item in model.states}
+    at, state = model.values[vary], {}
+    for name, value in start.items():
+        if name == vary:
+            parameter = model.parameter(vary)
+            at = parameter.check(parse_quantity(value, parameter.unit, name))
+        else:
+            state[name] = parse_quantity(value, units.get(name, ""), name)
+    if not min(span) <= at <= max(span):
+        raise InputError(
+            f"the start at {vary} = {at:g} is outside the span from {span[0]:g} to {span[1]:g}; "
+            "give one inside it"
+        )
+    there = model.replace(**{vary: at})
+    if settled:
+        found = settled_on(there, state)
+    elif state or not there.forced:
+        found = orbit_near(there, state)
+    else:
+        found = periodic_orbit(there)
+    if isinstance(found, PeriodicOrbit):
+        return Begin(at, found)
+    return Begin(at, state=found)
 
 
 def _own_events(model: Model, vary: str) -> tuple[Event, ...]:

@@ -1,0 +1,111 @@
+"""Responses that begin where a user says: near a state, or at what a motion settles on."""
+
+import numpy as np
+import pytest
+
+import slipfold as sf
+from slipfold.models import model_named
+
+FOLDS = [1.269601955546, 1.115700251771]
+"""Of Duffing's oscillator at the built-in values, from its upper branch on."""
+
+UPPER, LOWER = {"q": 1.33, "v": 2.54}, {"q": -0.45}
+"""States near its two stable responses at W = 1.2."""
+
+
+def values(branch, kind):
+    return [item.value for item in branch.special if item.type == kind]
+
+
+@pytest.mark.parametrize("start", [UPPER, LOWER])
+def test_coexisting_responses_are_reached_by_their_states(start):
+    diagram = sf.response(model_named("duffing"), "W", (1.2, 1.25), start=start)
+    (branch,) = diagram.branches
+    expected = sf.periodic_orbit(model_named("duffing", W=1.2), state=start)
+    assert branch.states[0] == pytest.approx(expected.state, abs=1e-9)
+    assert expected.stable
+
+
+def test_a_branch_is_followed_in_both_directions_from_inside_the_span():
+    diagram = sf.response(model_named("duffing"), "W", (0.5, 2.0), start={"W": 1.2, **UPPER})
+    (branch,) = diagram.branches
+    assert values(branch, "LP") == pytest.approx(FOLDS, abs=1e-10)
+    assert branch.parameter[[0, -1]] == pytest.approx([0.5, 2.0])
+    assert branch.begun.reason == "reached the end of the span at W = 0.5"
+
+
+@pytest.mark.parametrize(("first", "last"), [(0.5, 2.0), (2.0, 0.5)])
+@pytest.mark.parametrize("at", [0.5, 2.0])
+def test_from_an_end_of_the_span_there_is_one_direction(first, last, at):
+    diagram = sf.response(model_named("duffing"), "W", (first, last), start={"W": at})
+    (branch,) = diagram.branches
+    assert branch.parameter[[0, -1]] == pytest.approx([at, 2.5 - at])
+    assert sorted(values(branch, "LP")) == pytest.approx(sorted(FOLDS), abs=1e-10)
+
+
+def test_an_orbit_of_period_two_goes_back_to_where_it_was_born():
+    orbit = sf.periodic_orbit(sf.SlidingOscillator(f=12.5, Nd=0.1), period=2)
+    (branch,) = sf.response(orbit, "Nd", (0, 0.5)).branches
+    assert values(branch, "NS") == pytest.approx([0.05669067722, 0.1664381671], abs=1e-10)
+    assert branch.begun.kind == "closed"
+    assert branch.begun.value == pytest.approx(0.0435789, abs=1e-6)
+
+
+def test_a_state_near_an_orbit_of_period_two_finds_it():
+    near = sf.periodic_orbit(sf.SlidingOscillator(f=12.5, Nd=0.3), period=2).state * 1.001
+    names = ("x", "y", "vx", "vy")
+    start = {"Nd": 0.3, **dict(zip(names, near.tolist(), strict=True))}
+    (branch,) = sf.response(sf.SlidingOscillator(f=12.5), "Nd", (0.2, 0.4), start=start).branches
+    assert branch.period == 2
+
+
+@pytest.mark.parametrize("settled", [True, False])
+def test_a_cycle_is_followed(settled):
+    start = {"mu": 1.0, "x": 2.0}
+    diagram = sf.response(
+        model_named("vanderpol-free"), "mu", (0.5, 2), start=start, settled=settled
+    )
+    (branch,) = diagram.branches
+    assert branch.kind == "periodic"
+    at = int(np.abs(branch.parameter - 1).argmin())
+    assert branch.durations[at] == pytest.approx(6.663286859323, rel=1e-10)
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_one_of_several_equilibria_is_followed(side):
+    start = {"x": 7.0 * side, "y": 7.0 * side, "z": 19.0}
+    (branch,) = sf.response(model_named("lorenz"), "rho", (20, 2), start=start).branches
+    exact = side * np.sqrt(8 / 3 * (branch.parameter - 1))
+    assert branch.states[:, 0] == pytest.approx(exact, rel=1e-9)
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_the_start_of_a_forced_model_says_which_well(side):
+    wells = sf.System(
+        parameters={"F": 0.05},
+        states={
+            "q": {"rate": "v", "start": side},
+            "v": "F*cos(1.2*t) + q - q^3 - 0.2*v",
+        },
+        forcing={"period": "2*pi/1.2", "quiet": "F"},
+    )
+    diagram = sf.response(wells, "F", (0.05, 0.1))
+    settled = sf.response(wells, "F", (0.05, 0.1), settled=True)
+    for branch in (diagram.branches[0], settled.branches[0]):
+        assert np.sign(branch.states[:, 0]) == pytest.approx(side)
+    assert np.sign(sf.simulate(wells, 300).strobe[-1, 0]) == side
+    assert np.sign(sf.periodic_orbit(wells, state={"v": 0.0}).state[0]) == side
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"start": {"z": 1}}, "no state 'z'"),
+        ({"start": {"Nd": 0.6}}, "Nd = 0.6 is outside the span from 0 to 0.5"),
+        ({"start": {"x": "wide"}}, "x"),
+        ({"start": {"Nd": 0.1}, "settled": True}, "does not settle on what could be followed"),
+    ],
+)
+def test_starts_that_cannot_be_used_are_refused(arguments, words):
+    with pytest.raises(sf.InputError, match=words):
+        sf.response(sf.SlidingOscillator(f=12.5), "Nd", (0, 0.5), **arguments)
