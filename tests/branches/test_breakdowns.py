@@ -84,7 +84,7 @@ def test_a_root_that_turns_negative_ends_the_branch() -> None:
     root = sf.System(
         name="root",
         parameters={"a": 1.0},
-        states={"x": {"rate": "a - x^0.5", "start": 1e-3}},
+        states={"x": {"rate": "a - x^0.5", "start": 1e-3, "scale": 1.0}},
     )
     (branch,) = sf.response(root, vary="a", span=(0, 1)).branches
     assert "singularity" in branch.stopped.reason
