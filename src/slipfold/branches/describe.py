@@ -177,15 +177,20 @@ def _crossing_anew(problem: PeriodicProblem, point: OrbitPoint) -> tuple[OrbitPo
     """Find the same branch point with its nodes elsewhere: along one branch it is singular."""
     other, guess, row = problem.shifted(point.z, point.tangent)
     start = make_point(guess, row, point.arclength, point.monodromy, point.residual)
-    try:
-        crossing = find_crossing(other, start, row)
-    except BREAKDOWNS:
-        return None, np.inf
+    crossing = find_crossing(other, start, row)
     return (None, np.inf) if crossing is None else (crossing.point, crossing.rounding)
 
 
 def _uncertainties(problem: PeriodicProblem, found: Found) -> tuple[float, Array]:
-    """Uncertainty of the parameter and of the multipliers.
+    """Uncertainty of the parameter and of the multipliers, infinite where nothing is known."""
+    try:
+        return _found_anew(problem, found)
+    except BREAKDOWNS:
+        return np.inf, np.full(len(found.point.multipliers), np.inf)
+
+
+def _found_anew(problem: PeriodicProblem, found: Found) -> tuple[float, Array]:
+    """Uncertainty of the parameter and of the multipliers, from computing all of it again.
 
     The parameter is uncertain by how far the orbit moves in it, and by how far along the branch
     the zero of the test function moves: its change over its slope. What the search left over of

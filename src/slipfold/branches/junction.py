@@ -12,6 +12,7 @@ from slipfold.branches.closing import SAME, Birth
 from slipfold.branches.start import doubled_start, hopf_start
 from slipfold.continuation.atlas import Chart, Start
 from slipfold.continuation.search import Found
+from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.equilibrium_problem import EquilibriumProblem
 from slipfold.orbits.orbit_point import OrbitPoint
@@ -53,7 +54,10 @@ def junctions_on(chart: Chart[OrbitPoint], largest_period: int) -> list[Junction
     """
     problem, junctions = chart.trail.curve, []
     for found in chart.trail.found:
-        birth = _birth(problem, found, largest_period)
+        try:
+            birth = _birth(problem, found, largest_period)
+        except BREAKDOWNS:  # nothing can be followed from there; the point itself is kept
+            continue
         if birth is None:
             continue
         start, curve = birth.start, birth.problem
