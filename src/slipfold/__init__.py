@@ -8,6 +8,7 @@ Three lines lead to a bifurcation diagram:
 ['PD', 'NS', 'NS']
 """
 
+from slipfold import figures as _figures  # noqa: F401 (says how results are drawn)
 from slipfold.attractors import Spectrum as Spectrum
 from slipfold.attractors import find_spectrum as find_spectrum
 from slipfold.branches import Branch as Branch

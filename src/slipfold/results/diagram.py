@@ -10,6 +10,7 @@ from slipfold.branches.event import Event
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.checks.checked import Checked
+from slipfold.drawing import draw
 from slipfold.models.model import Model
 from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
@@ -149,11 +150,7 @@ class Diagram(Result):
         InputError
             For an unknown output.
         """
-        # By name: the layer of results lies below that of plots, and starts without matplotlib.
-        from importlib import import_module
-
-        shown = self.model.states[0].name if output is None else output
-        return import_module("slipfold.plots.response").draw_response(self, shown, **options)
+        return draw(self, output=output, **options)
 
     def _table(self) -> LabelledTable:
         from slipfold.results.diagram_table import diagram_table

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from slipfold.branches.settings import Settings
 from slipfold.checks.checked import Checked
+from slipfold.drawing import draw
 from slipfold.loci.locus import Locus, LocusPoint
 from slipfold.loci.region_map import RegionMap
 from slipfold.loci.window import Window
@@ -127,10 +128,7 @@ class LocusDiagram(Result):
         matplotlib.axes.Axes
             The axes.
         """
-        # By name: the layer of results lies below that of plots, and starts without matplotlib.
-        from importlib import import_module
-
-        return import_module("slipfold.plots.loci").draw_loci(self, **options)
+        return draw(self, **options)
 
     def _table(self) -> LabelledTable:
         from slipfold.results.locus_table import locus_table

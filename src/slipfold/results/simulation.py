@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from slipfold.checks.checked import Checked
 from slipfold.checks.of_motion import check_motion
+from slipfold.drawing import draw
 from slipfold.errors import InputError
 from slipfold.flow.simulate import simulate as integrate
 from slipfold.flow.trajectory import Trajectory
@@ -123,14 +124,7 @@ class Simulation(Trajectory, Result):
         InputError
             For an unknown output or kind.
         """
-        if kind not in ("timeseries", "spectrum", "phase"):
-            raise InputError(f"kind = {kind!r} is unknown; give timeseries, spectrum or phase")
-        # By name: the layer of results lies below that of plots, and starts without matplotlib.
-        from importlib import import_module
-
-        draw = getattr(import_module(f"slipfold.plots.{kind}"), f"draw_{kind}")
-        shown = self.model.states[0].name if output is None else output
-        return draw(self.spectrum() if kind == "spectrum" else self, shown, **options)
+        return draw(self, output=output, kind=kind, **options)
 
     def _table(self) -> LabelledTable:
         from slipfold.results.simulation_table import simulation_table

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from slipfold.drawing import draw
 from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
 from slipfold.thresholds.threshold_map import GridThresholds
@@ -99,10 +100,7 @@ class ThresholdMap(GridThresholds, Result):
         matplotlib.axes.Axes
             The axes.
         """
-        # By name: the layer of results lies below that of plots, and starts without matplotlib.
-        from importlib import import_module
-
-        return import_module("slipfold.plots.threshold_map").draw_threshold_map(self, **options)
+        return draw(self, **options)
 
     def _table(self) -> LabelledTable:
         from slipfold.results.threshold_table import threshold_table

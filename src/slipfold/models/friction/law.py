@@ -13,6 +13,7 @@ import heyoka as hy
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from slipfold.drawing import draw
 from slipfold.errors import InputError
 from slipfold.models.friction.contact_state import ContactState
 from slipfold.models.friction.functions import is_symbolic, sqrt
@@ -385,10 +386,7 @@ class FrictionLaw(ABC):
         matplotlib.axes.Axes
             The axes.
         """
-        # By name: the layer of models lies below that of plots, and starts without matplotlib.
-        from importlib import import_module
-
-        return import_module("slipfold.plots.friction").draw_friction(self, **options)
+        return draw(self, **options)
 
     @classmethod
     def _own_parameters(cls) -> tuple[Parameter, ...]:
