@@ -141,3 +141,10 @@ def test_motion_begins_by_itself_for_others(browser, address):
         explorer = ExplorerPage(context.new_page(), address).open()
         expect(explorer.page.get_by_role("button", name="Pause the motion")).to_be_visible()
         assert explorer.faults == []
+
+
+def test_the_multiplier_that_every_cycle_has_is_not_its_largest(explorer):
+    explorer.open("model=squeal&p.mu=1")
+    expect(explorer.page.locator("#orbit-title")).to_have_text(
+        re.compile(r"cycle of 3.089\u202fs, stable; largest multiplier besides 1: 0\.[0-9]+$")
+    )

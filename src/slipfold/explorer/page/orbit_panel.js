@@ -158,7 +158,14 @@ function titleOf(answer, place, vary, isForced) {
     const pair = im === 0 ? formatted(re) : `(${complexText([re, Math.abs(im)]).replace("+", "±")})`;
     return `${at}: equilibrium, ${kind}; rightmost eigenvalue ${pair}\u202f1/s`;
   }
-  const size = `largest multiplier ${formatted(Math.max(0, ...answer.multipliers.map(([re, im]) => Math.hypot(re, im))), 4)}`;
+  const largest = (values) => formatted(Math.max(0, ...values.map(([re, im]) => Math.hypot(re, im))), 4);
+  if (isForced) return `${at}: period ${answer.period}, ${kind}; largest multiplier ${largest(answer.multipliers)}`;
   const cycle = `cycle of ${formatted(answer.t.at(-1) - answer.t[0])}\u202fs`;
-  return `${at}: ${isForced ? `period ${answer.period}` : cycle}, ${kind}; ${size}`;
+  return `${at}: ${cycle}, ${kind}; largest multiplier besides 1: ${largest(withoutOne(answer.multipliers))}`;
+}
+
+/** Multipliers of a cycle but that of its own direction, which is one. */
+function withoutOne(multipliers) {
+  const gaps = multipliers.map(([re, im]) => Math.hypot(re - 1, im));
+  return multipliers.toSpliced(gaps.indexOf(Math.min(...gaps)), 1);
 }
