@@ -1,5 +1,7 @@
 """The plane beside the diagram: what is dragged in it is followed by diagram and orbit."""
 
+import re
+
 import pytest
 from playwright.sync_api import expect
 
@@ -47,6 +49,7 @@ def test_loci_and_regions_and_the_working_point_dragged(plane):
     expect(plane.page.get_by_label("Undo (Ctrl+Z)")).to_be_enabled()
     # It moves by keys too, and it does not make the plane old.
     f = plane.parameter("f")
+    plane.page.wait_for_url(re.compile(r"p\.f=12\.[0-9]{1,4}&"))
     with plane.redrawn():
         point.press("ArrowLeft")
     assert plane.parameter("f") == pytest.approx(f - 0.002, abs=1e-4)

@@ -8,10 +8,14 @@ import { PlaneLegend, shadeKeys } from "./plane_legend.js";
 import { draftOf, markedPoints, planeTraces, regionNames, shade } from "./plane_traces.js";
 import { CONFIG, frame, layout, mapping } from "./plot_frame.js";
 import { axisTitle, display, withUnit } from "./quantities.js";
+import { roundStep, snapped } from "./steps.js";
 import { colours, themeChanged } from "./theme.js";
 import { inside } from "./view.js";
 
 const KEY_STEPS = 100;
+
+/** What the ring moves by when it is dragged, over the window. */
+const FINE = 0.001;
 /** Of the legend of a saved picture, in pixels. */
 const LEGEND_LINE = 20;
 const LEGEND_SAMPLE = 45;
@@ -181,9 +185,10 @@ export class PlanePlot {
   }
 
   #move(px, py, how) {
-    const { fx, fy } = this.#axes();
+    const { fx, fy, plane } = this.#axes();
     const [a, b] = this.#map.toData(px, py);
-    this.#set(a / fx, b / fy, how);
+    const round = (value, [low, high], factor) => snapped(value, roundStep((high - low) * factor, FINE));
+    this.#set(round(a, plane.x.span, fx) / fx, round(b, plane.y.span, fy) / fy, how);
   }
 
   #key(event) {

@@ -1,6 +1,6 @@
 /** What the large plots have in common: fonts, axes, margins, and where data are on the screen. */
 
-const MARGIN = { l: 64, r: 18, t: 14, b: 46 };
+const MARGIN = { l: 74, r: 18, t: 14, b: 46 };
 
 export const CONFIG = {
   displayModeBar: false,
@@ -51,6 +51,8 @@ function axis(colour, { title, range }) {
     automargin: false,
     exponentformat: "power",
     minexponent: 4,
+    // On one of them: on all of them it would run into the title.
+    showexponent: "last",
   };
 }
 

@@ -9,6 +9,10 @@ import { formatted } from "./quantities.js";
 
 const MARGIN = { left: 46, right: 10, top: 8, bottom: 32 };
 
+/** Widths in pixels of the ordinate's title with its distance, and of a digit beside it. */
+const TITLE = 26;
+const DIGIT = 6.2;
+
 /**
  * @typedef {object} Line
  * @property {number[]} x
@@ -119,8 +123,7 @@ export class SmallPlot {
       text(formatted(value), { x: x(value), y: bottom + 13, "text-anchor": "middle" });
     }
     const decades = yAxis.isLog;
-    const count = Math.max((bottom - top) / (decades ? 22 : 30), 2);
-    for (const value of ticks(yRange, count).filter((v) => !decades || Number.isInteger(v))) {
+    for (const value of yTicks(yRange, top, bottom, decades)) {
       grid.push(`M${left} ${y.linear(value).toFixed(1)}H${right}`);
       const label = decades ? powerOfTen(value) : [formatted(value)];
       nodes.push(svg("text", { x: left - 5, y: y.linear(value) + 4, "text-anchor": "end" }, ...label));
@@ -156,7 +159,7 @@ export class SmallPlot {
 }
 
 function mapOf({ x, y, lines, dots = [], stems = [] }, width, height, isEqual) {
-  const left = MARGIN.left;
+  let left = MARGIN.left;
   const right = width - MARGIN.right;
   const top = MARGIN.top;
   const bottom = height - MARGIN.bottom;
@@ -165,6 +168,9 @@ function mapOf({ x, y, lines, dots = [], stems = [] }, width, height, isEqual) {
   let xRange = x.range ?? padded([...all.flatMap((line) => line.x), ...dots.map((dot) => dot.x)]);
   let yRange = y.range ??
     padded([...all.flatMap((line) => line.y), ...dots.map((dot) => dot.y)].map(scale), 0.08);
+  // Long numbers need room beside the title.
+  const longest = Math.max(...yTicks(yRange, top, bottom, y.isLog).map((value) => formatted(value).length));
+  if (!y.isLog) left = Math.max(left, TITLE + DIGIT * longest);
   if (isEqual) [xRange, yRange] = equal(xRange, yRange, right - left, bottom - top);
   const linear = (value) => bottom - ((value - yRange[0]) / (yRange[1] - yRange[0])) * (bottom - top);
   return {
@@ -173,6 +179,11 @@ function mapOf({ x, y, lines, dots = [], stems = [] }, width, height, isEqual) {
     y: Object.assign((value) => linear(scale(value)), { linear }),
     dataX: (pixel) => xRange[0] + ((pixel - left) / (right - left)) * (xRange[1] - xRange[0]),
   };
+}
+
+function yTicks(range, top, bottom, isLog) {
+  const count = Math.max((bottom - top) / (isLog ? 22 : 30), 2);
+  return ticks(range, count).filter((value) => !isLog || Number.isInteger(value));
 }
 
 /** Widen one of two ranges until a unit of both is equally long. */
