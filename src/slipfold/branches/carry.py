@@ -9,23 +9,20 @@ turns to the other side, nothing is carried: the branches have to be followed.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.branch import Branch, End
-from slipfold.branches.normal_form import normal_form
+from slipfold.branches.carried_curve import CarriedCurve, curve_through
+from slipfold.branches.carried_points import TESTS, carried_points
 from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
-from slipfold.continuation.interpolation import polynomial
 from slipfold.models.model import Model
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
-from slipfold.orbits.floquet import floquet_multipliers
 from slipfold.orbits.limits import broken_limit
 from slipfold.orbits.many_orbits import Corrected, correct_many
-from slipfold.orbits.orbit_point import make_point
-from slipfold.orbits.test_functions import evaluate_tests
 
 __all__ = ["carry_branches"]
 
@@ -45,53 +42,6 @@ LOST = 0.4
 """Share of the points that may be lost at the end of a branch."""
 
 REASON = "carried from neighbouring parameter values, as far as that is sure"
-
-SHARP = 1e-8
-"""Correction of orbits at special points that is the last: the test function of a torus varies by
-1e-6 over a branch, and follows from derivatives taken before that correction."""
-
-ROUNDS = 6
-"""Interpolations that may locate a special point; two are usual."""
-
-ZERO = 1e-3
-"""Value of a test function that is zero, over its larger value beside the crossing: a thousandth
-of a step, which no drawing shows."""
-
-NARROW = 1e-5
-"""Width of an interval that needs no more narrowing, over the length of the branch."""
-
-DISTINCT = 1e-3
-"""Least distance of two special points, over the length of the branch."""
-
-TESTS = {"PD": "PD", "NS": "NS", "LP": "LP"}
-"""The test function of each type of special point that can be carried."""
-
-CHANGES = {"PD": 1, "NS": 2, "LP": 1}
-"""Multipliers that cross the unit circle there."""
-
-
-@dataclass(frozen=True, eq=False)
-class _Curve:
-    """Orbits of one branch in order, with what is watched along them."""
-
-    problem: PeriodicProblem
-    z: Array
-    multipliers: NDArray[np.complex128]
-    tests: dict[str, Array]
-    reach: float
-    """Arclength up to which the known branch could be carried."""
-    whole: bool
-    """Whether that is all of it."""
-
-    @property
-    def arclength(self) -> Array:
-        """Chords added up, shape (k,)."""
-        steps = np.linalg.norm(np.diff(self.z, axis=0), axis=1)
-        return np.concatenate([[0.0], np.cumsum(steps)])
-
-    @property
-    def unstable(self) -> NDArray[np.int64]:
-        return (np.abs(self.multipliers) > 1).sum(axis=1)
 
 
 def carry_branches(branches: Sequence[Branch], model: Model) -> tuple[Branch, ...] | None:
@@ -140,7 +90,7 @@ def carry_branches(branches: Sequence[Branch], model: Model) -> tuple[Branch, ..
 
 def _carried_curve(
     branch: Branch, special: list[SpecialPoint], model: Model, parents: Sequence[Branch]
-) -> _Curve | None:
+) -> CarriedCurve | None:
     """Correct the points of a branch and its special points at the new parameter values."""
     places, nodes, values = _knots(branch, special)
     if len(places) < 4:
@@ -161,7 +111,7 @@ def _carried_curve(
     forward = found.some(_forward(found.z[:count], found.tangents[:count], *ends))
     if len(forward.z) < 4:
         return None
-    curve = _curve(problem, forward, float(places[inner][count - 1]), whole)
+    curve = curve_through(problem, forward, float(places[inner][count - 1]), whole)
     curve = _with_ends(curve, *ends)
     return curve if _coherent(curve, guesses) else None
 
@@ -245,17 +195,7 @@ def _forward(z: Array, tangents: Array, first: Array | None, last: Array | None)
     return chosen
 
 
-def _curve(
-    problem: PeriodicProblem, found: Corrected, reach: float = np.inf, whole: bool = True
-) -> _Curve:
-    multipliers = np.array([floquet_multipliers(item) for item in found.monodromies])
-    rows = [evaluate_tests(values) for values in multipliers]
-    tests = {name: np.array([row[name] for row in rows]) for name in ("PD", "NS")}
-    tests["LP"] = found.tangents[:, -1]
-    return _Curve(problem, found.z, multipliers, tests, reach, whole)
-
-
-def _coherent(curve: _Curve, before: Array) -> bool:
+def _coherent(curve: CarriedCurve, before: Array) -> bool:
     """Whether neighbours are still neighbours."""
     if len(curve.z) < 4:
         return False
@@ -297,7 +237,7 @@ def _ends(
     )
 
 
-def _with_ends(curve: _Curve, first: Array | None, last: Array | None) -> _Curve:
+def _with_ends(curve: CarriedCurve, first: Array | None, last: Array | None) -> CarriedCurve:
     """Join orbits to the ends of a curve."""
     for z, end in ((first, 0), (last, -1)):
         if z is None:
@@ -326,20 +266,13 @@ def _doubled(problem: PeriodicProblem, point: SpecialPoint, beside: Array) -> Ar
 # -- special points ------------------------------------------------------------------------------
 
 
-def _as_branch(before: Branch, special: list[SpecialPoint], curve: _Curve) -> Branch | None:
+def _as_branch(before: Branch, special: list[SpecialPoint], curve: CarriedCurve) -> Branch | None:
     """Return the branch with its special points, None if they are not those of before."""
     special = [item for item in special if item.arclength <= curve.reach]
-    brackets = _brackets(curve)
-    if [type_ for type_, _ in brackets] != [item.type for item in special] or _may_hide(curve):
+    found = carried_points(curve, special)
+    if found is None:
         return None
-    located = _locate(curve, brackets)
-    if located is None:
-        return None
-    problem, s = curve.problem, curve.arclength
-    places, z, multipliers = located
-    forms = _normal_forms(problem, special, z)
-    if forms is None:
-        return None
+    problem = curve.problem
     values = curve.z[:, -1] * problem.width
     return replace(
         before,
@@ -348,19 +281,19 @@ def _as_branch(before: Branch, special: list[SpecialPoint], curve: _Curve) -> Br
         nodes=np.array([problem.nodes(item) for item in curve.z]),
         multipliers=curve.multipliers,
         residual=np.full(len(curve.z), np.nan),
-        arclength=s,
+        arclength=curve.arclength,
         special=tuple(
             replace(
                 item,
-                model=problem.model_at(z[i]),
-                value=problem.value(z[i]),
+                model=problem.model_at(found.z[i]),
+                value=problem.value(found.z[i]),
                 uncertainty=np.nan,
-                nodes=problem.nodes(z[i]),
-                multipliers=multipliers[i],
+                nodes=problem.nodes(found.z[i]),
+                multipliers=found.multipliers[i],
                 residual=np.nan,
-                arclength=float(places[i]),
-                coefficient=forms[i][0],
-                criticality=forms[i][1],
+                arclength=float(found.places[i]),
+                coefficient=found.forms[i][0],
+                criticality=found.forms[i][1],
             )
             for i, item in enumerate(special)
         ),
@@ -371,127 +304,5 @@ def _as_branch(before: Branch, special: list[SpecialPoint], curve: _Curve) -> Br
     )
 
 
-def _normal_forms(
-    problem: PeriodicProblem, special: list[SpecialPoint], z: Array
-) -> list[tuple[float, str | None]] | None:
-    """Return coefficients and criticality; None where a doubled branch has one fold more or less.
-
-    That is so where the period doubling it is born from turns from soft to hard, or back.
-    """
-    forms = []
-    for item, orbit in zip(special, z, strict=True):
-        monodromy = problem.linearise(orbit).monodromy
-        point = make_point(orbit, np.zeros_like(orbit), item.arclength, monodromy, np.nan)
-        try:
-            form = normal_form(problem, point, item.type)
-        except np.linalg.LinAlgError:
-            return None  # a second multiplier is critical
-        if item.type == "PD" and item.leads_to is not None and form[1] != item.criticality:
-            return None
-        forms.append(form)
-    return forms
-
-
 def _end(end: End, value: float) -> End:
     return end if end.kind == "span" else End(end.kind, end.reason, float(value))
-
-
-def _brackets(curve: _Curve) -> list[tuple[str, int]]:
-    """Return type and index of each interval in which multipliers cross the unit circle."""
-    found = []
-    for i, (left, right) in enumerate(pairwise(curve.unstable)):
-        for type_, name in TESTS.items():
-            test = curve.tests[name]
-            crosses = abs(int(right) - int(left)) == CHANGES[type_]
-            if crosses and test[i] * test[i + 1] < 0:
-                found.append((type_, i))
-    return found
-
-
-def _may_hide(curve: _Curve) -> bool:
-    """Whether a test function seems to cross zero and come back between two orbits."""
-    s = curve.arclength
-    for i in range(len(s) - 1):
-        near = slice(min(max(i - 1, 0), len(s) - 4), max(i + 3, 4))
-        inner = np.linspace(s[i], s[i + 1], 10)[1:-1]
-        for test in curve.tests.values():
-            between = polynomial(s[near], test[near], inner)
-            if test[i] * test[i + 1] > 0 and (between * test[i] < 0).any():
-                return True
-    return False
-
-
-def _locate(
-    curve: _Curve, brackets: list[tuple[str, int]]
-) -> tuple[Array, Array, NDArray[np.complex128]] | None:
-    """Locate all special points at once: places, unknowns and multipliers."""
-    s, size = curve.arclength, curve.z.shape[1]
-    if not brackets:
-        return np.empty(0), np.empty((0, size)), np.empty((0, curve.multipliers.shape[1]), complex)
-    known = [_Crossing(curve, s, TESTS[type_], index) for type_, index in brackets]
-    rows = np.array([item.direction for item in known])
-    for _ in range(ROUNDS):
-        places = [item.zero() for item in known]
-        guesses = [item.orbit_at(place) for item, place in zip(known, places, strict=True)]
-        found = correct_many(curve.problem, np.array(guesses), rows, SHARP)
-        if not found.found.all():
-            return None
-        at = _curve(curve.problem, found)
-        for i, (item, place) in enumerate(zip(known, places, strict=True)):
-            item.add(place, at.z[i], float(at.tests[item.test][i]))
-        if all(item.is_found for item in known):
-            break
-    apart = DISTINCT * float(s[-1])
-    if (np.diff(places) < apart).any() or not all(item.is_found for item in known):
-        return None  # a neighbour was mistaken for a crossing
-    return np.array(places), at.z, at.multipliers
-
-
-class _Crossing:
-    """A zero of a test function between two orbits, ever more narrowly enclosed."""
-
-    def __init__(self, curve: _Curve, s: Array, test: str, index: int) -> None:
-        self.test = test
-        near = slice(max(index - 1, 0), index + 3)
-        self.where, self.orbits = s[near], curve.z[near]
-        self.values = curve.tests[test][near]
-        chord = curve.z[index + 1] - curve.z[index]
-        self.direction = chord / np.linalg.norm(chord)
-        self.left = index - near.start
-        self.size = float(np.abs(self.values[self.left : self.left + 2]).max())
-        self.narrow = NARROW * float(s[-1])
-        self.is_found = False
-
-    @property
-    def _near(self) -> slice:
-        """The four known orbits around the interval."""
-        first = min(max(self.left - 1, 0), len(self.where) - 4)
-        return slice(max(first, 0), first + 4)
-
-    def zero(self) -> float:
-        """Return where the polynomial through the values has its zero in the interval."""
-        low, high = self.where[self.left], self.where[self.left + 1]
-        fine = np.linspace(low, high, 65)
-        values = polynomial(self.where[self._near], self.values[self._near], fine)
-        values[[0, -1]] = self.values[[self.left, self.left + 1]]
-        i = int(np.flatnonzero(values[:-1] * values[1:] <= 0)[0])
-        share = values[i] / (values[i] - values[i + 1])
-        return float(fine[i] + share * (fine[i + 1] - fine[i]))
-
-    def orbit_at(self, place: float) -> Array:
-        """Return the orbit that the known ones make likely."""
-        near = self._near
-        return np.asarray(polynomial(self.where[near], self.orbits[near], np.array([place]))[0])
-
-    def add(self, place: float, z: Array, value: float) -> None:
-        """Take one more orbit, and the smaller interval with the crossing."""
-        low, high = self.where[self.left], self.where[self.left + 1]
-        self.is_found = abs(value) < ZERO * self.size or high - low < self.narrow
-        if self.is_found:
-            return
-        after = self.left + 1
-        self.where = np.insert(self.where, after, place)
-        self.orbits = np.insert(self.orbits, after, z, axis=0)
-        self.values = np.insert(self.values, after, value)
-        if self.values[self.left] * value > 0:
-            self.left = after

@@ -1,0 +1,77 @@
+"""Orbits of one branch that are carried side by side, with what is watched along them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.orbits.floquet import floquet_multipliers
+from slipfold.orbits.many_orbits import Corrected
+from slipfold.orbits.test_functions import evaluate_tests
+
+__all__ = ["CarriedCurve", "curve_through"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class CarriedCurve:
+    """Orbits of one branch in order, with what is watched along them.
+
+    Parameters
+    ----------
+    problem
+        The boundary-value problem.
+    z
+        The orbits as unknowns, shape (k, ...).
+    multipliers
+        Their multipliers, shape (k, n).
+    tests
+        Test functions at each of them, by name.
+    reach
+        Arclength up to which the known branch could be carried.
+    whole
+        Whether that is all of it.
+    """
+
+    problem: PeriodicProblem
+    z: Array
+    multipliers: NDArray[np.complex128]
+    tests: dict[str, Array]
+    reach: float
+    whole: bool
+
+    @property
+    def arclength(self) -> Array:
+        """Chords added up, shape (k,)."""
+        steps = np.linalg.norm(np.diff(self.z, axis=0), axis=1)
+        return np.concatenate([[0.0], np.cumsum(steps)])
+
+    @property
+    def unstable(self) -> NDArray[np.int64]:
+        """Multipliers outside the unit circle, shape (k,)."""
+        return (np.abs(self.multipliers) > 1).sum(axis=1)
+
+
+def curve_through(
+    problem: PeriodicProblem, found: Corrected, reach: float = np.inf, whole: bool = True
+) -> CarriedCurve:
+    """Return corrected orbits with what is watched along them.
+
+    Parameters
+    ----------
+    problem
+        The boundary-value problem.
+    found
+        The orbits.
+    reach, whole
+        As of `CarriedCurve`.
+    """
+    multipliers = np.array([floquet_multipliers(item) for item in found.monodromies])
+    rows = [evaluate_tests(values) for values in multipliers]
+    tests = {name: np.array([row[name] for row in rows]) for name in ("PD", "NS")}
+    tests["LP"] = found.tangents[:, -1]
+    return CarriedCurve(problem, found.z, multipliers, tests, reach, whole)
