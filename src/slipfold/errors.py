@@ -11,11 +11,6 @@ BREAKDOWNS = (ArithmeticError, ValueError, RuntimeError)
 def breakdown(error: Exception) -> str:
     """Say as a clause what broke down.
 
-    Parameters
-    ----------
-    error
-        One of `BREAKDOWNS`.
-
     Examples
     --------
     >>> breakdown(ZeroDivisionError("division by zero"))

@@ -25,15 +25,7 @@ __all__ = ["assemble"]
 
 
 def assemble(atlas: Atlas[OrbitPoint], begun: End) -> tuple[Branch, ...]:
-    """Return all branches as data.
-
-    Parameters
-    ----------
-    atlas
-        What was followed, and what joins it.
-    begun
-        Why the first branch begins where it begins.
-    """
+    """Return all branches as data."""
     described: dict[Found, SpecialPoint] = {}
     branches = []
     for chart in atlas.charts:

@@ -33,10 +33,7 @@ class Begin:
     def measured_in(self, sizes: NDArray[np.float64] | None) -> Begin:
         """Return the same in other typical sizes of the states.
 
-        Parameters
-        ----------
-        sizes
-            Shape (n,); None for none.
+        Shapes: sizes (n,).
         """
         if self.orbit is None:
             return self

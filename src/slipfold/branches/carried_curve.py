@@ -59,17 +59,7 @@ class CarriedCurve:
 def curve_through(
     problem: PeriodicProblem, found: Corrected, reach: float = np.inf, whole: bool = True
 ) -> CarriedCurve:
-    """Return corrected orbits with what is watched along them.
-
-    Parameters
-    ----------
-    problem
-        The boundary-value problem.
-    found
-        The orbits.
-    reach, whole
-        As of `CarriedCurve`.
-    """
+    """Return corrected orbits with what is watched along them."""
     multipliers = np.array([floquet_multipliers(item) for item in found.monodromies])
     rows = [evaluate_tests(values) for values in multipliers]
     tests = {name: np.array([row[name] for row in rows]) for name in ("PD", "NS")}

@@ -67,15 +67,7 @@ class CarriedPoints:
 
 
 def carried_points(curve: CarriedCurve, special: Sequence[SpecialPoint]) -> CarriedPoints | None:
-    """Locate the special points of a carried branch; None if they are not those it had.
-
-    Parameters
-    ----------
-    curve
-        The carried orbits.
-    special
-        The special points of the known branch, as far as it was carried, in order.
-    """
+    """Locate the special points of a carried branch; None if they are not those it had."""
     brackets = _brackets(curve)
     if [type_ for type_, _ in brackets] != [item.type for item in special] or _may_hide(curve):
         return None

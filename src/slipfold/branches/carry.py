@@ -47,19 +47,6 @@ REASON = "carried from neighbouring parameter values, as far as that is sure"
 def carry_branches(branches: Sequence[Branch], model: Model) -> tuple[Branch, ...] | None:
     """Carry the branches of a response to other parameter values.
 
-    Parameters
-    ----------
-    branches
-        The whole response of a forced model, as `trace_response` returns it.
-    model
-        A model of the same kind.
-
-    Returns
-    -------
-    tuple of Branch or None
-        The branches with the same bifurcations in the same order, none of them refined; None where
-        that is not what there is, or where Newton's method loses the branches.
-
     Examples
     --------
     >>> import slipfold as sf

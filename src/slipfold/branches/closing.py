@@ -74,11 +74,6 @@ def has_copy(problem: PeriodicProblem) -> bool:
     """Whether each orbit, begun half its period later, is another point of the same curve.
 
     So it is with even periods, and with cycles: they may end where both coincide.
-
-    Parameters
-    ----------
-    problem
-        The boundary-value problem.
     """
     return problem.kind == "cycle" or problem.period % 2 == 0
 
@@ -88,13 +83,6 @@ def _meets_its_copy(problem: Shooting, before: OrbitPoint, point: OrbitPoint) ->
 
     The copy is the same orbit half a period later, so the difference between the halves of the
     orbit changes sign.
-
-    Parameters
-    ----------
-    problem
-        The equations.
-    before, point
-        Neighbouring points.
     """
     here, there = asymmetry(problem, before.z), asymmetry(problem, point.z)
     # A step may also land beside the parent, within what Newton's method can tell apart.
@@ -106,27 +94,12 @@ def step_beside_parent(problem: Shooting, point: OrbitPoint) -> float:
 
     Near the parent the halves of the orbit differ by about 1.4 times the arclength to it. A longer
     step could land on another branch that leaves the same parent nearby.
-
-    Parameters
-    ----------
-    problem
-        The equations.
-    point
-        A point of a curve of doubled period.
     """
     return max(BEFORE, 0.9 * float(np.linalg.norm(asymmetry(problem, point.z))))
 
 
 def asymmetry(problem: Shooting, z: Array) -> Array:
-    """Return by how much the halves of an orbit differ, in scaled states.
-
-    Parameters
-    ----------
-    problem
-        The equations.
-    z
-        An orbit.
-    """
+    """Return by how much the halves of an orbit differ, in scaled states."""
     half = problem.size // 2
     return z[:half] - z[half : problem.size]
 
@@ -189,19 +162,7 @@ class MeetsCopy:
 def close_on_parent(
     problem: PeriodicProblem, births: Sequence[Birth], last: OrbitPoint, meeting: Array
 ) -> Stop[OrbitPoint]:
-    """Return the end of a branch that meets its copy: where another is known to begin, if any.
-
-    Parameters
-    ----------
-    problem
-        The boundary-value problem.
-    births
-        Where branches are known to begin.
-    last
-        The last regular orbit.
-    meeting
-        The unknown where it meets its copy.
-    """
+    """Return the end of a branch that meets its copy: where another is known to begin, if any."""
     birth = _matching(problem, meeting, births)
     value = problem.value(meeting if birth is None else birth.in_terms_of(problem))
     where = _place_of_meeting(problem, meeting)

@@ -73,20 +73,6 @@ def find_crossing(curve: Shooting, point: OrbitPoint, along: Array) -> Crossing 
     leave along the directions in which its second derivative does: the algebraic branching equation
     (Keller, in Applications of Bifurcation Theory, 1977, 359-384; Govaerts, Numerical Methods for
     Bifurcations of Dynamical Equilibria, 2000, section 7.8).
-
-    Parameters
-    ----------
-    curve
-        The equations.
-    point
-        Where a branch point was located.
-    along
-        Direction of the branch there, from points farther away: it tells the two branches apart.
-
-    Returns
-    -------
-    Crossing or None
-        None where no second branch crosses.
     """
     reduced = _Reduction(curve, point.z)
     place = np.zeros(2)

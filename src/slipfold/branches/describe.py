@@ -41,15 +41,7 @@ NAMES = {
 
 
 def describe_bifurcation(problem: PeriodicProblem, found: Found) -> SpecialPoint:
-    """Return a located bifurcation with its normal form and its uncertainties.
-
-    Parameters
-    ----------
-    problem
-        The boundary-value problem.
-    found
-        The bifurcation.
-    """
+    """Return a located bifurcation with its normal form and its uncertainties."""
     form = _form_of(found)
     coefficient, criticality = _coefficient(problem, found.point, form)
     kind = "HB" if (problem.kind, found.type) == ("equilibrium", "NS") else found.type
@@ -95,17 +87,7 @@ def _form_of(found: Found) -> str | None:
 
 
 def describe_event(problem: PeriodicProblem, event: Event, point: OrbitPoint) -> SpecialPoint:
-    """Return a located user's event.
-
-    Parameters
-    ----------
-    problem
-        The boundary-value problem.
-    event
-        What was looked for.
-    point
-        The orbit.
-    """
+    """Return a located user's event."""
     name = f"{event.measure} {event.name} = {event.value:g}"
     again, rounding = _anew(problem, point)
     moved, multiplier_uncertainty = np.inf, np.full(len(point.multipliers), np.inf)

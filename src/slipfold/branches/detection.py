@@ -224,10 +224,7 @@ def _turns(found: Found) -> bool:
 def is_torus(values: NDArray[np.complex128]) -> bool:
     """Whether the product nearest to one is that of a complex pair on the unit circle.
 
-    Parameters
-    ----------
-    values
-        Multipliers, shape (n,).
+    Shapes: values (n,).
     """
     first, second = np.triu_indices(len(values), k=1)
     closest = np.abs(1 - values[first] * values[second]).argmin()

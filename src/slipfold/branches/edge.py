@@ -36,24 +36,6 @@ def end_on_edge(
 
     With the parameter held Newton's method is singular there. So a step is taken over the end, and
     the branch point is located between.
-
-    Parameters
-    ----------
-    problem
-        The boundary-value problem.
-    points
-        Points of the branch; the last of them lie where it failed.
-    span
-        The span.
-    settings
-        Options.
-
-    Returns
-    -------
-    points : list of OrbitPoint
-        Points of the branch, the last one on the end of the span.
-    found : list of Found
-        What was found behind the last but one of them.
     """
     edge = min(problem.bounds(span)[0][1:], key=lambda bound: abs(points[-1].z[-1] - bound))
 

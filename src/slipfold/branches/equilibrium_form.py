@@ -29,25 +29,7 @@ Vector = NDArray[Any]
 def equilibrium_form(
     problem: EquilibriumProblem, point: OrbitPoint, kind: str
 ) -> tuple[float, str | None]:
-    """Return the coefficient of an equilibrium's bifurcation and its criticality.
-
-    Parameters
-    ----------
-    problem
-        The equations.
-    point
-        The located equilibrium.
-    kind
-        ``"NS"``, which is the Hopf bifurcation, ``"LP"``, ``"pitchfork"`` or ``"transcritical"``.
-
-    Returns
-    -------
-    coefficient : float
-        First Lyapunov coefficient of a Hopf point; else of the field on the centre manifold, in
-        1/s, with the conventions of `slipfold.branches.normal_form.normal_form`.
-    criticality : str or None
-        ``"supercritical"`` or ``"subcritical"`` for Hopf points and pitchforks.
-    """
+    """Return the coefficient of an equilibrium's bifurcation and its criticality."""
     field = FieldMap(problem, point.z)
     ratios = problem.scales / problem.model_at(point.z).unit_scales()
     if kind == "NS":
@@ -66,18 +48,7 @@ def equilibrium_form(
 
 
 def first_lyapunov_coefficient(field: FieldMap) -> float:
-    """Return l1 of a Hopf point: below zero stable cycles are born, above it unstable ones.
-
-    Parameters
-    ----------
-    field
-        Derivatives of the vector field there.
-
-    Raises
-    ------
-    numpy.linalg.LinAlgError
-        Where an eigenvalue is zero and there is no such coefficient.
-    """
+    """Return l1 of a Hopf point: below zero stable cycles are born, above it unstable ones."""
     matrix = field.jacobian
     q, p, value = _turning(matrix)
     identity = np.eye(len(q))

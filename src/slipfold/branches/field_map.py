@@ -45,25 +45,14 @@ class FieldMap:
     def rescaled(self, monodromy: Array) -> Array:
         """Return a matrix in these scales.
 
-        Parameters
-        ----------
-        monodromy
-            In the scales of the problem, shape (n, n).
+        Shapes: monodromy (n, n).
         """
         return monodromy * self.rescaling[:, None] / self.rescaling
 
     def powers(self, directions: Array) -> tuple[Array, Array]:
         """Return B(v, v) and C(v, v, v) for real directions.
 
-        Parameters
-        ----------
-        directions
-            Shape (r, n).
-
-        Returns
-        -------
-        second, third : ndarray, shape (r, n)
-            The forms.
+        Shapes: directions (r, n); returns second, third (r, n).
         """
         units = self._scales * self._time
         found = self._flow.powers(self._state, self._constants, directions * self._scales)
@@ -72,20 +61,14 @@ class FieldMap:
     def carried(self, vector: Array) -> Array:
         """Return a displacement in these scales.
 
-        Parameters
-        ----------
-        vector
-            In the scales of the problem, shape (n,).
+        Shapes: vector (n,).
         """
         return vector * self.rescaling
 
     def second(self, pairs: list[tuple[Vector, Vector]]) -> list[Vector]:
         """Return B(u, v) for complex vectors.
 
-        Parameters
-        ----------
-        pairs
-            Vectors of shape (n,).
+        Shapes: pairs (n,).
         """
         parts = np.array([part for u, _ in pairs for part in (u.real, u.imag)])
         none = np.zeros((len(self._constants.values), 1))

@@ -68,15 +68,7 @@ class Homoclinic:
 
 
 def nears_homoclinic(problem: PeriodicProblem, points: Sequence[OrbitPoint]) -> str:
-    """Return a clause for the sentence of another end where a homoclinic orbit is near, else "".
-
-    Parameters
-    ----------
-    problem
-        The boundary-value problem.
-    points
-        Points of the branch.
-    """
+    """Return a clause for the sentence of another end where a homoclinic orbit is near, else ""."""
     if not _stands(problem, points, STANDS):
         return ""
     return (

@@ -49,25 +49,14 @@ class JetMap:
     def rescaled(self, monodromy: Array) -> Array:
         """Return a monodromy matrix in the map's scales.
 
-        Parameters
-        ----------
-        monodromy
-            In the scales of the boundary-value problem, shape (n, n).
+        Shapes: monodromy (n, n).
         """
         return monodromy * self.rescaling[:, None] / self.rescaling
 
     def powers(self, directions: Array) -> tuple[Array, Array]:
         """Return B(v, v) and C(v, v, v) for real directions.
 
-        Parameters
-        ----------
-        directions
-            Shape (m, n).
-
-        Returns
-        -------
-        second, third : ndarray, shape (m, n)
-            The forms.
+        Shapes: directions (m, n); returns second, third (m, n).
         """
         jets = self._flow.jet(
             self._nodes[0],
@@ -82,20 +71,14 @@ class JetMap:
     def second(self, pairs: list[tuple[Vector, Vector]]) -> list[Vector]:
         """Return B(u, v) for complex vectors, by polarisation.
 
-        Parameters
-        ----------
-        pairs
-            Vectors of shape (n,).
+        Shapes: pairs (n,).
         """
         return polarised(lambda directions: self.powers(directions)[0], pairs)
 
     def carried(self, vector: Array) -> Array:
         """Return a displacement of the flow's end in the map's scales.
 
-        Parameters
-        ----------
-        vector
-            In the scales of the boundary-value problem, shape (n,).
+        Shapes: vector (n,).
         """
         return vector * self.rescaling
 
@@ -105,12 +88,7 @@ def polarised(
 ) -> list[Vector]:
     """Return B(u, v) for complex vectors from the squares B(w, w) of real ones.
 
-    Parameters
-    ----------
-    squares
-        Function of vectors of shape (r, n), returns shape (r, n).
-    pairs
-        Vectors of shape (n,).
+    Shapes: squares (r, n); pairs (n,).
     """
     parts = [
         (place, factor, left, right)

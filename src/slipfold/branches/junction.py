@@ -44,13 +44,6 @@ def junctions_on(chart: Chart[OrbitPoint], largest_period: int) -> list[Junction
 
     What may end at a place of birth is followed once those are known: equilibria before cycles,
     orbits before those of longer period.
-
-    Parameters
-    ----------
-    chart
-        The branch.
-    largest_period
-        Branches are followed up to this period.
     """
     problem, junctions = chart.trail.curve, []
     for found in chart.trail.found:
@@ -86,15 +79,7 @@ def _other_branch(found: Found, tangent: NDArray[np.float64]) -> OrbitPoint:
 
 
 def find_meeting(junction: Junction, known: Sequence[Junction]) -> Junction | None:
-    """Return the branch point of a known branch that another branch passed again, if it is one.
-
-    Parameters
-    ----------
-    junction
-        A branch point.
-    known
-        Known ones.
-    """
+    """Return the branch point of a known branch that another branch passed again, if it is one."""
     return next((other for other in known if _are_one(junction, other)), None)
 
 

@@ -76,30 +76,7 @@ class MapDerivatives(Protocol):
 
 
 def normal_form(problem: PeriodicProblem, point: OrbitPoint, kind: str) -> tuple[float, str | None]:
-    """Return the coefficient of a bifurcation's normal form and its criticality.
-
-    Parameters
-    ----------
-    problem
-        The boundary-value problem.
-    point
-        The located orbit.
-    kind
-        ``"PD"``, ``"NS"``, ``"LP"``, ``"pitchfork"`` or ``"transcritical"``.
-
-    Returns
-    -------
-    coefficient : float
-        Of the map's normal form, with eigenvectors of unit length in declared scales: cubic b of
-        PD, real part d of NS, quadratic a of LP. The eigenvector of LP points where the orbit
-        moves as the parameter grows: with a < 0 the two orbits exist above the fold's value of
-        the parameter, with a > 0 below it. At branch points cubic c of a pitchfork, quadratic a of
-        a transcritical point. The map of a cycle is its return map, and the eigenvector's root
-        mean square round the cycle is one: where the cycle is begun plays no part.
-    criticality : str or None
-        ``"supercritical"`` or ``"subcritical"`` for PD (b > 0, b < 0), NS (d < 0, d > 0) and
-        pitchforks (c < 0, c > 0).
-    """
+    """Return the coefficient of a bifurcation's normal form and its criticality."""
     linearisation = problem.linearise(point.z)
     map_: JetMap | ReturnMap = (
         ReturnMap(problem, point.z, problem.scales)
@@ -123,30 +100,13 @@ def normal_form(problem: PeriodicProblem, point: OrbitPoint, kind: str) -> tuple
 def critical_length(matrix: Array, kind: str, ratios: Array) -> float:
     """Return the length of the unit critical vector in other scales.
 
-    Parameters
-    ----------
-    matrix
-        The map's matrix, shape (n, n).
-    kind
-        Kind of the bifurcation.
-    ratios
-        Scales over the others, shape (n,).
+    Shapes: matrix (n, n); ratios (n,).
     """
     return float(np.linalg.norm(critical_vectors(matrix, _DISTANCES[kind])[0] * ratios))
 
 
 def declared(kind: str, coefficient: float, size: float) -> float:
-    """Return a coefficient for a critical vector so many times as long.
-
-    Parameters
-    ----------
-    kind
-        Kind of the bifurcation.
-    coefficient
-        For a unit vector.
-    size
-        Length of that in the scales wanted.
-    """
+    """Return a coefficient for a critical vector so many times as long."""
     return coefficient / (size if kind in QUADRATIC else size**2)
 
 
@@ -155,28 +115,7 @@ def mean_coefficient(
 ) -> float:
     """Return the coefficient of a cycle's PD or NS, wherever the cycle is begun.
 
-    Parameters
-    ----------
-    map_
-        Its return map.
-    matrix
-        The map's matrix, shape (n - 1, n - 1).
-    product
-        Monodromy matrix of the cycle in the scales of its problem, shape (n, n).
-    kind
-        ``"PD"`` or ``"NS"``.
-    ratios
-        The map's scales over those the coefficient is for, shape (n,).
-
-    Returns
-    -------
-    float
-        For a critical vector whose root mean square round the cycle is one.
-
-    Raises
-    ------
-    numpy.linalg.LinAlgError
-        Where a second multiplier is critical and there is no such coefficient.
+    Shapes: matrix (n - 1, n - 1); product (n, n); ratios (n,).
     """
     size = _mean_length(map_, matrix, product, kind, ratios)
     return declared(kind, critical_coefficient(map_, matrix, kind), size)
@@ -190,19 +129,7 @@ def _mean_length(map_: ReturnMap, matrix: Array, product: Array, kind: str, rati
 def critical_coefficient(map_: MapDerivatives, monodromy: Array, kind: str) -> float:
     """Return the coefficient that tells soft from hard.
 
-    Parameters
-    ----------
-    map_
-        The map.
-    monodromy
-        Monodromy matrix in the map's scales, shape (n, n).
-    kind
-        ``"PD"`` or ``"NS"``.
-
-    Raises
-    ------
-    numpy.linalg.LinAlgError
-        Where a second multiplier is critical and there is no such coefficient.
+    Shapes: monodromy (n, n).
     """
     return _FORMS[kind](map_, monodromy)
 
@@ -212,15 +139,7 @@ DEGENERATE = 1e-12
 
 
 def criticality_of(kind: str, coefficient: float) -> str | None:
-    """Return ``"supercritical"`` or ``"subcritical"``; None where it is not defined.
-
-    Parameters
-    ----------
-    kind
-        ``"LP"``, ``"PD"``, ``"NS"``, ``"pitchfork"`` or ``"transcritical"``.
-    coefficient
-        Of its normal form.
-    """
+    """Return ``"supercritical"`` or ``"subcritical"``; None where it is not defined."""
     if kind in QUADRATIC or not abs(coefficient) > DEGENERATE:  # or it is not a number
         return None
     soft = coefficient > 0 if kind == "PD" else coefficient < 0
@@ -238,14 +157,7 @@ def _parameter_pull(linearisation: Linearisation) -> Array:
 def fold_coefficient(map_: MapDerivatives, matrix: Array, pull: Array) -> float:
     """Return the quadratic coefficient of a fold.
 
-    Parameters
-    ----------
-    map_
-        The map.
-    matrix
-        Its matrix, in its scales, shape (n, n).
-    pull
-        Its derivative with respect to the parameter, shape (n,).
+    Shapes: matrix (n, n); pull (n,).
     """
     q, p, _ = critical_vectors(matrix, _DISTANCES["LP"])
     second, _ = map_.powers(q.real[None])
@@ -308,19 +220,7 @@ def critical_vectors(
 ) -> tuple[Vector, Vector, complex]:
     """Return the eigenvectors of the eigenvalue that lies nearest to where it should.
 
-    Parameters
-    ----------
-    matrix
-        Shape (n, n).
-    distance
-        Function of the eigenvalues, shape (n,), that is smallest for the one wanted.
-
-    Returns
-    -------
-    q, p : ndarray, shape (n,)
-        Right eigenvector of unit length, left one with <p, q> = 1.
-    value : complex
-        Their eigenvalue.
+    Shapes: matrix (n, n); distance (n,); returns q, p (n,).
     """
     values, vectors = np.linalg.eig(matrix)
     index = int(np.argmin(distance(values)))

@@ -31,26 +31,6 @@ def orbit_between(branch: Branch, arclength: float, value: float | None = None) 
     The chord between the two nearest known orbits is the guess; Newton's method corrects it across
     the chord, so that it works at folds too.
 
-    Parameters
-    ----------
-    branch
-        The branch.
-    arclength
-        Position on it; what lies outside is taken to be the nearer end.
-    value
-        Value of the parameter that the orbit is to have; it is corrected from the position to
-        that value where the branch reaches it there. None for that of the position.
-
-    Returns
-    -------
-    PeriodicOrbit
-        The orbit; a cycle of an autonomous model begins in the phase of its neighbour.
-
-    Raises
-    ------
-    InputError
-        If the branch is empty or Newton's method does not converge.
-
     Examples
     --------
     >>> import slipfold as sf

@@ -46,34 +46,6 @@ def trace_response(
     Of an autonomous model the equilibrium is followed and the cycles born at its Hopf points. At
     period doublings the branch of twice the period is followed, at a branch point the other branch,
     in both directions. A branch that is met again is not followed again.
-
-    Parameters
-    ----------
-    model
-        The model; its value of `vary` plays no part.
-    vary
-        Name of the parameter.
-    span
-        First and last value of the parameter; may descend.
-    settings
-        Options of continuation.
-    events
-        Values to be located.
-    observer
-        Called after every point; may raise `KeyboardInterrupt` to stop with what is done.
-    begin
-        Where the first branch begins instead: an orbit, or an equilibrium, at a value in the span.
-
-    Returns
-    -------
-    tuple of Branch
-        The branch of period 1 first, then those that leave it: equilibria before cycles, shorter
-        periods before longer ones, else in the order in which they were met.
-
-    Raises
-    ------
-    InputError
-        If the input cannot be used or no orbit is found at the start of the span.
     """
     settings = settings or Settings()
     model, first, last = _checked(model, vary, span, events)
@@ -99,19 +71,7 @@ def _ways(
 def measured_over(
     model: Model, vary: str, span: tuple[float, float], begin: Begin | None = None
 ) -> Model:
-    """Return a model that knows how large its states become over a span of a parameter.
-
-    Parameters
-    ----------
-    model
-        The model, at the first value of the span.
-    vary
-        Name of the parameter.
-    span
-        Its values.
-    begin
-        Where the first branch begins, if that is given.
-    """
+    """Return a model that knows how large its states become over a span of a parameter."""
     values = [{vary: value} for value in (span[0], sum(span) / 2, span[1])]
     orbit = None if begin is None else begin.orbit
     return measured_within(model, values, None if orbit is None else orbit.nodes)

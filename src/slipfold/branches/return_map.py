@@ -55,35 +55,21 @@ class ReturnMap:
     def rescaled(self, monodromy: Array) -> Array:
         """Return the map's matrix, shape (n - 1, n - 1).
 
-        Parameters
-        ----------
-        monodromy
-            Of the flow over the duration, in the scales of the problem, shape (n, n).
+        Shapes: monodromy (n, n).
         """
         return np.asarray(self._basis.T @ self._in_scales(monodromy) @ self._basis)
 
     def carried(self, vector: Array) -> Array:
         """Return a displacement of the flow's end as one of the map, shape (n - 1,).
 
-        Parameters
-        ----------
-        vector
-            In the scales of the problem, shape (n,).
+        Shapes: vector (n,).
         """
         return np.asarray(self._basis.T @ (vector * self._rescaling))
 
     def powers(self, directions: Array) -> tuple[Array, Array]:
         """Return B(v, v) and C(v, v, v) for real directions.
 
-        Parameters
-        ----------
-        directions
-            Shape (r, n - 1).
-
-        Returns
-        -------
-        second, third : ndarray, shape (r, n - 1)
-            The forms.
+        Shapes: directions (r, n - 1); returns second, third (r, n - 1).
         """
         problem = self._problem
         jets = problem.flow.jet_in_time(
@@ -110,10 +96,7 @@ class ReturnMap:
     def second(self, pairs: list[tuple[Vector, Vector]]) -> list[Vector]:
         """Return B(u, v) for complex vectors, by polarisation.
 
-        Parameters
-        ----------
-        pairs
-            Vectors of shape (n - 1,).
+        Shapes: pairs (n - 1,).
         """
         return polarised(lambda directions: self.powers(directions)[0], pairs)
 
@@ -124,16 +107,7 @@ class ReturnMap:
         the flow's eigenvector that belongs to it; at a fold, where there is none, the part across
         the flow.
 
-        Parameters
-        ----------
-        q
-            The eigenvector, shape (n - 1,).
-        multiplier
-            Its eigenvalue.
-        monodromy
-            Of the flow over the duration, in the scales of the problem, shape (n, n).
-        ratios
-            The map's scales over those the length is measured in, shape (n,).
+        Shapes: q (n - 1,); monodromy (n, n); ratios (n,).
         """
         problem, f = self._problem, self._flow
         vector = self._basis @ q

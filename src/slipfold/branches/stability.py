@@ -53,11 +53,6 @@ def stability_stretches(branch: Branch) -> tuple[StabilityStretch, ...]:
     Where no point of the branch lies between two of them, what is outside follows from what was
     outside before and from which multipliers are critical.
 
-    Parameters
-    ----------
-    branch
-        A branch with at least one point.
-
     Examples
     --------
     >>> import slipfold as sf

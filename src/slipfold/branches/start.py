@@ -37,20 +37,6 @@ def response_start(problem: PeriodicProblem, value: float, forward: float) -> Or
 
     The linear response is corrected by Newton's method. Where that fails or leads far away, the
     response is followed from the model's quiet state, in the parameter that scales the forcing.
-
-    Parameters
-    ----------
-    problem
-        The boundary-value problem, of period 1.
-    value
-        Value of the parameter.
-    forward
-        Sign of the direction in which the branch will go.
-
-    Raises
-    ------
-    InputError
-        If no orbit is found.
     """
     row = hold_parameter(problem.size) * forward
     correction = guess_orbit(problem, value)
@@ -112,21 +98,7 @@ def equilibrium_start(
 ) -> tuple[EquilibriumProblem, OrbitPoint]:
     """Return the equilibrium of an autonomous model at the first value of a span.
 
-    Parameters
-    ----------
-    model
-        The model, with the value of `vary` at the start of the span.
-    vary
-        Name of the parameter.
-    first, last
-        The span.
-    near
-        Where it is searched, shape (n,); the model's start if None.
-
-    Raises
-    ------
-    InputError
-        If no equilibrium is found from there or around it.
+    Shapes: near (n,).
     """
     near = model.start if near is None else near
     state = search_equilibrium(model, near)
@@ -161,22 +133,7 @@ def equilibrium_start(
 def orbit_start(
     orbit: PeriodicOrbit, vary: str, first: float, last: float
 ) -> tuple[PeriodicProblem, OrbitPoint]:
-    """Return a given orbit as the first point of a branch.
-
-    Parameters
-    ----------
-    orbit
-        The orbit; its model has the value of `vary` at the start of the span.
-    vary
-        Name of the parameter.
-    first, last
-        The span.
-
-    Raises
-    ------
-    InputError
-        If Newton's method does not converge from it or it breaks a limit of the model.
-    """
+    """Return a given orbit as the first point of a branch."""
     width, segments = abs(last - first), len(orbit.nodes)
     if orbit.model.forced:
         problem = PeriodicProblem(orbit.model, vary, orbit.period, width, segments)
@@ -205,13 +162,6 @@ def doubled_start(
 
     It is the doubled orbit itself; its tangent is the critical direction, which changes sign from
     one period to the next, and the parameter does not change to first order.
-
-    Parameters
-    ----------
-    problem
-        The boundary-value problem of the parent.
-    point
-        The period doubling on the parent.
     """
     m = problem.segments
     linearisation = problem.linearise(point.z)
@@ -239,13 +189,6 @@ def hopf_start(problem: EquilibriumProblem, point: OrbitPoint) -> tuple[CyclePro
 
     It is the equilibrium itself, taken for a cycle of no amplitude; its tangent is the critical
     eigenvector turning once, and neither parameter nor duration change to first order.
-
-    Parameters
-    ----------
-    problem
-        The problem of the equilibrium.
-    point
-        The Hopf point on its branch.
     """
     constants = problem.constants(point.z)
     jacobian = problem.jacobian(point.z, constants)

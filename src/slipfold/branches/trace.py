@@ -46,27 +46,7 @@ def trace_branch(
     events: Sequence[Event] = (),
     watch: Callable[[Trail[OrbitPoint]], None] = lambda trail: None,
 ) -> Trail[OrbitPoint]:
-    """Follow a branch to its end.
-
-    Parameters
-    ----------
-    problem
-        The boundary-value problem.
-    start
-        First point.
-    span
-        The branch ends where the parameter leaves this interval.
-    settings
-        Options.
-    departs
-        Whether the branch begins where another one passes.
-    births
-        Known places where branches begin: this one may end there.
-    events
-        Values to be located.
-    watch
-        Called after every point.
-    """
+    """Follow a branch to its end."""
     return follow(
         problem,
         start,

@@ -145,18 +145,7 @@ class Checked(OneLine):
 
     @classmethod
     def from_json(cls, data: dict[str, Any]) -> Checked:
-        """Make it again from what `to_json` returned.
-
-        Parameters
-        ----------
-        data
-            Plain data.
-
-        Raises
-        ------
-        LookupError, TypeError, ValueError
-            If something is missing or does not fit.
-        """
+        """Make it again from what `to_json` returned."""
         return cls(
             tuple(
                 Check(

@@ -81,13 +81,6 @@ def orbit_difference(orbit: PeriodicOrbit, pieces: int) -> Difference:
 
     Allowed is what the orbit's residual and the errors of steps can do as its equations are
     conditioned.
-
-    Parameters
-    ----------
-    orbit
-        The orbit.
-    pieces
-        What `pieces_of` says.
     """
     if rests(orbit):
         found = check_orbit(orbit, ALLOWED)

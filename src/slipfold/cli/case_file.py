@@ -28,23 +28,6 @@ FORM = (
 def find_model(given: str, changes: Mapping[str, str], friction: str | None = None) -> Model:
     """Make the model that a command names.
 
-    Parameters
-    ----------
-    given
-        Name of a built-in model, or a file ``....toml``: a case with ``model = "sliding"``, or the
-        name of another file, and tables ``[parameters]`` and ``[friction]``, a system of equations
-        with a table ``[states]``, or a structure from matrices with a table ``[structure]``.
-    changes
-        Values of parameters that replace those of the file.
-    friction
-        Name of a friction law of the package, in small or capital letters; it replaces that of
-        the file. None for that of the file or model.
-
-    Raises
-    ------
-    InputError
-        If there is no such model or file, or a value cannot be used.
-
     Examples
     --------
     >>> find_model("sliding", {"alpha": "30deg"}).alpha
@@ -79,18 +62,7 @@ def find_model(given: str, changes: Mapping[str, str], friction: str | None = No
 
 
 def equations_file(given: str) -> Path | None:
-    """Return the file that holds the equations of a model that a command names.
-
-    Parameters
-    ----------
-    given
-        What `find_model` has made a model of.
-
-    Returns
-    -------
-    Path or None
-        The file itself or the one that a case file names; None for built-in models.
-    """
+    """Return the file that holds the equations of a model that a command names."""
     if not given.endswith(".toml"):
         return None
     tables = _source(given).tables

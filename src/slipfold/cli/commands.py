@@ -30,17 +30,7 @@ class Commands(TyperGroup):
         windows_expand_args: bool = True,
         **extra: Any,
     ) -> NoReturn:
-        """Run and exit.
-
-        Parameters
-        ----------
-        args
-            Arguments; those of the process if None.
-        prog_name
-            Name of the program in messages.
-        complete_var, standalone_mode, windows_expand_args, **extra
-            As those of typer; it exits whatever `standalone_mode` says.
-        """
+        """Run and exit."""
         try:
             status = super().main(
                 args,
@@ -66,13 +56,7 @@ class Commands(TyperGroup):
         return " ".join(named)
 
     def invoke(self, ctx: Any) -> Any:
-        """Run the command.
-
-        Parameters
-        ----------
-        ctx
-            Context of typer.
-        """
+        """Run the command."""
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt:  # typer would exit without a word

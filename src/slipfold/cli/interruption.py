@@ -24,11 +24,6 @@ def deferred_interrupts() -> Iterator[Callable[[], None]]:
 
     An interrupt while a branch is put together would lose it. While one is followed, it is raised
     where the next point takes too long: what was followed before is kept.
-
-    Yields
-    ------
-    callable
-        To be called where it is safe to stop: raises `KeyboardInterrupt` if there was a Ctrl-C.
     """
     if threading.current_thread() is not threading.main_thread():  # signals go there
         yield lambda: None

@@ -44,13 +44,7 @@ class Outputs:
         return f"what was finished is in {' and '.join(map(str, files))}"
 
     def check(self) -> None:
-        """Make sure before computing that all files can be written.
-
-        Raises
-        ------
-        InputError
-            If one cannot, or two are the same.
-        """
+        """Make sure before computing that all files can be written."""
         from slipfold.results.writing import check_writable
 
         paths = [path for path in (self.out, self.csv) if path is not None]
@@ -65,18 +59,7 @@ class Outputs:
             seen.add(real)
 
     def write(self, result: Result) -> None:
-        """Write the files; print the summary, or the JSON if that is asked for.
-
-        Parameters
-        ----------
-        result
-            The result.
-
-        Raises
-        ------
-        InputError
-            If a file cannot be written; the others are.
-        """
+        """Write the files; print the summary, or the JSON if that is asked for."""
         writers: list[tuple[str | None, Callable[[str], None]]] = [
             (self.out, result.save),
             (self.csv, result.to_csv),
@@ -98,20 +81,7 @@ class Outputs:
 
 
 def hand_over_json(record: dict[str, Any], path: str) -> None:
-    """Write plain data as JSON.
-
-    Parameters
-    ----------
-    record
-        The data.
-    path
-        The file; ``"-"`` is standard output.
-
-    Raises
-    ------
-    InputError
-        If it cannot be written.
-    """
+    """Write plain data as JSON."""
     from slipfold.results.writing import write_file
 
     text = json.dumps(record, indent=2, allow_nan=False)

@@ -31,18 +31,6 @@ _NUMBER = re.compile(r"\s*[-+]?[\d.]+(?:[eE][-+]?\d+)?\s*")
 def parse_assignments(texts: Sequence[str] | None, option: str = "--set") -> dict[str, str]:
     """Split every ``NAME=VALUE``.
 
-    Parameters
-    ----------
-    texts
-        What was given, one item a use of the option.
-    option
-        Name of the option, for messages.
-
-    Raises
-    ------
-    InputError
-        If one has another form, or a name is given twice.
-
     Examples
     --------
     >>> parse_assignments(["f=12.5", "alpha=60deg"])
@@ -64,20 +52,7 @@ def parse_assignments(texts: Sequence[str] | None, option: str = "--set") -> dic
 
 
 def parse_number(text: str, option: str) -> float:
-    """Read a finite number.
-
-    Parameters
-    ----------
-    text
-        What was given.
-    option
-        Name of the option, for messages.
-
-    Raises
-    ------
-    InputError
-        If it is none.
-    """
+    """Read a finite number."""
     try:
         value = float(text)
     except ValueError:
@@ -89,18 +64,6 @@ def parse_number(text: str, option: str) -> float:
 
 def parse_whole(text: str, option: str) -> int:
     """Read a whole number of at least 1.
-
-    Parameters
-    ----------
-    text
-        What was given.
-    option
-        Name of the option, for messages.
-
-    Raises
-    ------
-    InputError
-        If it is none.
 
     Examples
     --------
@@ -121,18 +84,6 @@ def parse_whole(text: str, option: str) -> int:
 def parse_span(texts: Sequence[str], model: Model) -> tuple[str, tuple[float, float]]:
     """Read ``NAME=FIRST:LAST``. A unit behind the last value alone goes for both.
 
-    Parameters
-    ----------
-    texts
-        What was given, one item a use of ``--vary``.
-    model
-        Knows the unit of the parameter.
-
-    Raises
-    ------
-    InputError
-        If it has another form, or a value is not a number in the unit of the parameter.
-
     Examples
     --------
     >>> from slipfold.models import SlidingOscillator
@@ -152,18 +103,6 @@ def parse_window(
 ) -> tuple[tuple[str, str], tuple[tuple[float, float], tuple[float, float]]]:
     """Read ``NAME=FIRST:LAST`` twice, for two parameters.
 
-    Parameters
-    ----------
-    texts
-        What was given, one item a use of ``--vary``.
-    model
-        Knows the units of the parameters.
-
-    Raises
-    ------
-    InputError
-        If there are not two, or one cannot be read.
-
     Examples
     --------
     >>> from slipfold.models import SlidingOscillator
@@ -181,20 +120,7 @@ def parse_window(
 
 
 def refuse_varied(given: Mapping[str, str], varied: Sequence[str]) -> None:
-    """Raise if a parameter is set although it is varied.
-
-    Parameters
-    ----------
-    given
-        Values that were set, by name.
-    varied
-        Names of the parameters that are varied.
-
-    Raises
-    ------
-    InputError
-        For the first parameter that is both.
-    """
+    """Raise if a parameter is set although it is varied."""
     for name in varied:
         if name in given:
             raise InputError(
@@ -221,23 +147,6 @@ def _parse_interval(text: str, model: Model) -> tuple[str, tuple[float, float]]:
 
 def parse_event(text: str, model: Model, vary: str, stop: bool = False) -> Event:
     """Read ``NAME=VALUE`` or ``MEASURE(NAME)=VALUE``.
-
-    Parameters
-    ----------
-    text
-        What was given. Without a measure, the maximum over the orbit is meant; for the parameter
-        that is varied, its value.
-    model
-        Knows the units.
-    vary
-        Name of the parameter that is varied.
-    stop
-        Whether branches end there.
-
-    Raises
-    ------
-    InputError
-        If it has another form or names nothing that the model has.
 
     Examples
     --------

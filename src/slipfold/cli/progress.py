@@ -17,13 +17,7 @@ __all__ = ["live_line", "locus_text", "paper_text", "response_text"]
 
 @contextmanager
 def live_line() -> Iterator[Callable[[str], None]]:
-    """Show elapsed time and a text that changes.
-
-    Yields
-    ------
-    callable
-        Shows another text.
-    """
+    """Show elapsed time and a text that changes."""
     if not sys.stderr.isatty():
         yield lambda text: None
         return
@@ -37,15 +31,7 @@ def live_line() -> Iterator[Callable[[str], None]]:
 
 
 def response_text(vary: str, unit: str = "") -> Callable[[Progress], str]:
-    """Return what puts the state of a continuation into words.
-
-    Parameters
-    ----------
-    vary
-        Name of the parameter.
-    unit
-        Its unit.
-    """
+    """Return what puts the state of a continuation into words."""
     points: dict[int, int] = {}
     special: dict[int, tuple[str, ...]] = {}
 
@@ -61,15 +47,7 @@ def response_text(vary: str, unit: str = "") -> Callable[[Progress], str]:
 
 
 def locus_text(vary: tuple[str, str], units: tuple[str, str]) -> Callable[[LocusProgress], str]:
-    """Return what puts the state of a computation of loci into words.
-
-    Parameters
-    ----------
-    vary
-        Names of the two parameters.
-    units
-        Their units.
-    """
+    """Return what puts the state of a computation of loci into words."""
 
     def text(progress: LocusProgress) -> str:
         total = "" if progress.total is None else f" of {progress.total}"
@@ -83,12 +61,6 @@ def locus_text(vary: tuple[str, str], units: tuple[str, str]) -> Callable[[Locus
 
 
 def paper_text(progress: PaperProgress) -> str:
-    """Put the state of the reproduction of the paper into words.
-
-    Parameters
-    ----------
-    progress
-        The state.
-    """
+    """Put the state of the reproduction of the paper into words."""
     found = f"  found: {', '.join(progress.found)}" if progress.found else ""
     return f"{progress.done} of {progress.total}  {progress.name}{found}"

@@ -21,16 +21,6 @@ def parse_settings(
 ) -> Settings:
     """Read the options of continuation.
 
-    Parameters
-    ----------
-    max_step, tolerance, max_points, largest_period
-        What was given; None for the default.
-
-    Raises
-    ------
-    InputError
-        If one is not a number, or cannot be used.
-
     Examples
     --------
     >>> parse_settings(max_step="0.2").steps.largest

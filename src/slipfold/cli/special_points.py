@@ -16,18 +16,7 @@ __all__ = ["labelled_points", "load_response", "matching_points"]
 
 
 def load_response(path: str) -> Diagram:
-    """Read a saved response.
-
-    Parameters
-    ----------
-    path
-        The file.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read, or holds another kind of result.
-    """
+    """Read a saved response."""
     from slipfold.results.diagram import Diagram
     from slipfold.results.load import load
 
@@ -41,22 +30,7 @@ def load_response(path: str) -> Diagram:
 
 
 def labelled_points(diagram: Diagram, path: str, labels: Sequence[str]) -> list[SpecialPoint]:
-    """Return the special points with these labels.
-
-    Parameters
-    ----------
-    diagram
-        The response.
-    path
-        Its file, for messages.
-    labels
-        Numbers under LAB in its printed table.
-
-    Raises
-    ------
-    InputError
-        If no bifurcation with a locus has the label.
-    """
+    """Return the special points with these labels."""
     known = _bifurcations(diagram)
     chosen = []
     for text in labels:
@@ -76,24 +50,7 @@ def matching_points(
     types: Collection[str] | None,
     periods: Collection[int] | None,
 ) -> list[SpecialPoint]:
-    """Return the special points inside the window that are of these types and periods.
-
-    Parameters
-    ----------
-    diagram
-        The response.
-    path
-        Its file, for messages.
-    window
-        Names of two parameters, and two values of each.
-    types, periods
-        Types and periods wanted; None for all.
-
-    Raises
-    ------
-    InputError
-        If there is none, or a type has no loci.
-    """
+    """Return the special points inside the window that are of these types and periods."""
     from slipfold.loci.follow import LOCUS_TYPES
 
     for kind in types or ():

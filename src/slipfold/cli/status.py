@@ -18,31 +18,13 @@ INTERRUPTED = 130
 
 
 def note(sentence: str) -> None:
-    """Say something that is no result.
-
-    Parameters
-    ----------
-    sentence
-        One line. What follows a line break is an excerpt of a file, with a mark below the place,
-        and is shown as it is.
-    """
+    """Say something that is no result."""
     first, *excerpt = sentence.split("\n")
     print("slipfold:", "\n".join([" ".join(first.split()), *excerpt]), file=sys.stderr)
 
 
 def say(text: str) -> None:
-    """Print a result on standard output.
-
-    Parameters
-    ----------
-    text
-        One or more lines.
-
-    Raises
-    ------
-    InputError
-        If it cannot be written, e.g. into a file on a full disk.
-    """
+    """Print a result on standard output."""
     try:
         print(text)
         sys.stdout.flush()

@@ -56,12 +56,7 @@ class Guess:
     def on(self, edges: Array, degree: int) -> Iterate:
         """Interpolate to a mesh.
 
-        Parameters
-        ----------
-        edges
-            Shape (N + 1,).
-        degree
-            Gauss points an interval.
+        Shapes: edges (N + 1,).
         """
         from scipy.interpolate import CubicSpline
 
@@ -88,13 +83,7 @@ class Collocated:
     multipliers: NDArray[np.complex128]
 
     def difference(self, other: Collocated) -> float:
-        """Return how far the result on twice as many intervals is from this one.
-
-        Parameters
-        ----------
-        other
-            The solution on the mesh of halved intervals.
-        """
+        """Return how far the result on twice as many intervals is from this one."""
         coarse, fine = self.solution.iterate, other.solution.iterate
         size = max(1.0, float(np.abs(other.multipliers).max()))
         return max(
@@ -105,17 +94,7 @@ class Collocated:
 
 
 def on_mesh(field: VectorField, guess: Iterate, reference: Reference) -> Collocated:
-    """Solve on one mesh.
-
-    Parameters
-    ----------
-    field
-        The right-hand side.
-    guess
-        Start, which brings the mesh.
-    reference
-        Settles what the equations leave open.
-    """
+    """Solve on one mesh."""
     solution = solve(field, guess, reference)
     if reference.rates is None:
         return Collocated(solution, product_eigenvalues(solution.matrices))
@@ -142,29 +121,7 @@ def collocate(
     duration and the multipliers have errors of order 2 m. The mesh is adapted, then halved until
     that no longer changes the result.
 
-    Parameters
-    ----------
-    model
-        The model; of an autonomous one a cycle is sought, and ``duration`` is the guess of the
-        duration of one round.
-    samples
-        States near the orbit at equidistant phases from zero, shape (count, n_states); the end of
-        the period is left out.
-    period
-        Period in forcing periods, or rounds of a cycle.
-    anchors
-        Number of equidistant phases at which states are wanted; must divide the count of samples.
-        The phase of a cycle is that of the guess in the mean over these.
-    degree
-        Gauss points m of an interval.
-    singular
-        Whether the orbit is at a fold or branch point, where the equations at fixed parameters
-        leave its position along the branch open: then it is that of the guess.
-
-    Returns
-    -------
-    CollocatedOrbit
-        The orbit; see its `converged`.
+    Shapes: samples (count, n_states).
 
     Examples
     --------

@@ -51,13 +51,7 @@ class Iterate:
         return np.asarray(self.edges[:-1, None] + self.lengths[:, None] * points)
 
     def moved(self, nodes: Array, stages: Array, time: float) -> Iterate:
-        """Return the iterate after a step.
-
-        Parameters
-        ----------
-        nodes, stages, time
-            Changes.
-        """
+        """Return the iterate after a step."""
         return Iterate(self.edges, self.nodes + nodes, self.stages + stages, self.time + time)
 
 
@@ -91,12 +85,7 @@ class Condensed:
     def stages(self, nodes: Array, time: float) -> Array:
         """Return the change of the stages that belongs to a change of the nodes.
 
-        Parameters
-        ----------
-        nodes
-            Change of the nodes, shape (N, n).
-        time
-            Change of the unit of time.
+        Shapes: nodes (N, n).
         """
         n = nodes.shape[1]
         change = np.einsum("iknj,ij->ikn", self.inside[..., :n], nodes)
@@ -110,13 +99,6 @@ def condense(field: RightHandSide, iterate: Iterate) -> Condensed:
     Russell, Numerical Solution of Boundary Value Problems, SIAM 1995, section 5.6),
 
     .. math:: Y_l = x + h T \sum_k a_{lk} f(Y_k), \quad x_+ = x + h T \sum_k b_k f(Y_k).
-
-    Parameters
-    ----------
-    field
-        The right-hand side.
-    iterate
-        Where to linearise.
     """
     count, m, n = iterate.stages.shape
     each = max(1, CHUNK // (m * n) ** 2)

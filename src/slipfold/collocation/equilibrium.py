@@ -36,19 +36,7 @@ def exact_equilibrium(
     Its multipliers over the time :math:`\tau` are :math:`e^{\lambda \tau}` with the eigenvalues
     of the Jacobian.
 
-    Parameters
-    ----------
-    model
-        An autonomous model; ``duration`` is the time :math:`\tau`.
-    guess
-        State, shape (n_states,).
-    anchors
-        How many times the state is repeated in the result.
-    period
-        How many times :math:`\tau` the multipliers belong to.
-    singular
-        Whether it is at a fold or branch point: then its place along the branch is that of the
-        guess.
+    Shapes: guess (n_states,).
     """
     field = VectorField(model)
     state, step = guess / field.scales, np.inf

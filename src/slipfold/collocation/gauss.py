@@ -47,15 +47,7 @@ class GaussPoints:
     def integrals(self, ends: Array) -> Array:
         """Return the weights that integrate the polynomial from 0 to each end.
 
-        Parameters
-        ----------
-        ends
-            Shape (q,).
-
-        Returns
-        -------
-        ndarray, shape (q, m)
-            One row for each end.
+        Shapes: ends (q,); returns (q, m).
         """
         m = len(self.points)
         basis = legendre.legvander(2 * np.asarray(ends) - 1, m)
@@ -74,13 +66,7 @@ class GaussPoints:
 
 @cache
 def gauss_points(count: int) -> GaussPoints:
-    """Return the Gauss points of the interval from 0 to 1.
-
-    Parameters
-    ----------
-    count
-        How many, m.
-    """
+    """Return the Gauss points of the interval from 0 to 1."""
     points, weights = legendre.leggauss(count)
     values: Array = legendre.legvander(points, count - 1).T.astype(np.float64)
     return GaussPoints((points + 1) / 2, weights / 2, values)

@@ -20,27 +20,14 @@ NEAR = 0.4
 
 
 def uniform(period: int, count: int, anchors: int) -> Array:
-    """Return the edges of equal intervals, shape (N + 1,).
-
-    Parameters
-    ----------
-    period
-        Period of the orbit in forcing periods.
-    count
-        Least number of intervals N, rounded up to a multiple of `anchors`.
-    anchors
-        Number of equidistant phases that must be edges.
-    """
+    """Return the edges of equal intervals, shape (N + 1,)."""
     return np.linspace(0.0, period, -(-count // anchors) * anchors + 1)
 
 
 def halve(edges: Array) -> Array:
     """Return a mesh with each interval cut in two.
 
-    Parameters
-    ----------
-    edges
-        Shape (N + 1,).
+    Shapes: edges (N + 1,).
     """
     return np.sort(np.concatenate([edges, (edges[:-1] + edges[1:]) / 2]))
 
@@ -55,23 +42,7 @@ def equidistribute(
     how it differs between neighbours (de Boor 1973; Russell and Christiansen, SIAM Journal on
     Numerical Analysis 15 (1978) 59-80).
 
-    Parameters
-    ----------
-    edges
-        Shape (N + 1,).
-    slopes
-        Derivatives of the scaled states at the Gauss points, shape (N, m, n).
-    gauss
-        The Gauss points.
-    count
-        Number of intervals wanted.
-    anchors
-        Number of equidistant phases that must be edges.
-
-    Returns
-    -------
-    ndarray, shape (N' + 1,)
-        Edges; N' is about `count`.
+    Shapes: edges (N + 1,); slopes (N, m, n); returns (N' + 1,).
     """
     m = len(gauss.points)
     lengths = np.diff(edges)

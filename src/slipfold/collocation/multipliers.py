@@ -38,15 +38,7 @@ def product_eigenvalues(matrices: Array) -> Complex:
     form, with a factor of each diagonal block from each matrix (periodic Schur form: Bojanczyk,
     Golub and Van Dooren, SPIE 1770 (1992) 31-42).
 
-    Parameters
-    ----------
-    matrices
-        Factors, the one that acts first in front, shape (N, n, n).
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        NaN where a factor is not finite.
+    Shapes: matrices (N, n, n); returns (n,).
 
     Examples
     --------
@@ -87,19 +79,7 @@ def cycle_multipliers(matrices: Array, rates: Array) -> tuple[complex, Complex]:
     matrices are block triangular; the others are eigenvalues of what is left. So a fold, where
     another multiplier meets this one, does not cost half of the digits.
 
-    Parameters
-    ----------
-    matrices
-        Transition matrices of the intervals, shape (N, n, n).
-    rates
-        Direction of motion at the beginning of each interval, shape (N, n).
-
-    Returns
-    -------
-    trivial : complex
-        One, but for the error of the discretisation.
-    others : ndarray, shape (n - 1,)
-        Largest modulus first.
+    Shapes: matrices (N, n, n); rates (N, n); returns others (n - 1,).
     """
     along, across = without_motion(matrices, rates)
     return complex(np.prod(along)), product_eigenvalues(across)

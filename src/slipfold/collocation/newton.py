@@ -77,17 +77,7 @@ class Unfolding:
 
 
 def solve(field: VectorField, guess: Iterate, reference: Reference) -> Solution:
-    """Solve the collocation equations on one mesh.
-
-    Parameters
-    ----------
-    field
-        The right-hand side.
-    guess
-        Start.
-    reference
-        Settles what the equations leave open.
-    """
+    """Solve the collocation equations on one mesh."""
     iterate, step = guess, np.inf
     condensed = condense(field, iterate)
     unfolding = _unfolding(condensed, iterate, reference) if reference.singular else None

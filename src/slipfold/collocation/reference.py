@@ -41,10 +41,7 @@ class Reference:
     def places(self, edges: Array) -> NDArray[np.intp]:
         """Return where its phases are among the edges of a mesh, shape (M,).
 
-        Parameters
-        ----------
-        edges
-            Shape (N + 1,).
+        Shapes: edges (N + 1,).
         """
         phases = np.linspace(edges[0], edges[-1], len(self.states) + 1)[:-1]
         return np.abs(edges[:-1, None] - phases[None, :]).argmin(axis=0)
@@ -52,10 +49,7 @@ class Reference:
     def spread(self, edges: Array) -> Array:
         """Return its states among zeros at the other edges, shape (N, n).
 
-        Parameters
-        ----------
-        edges
-            Shape (N + 1,).
+        Shapes: edges (N + 1,).
         """
         result = np.zeros((len(edges) - 1, self.states.shape[1]))
         result[self.places(edges)] = self.states
@@ -65,14 +59,7 @@ class Reference:
 def reference_of(field: VectorField, states: Array, singular: bool) -> Reference:
     """Make the reference of a forced orbit or of a cycle.
 
-    Parameters
-    ----------
-    field
-        The right-hand side.
-    states
-        Scaled states at equidistant phases, shape (M, n).
-    singular
-        Whether the orbit is at a fold or branch point.
+    Shapes: states (M, n).
     """
     if field.forced:
         return Reference(states, None, singular)

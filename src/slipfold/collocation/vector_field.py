@@ -48,19 +48,7 @@ class VectorField:
     def linear(self, states: Array, phases: Array) -> tuple[Array, Array]:
         """Evaluate rates and Jacobians.
 
-        Parameters
-        ----------
-        states
-            Scaled, shape (..., n).
-        phases
-            Time in forcing periods, shape (...).
-
-        Returns
-        -------
-        rates : ndarray, shape (..., n)
-            Of the scaled states, per second.
-        jacobians : ndarray, shape (..., n, n)
-            Their derivatives.
+        Shapes: states (..., n); phases (...); returns rates (..., n), jacobians (..., n, n).
         """
         rates, jacobians = self._evaluation.linear(
             self.model, states * self.scales, phases - np.floor(phases)

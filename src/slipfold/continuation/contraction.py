@@ -20,11 +20,6 @@ def contracts_between(a: Point, b: Point) -> bool:
 
     They do at both, and the bound of the multipliers changes by less from one to the other than
     by what it lies below zero.
-
-    Parameters
-    ----------
-    a, b
-        Neighbouring points.
     """
     least = max(a.growth, b.growth)
     if not -np.inf < min(a.growth, b.growth) <= least < 0:
@@ -39,13 +34,6 @@ def contraction_drift(recent: Sequence[Point], point: Point) -> float:
     Multipliers turn with the forcing frequency, and test functions with them, also where nothing
     can happen; what could is limited by the bound, which does not turn. Infinite where the bound
     does not exclude bifurcations.
-
-    Parameters
-    ----------
-    recent
-        Points that the next one is extrapolated from.
-    point
-        The next one.
     """
     if not contracts_between(recent[-1], point):
         return np.inf

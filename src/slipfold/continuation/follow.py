@@ -66,36 +66,7 @@ def follow(
     endings: Endings[P] | None = None,
     watch: Callable[[Trail[P]], None] = lambda trail: None,
 ) -> Trail[P]:
-    """Follow a curve to its end.
-
-    Parameters
-    ----------
-    curve
-        The equations.
-    start
-        First point; its tangent gives the direction.
-    bounds
-        The curve ends where a component of the unknown leaves its bounds.
-    monitors
-        What is looked for, in the order in which it is.
-    settings
-        Steps and Newton's method.
-    departs
-        Whether the curve begins where another one passes.
-    first_step
-        First step in arclength.
-    cap
-        Longest step that may be taken from a point.
-    endings
-        How its ends are put into words.
-    watch
-        Called after every point; may raise `KeyboardInterrupt` to stop with what is done.
-
-    Returns
-    -------
-    Trail
-        With `end` set.
-    """
+    """Follow a curve to its end."""
     settings, endings = settings or Stepping(), endings or Endings()
     trail = Trail(curve, [start], departs)
     step: float | None = first_step or (BIRTH if departs else FIRST)

@@ -22,30 +22,14 @@ SPACING = 0.2
 
 
 def arc_between(a: Point, b: Point) -> float:
-    """Return the arclength between two points of a curve, exact for a circle.
-
-    Parameters
-    ----------
-    a, b
-        The points; their tangents point the same way along the curve.
-    """
+    """Return the arclength between two points of a curve, exact for a circle."""
     chord = float(np.linalg.norm(b.z - a.z))
     turn = float(np.arccos(np.clip(a.tangent @ b.tangent, -1.0, 1.0)))
     return chord if turn < 1e-4 else chord * 0.5 * turn / np.sin(0.5 * turn)
 
 
 def well_spaced(known: Sequence[P], low: float, high: float, count: int) -> list[P]:
-    """Choose points near an interval for interpolation, none too close to another.
-
-    Parameters
-    ----------
-    known
-        Points of the curve.
-    low, high
-        The interval in arclength; a single place if they are equal.
-    count
-        Number of points wanted.
-    """
+    """Choose points near an interval for interpolation, none too close to another."""
 
     def distance(point: P) -> float:
         return max(abs(point.arclength - low), abs(point.arclength - high))
@@ -62,20 +46,7 @@ def well_spaced(known: Sequence[P], low: float, high: float, count: int) -> list
 
 
 def hermite(points: Sequence[Point], arclength: float) -> tuple[Array, Array]:
-    """Evaluate the polynomial through points and tangents, and its derivative.
-
-    Parameters
-    ----------
-    points
-        Up to three points of different arclength.
-    arclength
-        Where to evaluate, inside or outside.
-
-    Returns
-    -------
-    z, tangent : ndarray
-        Value and unit derivative.
-    """
+    """Evaluate the polynomial through points and tangents, and its derivative."""
     values, slopes = _hermite_weights([point.arclength for point in points], arclength)
     data = np.array([point.z for point in points] + [point.tangent for point in points])
     slope = slopes @ data
@@ -108,19 +79,7 @@ def _hermite_weights(where: list[float], target: float) -> tuple[Array, Array]:
 def polynomial(where: Array, values: Array, targets: Array) -> Array:
     """Evaluate Lagrange's polynomial.
 
-    Parameters
-    ----------
-    where
-        Distinct places, shape (k,).
-    values
-        Values there, shape (k,) or (k, m).
-    targets
-        Where to evaluate, shape (t,).
-
-    Returns
-    -------
-    ndarray, shape (t,) or (t, m)
-        Values of the polynomial.
+    Shapes: where (k,); values (k,) or (k, m); targets (t,); returns (t,) or (t, m).
     """
     difference = where[:, None] - where[None, :]
     np.fill_diagonal(difference, 1.0)

@@ -48,22 +48,7 @@ def lost_reason(error: Exception) -> str:
 
 
 def point_at(curve: Curve[P], known: Sequence[P], arclength: float) -> P:
-    """Return the point at a place between known points of a curve.
-
-    Parameters
-    ----------
-    curve
-        The equations.
-    known
-        Points of the curve in order.
-    arclength
-        The place.
-
-    Raises
-    ------
-    LostCurveError
-        If Newton's method fails there.
-    """
+    """Return the point at a place between known points of a curve."""
     near = well_spaced(known, arclength, arclength, POINTS)
     guess, row = hermite(near, arclength)
     correction = correct(curve, curve.aligned(guess, near[0].z), row)
@@ -88,15 +73,7 @@ def _between(a: P, point: P, b: P) -> P:
 
 
 def insert(known: list[P], point: P) -> None:
-    """Add a point to a list that is ordered by arclength.
-
-    Parameters
-    ----------
-    known
-        Points of the curve in order.
-    point
-        The new one.
-    """
+    """Add a point to a list that is ordered by arclength."""
     known.insert(bisect([item.arclength for item in known], point.arclength), point)
 
 
@@ -113,29 +90,6 @@ def locate(
     Inverse interpolation through the values found so far, kept inside the bracket by bisection.
     Every point computed on the way is added to `known`, so that each guess is better than the
     last.
-
-    Parameters
-    ----------
-    curve
-        The equations.
-    known
-        Points of the curve in order; grows.
-    a, b
-        Neighbouring points between which the sign changes.
-    function
-        Smooth function of a point.
-    close
-        Arclength to which the zero is found.
-
-    Returns
-    -------
-    Point
-        The point where the function is zero.
-
-    Raises
-    ------
-    LostCurveError
-        If Newton's method fails on the way or the zero is not found.
     """
     values = function(a), function(b)
     while not (chord := _Chord(curve, a, b)).is_crossed_once:
@@ -204,18 +158,7 @@ class _Chord(Generic[P]):
         return all(float(item.tangent @ self._row) > ALONG for item in (self._a, self._b))
 
     def point_at(self, place: float) -> P:
-        """Return the point at a place along the chord.
-
-        Parameters
-        ----------
-        place
-            Distance from the first end.
-
-        Raises
-        ------
-        LostCurveError
-            If Newton's method fails there.
-        """
+        """Return the point at a place along the chord."""
         guess, _ = hermite(well_spaced(self._known, place, place, POINTS), place)
         guess = guess + (place - float((guess - self._a.z) @ self._row)) * self._row
         correction = correct(self._curve, guess, self._row)

@@ -129,20 +129,7 @@ def correct(
 ) -> Correction:
     """Find the solution nearest a guess in the hyperplane through it.
 
-    Parameters
-    ----------
-    equations
-        The equations, one less than unknowns.
-    guess
-        Start, shape (n,).
-    row
-        Normal of the hyperplane, shape (n,). The unit vector of a parameter keeps that.
-    tolerance
-        Largest residual of an accepted solution, measured on the result itself.
-    iterations
-        Linearisations before giving up.
-    reach
-        A first correction longer than this is given up at once.
+    Shapes: guess, row (n,).
     """
     z = guess
     linearisation, bordered = None, None

@@ -88,24 +88,6 @@ def search_between(
     functions are interpolated, and where one may come near zero the point there is computed and
     both halves are searched. At the end what was found must explain how the two points differ, else
     the interval is halved as well.
-
-    Parameters
-    ----------
-    curve
-        The equations.
-    watch
-        What is looked for.
-    known
-        Points of the curve in order, with `a` and `b`; grows.
-    a, b
-        Neighbouring points.
-    depth
-        Number of halvings so far.
-
-    Returns
-    -------
-    list of Found
-        In order of arclength.
     """
     if watch.excludes(a, b):
         return []
@@ -125,21 +107,7 @@ def search_between(
 
 
 def locate_test(curve: Curve[P], known: list[P], a: P, b: P, kind: str, test: str) -> Found[P]:
-    """Locate the zero of a test function between two points.
-
-    Parameters
-    ----------
-    curve
-        The equations.
-    known
-        Points of the curve in order; grows.
-    a, b
-        Neighbouring points between which the function changes sign.
-    kind
-        What a zero is called.
-    test
-        Name of the function.
-    """
+    """Locate the zero of a test function between two points."""
     point = locate(curve, known, a, b, lambda item: item.tests[test])
     nearest = min(
         (item for item in known if item.arclength != point.arclength),

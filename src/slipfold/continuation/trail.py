@@ -114,18 +114,7 @@ class Stretch(Generic[P]):
 
 
 def joined(backward: Trail[P], forward: Trail[P]) -> Trail[P]:
-    """Join the two directions of a curve from one point of it.
-
-    Parameters
-    ----------
-    backward, forward
-        Trails that begin at the same point with opposite tangents; arclength counts from it.
-
-    Returns
-    -------
-    Trail
-        From the end of the one to the end of the other; it ends as `forward` does.
-    """
+    """Join the two directions of a curve from one point of it."""
     turned = forward.curve.turned
     return replace(
         forward,

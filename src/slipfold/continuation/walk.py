@@ -94,31 +94,7 @@ def walk(
     settings: Stepping,
     cap: Callable[[P], float] | None = None,
 ) -> Iterator[P | Failure]:
-    """Follow a curve from a point until a parameter leaves its bounds.
-
-    Parameters
-    ----------
-    curve
-        The equations.
-    start
-        The first point, or the last few of a curve that is taken up again; the tangent of the
-        last gives the direction.
-    first_step
-        First step in arclength.
-    bounds
-        The curve ends where a component of the unknown leaves its bounds.
-    settings
-        Steps and Newton's method.
-    cap
-        Longest step that may be taken from a point, besides the settings' own.
-
-    Yields
-    ------
-    Point
-        The next point; the last one lies exactly on a bound.
-    Failure
-        In its place, once, if there is no next point.
-    """
+    """Follow a curve from a point until a parameter leaves its bounds."""
     recent = list(start)[-POINTS:]
     step = min(first_step, settings.steps.largest)
     for _ in range(settings.steps.points):

@@ -57,18 +57,7 @@ class Answering:
         self.answer(DiagramRequest.model_validate(request), lambda view: None, lambda: None)
 
     def answer(self, request: ViewRequest, emit: Emit, check: Check) -> None:
-        """Compute what a request asks for.
-
-        Parameters
-        ----------
-        request
-            The request.
-        emit
-            Takes each answer: plain data for JSON; the last has ``done``. What cannot be computed
-            is answered with ``error``, a sentence.
-        check
-            Called as the computation goes on; may raise to end it.
-        """
+        """Compute what a request asks for."""
         started = perf_counter()
         head = {"kind": request.kind, "id": request.id, "slot": request.slot}
 
@@ -84,20 +73,7 @@ class Answering:
             tell({"error": str(error)})
 
     def export(self, request: ExportRequest, check: Check) -> bytes:
-        """Make a file of a view, or the text that makes it.
-
-        Parameters
-        ----------
-        request
-            The request.
-        check
-            Called as the computation goes on; may raise to end it.
-
-        Raises
-        ------
-        InputError
-            If there is no such file.
-        """
+        """Make a file of a view, or the text that makes it."""
         return export_view(self._catalogue, self._computing, request, check)
 
     def _answer(self, request: ViewRequest, tell: Emit, check: Check) -> None:

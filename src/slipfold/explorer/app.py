@@ -38,19 +38,7 @@ DAY = "private, max-age=86400"
 
 
 def make_app(catalogue: Catalogue, access: Access, workers: Workers, limits: Limits) -> Application:
-    """Return the application, guarded.
-
-    Parameters
-    ----------
-    catalogue
-        The models to offer.
-    access
-        Who is let in.
-    workers
-        Who computes; started and stopped with the application.
-    limits
-        Bounds on what is asked for.
-    """
+    """Return the application, guarded."""
 
     @asynccontextmanager
     async def running(app: FastAPI) -> AsyncIterator[None]:

@@ -10,13 +10,7 @@ __all__ = ["asked_model", "varied"]
 
 
 def varied(request: ViewRequest) -> tuple[str, ...]:
-    """Return the parameters that a request varies.
-
-    Parameters
-    ----------
-    request
-        The request.
-    """
+    """Return the parameters that a request varies."""
     if isinstance(request, PlaneRequest):
         return request.x.name, request.y.name
     return () if isinstance(request, SimulationRequest) else (request.vary,)
@@ -27,18 +21,6 @@ def asked_model(catalogue: Catalogue, request: ViewRequest) -> Model:
 
     A page tells the values of all its sliders; that of a parameter which is varied plays no part,
     and must not contradict the others.
-
-    Parameters
-    ----------
-    catalogue
-        The models.
-    request
-        The request.
-
-    Raises
-    ------
-    InputError
-        If there is no such model or parameter, or a value is outside its bounds.
     """
     names = varied(request)
     values = {name: value for name, value in request.parameters.items() if name not in names}

@@ -60,20 +60,7 @@ class Catalogue:
         return tuple(self._models)
 
     def model(self, name: str, values: Mapping[str, float]) -> Model:
-        """Return a model with some values of its own.
-
-        Parameters
-        ----------
-        name
-            Name of the model.
-        values
-            Values that differ from those of the model, SI units.
-
-        Raises
-        ------
-        InputError
-            If there is no such model or parameter, or a value is outside its bounds.
-        """
+        """Return a model with some values of its own."""
         if name not in self._models:
             raise InputError(
                 f"there is no model {name!r}; {suggest(name, self.names)}"
@@ -82,13 +69,7 @@ class Catalogue:
         return self._models[name].replace(**values)
 
     def file(self, model: Model) -> Path | None:
-        """Return the file that holds the equations of a model.
-
-        Parameters
-        ----------
-        model
-            One of the models, with any values.
-        """
+        """Return the file that holds the equations of a model."""
         given, file = self._file
         return file if given is not None and given.kind == model.kind else None
 

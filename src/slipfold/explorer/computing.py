@@ -50,24 +50,7 @@ class Computing:
         self._nearest: dict[Hashable, Diagram] = {}
 
     def draft(self, request: DiagramRequest) -> Diagram | None:
-        """Return what the diagram looks like, from the last one that differs in parameters alone.
-
-        Parameters
-        ----------
-        request
-            The request.
-
-        Returns
-        -------
-        Diagram or None
-            Its points are orbits, its special points located, both to the accuracy of a drawing.
-            None if the diagram itself is known, or none is known that it could be made of.
-
-        Raises
-        ------
-        InputError
-            If there is no such model, or a value is outside its bounds.
-        """
+        """Return a diagram from the last one that differs in parameters alone."""
         model = asked_model(self._catalogue, request)
         near = self._nearest.get(_family(model, request))
         if near is None or (model, request.vary, request.span) in self._kept:
@@ -86,22 +69,7 @@ class Computing:
         check: Check,
         observer: Observer | None = None,
     ) -> Diagram:
-        """Return the diagram that a request is about.
-
-        Parameters
-        ----------
-        request
-            Names the model, its parameters, and what is varied.
-        check
-            Called after every point; may raise to end the computation.
-        observer
-            Called likewise, with the progress.
-
-        Raises
-        ------
-        InputError
-            If it cannot be computed as asked.
-        """
+        """Return the diagram that a request is about."""
 
         def watch(progress: Progress) -> None:
             check()
@@ -121,20 +89,7 @@ class Computing:
         return self._kept[key]
 
     def orbit(self, request: OrbitRequest, check: Check) -> PeriodicOrbit:
-        """Return the orbit that a request is about.
-
-        Parameters
-        ----------
-        request
-            Names a place on a branch, or a state.
-        check
-            Called as the computation goes on; may raise to end it.
-
-        Raises
-        ------
-        InputError
-            If there is no such orbit.
-        """
+        """Return the orbit that a request is about."""
         at = request.at
         if not isinstance(at, OnBranch):
             model = asked_model(self._catalogue, request).replace(**{request.vary: at.value})
@@ -152,22 +107,7 @@ class Computing:
         check: Check,
         observer: Callable[[LocusProgress], None] | None = None,
     ) -> LocusDiagram:
-        """Return the bifurcation set that a request is about.
-
-        Parameters
-        ----------
-        request
-            Names the two parameters and their spans.
-        check
-            Called as the computation goes on; may raise to end it.
-        observer
-            Called likewise, with the progress.
-
-        Raises
-        ------
-        InputError
-            If it cannot be computed as asked.
-        """
+        """Return the bifurcation set that a request is about."""
 
         def watch(progress: LocusProgress) -> None:
             check()

@@ -20,17 +20,6 @@ def first_view(model: Model) -> dict[str, Any]:
     It is known of built-in models. One of a user's own may have the name of one of them and other
     parameters: what is said of a parameter that is not the same is left out.
 
-    Parameters
-    ----------
-    model
-        The model.
-
-    Returns
-    -------
-    dict
-        ``sliders`` with the ends of sliders by name; and, where known, ``vary`` and ``span``,
-        ``show`` and ``plane``.
-
     Examples
     --------
     >>> from slipfold.models import System

@@ -273,21 +273,6 @@ class ExportRequest(_Message):
 def parse_request(text: str | bytes) -> Request:
     """Read one request of a client.
 
-    Parameters
-    ----------
-    text
-        JSON.
-
-    Returns
-    -------
-    Request
-        The request, checked.
-
-    Raises
-    ------
-    pydantic.ValidationError
-        If it is not one.
-
     Examples
     --------
     >>> request = parse_request('{"kind": "cancel", "id": 3, "of": "plane"}')
@@ -299,19 +284,6 @@ def parse_request(text: str | bytes) -> Request:
 
 def refusal_of(text: str | bytes, error: ValidationError | None = None) -> dict[str, Any]:
     """Return the answer to a request that cannot be used.
-
-    Parameters
-    ----------
-    text
-        What the client sent.
-    error
-        What is wrong with it.
-
-    Returns
-    -------
-    dict
-        ``kind``, ``id`` and ``slot`` of the request, as far as it has them, and ``error``, a
-        sentence if something is wrong.
 
     Examples
     --------

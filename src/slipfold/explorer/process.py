@@ -81,13 +81,7 @@ class WorkerProcess:
         return self.ready and self.job is None
 
     def give(self, job: Job) -> None:
-        """Let it compute a job.
-
-        Parameters
-        ----------
-        job
-            The job.
-        """
+        """Let it compute a job."""
         self.job = job
         self.wanted.value = job.number
         with suppress(OSError):  # it may just have ended: the listener will say so

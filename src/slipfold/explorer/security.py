@@ -61,33 +61,15 @@ class Access:
         return f"slipfold-{self.port}"
 
     def is_token(self, given: str) -> bool:
-        """Whether this is the token, in a time that does not depend on how much of it is right.
-
-        Parameters
-        ----------
-        given
-            What a client sent.
-        """
+        """Whether this is the token, in a time that does not depend on how much of it is right."""
         return secrets.compare_digest(given.encode(), self.token.encode())
 
     def knows_host(self, header: str) -> bool:
-        """Whether a Host header names this server; a rebound name of another site does not.
-
-        Parameters
-        ----------
-        header
-            Host and port.
-        """
+        """Whether a Host header names this server; a rebound name of another site does not."""
         return header.lower() in {f"{host}:{self.port}" for host in self.hosts}
 
     def knows_origin(self, header: str) -> bool:
-        """Whether a request comes from a page of this server.
-
-        Parameters
-        ----------
-        header
-            Value of the Origin header.
-        """
+        """Whether a request comes from a page of this server."""
         parts = urlsplit(header)
         return parts.scheme in ("http", "https") and self.knows_host(parts.netloc)
 
@@ -111,13 +93,7 @@ class Guard:
         self.limits = limits
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer one request or one WebSocket.
-
-        Parameters
-        ----------
-        scope, receive, send
-            As ASGI says.
-        """
+        """Answer one request or one WebSocket."""
         if scope["type"] not in ("http", "websocket"):
             await self.application(scope, receive, send)
             return

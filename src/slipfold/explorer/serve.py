@@ -45,30 +45,7 @@ def serve(
     browser: bool,
     say: Callable[[str], None],
 ) -> None:
-    """Serve the explorer until it is interrupted.
-
-    Parameters
-    ----------
-    given
-        A model to offer before the built-in ones.
-    file
-        The file that holds its equations, if it has one.
-    port
-        Port to listen on; 0 for any free one.
-    public
-        Address to listen on for other machines; None for this machine alone.
-    workers
-        Number of worker processes.
-    browser
-        Whether to open the page.
-    say
-        Prints a line.
-
-    Raises
-    ------
-    InputError
-        If the address or the port cannot be listened on, or the model has nothing to vary.
-    """
+    """Serve the explorer until it is interrupted."""
     catalogue = Catalogue(given, file)
     listener = listen(public or "127.0.0.1", port)
     shown = _bracketed(public) if public else "127.0.0.1"
@@ -87,13 +64,7 @@ def serve(
 
 
 def settings_of_server(limits: Limits) -> dict[str, Any]:
-    """Return the options of uvicorn.
-
-    Parameters
-    ----------
-    limits
-        Bounds on what is asked for.
-    """
+    """Return the options of uvicorn."""
     return {
         "log_level": "warning",
         "server_header": False,
@@ -107,20 +78,7 @@ def settings_of_server(limits: Limits) -> dict[str, Any]:
 
 
 def listen(address: str, port: int) -> socket.socket:
-    """Open a port.
-
-    Parameters
-    ----------
-    address
-        An address of this machine.
-    port
-        The port; 0 for any free one.
-
-    Raises
-    ------
-    InputError
-        If it cannot be listened on.
-    """
+    """Open a port."""
     if _is_every(address):
         raise InputError(
             f"--public-bind {address} means every address of this machine, but requests are "

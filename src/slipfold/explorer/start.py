@@ -11,20 +11,7 @@ __all__ = ["start_of", "timed"]
 
 
 def start_of(model: Model, request: SimulationRequest) -> dict[str, float]:
-    """Return the states that a simulation starts from, nudged.
-
-    Parameters
-    ----------
-    model
-        The model.
-    request
-        The request; rest is where the model starts by itself.
-
-    Raises
-    ------
-    InputError
-        For an unknown state.
-    """
+    """Return the states that a simulation starts from, nudged."""
     begin = model.start if request.start == "rest" else initial_state(model, request.start)
     initial_state(model, request.nudge)  # refuses unknown states
     return {
@@ -34,15 +21,7 @@ def start_of(model: Model, request: SimulationRequest) -> dict[str, float]:
 
 
 def timed(model: Model, request: SimulationRequest) -> Model:
-    """Return a model whose periods are forcing periods, or intervals that suit its motion.
-
-    Parameters
-    ----------
-    model
-        The model.
-    request
-        Says where the motion starts.
-    """
+    """Return a model whose periods are forcing periods, or intervals that suit its motion."""
     if model.forced:
         return model
     return paced(model, initial_state(model, start_of(model, request)), None)[0]

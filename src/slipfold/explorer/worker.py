@@ -66,19 +66,7 @@ class Superseded(Exception):
 
 
 def run_worker(connection: Connection, wanted: Any, given: Model | None, file: Path | None) -> None:
-    """Compute until told to stop; the main function of a worker process.
-
-    Parameters
-    ----------
-    connection
-        Brings tasks, None at the end; takes replies.
-    wanted
-        Shared number of the job that is wanted.
-    given
-        A model beside the built-in ones.
-    file
-        The file that holds its equations, if it has one.
-    """
+    """Compute until told to stop; the main function of a worker process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the server says when to stop
     _bound_memory()
     answering = Answering(Catalogue(given, file))

@@ -71,16 +71,7 @@ class Workers:
         await asyncio.gather(*(asyncio.to_thread(worker.end) for worker in self._workers))
 
     def submit(self, job: Job, instead_of: Job | None = None) -> None:
-        """Queue a job.
-
-        Parameters
-        ----------
-        job
-            The job.
-        instead_of
-            A job of the same client that is no longer wanted; its place in the queue is taken
-            over, or its computation ended.
-        """
+        """Queue a job."""
         job.number = next(self._numbers)
         waiting = instead_of is not None and instead_of in self._pending
         job.place = instead_of.place if waiting and instead_of is not None else job.number
@@ -93,13 +84,7 @@ class Workers:
         self._dispatch()
 
     def cancel(self, job: Job) -> None:
-        """End a job without any further reply.
-
-        Parameters
-        ----------
-        job
-            The job.
-        """
+        """End a job without any further reply."""
         job.cancelled = True
         if job in self._pending:
             self._pending.remove(job)

@@ -48,14 +48,7 @@ def judge_autonomous(model: Model, strobe: Array, tolerance: float) -> Settlemen
     plane across it repeat as the states of a forced motion must, and the cycle attracts: in a
     centre each round repeats the one before without any having been settled on.
 
-    Parameters
-    ----------
-    model
-        An autonomous model; its ``duration`` is the time from one state to the next.
-    strobe
-        States of the motion, shape (m, n).
-    tolerance
-        Distance that is near enough, in scaled states.
+    Shapes: strobe (m, n).
 
     Examples
     --------

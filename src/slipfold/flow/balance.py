@@ -25,12 +25,7 @@ def balanced(matrix: Array, rate: float) -> Array:
 
     They are known up to a factor for each group of coupled states; the first of each has one.
 
-    Parameters
-    ----------
-    matrix
-        Moduli of the derivatives of the rates, shape (n, n).
-    rate
-        A typical rate; of the matrix itself if zero.
+    Shapes: matrix (n, n).
     """
     size, groups = np.ones(len(matrix)), coupled(matrix)
     entries = matrix * ~np.eye(len(matrix), dtype=bool)
@@ -53,10 +48,7 @@ def balanced(matrix: Array, rate: float) -> Array:
 def coupled(matrix: Array) -> NDArray[np.intp]:
     """Return for each state the first one of those it is coupled with, directly or not.
 
-    Parameters
-    ----------
-    matrix
-        Shape (n, n): an entry that is not zero couples two states.
+    Shapes: matrix (n, n).
     """
     near = (matrix != 0) | (matrix.T != 0) | np.eye(len(matrix), dtype=bool)
     first = np.arange(len(matrix))

@@ -36,14 +36,6 @@ def cache_directory() -> Path:
 def cached(key: str, build: Callable[[], Any]) -> Any:
     """Return what `build` makes, from disk if it was made before on this machine.
 
-    Parameters
-    ----------
-    key
-        Text that names the equations and the options. The heyoka version and the processor are
-        added to it.
-    build
-        Makes the object; called if there is no usable entry.
-
     Notes
     -----
     An entry is a pickle, so it is opened only if the directory and the file belong to this user

@@ -81,11 +81,6 @@ class CompiledCode:
         Derivatives are with respect to the start and to each ``s_k`` in ``c + s_1 d_1 + ...``;
         parameters are the coefficients c, the scales, the directions d_k one after the other, and
         the s_k, all zero.
-
-        Parameters
-        ----------
-        directions
-            How many.
         """
         return self._own(f"linear along {directions}", lambda: self._linear_batch(directions))
 
@@ -101,11 +96,6 @@ class CompiledCode:
         A perturbation v is carried along by the linearised equations; differentiated with respect
         to the start and to each ``s_k`` it gives second derivatives with v as one direction.
         Parameters are as for `linear`.
-
-        Parameters
-        ----------
-        directions
-            How many.
         """
         return self._own(f"curved along {directions}", lambda: self._curved_batch(directions))
 
@@ -128,16 +118,7 @@ class CompiledCode:
         return [*states, *carried], [*rates, *slopes]
 
     def perturbed(self, *, tangent: bool, changed: bool) -> Any:
-        """Batch of the states and a few perturbations of them, see `perturbed_system`.
-
-        Parameters
-        ----------
-        tangent
-            Whether one derivative of the states along a vector belongs to what is perturbed.
-        changed
-            Whether the perturbation, then only one, comes from a change of the coefficients;
-            otherwise there are `COLUMNS`, of the states.
-        """
+        """Batch of the states and a few perturbations of them, see `perturbed_system`."""
         columns = 1 if changed else COLUMNS
 
         def build() -> Any:

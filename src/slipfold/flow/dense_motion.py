@@ -39,9 +39,6 @@ class DenseMotion:
     def at(self, phases: Array) -> Array:
         """Return the states at some phases, as exact as the integration, shape (m, n).
 
-        Parameters
-        ----------
-        phases
-            Shape (m,), from zero to the end.
+        Shapes: phases (m,).
         """
         return np.array(self.polynomials(phases)) * self.scales

@@ -59,15 +59,7 @@ class Operation:
 
 
 def take_apart(equations: Equations, outputs: Sequence[Expression] = ()) -> tuple[Operation, ...]:
-    """Return the elementary operations of the rates, each after those it acts on.
-
-    Parameters
-    ----------
-    equations
-        The symbolic system.
-    outputs
-        Expressions to take apart together with the rates.
-    """
+    """Return the elementary operations of the rates, each after those it acts on."""
     states = [*equations.states, *(hy.expression(f"output {i}") for i in range(len(outputs)))]
     there: dict[Any, Any] = {c: hy.par[i] for i, c in enumerate(equations.coefficients)}
     there[equations.phase] = hy.time

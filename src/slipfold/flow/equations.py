@@ -69,18 +69,7 @@ class Equations:
 
 
 def build_equations(model: Model) -> Equations:
-    """Write a model's equations in symbols.
-
-    Parameters
-    ----------
-    model
-        Its parameter values play no part.
-
-    Returns
-    -------
-    Equations
-        The symbolic system.
-    """
+    """Write a model's equations in symbols."""
     names = tuple(state.name for state in model.states)
     q = {name: hy.expression(name) for name in names}
     p = {item.name: hy.expression(f"p_{item.name}") for item in model.parameters}

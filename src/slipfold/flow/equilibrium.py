@@ -52,12 +52,7 @@ class Equilibrium:
 def equilibrium_near(model: Model, state: Array) -> Equilibrium | None:
     """Return the equilibrium that Newton's method finds from a state, None if it finds none.
 
-    Parameters
-    ----------
-    model
-        An autonomous model.
-    state
-        Shape (n,).
+    Shapes: state (n,).
     """
     functions, scales = evaluation_of(model), model.state_scales()
     found = damped_newton(
@@ -86,17 +81,7 @@ def equilibrium_near(model: Model, state: Array) -> Equilibrium | None:
 def pushed_off(model: Model, state: Array) -> Array | None:
     """Return a state beside an unstable equilibrium that a motion would sit on for ever.
 
-    Parameters
-    ----------
-    model
-        An autonomous model.
-    state
-        Where the motion is, shape (n,).
-
-    Returns
-    -------
-    ndarray, shape (n,), or None
-        `PUSH` beside it in its most unstable direction; None where it is on none.
+    Shapes: state (n,); returns (n,).
     """
     scales = model.state_scales()
     functions = evaluation_of(model)

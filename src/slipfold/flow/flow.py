@@ -59,26 +59,14 @@ class Constants:
         return float(self.values[..., -1])
 
     def repeated(self, count: int) -> Constants:
-        """Return each trajectory's coefficients several times, for sampling: without derivatives.
-
-        Parameters
-        ----------
-        count
-            How many times each. Coefficients that all trajectories share stay as they are.
-        """
+        """Return each trajectory's coefficients several times, without derivatives."""
         if self.values.ndim == 1:
             return self
         scales = self.scales if self.scales.ndim == 1 else np.repeat(self.scales, count, axis=0)
         return Constants(np.repeat(self.values, count, axis=0), self.rates[:0], scales)
 
     def of(self, some: slice) -> tuple[Array, Array]:
-        """Return coefficients and scales of some trajectories, by lane of an integrator.
-
-        Parameters
-        ----------
-        some
-            Which ones.
-        """
+        """Return coefficients and scales of some trajectories, by lane of an integrator."""
         return _lanes(self.values, some), _lanes(self.scales, some)
 
 
@@ -103,18 +91,7 @@ class Flow:
         self.output_names = tuple(name for name, _ in equations.outputs)
 
     def output_index(self, name: str) -> int:
-        """Return the column of an output.
-
-        Parameters
-        ----------
-        name
-            A state or output of the model.
-
-        Raises
-        ------
-        InputError
-            If there is none of that name.
-        """
+        """Return the column of an output."""
         if name not in self.output_names:
             raise InputError(f"no output {name!r}; there are {', '.join(self.output_names)}")
         return self.output_names.index(name)
@@ -128,12 +105,7 @@ class Flow:
     def constants(self, parameters: Array, scales: Array | None = None) -> Constants:
         """Evaluate the coefficients and their derivatives.
 
-        Parameters
-        ----------
-        parameters
-            Parameter vector, shape (n_p,); or (m, n_p), one row for each of m trajectories.
-        scales
-            Typical sizes of the states, shape (n,) or (m, n); one if None.
+        Shapes: parameters (n_p,); scales (n,) or (m, n).
         """
         raw = self._code.coefficients(np.ascontiguousarray(parameters.T)).T
         count, shape = len(self.equations.coefficients), parameters.shape
@@ -147,19 +119,7 @@ class Flow:
     def advance(self, states: Array, start: Array, end: Array, constants: Constants) -> Array:
         """Carry states from one phase to another.
 
-        Parameters
-        ----------
-        states
-            Shape (m, n).
-        start, end
-            Phases, shape (m,).
-        constants
-            Coefficients.
-
-        Returns
-        -------
-        ndarray, shape (m, n)
-            States at `end`.
+        Shapes: states (m, n); start, end (m,); returns (m, n).
         """
         result = np.empty_like(states)
         for some in _chunks(len(states)):
@@ -173,21 +133,7 @@ class Flow:
     ) -> Array:
         """Carry states from one phase to another and keep equidistant samples.
 
-        Parameters
-        ----------
-        states
-            Shape (m, n).
-        start, end
-            Phases, shape (m,).
-        count
-            Samples per trajectory; the first is the start, the end is left out.
-        constants
-            Coefficients.
-
-        Returns
-        -------
-        ndarray, shape (m, count, n)
-            Samples.
+        Shapes: states (m, n); start, end (m,); returns (m, count, n).
         """
         fractions = np.arange(count) / count
         return self.along(states, start[:, None] + (end - start)[:, None] * fractions, constants)
@@ -195,19 +141,7 @@ class Flow:
     def along(self, states: Array, phases: Array, constants: Constants) -> Array:
         """Carry states along phases of their own.
 
-        Parameters
-        ----------
-        states
-            At the first phase of each row, shape (m, n).
-        phases
-            Increasing in each row, shape (m, p).
-        constants
-            Coefficients.
-
-        Returns
-        -------
-        ndarray, shape (m, p, n)
-            States.
+        Shapes: states (m, n); phases (m, p); returns (m, p, n).
         """
         result = np.empty((*phases.shape, self.dimension))
         for some in _chunks(len(states)):
@@ -221,26 +155,8 @@ class Flow:
     ) -> tuple[Array, Array, Array]:
         """Carry states and their derivatives from one phase to another.
 
-        Parameters
-        ----------
-        states
-            Shape (m, n).
-        start, end
-            Phases, shape (m,).
-        constants
-            Coefficients.
-        directions
-            Changes of the coefficients the flow is differentiated along, shape (n_c, k), or
-            (m, n_c, k) with those of each trajectory.
-
-        Returns
-        -------
-        ends : ndarray, shape (m, n)
-            States at `end`.
-        matrices : ndarray, shape (m, n, n)
-            Derivatives of the end states with respect to the start states.
-        vectors : ndarray, shape (m, n, k)
-            Derivatives of the end states along the directions.
+        Shapes: states (m, n); start, end (m,); directions (n_c, k), or (m, n_c, k); returns ends
+        (m, n), matrices (m, n, n), vectors (m, n, k).
         """
         n, k = self.dimension, directions.shape[-1]
         if not carried_whole(n):
@@ -266,20 +182,7 @@ class Flow:
     ) -> tuple[Array, Array]:
         """Carry states and their derivatives, a few columns of these at a time.
 
-        Parameters
-        ----------
-        states
-            Those of the model, shape (m, n), or with a tangent, shape (m, 2 n).
-        start, end, constants, directions
-            As for `linearise`.
-
-        Returns
-        -------
-        ends : ndarray, shape (m, N)
-            States at `end`, N = n or 2 n.
-        derivatives : ndarray, shape (m, N, n + k)
-            Derivatives of these with respect to the model's states at the start, and along the
-            directions.
+        Shapes: states (m, n); returns ends (m, N), derivatives (m, N, n + k).
         """
         m, size = states.shape
         n, (count, k) = self.dimension, directions.shape[-2:]
@@ -338,25 +241,8 @@ class Flow:
     ) -> tuple[Array, Array]:
         """Return second derivatives of the flow with a given vector as one of their directions.
 
-        Parameters
-        ----------
-        states
-            Shape (m, n).
-        start, end
-            Phases, shape (m,).
-        constants
-            Coefficients.
-        directions
-            Changes of the coefficients, shape (n_c, k) or (m, n_c, k).
-        vectors
-            One direction of the start state for each trajectory, shape (m, n).
-
-        Returns
-        -------
-        matrices : ndarray, shape (m, n, n)
-            ``D^2 phi [v, .]``, along the start state.
-        pulls : ndarray, shape (m, n, k)
-            The same along the directions of the coefficients.
+        Shapes: states (m, n); start, end (m,); directions (n_c, k) or (m, n_c, k); vectors (m, n);
+        returns matrices (m, n, n), pulls (m, n, k).
         """
         n, k = self.dimension, directions.shape[-1]
         if not carried_whole(n):
@@ -389,24 +275,8 @@ class Flow:
     ) -> Array:
         """Differentiate the flow three times along a direction of the start state.
 
-        Parameters
-        ----------
-        states
-            Starts, shape (m, n), or (n,) for one that all share.
-        start, end
-            Phases, shape (m,) or one for all.
-        constants
-            Coefficients, the same for all.
-        directions
-            One for each trajectory, shape (m, n).
-        beyond
-            States that all pass at equal phases between start and end, shape (k, n), if known: each
-            stretch has its own steps, and errors do not grow from one to the next.
-
-        Returns
-        -------
-        ndarray, shape (m, 3, n)
-            ``D^k phi(state) [v, ..., v]`` for k = 1, 2, 3 and each direction v.
+        Shapes: states (m, n), or (n,); start, end (m,); directions (m, n); beyond (k, n); returns
+        (m, 3, n).
         """
         n, total = self.dimension, len(directions)
         result = np.empty((total, JET_ORDER, n))
@@ -427,21 +297,7 @@ class Flow:
     ) -> Array:
         """Differentiate the flow along directions of the start state and in the end's phase.
 
-        Parameters
-        ----------
-        nodes
-            The start that all share, and what they pass at equal phases, shape (k, n).
-        start, end
-            Phases.
-        constants
-            Coefficients.
-        directions
-            Shape (m, n).
-
-        Returns
-        -------
-        ndarray, shape (m, 4, 4, n)
-            ``d^j/ds^j d^k/dt^k phi(nodes[0] + s v)`` for j, k = 0 ... 3 and each direction v.
+        Shapes: nodes (k, n); directions (m, n); returns (m, 4, 4, n).
         """
         n, total, orders = self.dimension, len(directions), JET_ORDER + 1
         result = np.empty((total, orders, orders, n))
@@ -490,38 +346,14 @@ class Flow:
     def rates(self, states: Array, phases: Array, constants: Constants) -> Array:
         """Evaluate dq/dphase.
 
-        Parameters
-        ----------
-        states
-            Shape (m, n).
-        phases
-            Shape (m,).
-        constants
-            Coefficients.
-
-        Returns
-        -------
-        ndarray, shape (m, n)
-            Rates.
+        Shapes: states (m, n); phases (m,); returns (m, n).
         """
         return self._evaluate(self._code.rates, states, phases, constants)
 
     def jacobians(self, states: Array, phases: Array, constants: Constants) -> Array:
         """Evaluate the Jacobian of dq/dphase with respect to the states.
 
-        Parameters
-        ----------
-        states
-            Shape (m, n).
-        phases
-            Shape (m,).
-        constants
-            Coefficients.
-
-        Returns
-        -------
-        ndarray, shape (m, n, n)
-            Jacobians.
+        Shapes: states (m, n); phases (m,); returns (m, n, n).
         """
         n = self.dimension
         return self._evaluate(self._code.jacobian, states, phases, constants).reshape(-1, n, n)
@@ -529,19 +361,7 @@ class Flow:
     def outputs(self, states: Array, phases: Array, constants: Constants) -> Array:
         """Evaluate all outputs, the states first.
 
-        Parameters
-        ----------
-        states
-            Shape (m, n).
-        phases
-            Shape (m,).
-        constants
-            Coefficients.
-
-        Returns
-        -------
-        ndarray, shape (m, n_outputs)
-            In the order of `output_names`.
+        Shapes: states (m, n); phases (m,); returns (m, n_outputs).
         """
         return self._evaluate(self._code.outputs, states, phases, constants)
 
@@ -550,21 +370,7 @@ class Flow:
     ) -> Array:
         """Carry one state along a grid of phases, one step after the other.
 
-        Parameters
-        ----------
-        state
-            State at the first phase of `grid`, shape (n,).
-        constants
-            Coefficients.
-        grid
-            Increasing phases, shape (m,).
-        patient
-            Whether it may take as many steps as it needs while it gets on.
-
-        Returns
-        -------
-        ndarray, shape (m, n)
-            States on the grid, NaN from where the flow meets a singularity.
+        Shapes: state (n,); grid (m,); returns (m, n).
         """
         single = self._code.single
         single.time = grid[0]
@@ -580,16 +386,7 @@ class Flow:
 
         None where not even one step can be taken.
 
-        Parameters
-        ----------
-        state
-            Where it begins, shape (n,).
-        constants
-            Coefficients.
-        end
-            Phase at which it ends, if the steps suffice.
-        steps
-            Most steps taken.
+        Shapes: state (n,).
         """
         single = self._code.single
         single.time = 0.0
@@ -604,23 +401,8 @@ class Flow:
     ) -> tuple[Array, Array]:
         """Differentiate the slopes of an autonomous model's rates along vectors.
 
-        Parameters
-        ----------
-        state
-            Shape (n,).
-        constants
-            Coefficients.
-        vectors
-            Directions of the state, shape (r, n).
-        directions
-            Changes of the coefficients, shape (n_c, k).
-
-        Returns
-        -------
-        second : ndarray, shape (r, n, n)
-            ``D^2 f [v, .]``.
-        mixed : ndarray, shape (r, n, k)
-            Derivatives of ``Df v`` along the directions.
+        Shapes: state (n,); vectors (r, n); directions (n_c, k); returns second (r, n, n), mixed
+        (r, n, k).
         """
         n, r, k = self.dimension, len(vectors), directions.shape[1]
         more = np.concatenate([np.repeat(vectors, k, axis=0), np.tile(directions.T, (r, 1))], 1)
@@ -633,14 +415,7 @@ class Flow:
     def pulls(self, state: Array, constants: Constants, directions: Array) -> Array:
         """Return the derivatives of the rates along changes of the coefficients, shape (n, k).
 
-        Parameters
-        ----------
-        state
-            Shape (n,).
-        constants
-            Coefficients.
-        directions
-            Changes of the coefficients, shape (n_c, k).
+        Shapes: state (n,); directions (n_c, k).
         """
         count = directions.shape[1]
         states = np.tile(state, (count, 1))
@@ -649,19 +424,7 @@ class Flow:
     def powers(self, state: Array, constants: Constants, vectors: Array) -> tuple[Array, Array]:
         """Return second and third derivatives of the rates of an autonomous model along vectors.
 
-        Parameters
-        ----------
-        state
-            Shape (n,).
-        constants
-            Coefficients.
-        vectors
-            Directions of the state, shape (r, n).
-
-        Returns
-        -------
-        second, third : ndarray, shape (r, n)
-            ``D^2 f [v, v]`` and ``D^3 f [v, v, v]``.
+        Shapes: state (n,); vectors (r, n); returns second, third (r, n).
         """
         states, phases = np.tile(state, (len(vectors), 1)), np.zeros(len(vectors))
         found = self._evaluate(self._code.powers, states, phases, constants, vectors)
@@ -698,13 +461,6 @@ class Flow:
 
 def flow_of(model: Model, tolerance: float = TOLERANCE) -> Flow:
     """Return the flow of a model; models with the same equations share one.
-
-    Parameters
-    ----------
-    model
-        Its parameter values play no part.
-    tolerance
-        Local error a step may make.
 
     Examples
     --------

@@ -82,26 +82,7 @@ class GuardedFlow:
     ) -> tuple[Array, Stop | None]:
         """Carry a state over forcing periods; the phase restarts every few of them.
 
-        Parameters
-        ----------
-        state
-            State at phase zero, shape (n,).
-        periods
-            Forcing periods to integrate.
-        constants
-            Coefficients.
-        before
-            Periods since the start, from which times are counted.
-        weights
-            What `weights` returns at the start of the motion, of which this may be a later part;
-            those of `state` if None.
-
-        Returns
-        -------
-        states : ndarray, shape (periods + 1, n)
-            The state at the start of every period; fewer rows if it stopped.
-        stop : Stop or None
-            What stopped it.
+        Shapes: state (n,); returns states (periods + 1, n).
         """
         result = np.empty((periods + 1, len(state)))
         result[0] = state
@@ -173,12 +154,7 @@ class GuardedFlow:
     def weights(self, state: Array, constants: Constants) -> Array:
         """Return one over the sizes of what is watched, which counts in the length of a step.
 
-        Parameters
-        ----------
-        state
-            Where the motion starts, shape (n,).
-        constants
-            Coefficients.
+        Shapes: state (n,).
         """
         around = np.diag(constants.scales)
         states = np.concatenate([state[None], state + around, state - around])
@@ -231,11 +207,6 @@ class GuardedFlow:
 
 def guarded_flow_of(model: Model) -> GuardedFlow:
     """Return the guarded flow of a model; models with the same equations share one.
-
-    Parameters
-    ----------
-    model
-        Its parameter values play no part.
 
     Examples
     --------

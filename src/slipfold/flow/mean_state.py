@@ -22,21 +22,7 @@ BESIDE = 1e-3
 def mean_state(flow: Flow, constants: Constants, scales: Array, start: Array) -> Array:
     """Return the equilibrium under the forcing's mean, shape (n_states,).
 
-    Parameters
-    ----------
-    flow
-        The flow.
-    constants
-        Coefficients.
-    scales
-        Typical sizes of the states, shape (n_states,).
-    start
-        State from which it is searched, shape (n_states,).
-
-    Returns
-    -------
-    ndarray
-        The state, NaN if there is no equilibrium near `start`.
+    Shapes: scales, start (n_states,).
     """
 
     def repeated(state: Array) -> Array:

@@ -23,15 +23,7 @@ class OwnCopies:
         self._own = threading.local()
 
     def get(self, name: str, build: Callable[[], Any]) -> Any:
-        """Return this thread's copy.
-
-        Parameters
-        ----------
-        name
-            Name of the integrator.
-        build
-            Makes it; called once.
-        """
+        """Return this thread's copy."""
         own = self._own.__dict__
         if name not in own:
             with self._building:

@@ -34,18 +34,7 @@ FARTHEST = 1e4
 
 
 def paced(model: Model, state: Array, periods: int | None) -> tuple[Model, int | None]:
-    """Return an autonomous model whose ``duration`` suits its motion, and how many it lasts.
-
-    Parameters
-    ----------
-    model
-        An autonomous model. A ``duration`` other than the default is kept, unless it is too long
-        for a piece of a motion: it is divided then.
-    state
-        Where the motion begins.
-    periods
-        Intervals of the model's ``duration`` that are wanted; None for as many as it takes.
-    """
+    """Return an autonomous model whose ``duration`` suits its motion, and how many it lasts."""
     unit = model.values[DURATION.name]
     natural = _natural(model, state)
     if periods is None and unit == DURATION.default:
@@ -54,17 +43,7 @@ def paced(model: Model, state: Array, periods: int | None) -> tuple[Model, int |
 
 
 def divided(model: Model, periods: int | None, parts: int = 8) -> tuple[Model, int | None]:
-    """Return an autonomous model with a part of its ``duration``, and how many these are.
-
-    Parameters
-    ----------
-    model
-        An autonomous model.
-    periods
-        Intervals of the model's ``duration`` that are wanted; None for as many as it takes.
-    parts
-        What each is divided into.
-    """
+    """Return an autonomous model with a part of its ``duration``, and how many these are."""
     if parts == 1:
         return model, periods
     shorter = model.replace(**{DURATION.name: model.values[DURATION.name] / parts})

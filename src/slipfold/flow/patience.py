@@ -27,15 +27,7 @@ STEP_LIMIT = int(hy.taylor_outcome.step_limit)
 
 
 def arrive(batch: Any, ends: Array) -> None:
-    """Integrate a batch to its ends, unless one of its motions would take too many steps.
-
-    Parameters
-    ----------
-    batch
-        The integrator.
-    ends
-        A time for each lane.
-    """
+    """Integrate a batch to its ends, unless one of its motions would take too many steps."""
     free, taken = STEEP if batch.with_events else CALL, 0
     while True:
         before = np.array(batch.time)
@@ -51,17 +43,7 @@ def arrive(batch: Any, ends: Array) -> None:
 def sampled(batch: Any, times: Array) -> Array:
     """Integrate a batch through given times; return its states there, NaN where it does not come.
 
-    Parameters
-    ----------
-    batch
-        The integrator; its times are the first ones.
-    times
-        Shape (m, n_lanes).
-
-    Returns
-    -------
-    ndarray, shape (m, n, n_lanes)
-        States.
+    Shapes: times (m, n_lanes); returns (m, n, n_lanes).
     """
     start, states = np.array(batch.state), np.empty((len(times), *batch.state.shape))
     found = batch.propagate_grid(times, max_steps=STEEP if batch.with_events else CALL)[1]
@@ -79,17 +61,7 @@ def sampled(batch: Any, times: Array) -> Array:
 
 
 def go_on(single: Any, end: float, *, steep: bool) -> int:
-    """Integrate one motion to its end in the same way; return the last outcome.
-
-    Parameters
-    ----------
-    single
-        The integrator.
-    end
-        The time.
-    steep
-        Whether its formulas turn sharply.
-    """
+    """Integrate one motion to its end in the same way; return the last outcome."""
     free, taken = STEEP if steep else CALL, 0
     while True:
         before = float(single.time)
@@ -105,14 +77,7 @@ def go_on(single: Any, end: float, *, steep: bool) -> int:
 def pass_through(single: Any, times: Array, *, patient: bool = True) -> Array:
     """Integrate one motion through given times; return its states there, NaN from where it ends.
 
-    Parameters
-    ----------
-    single
-        The integrator; its time is the first one.
-    times
-        Shape (m,).
-    patient
-        Whether to go on when the steps of one call are used up.
+    Shapes: times (m,).
     """
     states = np.full((len(times), len(single.state)), np.nan)
     place = 0

@@ -29,26 +29,6 @@ def perturbed_system(
 
     so a system with few of them serves any number, one group after the other: its size grows with
     the number of states and not with its square.
-
-    Parameters
-    ----------
-    states
-        Symbols, length N.
-    rates
-        Their rates, length N.
-    changing
-        Symbols of the coefficients that change, length n_c; where none do, there is a third less to
-        compute.
-    columns
-        Number of perturbations.
-    first
-        Number of the integrator's parameter from which on the changes of the columns stand, n_c
-        for each.
-
-    Returns
-    -------
-    list of (symbol, rate)
-        The states and then the perturbations, column by column, length N (1 + columns).
     """
     count = len(changing)
     slopes = hy.diff_tensors(list(rates), diff_args=[*states, *changing], diff_order=1).jacobian

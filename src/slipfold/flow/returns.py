@@ -51,15 +51,6 @@ def find_returns(flow: Flow, constants: Constants, motion: DenseMotion, scales: 
 
     The plane stands across the motion where the speed is typical of its second half, neither at
     rest nor in a jump.
-
-    Parameters
-    ----------
-    flow, constants
-        The flow.
-    motion
-        The motion.
-    scales
-        Typical sizes of the states.
     """
     phases = motion.phases
     states = motion.at(phases) / scales

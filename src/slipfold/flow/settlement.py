@@ -123,13 +123,7 @@ class Trend:
         return self.drift * factor / (1 - factor)
 
     def more(self, tolerance: float) -> int | None:
-        """Return how many states more bring it within a tolerance; None if it does not shrink.
-
-        Parameters
-        ----------
-        tolerance
-            Distance that is near enough.
-        """
+        """Return how many states more bring it within a tolerance; None if it does not shrink."""
         rate = self.rate
         if not self.shrinking or rate is None or not self.distance < math.inf:
             return None
@@ -139,10 +133,7 @@ class Trend:
 def trends_of(scaled: Array) -> list[Trend]:
     """Return how states change over 1 to 8 of them.
 
-    Parameters
-    ----------
-    scaled
-        Successive states in units of their scales, more than `SHORTEST`, shape (m, n).
+    Shapes: scaled (m, n).
     """
     return [_measure(scaled, period) for period in range(1, LARGEST_PERIOD + 1)]
 
@@ -150,19 +141,7 @@ def trends_of(scaled: Array) -> list[Trend]:
 def judge_settlement(strobe: Array, scales: Array, tolerance: float) -> Settlement:
     """Judge from the states at phase zero whether a trajectory has settled.
 
-    Parameters
-    ----------
-    strobe
-        States at the start of successive forcing periods, shape (m, n).
-    scales
-        Typical sizes of the states, shape (n,).
-    tolerance
-        Distance from the periodic response that is near enough, in scaled states.
-
-    Returns
-    -------
-    Settlement
-        The smallest period k such that the states repeat after k periods, if there is one.
+    Shapes: strobe (m, n); scales (n,).
 
     Notes
     -----

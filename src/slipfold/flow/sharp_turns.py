@@ -74,15 +74,7 @@ class SharpTurns:
         )
 
     def events(self, known: Mapping[str, Expression], *, batch: bool) -> list[Any]:
-        """Return the events of an integrator.
-
-        Parameters
-        ----------
-        known
-            What stands in the integrator for the symbols of the equations.
-        batch
-            Whether it carries a batch.
-        """
+        """Return the events of an integrator."""
         event, go_on = (hy.t_event_batch, _all_go_on) if batch else (hy.t_event, _go_on)
         up, down = hy.event_direction.positive, hy.event_direction.negative
         directed = [*((item, up) for item in self.rising), *((item, down) for item in self.falling)]
@@ -94,15 +86,7 @@ class SharpTurns:
 
 
 def sharp_turns(equations: Equations, outputs: Sequence[Expression] = ()) -> SharpTurns:
-    """Find the sharp turns of a system.
-
-    Parameters
-    ----------
-    equations
-        The symbolic system.
-    outputs
-        Expressions of its symbols that have to be right within steps, as those of other events.
-    """
+    """Find the sharp turns of a system."""
     operations = take_apart(equations, outputs)
     rising, falling = [], []
     for index, edge in sorted(set(_saturations(operations))):

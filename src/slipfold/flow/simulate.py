@@ -47,31 +47,7 @@ def simulate(
 ) -> Trajectory:
     """Integrate a model, and say whether its motion has settled, and on what.
 
-    Parameters
-    ----------
-    model
-        The model with its parameter values.
-    periods
-        Forcing periods to integrate, 1000 if None; of an autonomous model intervals of its
-        ``duration``. If None it is integrated until it settles, 16,000 intervals at most, in
-        intervals that suit its motion.
-    state
-        Initial state at phase zero, shape (n_states,), or some states by name; what is not given is
-        the model's own start. One on an unstable equilibrium of an autonomous model, where a motion
-        would stay for ever, is pushed off it by 1e-6; the settlement says so.
-    tolerance
-        Distance from a periodic response, a cycle or an equilibrium at which the motion counts as
-        settled, in scaled states.
-
-    Returns
-    -------
-    Trajectory
-        Ends early, with the reason, where the model meets one of its limits.
-
-    Raises
-    ------
-    InputError
-        If `periods`, `state` or `tolerance` cannot be used.
+    Shapes: state (n_states,).
 
     Examples
     --------
@@ -144,13 +120,7 @@ class Motion:
         return sum(len(piece) for piece in self._pieces) - 1
 
     def go_on(self, periods: int) -> Array:
-        """Integrate some more periods; return the states at their starts, as far as it came.
-
-        Parameters
-        ----------
-        periods
-            How many.
-        """
+        """Integrate some more periods; return the states at their starts, as far as it came."""
         flow, first, done = guarded_flow_of(self.model), self.periods, 0
         while self.stopped is None and done < periods:
             count = periods - done
@@ -185,13 +155,7 @@ class Motion:
             self.stopped = Stop("unbounded", reason, time)
 
     def settlement(self, tolerance: float) -> Settlement:
-        """Return whether it has settled, and on what.
-
-        Parameters
-        ----------
-        tolerance
-            Distance that is near enough, in scaled states.
-        """
+        """Return whether it has settled, and on what."""
         model = self.model
         if self.stopped is not None:
             return _cut_short(self.stopped)
@@ -212,22 +176,7 @@ class Motion:
 def initial_state(model: Model, state: ArrayLike | Mapping[str, float] | None) -> Array:
     """Check an initial state.
 
-    Parameters
-    ----------
-    model
-        Gives the names of the states.
-    state
-        Shape (n_states,), or some states by name; what is not given is the model's own start.
-
-    Returns
-    -------
-    ndarray, shape (n_states,)
-        States.
-
-    Raises
-    ------
-    InputError
-        For a wrong number of values, an unknown name, or a value that is not a finite number.
+    Shapes: state (n_states,); returns (n_states,).
 
     Examples
     --------

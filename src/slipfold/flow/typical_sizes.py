@@ -58,17 +58,7 @@ def measured(
     equations stop being linear; else in the state of rest itself. All of this is the same in any
     units. Sizes are powers of two.
 
-    Parameters
-    ----------
-    model
-        The model.
-    also
-        The same model at other parameter values that will be met.
-    motion
-        States of a motion that is known, shape (m, n_states); else that from rest under the
-        forcing is looked at.
-    start
-        State from which motions start, shape (n_states,); the model's own if None.
+    Shapes: motion (m, n_states); start (n_states,).
     """
     if not np.isnan(model.declared_scales()).any():
         return model
@@ -88,17 +78,7 @@ def measured(
 def measured_within(
     model: Model, values: Sequence[Mapping[str, float]], motion: Array | None = None
 ) -> Model:
-    """Return a model that knows how large its states become at several parameter values.
-
-    Parameters
-    ----------
-    model
-        The model; it keeps its own values.
-    values
-        Some parameters by name, the first ones first.
-    motion
-        As for `measured`.
-    """
+    """Return a model that knows how large its states become at several parameter values."""
     if not np.isnan(model.declared_scales()).any():
         return model
     others = []

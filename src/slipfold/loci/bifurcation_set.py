@@ -60,31 +60,6 @@ def find_bifurcation_set(
 
     Responses are followed across the window in both directions; from each of their special points
     its locus is, unless it is known; from points of codimension two those that start there.
-
-    Parameters
-    ----------
-    model
-        The model; its values of both parameters play no part.
-    plane
-        Names of two parameters.
-    window
-        Least and largest value of each.
-    types
-        Types of bifurcation wanted, of `possible_types`; all if None.
-    periods
-        Periods of the orbits wanted, of 1 and 2 forcing periods.
-    regions
-        Whether to label the regions between the loci; they need a forced model, and all types and
-        periods.
-    settings
-        Options of continuation.
-    observer
-        Called after every point; may raise `KeyboardInterrupt` to stop with what is done.
-
-    Raises
-    ------
-    InputError
-        If the input cannot be used, or no response exists anywhere in the window.
     """
     window = check_window(model, plane, window)
     types, periods = _checked(model, types, periods)
@@ -146,11 +121,6 @@ def _inside(model: Model, plane: tuple[str, str], window: Window) -> bool:
 
 def possible_types(model: Model) -> tuple[str, ...]:
     """Return the types of loci that a model may have: only an autonomous one has equilibria.
-
-    Parameters
-    ----------
-    model
-        The model.
 
     Examples
     --------

@@ -33,25 +33,11 @@ class CycleLocus(LocusProblem, CriticalCycle):
         return True
 
     def reported_multipliers(self, point: OrbitPoint) -> Multipliers:
-        """Return the multipliers with that of the flow's own direction, shape (n,).
-
-        Parameters
-        ----------
-        point
-            A point of the locus.
-        """
+        """Return the multipliers with that of the flow's own direction, shape (n,)."""
         return all_multipliers(point.multipliers)
 
     def codimension_two(self, point: OrbitPoint, kind: str) -> dict[str, float]:
-        """Return no coefficients: none are computed.
-
-        Parameters
-        ----------
-        point
-            The point.
-        kind
-            Name of the test function that is zero there.
-        """
+        """Return no coefficients: none are computed."""
         return {}
 
     def _coefficient(self, z: Array, linearisation: Linearisation) -> float:
@@ -64,11 +50,5 @@ class CycleLocus(LocusProblem, CriticalCycle):
             return np.nan
 
     def own_length(self, point: OrbitPoint) -> float:
-        """Return one: coefficients are for vectors of a mean length already.
-
-        Parameters
-        ----------
-        point
-            A point of the locus.
-        """
+        """Return one: coefficients are for vectors of a mean length already."""
         return 1.0

@@ -18,15 +18,7 @@ Array = NDArray[np.float64]
 
 
 def coefficient_at(problem: LocusProblem, point: OrbitPoint) -> float:
-    """Return the coefficient of the bifurcation's normal form, NaN where it is not defined.
-
-    Parameters
-    ----------
-    problem
-        Equations of the locus.
-    point
-        A point of it.
-    """
+    """Return the coefficient of the bifurcation's normal form, NaN where it is not defined."""
     raw = problem.coefficient(point.tests)
     if not np.isfinite(raw):
         return np.nan
@@ -38,15 +30,7 @@ def coefficient_at(problem: LocusProblem, point: OrbitPoint) -> float:
 
 
 def describe_point(problem: LocusProblem, found: Found) -> LocusPoint:
-    """Return a located point with its coefficients and its uncertainty.
-
-    Parameters
-    ----------
-    problem
-        Equations of the locus.
-    found
-        What was located.
-    """
+    """Return a located point with its coefficients and its uncertainty."""
     point = found.point
     first, second = map(float, problem.values(point.z))
     values = (first, second)

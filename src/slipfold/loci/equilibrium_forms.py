@@ -19,23 +19,7 @@ __all__ = ["equilibrium_coefficients"]
 
 
 def equilibrium_coefficients(field: FieldMap, kind: str) -> dict[str, float]:
-    r"""Return the coefficients that decide what happens near a point of codimension two.
-
-    Parameters
-    ----------
-    field
-        Derivatives of the vector field there.
-    kind
-        Type of the point.
-
-    Returns
-    -------
-    dict
-        CP: cubic ``c`` in 1/s. BT: ``a`` > 0 in 1/s^2 and ``b`` in 1/s of the Bogdanov-Takens form;
-        the sign of the eigenvector is free. ZH:
-        quadratic ``a``, ``b`` and the real ``e``, in 1/s. Empty for the others, whose coefficients
-        are of fifth order or for two pairs at once.
-    """
+    r"""Return the coefficients that decide what happens near a point of codimension two."""
     form = _FORMS.get(kind)
     return {} if form is None else form(field)
 

@@ -39,23 +39,11 @@ class EquilibriumLocus(LocusProblem, CriticalEquilibrium):
         return "HB" if self.kind == "NS" else self.kind
 
     def named(self, found: str) -> str:
-        """Return what a special point is called in results.
-
-        Parameters
-        ----------
-        found
-            Name of the test function that is zero there.
-        """
+        """Return what a special point is called in results."""
         return NAMES.get(found, found)
 
     def reported_multipliers(self, point: OrbitPoint) -> Multipliers:
-        """Return the multipliers of the flow over the model's ``duration``, shape (n,).
-
-        Parameters
-        ----------
-        point
-            A point of the locus.
-        """
+        """Return the multipliers of the flow over the model's ``duration``, shape (n,)."""
         values = eigenvalues_of(FieldMap(self, point.z).jacobian)
         return np.exp(values * self.constants(point.z).period)
 
@@ -64,30 +52,13 @@ class EquilibriumLocus(LocusProblem, CriticalEquilibrium):
     ) -> dict[str, float]:
         """Return the functions that change sign at points of codimension two.
 
-        Parameters
-        ----------
-        z
-            An equilibrium of the locus.
-        linearisation
-            Its derivatives.
-        multipliers
-            Eigenvalues of the Cayley transform, shape (n,).
-        tangent
-            Unit tangent of the locus.
+        Shapes: multipliers (n,).
         """
         tests = super().tests(z, linearisation, multipliers, tangent)
         return {name: value for name, value in tests.items() if name not in OF_MAPS}
 
     def codimension_two(self, point: OrbitPoint, kind: str) -> dict[str, float]:
-        """Return the coefficients that decide what happens near a point of codimension two.
-
-        Parameters
-        ----------
-        point
-            The point.
-        kind
-            Name of the test function that is zero there.
-        """
+        """Return the coefficients that decide what happens near a point of codimension two."""
         field = FieldMap(self, point.z, self.model_at(point.z).unit_scales())
         return equilibrium_coefficients(field, self.named(kind))
 

@@ -63,28 +63,7 @@ def follow_fan(
     settings: Settings,
     observer: LocusObserver | None = None,
 ) -> list[FanLine]:
-    """Follow responses across a window, first in the second parameter, then in the first.
-
-    Parameters
-    ----------
-    model
-        The model; its values of both parameters play no part.
-    plane
-        Names of two parameters.
-    window
-        Least and largest value of each.
-    counts
-        Number of lines in either direction.
-    settings
-        Options of continuation.
-    observer
-        Called after every point; may raise `KeyboardInterrupt`.
-
-    Returns
-    -------
-    list of FanLine
-        Stops after a line that was interrupted.
-    """
+    """Follow responses across a window, first in the second parameter, then in the first."""
     lines: list[FanLine] = []
     for count, vary, fixed, across, along in (
         (counts[0], plane[1], plane[0], window[0], window[1]),
@@ -120,23 +99,6 @@ def follow_line(
 
     It begins and ends outside the window, so that branches born there are known inside: at the
     quiet state where the parameter switches the forcing off.
-
-    Parameters
-    ----------
-    model
-        The model.
-    vary
-        Parameter to follow.
-    span
-        Its least and largest value.
-    fixed
-        The other parameter.
-    value
-        Its value.
-    settings
-        Options.
-    tell
-        Called after every point.
     """
     low, high = _extended(model, vary, span)
     failure = ""
@@ -166,13 +128,5 @@ def _extended(model: Model, vary: str, span: tuple[float, float]) -> tuple[float
 
 
 def largest_period(settings: Settings, periods: tuple[int, ...]) -> Settings:
-    """Return the options with branches followed as far as these periods.
-
-    Parameters
-    ----------
-    settings
-        Options.
-    periods
-        Periods in forcing periods.
-    """
+    """Return the options with branches followed as far as these periods."""
     return replace(settings, largest_period=max(periods))

@@ -49,37 +49,7 @@ def follow_loci(
     types: Sequence[str] = LOCUS_TYPES,
     largest_period: int | None = None,
 ) -> tuple[Locus, ...]:
-    """Follow the loci of special points in two parameters, each locus once.
-
-    Parameters
-    ----------
-    points
-        Special points of branches of one model, of type LP, PD, NS or HB.
-    vary
-        Names of the two parameters.
-    window
-        Least and largest value of each.
-    settings
-        Options of continuation.
-    observer
-        Called after every point; may raise `KeyboardInterrupt` to stop with what is done.
-    switch
-        Whether loci that begin or pass at points of codimension two are followed as well.
-    types
-        Types of the loci that may be started there.
-    largest_period
-        Largest period of their orbits, in forcing periods; twice that of the points if None.
-
-    Returns
-    -------
-    tuple of Locus
-        In the order in which they were followed.
-
-    Raises
-    ------
-    InputError
-        If a parameter or the window cannot be used, or a point has no locus in this plane.
-    """
+    """Follow the loci of special points in two parameters, each locus once."""
     if not points:
         return ()
     base = points[0].model

@@ -29,17 +29,7 @@ SAMPLES = 16
 
 
 def lies_on(problem: LocusProblem, points: Sequence[OrbitPoint], z: Array) -> bool:
-    """Whether an orbit is one of a locus, or a later phase of one.
-
-    Parameters
-    ----------
-    problem
-        Equations of the locus.
-    points
-        Points of the locus, in order.
-    z
-        An orbit at a bifurcation of the same type and period, in the same scaled variables.
-    """
+    """Whether an orbit is one of a locus, or a later phase of one."""
     return any(_meets(problem, points, copy) for copy in _copies(problem, z))
 
 
@@ -47,15 +37,6 @@ def begins_or_ends_at(problem: LocusProblem, points: Sequence[OrbitPoint], z: Ar
     """Whether a locus of doubled orbits begins or ends where these have no amplitude.
 
     It ends a short step before, by about as much as the halves of its last orbit differ.
-
-    Parameters
-    ----------
-    problem
-        Equations of the locus.
-    points
-        Points of the locus, in order.
-    z
-        An orbit passed twice, in the same scaled variables.
     """
     for point in (points[0], points[-1]):
         gap = float(np.linalg.norm(point.z - problem.begun_near(z, point.z)))

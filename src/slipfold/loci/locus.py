@@ -335,10 +335,7 @@ class Locus(OneLine):
 def hopf_duration(eigenvalues: Multipliers) -> float:
     """Return the period of the cycles born at a Hopf point; NaN where no pair is imaginary.
 
-    Parameters
-    ----------
-    eigenvalues
-        Of the equilibrium, in 1/s, shape (n,).
+    Shapes: eigenvalues (n,).
 
     Examples
     --------
@@ -355,15 +352,6 @@ def hopf_duration(eigenvalues: Multipliers) -> float:
 
 def locus_title(type_: str, period: int, kind: str) -> str:
     """Return e.g. ``"PD of period 2"`` or ``"HB of equilibria"``.
-
-    Parameters
-    ----------
-    type_
-        Type of the locus.
-    period
-        Period of its orbits.
-    kind
-        ``"periodic"`` or ``"equilibrium"``.
 
     Examples
     --------

@@ -34,13 +34,7 @@ class LocusCurve:
     values: Callable[[Array], Array]
 
     def between(self, index: int) -> Array:
-        """Return the line from one point of the locus to the next, shape (k, 2).
-
-        Parameters
-        ----------
-        index
-            Row of the first point.
-        """
+        """Return the line from one point of the locus to the next, shape (k, 2)."""
         s = np.linspace(self.knots[index], self.knots[index + 1], PIECES + 1)
         return np.asarray(self.values(s))
 
@@ -49,11 +43,6 @@ def locus_curve(locus: Locus) -> LocusCurve:
     """Interpolate a locus.
 
     In the arclength of all unknowns the parameters are smooth even at a cusp of the locus.
-
-    Parameters
-    ----------
-    locus
-        The locus.
     """
     from scipy.interpolate import CubicSpline, interp1d
 

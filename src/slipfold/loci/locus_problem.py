@@ -52,23 +52,11 @@ class LocusProblem(CriticalProblem):
         return self.kind
 
     def named(self, found: str) -> str:
-        """Return what a special point is called in results.
-
-        Parameters
-        ----------
-        found
-            Name of the test function that is zero there.
-        """
+        """Return what a special point is called in results."""
         return found
 
     def reported_multipliers(self, point: OrbitPoint) -> Multipliers:
-        """Return the multipliers that results list, shape (n,).
-
-        Parameters
-        ----------
-        point
-            A point of the locus.
-        """
+        """Return the multipliers that results list, shape (n,)."""
         return point.multipliers
 
     def tests(
@@ -82,16 +70,7 @@ class LocusProblem(CriticalProblem):
         ``GPD`` and ``CH`` are coefficients of normal forms, multiplied by what is zero where they
         have poles: at other points of codimension two.
 
-        Parameters
-        ----------
-        z
-            An orbit of the locus.
-        linearisation
-            Its derivatives.
-        multipliers
-            Its Floquet multipliers, shape (n,).
-        tangent
-            Unit tangent of the locus.
+        Shapes: multipliers (n,).
         """
         monodromy = linearisation.monodromy
         size = float(np.sqrt(1 + np.linalg.svdvals(monodromy) ** 2).prod())
@@ -135,19 +114,7 @@ class LocusProblem(CriticalProblem):
         }
 
     def coefficient(self, tests: dict[str, float]) -> float:
-        """Return the normal form coefficient that a point's test functions were made of.
-
-        Parameters
-        ----------
-        tests
-            Of a point of this locus.
-
-        Returns
-        -------
-        float
-            b of PD, d of NS, for a critical vector of unit length in this problem's scaled states;
-            NaN where it is not defined.
-        """
+        """Return the normal form coefficient that a point's test functions were made of."""
         if self.kind == "LP":
             return np.nan
         if self.kind == "PD":
@@ -157,28 +124,14 @@ class LocusProblem(CriticalProblem):
         return tests["CH"] / poles if poles else np.nan
 
     def own_length(self, point: OrbitPoint) -> float:
-        """Return the length of the unit critical vector in the scales of the orbit's own model.
-
-        Parameters
-        ----------
-        point
-            A point of the locus.
-        """
+        """Return the length of the unit critical vector in the scales of the orbit's own model."""
         places = critical_places(self.kind, point.multipliers)
         values, vectors = np.linalg.eig(point.monodromy)
         vector = vectors[:, np.abs(values - point.multipliers[places[0]]).argmin()]
         return float(np.linalg.norm(vector * self.scales / self.model_at(point.z).unit_scales()))
 
     def codimension_two(self, point: OrbitPoint, kind: str) -> dict[str, float]:
-        """Return the coefficients that decide what happens near a point of codimension two.
-
-        Parameters
-        ----------
-        point
-            The point.
-        kind
-            Name of the test function that is zero there.
-        """
+        """Return the coefficients that decide what happens near a point of codimension two."""
         own = self.model_at(point.z).unit_scales()
         if kind == "GPD":
             quintic = quintic_coefficient(self, point, own)
@@ -198,12 +151,7 @@ class LocusProblem(CriticalProblem):
 def critical_places(kind: str, multipliers: Multipliers) -> NDArray[np.int64]:
     """Return the places of the multipliers that make an orbit critical.
 
-    Parameters
-    ----------
-    kind
-        ``"LP"``, ``"PD"`` or ``"NS"``.
-    multipliers
-        Floquet multipliers, shape (n,).
+    Shapes: multipliers (n,).
     """
     if kind == "NS":
         return np.array(critical_pair(multipliers) or (), dtype=np.int64)

@@ -32,24 +32,7 @@ def codimension_two_coefficients(
 ) -> dict[str, float]:
     r"""Return the coefficients that decide what happens near a point of codimension two.
 
-    Parameters
-    ----------
-    map_
-        The stroboscopic map.
-    monodromy
-        Its matrix, in the map's scales, shape (n, n).
-    kind
-        Type of the point.
-
-    Returns
-    -------
-    dict
-        CPC: cubic ``c``. R1: ``a`` and ``b`` of the Bogdanov-Takens form. R2: cubic ``c`` and
-        ``d``. R3: quadratic ``b`` (modulus) and ``c``, the real part of the cubic one over the
-        multiplier; the sign of c - b^2 decides. R4: ``a`` and ``b``, real and imaginary part of
-        :math:`A = -i c / |d|`. LPPD: quadratic ``a``, ``b``, ``e``. LPNS: ``a``, ``b`` and the
-        real ``e``. Empty for the others, whose coefficients are of fifth order or for two pairs at
-        once.
+    Shapes: monodromy (n, n).
     """
     form = _FORMS.get(kind)
     return {} if form is None else form(map_, monodromy)
@@ -65,12 +48,7 @@ def _cusp(map_: MapDerivatives, matrix: Array) -> dict[str, float]:
 def cusp_form(map_: MapDerivatives, singular: Array) -> dict[str, float]:
     """Return c of a cusp.
 
-    Parameters
-    ----------
-    map_
-        Derivatives of a map, or of a vector field.
-    singular
-        The map's matrix less one, or the field's Jacobian, shape (n, n).
+    Shapes: singular (n, n).
     """
     q, p = eigenvectors(singular, 0.0)
     second, third = map_.powers(q.real[None])
@@ -90,12 +68,7 @@ def _first_resonance(map_: MapDerivatives, matrix: Array) -> dict[str, float]:
 def double_form(map_: MapDerivatives, singular: Array) -> dict[str, float]:
     """Return a and b of the Bogdanov-Takens form.
 
-    Parameters
-    ----------
-    map_
-        Derivatives of a map, or of a vector field.
-    singular
-        The map's matrix less one, or the field's Jacobian, shape (n, n).
+    Shapes: singular (n, n).
     """
     q0, q1, p0, p1 = _chain(singular)
     b00, b01 = map_.second([(q0, q0), (q0, q1)])
@@ -185,17 +158,7 @@ _FORMS: dict[str, Callable[[MapDerivatives, Array], dict[str, float]]] = {
 def eigenvectors(matrix: Array, value: complex) -> tuple[Vector, Vector]:
     """Return the eigenvectors of the eigenvalue nearest to a value.
 
-    Parameters
-    ----------
-    matrix
-        Shape (n, n).
-    value
-        Where the eigenvalue should be.
-
-    Returns
-    -------
-    q, p : ndarray, shape (n,)
-        Right eigenvector of unit length, left one with <p, q> = 1.
+    Shapes: matrix (n, n); returns q, p (n,).
     """
     q, p, _ = critical_vectors(matrix, lambda values: np.abs(values - value))
     return q, p

@@ -21,13 +21,7 @@ RESTING = 1e-7
 
 
 def locus_class(point: SpecialPoint) -> type[LocusProblem]:
-    """Return the class of the equations of a point's locus.
-
-    Parameters
-    ----------
-    point
-        A special point of a branch.
-    """
+    """Return the class of the equations of a point's locus."""
     if point.model.forced:
         return LocusProblem
     moved = np.ptp(point.nodes, axis=0) / point.model.state_scales()
@@ -35,20 +29,7 @@ def locus_class(point: SpecialPoint) -> type[LocusProblem]:
 
 
 def locus_unknown(problem: LocusProblem, point: SpecialPoint) -> Array:
-    """Return the unknown of a special point.
-
-    Parameters
-    ----------
-    problem
-        The equations of its locus.
-    point
-        The point.
-
-    Raises
-    ------
-    InputError
-        If it is not given at the nodes of the problem.
-    """
+    """Return the unknown of a special point."""
     values: Model = point.model
     nodes = point.nodes[: problem.segments] if problem.orbits == "equilibrium" else point.nodes
     if len(nodes) != problem.segments:

@@ -33,20 +33,6 @@ def quintic_coefficient(problem: Shooting, point: OrbitPoint, scales: Array) -> 
     An orbit of twice the period with the amplitude a along the critical vector q exists if the map
     is shifted by :math:`\tau q` in one period and by :math:`-\tau q` in the next, with
     :math:`\tau = -(b a^3 + e a^5 + ...)` (the reduction of Lyapunov and Schmidt).
-
-    Parameters
-    ----------
-    problem
-        Equations of the locus.
-    point
-        The point, a generalised period doubling.
-    scales
-        Scales of the states.
-
-    Returns
-    -------
-    float or None
-        For a critical vector of unit length in scaled states; None if no two amplitudes agree.
     """
     found = [_from_amplitudes(problem, point, scales, largest) for largest in AMPLITUDES]
     pairs = [(a, b) for a, b in pairwise(found) if a is not None and b is not None and b]

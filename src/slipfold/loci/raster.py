@@ -38,37 +38,21 @@ class Raster:
     def columns(self, values: Array, axis: int) -> NDArray[np.int64]:
         """Return the cells that values of a parameter lie in, shape (n,).
 
-        Parameters
-        ----------
-        values
-            Shape (n,).
-        axis
-            0 for the first parameter, 1 for the second.
+        Shapes: values (n,).
         """
         low, high = self.window[axis]
         cells = ((np.asarray(values) - low) / (high - low) * CELLS).astype(int)
         return np.clip(cells, 0, CELLS - 1)
 
     def centres(self, axis: int) -> Array:
-        """Return the values of a parameter at the centres of the cells, shape (CELLS,).
-
-        Parameters
-        ----------
-        axis
-            0 for the first parameter, 1 for the second.
-        """
+        """Return the values of a parameter at the centres of the cells, shape (CELLS,)."""
         low, high = self.window[axis]
         return np.linspace(low, high, 2 * CELLS + 1)[1::2]
 
     def draw(self, mask: NDArray[np.bool_], values: Array) -> None:
         """Mark the cells that a polyline passes, without gaps.
 
-        Parameters
-        ----------
-        mask
-            Shape (CELLS, CELLS), the second parameter first; changed.
-        values
-            Values of both parameters, shape (n, 2).
+        Shapes: mask (CELLS, CELLS); values (n, 2).
         """
         for a, b in pairwise(values):
             length = [
@@ -90,19 +74,7 @@ class Raster:
 def where_models_exist(model: Model, plane: tuple[str, str], raster: Raster) -> NDArray[np.bool_]:
     """Tell the cells at whose centre the parameters contradict each other from the others.
 
-    Parameters
-    ----------
-    model
-        The model.
-    plane
-        Names of the parameters.
-    raster
-        The cells.
-
-    Returns
-    -------
-    ndarray, shape (CELLS, CELLS)
-        The second parameter first.
+    Returns shape (CELLS, CELLS).
     """
     first, second = raster.centres(0), raster.centres(1)
     middles = np.arange(BLOCK // 2, CELLS, BLOCK)

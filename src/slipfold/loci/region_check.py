@@ -31,16 +31,7 @@ def check_region(
 ) -> tuple[RegionCheck, ...]:
     """Simulate from rest and from beside each stable orbit, well inside a region.
 
-    Parameters
-    ----------
-    model
-        The model.
-    plane
-        Names of the parameters.
-    region
-        The region.
-    states
-        Of its stable orbits at its place, by period, at phase zero, each of shape (n_states,).
+    Shapes: states (n_states,).
     """
     at = model.replace(**dict(zip(plane, region.place, strict=True)))
     checks = [_from_rest(at, region)]

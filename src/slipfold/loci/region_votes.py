@@ -54,13 +54,7 @@ class Vote:
     nodes: dict[int, list[Array]]
 
     def count(self, period: int) -> int:
-        """Return how many stable orbits of a period there are.
-
-        Parameters
-        ----------
-        period
-            In forcing periods.
-        """
+        """Return how many stable orbits of a period there are."""
         return len(self.nodes.get(period, ()))
 
 
@@ -71,21 +65,7 @@ def collect_votes(
     plane: tuple[str, str],
     lines: Sequence[FanLine],
 ) -> Iterator[Vote]:
-    """Ask every response what it says of the pieces it crosses.
-
-    Parameters
-    ----------
-    pieces
-        Number of the piece each cell belongs to, 0 for none.
-    clear
-        Which cells are far enough from a boundary.
-    raster
-        The cells.
-    plane
-        Names of the parameters.
-    lines
-        The responses.
-    """
+    """Ask every response what it says of the pieces it crosses."""
     for line in lines:
         if not line.branches:
             continue
@@ -133,17 +113,6 @@ def agree(model: Model, plane: tuple[str, str], raster: Raster, votes: Sequence[
 
     A response does not reach every orbit there is. One that lacks what another has does not
     contradict it if the orbit can be carried to its place, and is stable all the way.
-
-    Parameters
-    ----------
-    model
-        The model.
-    plane
-        Names of the parameters.
-    raster
-        The cells.
-    votes
-        What the responses say.
     """
     for period in {period for vote in votes for period in vote.nodes}:
         wanted = max(vote.count(period) for vote in votes)
@@ -165,26 +134,7 @@ def carried_orbits(
 ) -> list[Array]:
     """Return the stable orbits of a period at a place, carried there from the nearest votes.
 
-    Parameters
-    ----------
-    model
-        The model.
-    plane
-        Names of the parameters.
-    raster
-        The cells.
-    votes
-        What responses say of the region that the place lies in.
-    place
-        Values of the two parameters.
-    period
-        Period in forcing periods.
-
-    Returns
-    -------
-    list of ndarray
-        States at the nodes, each of shape (m, n_states). An orbit that is lost or loses its
-        stability on the straight way is left out.
+    Returns shape (m, n_states).
     """
     size = np.array([high - low for low, high in raster.window])
     wanted = max(vote.count(period) for vote in votes)

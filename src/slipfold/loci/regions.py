@@ -57,21 +57,6 @@ def map_regions(
     a place where a stable branch ends at a limit of the model. Inside a region nothing changes, so
     every response that crosses it says the same: where two disagree, or one has a pitchfork
     inside, since loci of branch points are not followed, the region is marked.
-
-    Parameters
-    ----------
-    model
-        The model.
-    plane
-        Names of the parameters.
-    window
-        Least and largest value of each.
-    loci
-        All loci in the window.
-    lines
-        Responses across the window.
-    observer
-        Called after each region's check.
     """
     from scipy import ndimage  # a tenth of a second to import
 

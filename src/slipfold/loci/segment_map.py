@@ -65,25 +65,14 @@ class SegmentMap:
     def rescaled(self, monodromy: Array) -> Array:
         """Return a monodromy matrix in the map's scales.
 
-        Parameters
-        ----------
-        monodromy
-            In the scales of the boundary-value problem, shape (n, n).
+        Shapes: monodromy (n, n).
         """
         return monodromy * self.rescaling[:, None] / self.rescaling
 
     def powers(self, directions: Array) -> tuple[Array, Array]:
         """Return B(v, v) and C(v, v, v) for real directions.
 
-        Parameters
-        ----------
-        directions
-            Shape (r, n).
-
-        Returns
-        -------
-        second, third : ndarray, shape (r, n)
-            The forms.
+        Shapes: directions (r, n); returns second, third (r, n).
         """
         along = directions / self.rescaling
         forward, bent = self._curvatures(along)
@@ -98,10 +87,7 @@ class SegmentMap:
     def second(self, pairs: list[tuple[Vector, Vector]]) -> list[Vector]:
         """Return B(u, v) for complex vectors.
 
-        Parameters
-        ----------
-        pairs
-            Vectors of shape (n,).
+        Shapes: pairs (n,).
         """
         return [self._bilinear(u.real, v) + 1j * self._bilinear(u.imag, v) for u, v in pairs]
 

@@ -36,13 +36,7 @@ class StableSpan:
 
 
 def stable_spans(branch: Branch) -> list[StableSpan]:
-    """Return the stable stretches of a branch; between bifurcations its parameter is monotonic.
-
-    Parameters
-    ----------
-    branch
-        A branch.
-    """
+    """Return the stable stretches of a branch; between bifurcations its parameter is monotonic."""
     if not len(branch):
         return []
     marks = [p.value for p in branch.special if p.type in BIFURCATIONS]
@@ -58,19 +52,7 @@ def stable_spans(branch: Branch) -> list[StableSpan]:
 def orbit_on(branch: Branch, span: StableSpan, value: float) -> NDArray[np.float64] | None:
     """Return the orbit at a value of the parameter, None if Newton's method does not find it.
 
-    Parameters
-    ----------
-    branch
-        A branch.
-    span
-        A stretch of it.
-    value
-        The value, inside the stretch.
-
-    Returns
-    -------
-    ndarray, shape (m, n_states)
-        States at the nodes.
+    Returns shape (m, n_states).
     """
     rows = np.arange(*span.rows)
     order = rows[np.argsort(np.abs(branch.parameter[rows] - value), kind="stable")]

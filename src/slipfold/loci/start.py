@@ -78,22 +78,7 @@ class Start:
 
 
 def regular_start(problem: LocusProblem, z: Array, settings: Settings) -> Start:
-    """Return a point of a locus with its direction.
-
-    Parameters
-    ----------
-    problem
-        The equations.
-    z
-        An orbit at the bifurcation.
-    settings
-        Options.
-
-    Raises
-    ------
-    InputError
-        If no locus passes there.
-    """
+    """Return a point of a locus with its direction."""
     try:
         return _regular_start(problem, z, settings)
     except InputError:
@@ -139,23 +124,7 @@ def _no_locus(problem: LocusProblem, z: Array, reason: str) -> InputError:
 
 
 def parent_starts(problem: LocusProblem, point: OrbitPoint, settings: Settings) -> list[Start]:
-    """Return the period doubling of the orbits that those of a locus are the doubles of.
-
-    Parameters
-    ----------
-    problem
-        Equations of a locus of doubled orbits.
-    point
-        Its last point, where the halves of the orbit hardly differ.
-    settings
-        Options.
-
-    Returns
-    -------
-    list of Start
-        Both directions of the locus of period doublings, of Hopf points where the orbits shrink to
-        an equilibrium; empty if it is not found.
-    """
+    """Return the period doubling of the orbits that those of a locus are the doubles of."""
     if problem.period % 2:
         return _hopf_starts(problem, point, settings)
     parent = _sibling(problem, "PD", problem.period // 2)
@@ -186,15 +155,6 @@ def starts_at(problem: LocusProblem, found: Found, settings: Settings) -> Iterat
     At GPD the folds of the doubled orbits are born; through LPPD, LPNS, PDNS, R1 and R2 pass loci
     of two types, that of tori ending at the resonances; at R2 a locus of tori of the doubled orbits
     may be born as well. At a generalised Hopf point folds of cycles are born.
-
-    Parameters
-    ----------
-    problem
-        Equations of the locus that the point was found on.
-    found
-        The point.
-    settings
-        Options.
     """
     z, kind = found.point.z, problem.kind
     if found.type == "CH" and isinstance(problem, EquilibriumLocus):

@@ -33,23 +33,7 @@ def trace_locus(
     born: bool = False,
     watch: Callable[[Trail[OrbitPoint]], None] = lambda trail: None,
 ) -> Trail[OrbitPoint]:
-    """Follow a locus in the direction of its tangent, to its end.
-
-    Parameters
-    ----------
-    problem
-        The equations of the locus.
-    start
-        First point.
-    window
-        The locus ends where a parameter leaves its interval.
-    settings
-        Options.
-    born
-        Whether the locus begins at a point of codimension two, on another locus.
-    watch
-        Called after every point; may raise `KeyboardInterrupt`.
-    """
+    """Follow a locus in the direction of its tangent, to its end."""
     monitors: list[Monitor[OrbitPoint]] = [Unresolved(problem)]
     if problem.ends_at_parent:
         monitors.append(MeetsCopy(problem, partial(_at_parent, problem)))

@@ -14,20 +14,6 @@ Window = tuple[tuple[float, float], tuple[float, float]]
 def check_window(model: Model, vary: tuple[str, str], window: Window) -> Window:
     """Return a window with its ends in order, or raise if it cannot be used.
 
-    Parameters
-    ----------
-    model
-        Knows the bounds of the parameters.
-    vary
-        Names of two parameters.
-    window
-        Two values of each.
-
-    Raises
-    ------
-    InputError
-        If the parameters are the same or unknown, or a value is outside its parameter's bounds.
-
     Examples
     --------
     >>> from slipfold.models import SlidingOscillator

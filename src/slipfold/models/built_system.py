@@ -54,32 +54,12 @@ class BuiltSystem:
         return self.definition.parameters + (() if self.definition.period else (DURATION,))
 
     def rates(self, q: Symbols, c: Symbols, phase: Expression) -> dict[str, Expression]:
-        """Return the rates of all states as symbols.
-
-        Parameters
-        ----------
-        q, c
-            States and coefficients by name.
-        phase
-            Time over the period.
-        """
+        """Return the rates of all states as symbols."""
         names = self.equations.rates
         return {name: as_symbol(self.equations.rate(name, q, c, phase)) for name in names}
 
     def check(self, values: Mapping[str, float]) -> None:
-        """Refuse parameter values with which the equations have no meaning.
-
-        Parameters
-        ----------
-        values
-            All parameter values by name.
-
-        Raises
-        ------
-        InputError
-            If the period is not positive, a part of a formula is not finite, or the forcing does
-            not repeat.
-        """
+        """Refuse parameter values with which the equations have no meaning."""
         period = self.equations.period(values)
         if not (math.isfinite(period) and period > 0):
             raise InputError(
@@ -100,20 +80,7 @@ class BuiltSystem:
 
 
 def build_system(source: Source, default_name: str = "system") -> BuiltSystem:
-    """Read a definition and check all of it.
-
-    Parameters
-    ----------
-    source
-        The tables, and where they were written.
-    default_name
-        Name of a system that has none.
-
-    Raises
-    ------
-    InputError
-        For anything that cannot be used, with the place.
-    """
+    """Read a definition and check all of it."""
     source = without_arrays(source)
     definition = read_definition(source, default_name)
     equations = build_system_equations(definition, parse_formulas(definition, source), source)
@@ -132,18 +99,7 @@ def build_system(source: Source, default_name: str = "system") -> BuiltSystem:
 
 @lru_cache(maxsize=256)
 def build_system_of_text(text: str) -> BuiltSystem:
-    """Read a definition from a TOML text, once.
-
-    Parameters
-    ----------
-    text
-        The text.
-
-    Raises
-    ------
-    InputError
-        For anything that cannot be used, with the place.
-    """
+    """Read a definition from a TOML text, once."""
     return build_system(source_of_text(text))
 
 

@@ -32,21 +32,7 @@ def damped_newton(
     A step is halved until the scaled rates shrink, which keeps the search on the side of a
     singularity on which the structure itself would stay.
 
-    Parameters
-    ----------
-    rates
-        Rates of a state, shape (n,).
-    jacobian
-        Their derivatives, shape (n, n).
-    start
-        First state, shape (n,).
-    scales
-        Typical sizes of the states, shape (n,).
-
-    Returns
-    -------
-    ndarray, shape (n,), or None
-        The state, None if there is none to be found from `start`.
+    Shapes: rates (n,); jacobian (n, n); start, scales (n,); returns (n,).
 
     Examples
     --------

@@ -33,20 +33,7 @@ _BRACES = re.compile(r"\{value(?::\.\d[efg])?\}")
 
 
 def read_definition(source: Source, default_name: str = "system") -> Definition:
-    """Read a definition; formulas stay texts.
-
-    Parameters
-    ----------
-    source
-        The tables and where they were written.
-    default_name
-        Name of a system that has none.
-
-    Raises
-    ------
-    InputError
-        For an unknown entry, a value of a wrong type or out of bounds, or a name that cannot be.
-    """
+    """Read a definition; formulas stay texts."""
     top = Entries(source, (), source.tables, ("name", "title", "sizes", *TABLES))
     if "states" not in top:
         raise source.error((), 'there is no table [states]; give each state its rate, e.g. q = "v"')

@@ -30,12 +30,7 @@ def search_equilibrium(model: Model, start: Array) -> Array | None:
     parabola, or run into a singularity. Then it is begun anew all around, at the same places
     every time: nearby first, and of what is found from one distance the nearest is taken.
 
-    Parameters
-    ----------
-    model
-        An autonomous model.
-    start
-        Where the search begins, shape (n_states,).
+    Shapes: start (n_states,).
 
     Examples
     --------

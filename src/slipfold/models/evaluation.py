@@ -47,81 +47,35 @@ class Evaluation:
         self.names = tuple(self._output_expressions)
 
     def period(self, model: Model) -> float:
-        """Return the forcing period in seconds.
-
-        Parameters
-        ----------
-        model
-            Gives the parameter values.
-        """
+        """Return the forcing period in seconds."""
         state = np.zeros(len(self._q))
         return float(self._call(self._period, model, state, np.zeros(()))[0])
 
     def outputs(self, model: Model, states: Array, phases: Array) -> Array:
         """Evaluate all outputs, the states first.
 
-        Parameters
-        ----------
-        model
-            Gives the parameter values.
-        states
-            Shape (..., n).
-        phases
-            Shape (...): time over the forcing period.
-
-        Returns
-        -------
-        ndarray, shape (n_outputs, ...)
-            In the order of `names`, in the units of the outputs.
+        Shapes: states (..., n); phases (...); returns (n_outputs, ...).
         """
         return self._call(self._outputs, model, states, phases)
 
     def rates(self, model: Model, state: Array, phase: float = 0.0) -> Array:
         """Evaluate the time derivatives of the states, per second, shape (n,).
 
-        Parameters
-        ----------
-        model
-            Gives the parameter values.
-        state
-            Shape (n,).
-        phase
-            Time over the forcing period.
+        Shapes: state (n,).
         """
         return self._call(self._rates, model, state, np.asarray(phase))
 
     def jacobian(self, model: Model, state: Array, phase: float = 0.0) -> Array:
         """Evaluate the derivative of `rates` with respect to the states, shape (n, n).
 
-        Parameters
-        ----------
-        model
-            Gives the parameter values.
-        state
-            Shape (n,).
-        phase
-            Time over the forcing period.
+        Shapes: state (n,).
         """
         return self.linear(model, state, np.asarray(phase))[1]
 
     def linear(self, model: Model, states: Array, phases: Array) -> tuple[Array, Array]:
         """Evaluate the rates and their derivatives at many states, in one call.
 
-        Parameters
-        ----------
-        model
-            Gives the parameter values.
-        states
-            Shape (..., n).
-        phases
-            Shape (...): time over the forcing period.
-
-        Returns
-        -------
-        rates : ndarray, shape (..., n)
-            Time derivatives of the states, per second.
-        jacobians : ndarray, shape (..., n, n)
-            Their derivatives with respect to the states.
+        Shapes: states (..., n); phases (...); returns rates (..., n), jacobians (..., n, n).
         """
         n = len(self._q)
         entries, function = self._linear
@@ -174,11 +128,6 @@ class Evaluation:
 
 def evaluation_of(model: Model) -> Evaluation:
     """Return the compiled functions of a model; models of one kind share them.
-
-    Parameters
-    ----------
-    model
-        Its parameter values play no part.
 
     Examples
     --------

@@ -74,18 +74,7 @@ class CoefficientFinder:
         self.coefficients: dict[str, Tree] = {}
 
     def rest_of(self, tree: Tree) -> Tree:
-        """Return a formula with names ``@k1`` ... in the place of its coefficients.
-
-        Parameters
-        ----------
-        tree
-            The formula.
-
-        Raises
-        ------
-        FormulaError
-            If a part without any name, such as ``1/0``, is not a finite number.
-        """
+        """Return a formula with names ``@k1`` ... in the place of its coefficients."""
         return self._whole(fold(tree, self._combine))
 
     def _combine(self, node: Tree, values: tuple[_Product, ...]) -> _Product:

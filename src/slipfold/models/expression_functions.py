@@ -104,11 +104,6 @@ _INSTEAD = {
 def explain_unknown_function(name: str) -> str:
     """Return the sentence about a function that formulas do not have.
 
-    Parameters
-    ----------
-    name
-        As written.
-
     Examples
     --------
     >>> explain_unknown_function("ln")

@@ -35,21 +35,6 @@ DEEPEST = 60
 def parse_formula(text: str) -> Tree:
     """Read a formula.
 
-    Parameters
-    ----------
-    text
-        The formula, e.g. ``"F*cos(W*t) - 0.1*q^3"``.
-
-    Returns
-    -------
-    Tree
-        Its tree; names are not looked up yet, functions are.
-
-    Raises
-    ------
-    FormulaError
-        With the place and the way out.
-
     Examples
     --------
     >>> from slipfold.models.expression_tree import format_tree

@@ -82,21 +82,6 @@ class Token:
 def split_formula(text: str) -> list[Token]:
     """Split a formula into its words.
 
-    Parameters
-    ----------
-    text
-        The formula.
-
-    Returns
-    -------
-    list of Token
-        Ends with a token of kind ``"end"``.
-
-    Raises
-    ------
-    FormulaError
-        For a character that has no meaning, a number too large, or a text that is too long.
-
     Examples
     --------
     >>> [token.text for token in split_formula("F*cos(W*t)")]

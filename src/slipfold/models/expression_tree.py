@@ -116,13 +116,6 @@ def fold(tree: Tree, combine: Callable[[Tree, tuple[T, ...]], T]) -> T:
     Works through a stack of its own: a sum of thousands of terms is a tree as deep as that, too
     deep for functions that call themselves.
 
-    Parameters
-    ----------
-    tree
-        The tree.
-    combine
-        ``combine(node, values of its children)`` returns the value of a node.
-
     Examples
     --------
     >>> fold(Binary("+", Name("q"), Number(1.0)), lambda node, values: 1 + sum(values))
@@ -155,11 +148,6 @@ def _children(node: Tree) -> tuple[Tree, ...]:
 def names_in(tree: Tree) -> dict[str, int]:
     """Return the names that a formula uses, each with its first place.
 
-    Parameters
-    ----------
-    tree
-        The formula.
-
     Examples
     --------
     >>> names_in(Binary("+", Name("q", 0), Name("v", 4)))
@@ -177,11 +165,6 @@ def names_in(tree: Tree) -> dict[str, int]:
 
 def format_tree(tree: Tree) -> str:
     """Write a tree as a formula with as few parentheses as give the same tree again.
-
-    Parameters
-    ----------
-    tree
-        The formula.
 
     Examples
     --------

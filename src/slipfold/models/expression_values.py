@@ -31,18 +31,6 @@ _ARITHMETIC: dict[str, Callable[[Any, Any], Any]] = {
 def value_of(tree: Tree, names: Mapping[str, Expression]) -> Expression:
     """Put values in the place of the names.
 
-    Parameters
-    ----------
-    tree
-        The formula.
-    names
-        A symbol or a float for each of its names.
-
-    Returns
-    -------
-    heyoka.expression or float
-        A float if there is no symbol in it; not finite where a function is not defined.
-
     Examples
     --------
     >>> from slipfold.models.expression_grammar import parse_formula
@@ -115,11 +103,6 @@ def _called(node: Call, values: tuple[Expression, ...]) -> Expression:
 
 def as_symbol(value: Expression) -> Expression:
     """Return a symbolic expression: the value itself, or a constant if it is a float.
-
-    Parameters
-    ----------
-    value
-        An expression or a float.
 
     Examples
     --------

@@ -89,17 +89,7 @@ class Modes(OneLine):
 def find_modes(jacobian: NDArray[np.float64], names: tuple[str, ...]) -> Modes:
     """Find the modes of a first-order system of displacements and their rates.
 
-    Parameters
-    ----------
-    jacobian
-        Derivative of the rates, 1/s, shape (2 n, 2 n): displacements first, then velocities.
-    names
-        Names of the n displacements.
-
-    Returns
-    -------
-    Modes
-        In the order of their natural frequencies.
+    Shapes: jacobian (2 n, 2 n).
 
     Examples
     --------

@@ -355,13 +355,7 @@ class Kind:
     structure: tuple[tuple[str, Hashable], ...] = ()
 
     def make(self, **values: Any) -> Model:
-        """Make a model of this kind.
-
-        Parameters
-        ----------
-        **values
-            Parameter values that differ from the defaults.
-        """
+        """Make a model of this kind."""
         arguments: dict[str, Any] = {**dict(self.structure), **values}
         return self.model(**arguments)
 

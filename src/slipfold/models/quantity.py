@@ -50,11 +50,6 @@ _QUANTITY = re.compile(
 def units_of(unit: str) -> dict[str, float]:
     """Return the units in which a quantity may be given, and what each is in its SI unit.
 
-    Parameters
-    ----------
-    unit
-        The SI unit, ``""`` for a pure number.
-
     Examples
     --------
     >>> units_of("N")
@@ -66,11 +61,6 @@ def units_of(unit: str) -> dict[str, float]:
 
 def wanted_text(unit: str) -> str:
     """Return what may be given for a quantity, as the end of a sentence.
-
-    Parameters
-    ----------
-    unit
-        The SI unit, ``""`` for a pure number.
 
     Examples
     --------
@@ -86,25 +76,6 @@ def wanted_text(unit: str) -> str:
 
 def parse_quantity(text: str | float, unit: str, name: str = "value") -> float:
     """Convert a number with an optional unit to the SI value.
-
-    Parameters
-    ----------
-    text
-        A number, or text such as ``"60deg"``. Without a unit it is taken to be in `unit`.
-    unit
-        The SI unit wanted.
-    name
-        What the number is, for the message.
-
-    Returns
-    -------
-    float
-        The value in `unit`.
-
-    Raises
-    ------
-    InputError
-        If the text is not a number or its unit does not measure the same thing as `unit`.
 
     Examples
     --------

@@ -43,16 +43,6 @@ def built_in_models() -> dict[str, Callable[..., Model]]:
 def built_in_text(name: str) -> str:
     """Return the TOML text of a built-in system of equations or structure.
 
-    Parameters
-    ----------
-    name
-        Its name, e.g. ``"duffing"`` or ``"chain"``.
-
-    Raises
-    ------
-    InputError
-        If there is no such model, or it is written in Python.
-
     Examples
     --------
     >>> print(built_in_text("duffing").splitlines()[0])
@@ -69,19 +59,6 @@ def built_in_text(name: str) -> str:
 
 def model_named(name: str, **values: Any) -> Model:
     """Make a built-in model.
-
-    Parameters
-    ----------
-    name
-        Its name, e.g. ``"sliding"``.
-    **values
-        Parameter values that differ from the defaults; of the sliding oscillator also
-        ``friction``, its friction law.
-
-    Raises
-    ------
-    InputError
-        If there is no such model, or a value cannot be used.
 
     Examples
     --------

@@ -16,13 +16,7 @@ LAW_PREFIX = "law_"
 
 
 def spring_length_squared(q: Symbols) -> Expression:
-    """Return the square of l/L.
-
-    Parameters
-    ----------
-    q
-        The states by name.
-    """
+    """Return the square of l/L."""
     height = 1.0 + q["y"]
     return height * height + q["x"] * q["x"]
 
@@ -49,15 +43,7 @@ def _relative_speed_ratio(q: Symbols, c: Symbols, phase: Expression) -> Expressi
 
 
 def law_parameters(law: FrictionLaw, c: Symbols) -> Symbols:
-    """Return the law's parameters by their own names.
-
-    Parameters
-    ----------
-    law
-        The friction law.
-    c
-        The coefficients of the oscillator by name.
-    """
+    """Return the law's parameters by their own names."""
     return {item.name: c[f"{LAW_PREFIX}{item.name}"] for item in law.parameters}
 
 
@@ -124,13 +110,7 @@ class _Contact:
 
 
 def sliding_outputs(law: FrictionLaw | None = None) -> tuple[Output, ...]:
-    """Return the outputs of the oscillator under a friction law.
-
-    Parameters
-    ----------
-    law
-        The friction law; Coulomb's with the coefficient ``mu`` if None.
-    """
+    """Return the outputs of the oscillator under a friction law."""
     contact = _Contact(law)
     return (
         Output("N", _normal_force, "N", "normal force", "$N$ (N)"),

@@ -21,20 +21,7 @@ ROUNDING = 1e-12
 def find_static_point(model: Model) -> NDArray[np.float64]:
     """Find the static point that is reached from the model's start, with the forcing off.
 
-    Parameters
-    ----------
-    model
-        Its parameter named by `quiet` is set to zero.
-
-    Returns
-    -------
-    ndarray, shape (n_states,)
-        The state at which all rates vanish.
-
-    Raises
-    ------
-    InputError
-        If Newton's method finds none.
+    Returns shape (n_states,).
 
     Examples
     --------

@@ -11,13 +11,6 @@ __all__ = ["suggest"]
 def suggest(name: str, known: Iterable[str]) -> str:
     """Return ``"did you mean ...? "`` for the known name nearest to `name`, or nothing.
 
-    Parameters
-    ----------
-    name
-        What was given.
-    known
-        The names there are.
-
     Examples
     --------
     >>> suggest("VD", ["Vd", "Nd"])

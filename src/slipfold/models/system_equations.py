@@ -47,34 +47,16 @@ class SystemEquations:
     cycle: Tree | None
 
     def period(self, p: Symbols) -> Expression:
-        """Return the period in seconds.
-
-        Parameters
-        ----------
-        p
-            The parameters by name.
-        """
+        """Return the period in seconds."""
         return p[DURATION.name] if self.cycle is None else value_of(self.cycle, self._fixed(p))
 
     def coefficients(self, p: Symbols) -> dict[str, Expression]:
-        """Return the coefficients by key.
-
-        Parameters
-        ----------
-        p
-            The parameters by name.
-        """
+        """Return the coefficients by key."""
         fixed = self._fixed(p)
         return {key: value_of(tree, fixed) for key, tree in self.terms.items()}
 
     def not_finite(self, values: Mapping[str, float]) -> Tree | None:
-        """Return a coefficient that is not a finite number; None if all are.
-
-        Parameters
-        ----------
-        values
-            The parameters by name, which are finite themselves.
-        """
+        """Return a coefficient that is not a finite number; None if all are."""
         fixed = self._fixed(values)
         for tree in self.terms.values():
             known = isinstance(tree, Name) and tree.name not in self.fixed
@@ -83,31 +65,11 @@ class SystemEquations:
         return None
 
     def rate(self, name: str, q: Symbols, c: Symbols, phase: Expression) -> Expression:
-        """Return the rate of a state, per second.
-
-        Parameters
-        ----------
-        name
-            The state.
-        q, c
-            States and coefficients by name.
-        phase
-            Time over the period.
-        """
+        """Return the rate of a state, per second."""
         return self._value(self.rates[name], q, c, phase)
 
     def output(self, name: str, q: Symbols, c: Symbols, phase: Expression) -> Expression:
-        """Return an output.
-
-        Parameters
-        ----------
-        name
-            The output.
-        q, c
-            States and coefficients by name.
-        phase
-            Time over the period.
-        """
+        """Return an output."""
         return self._value(self.outputs[name], q, c, phase)
 
     @cached_property
@@ -151,22 +113,7 @@ class SystemEquations:
 def build_system_equations(
     definition: Definition, formulas: Formulas, source: Source
 ) -> SystemEquations:
-    """Take all formulas of a system apart.
-
-    Parameters
-    ----------
-    definition
-        The system.
-    formulas
-        Its formulas.
-    source
-        Where it was written.
-
-    Raises
-    ------
-    InputError
-        If a part of a formula without names is not a finite number.
-    """
+    """Take all formulas of a system apart."""
     parameters = {item.name for item in definition.parameters}
     finder = CoefficientFinder(parameters | formulas.constant, formulas.period)
 

@@ -51,21 +51,7 @@ class Formulas:
 
 
 def parse_formulas(definition: Definition, source: Source) -> Formulas:
-    """Parse the formulas of a system and look up the names in them.
-
-    Parameters
-    ----------
-    definition
-        The system.
-    source
-        Where it was written.
-
-    Raises
-    ------
-    InputError
-        For a formula that cannot be read, an unknown name, named formulas that use each other in a
-        circle, or a period that depends on a state or the time.
-    """
+    """Parse the formulas of a system and look up the names in them."""
     texts: dict[Path, str] = {("formulas", name): text for name, text in definition.formulas}
     for item in definition.states:
         texts[("states", item.state.name)] = item.rate

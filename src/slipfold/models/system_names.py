@@ -69,20 +69,7 @@ _SYMBOLS = ("c_", "p_", "carried_")
 
 
 def check_names(definition: Definition, source: Source) -> None:
-    """Refuse names that cannot be written in formulas, are taken, or are given twice.
-
-    Parameters
-    ----------
-    definition
-        The system.
-    source
-        Where it was written.
-
-    Raises
-    ------
-    InputError
-        For the first such name.
-    """
+    """Refuse names that cannot be written in formulas, are taken, or are given twice."""
     parameters = [item.name for item in definition.parameters]
     states = [item.state.name for item in definition.states]
     formulas = [name for name, _ in definition.formulas]

@@ -32,17 +32,7 @@ CHANGE = 0.2
 def find_unrepeated(
     definition: Definition, equations: SystemEquations, values: Mapping[str, float]
 ) -> tuple[str, str] | None:
-    """Return table and name of a rate or output that differs one period later.
-
-    Parameters
-    ----------
-    definition
-        The system.
-    equations
-        Its equations.
-    values
-        Parameter values by name.
-    """
+    """Return table and name of a rate or output that differs one period later."""
     if not equations.timed:
         return None
     period = float(equations.period(values))
@@ -65,15 +55,7 @@ def find_unrepeated(
 
 
 def always_repeats(definition: Definition, equations: SystemEquations) -> bool:
-    """Tell whether the forcing repeats for other parameter values than the defaults as well.
-
-    Parameters
-    ----------
-    definition
-        The system.
-    equations
-        Its equations.
-    """
+    """Tell whether the forcing repeats for other parameter values than the defaults as well."""
     chance = random.Random(1)
     return all(
         find_unrepeated(

@@ -45,34 +45,14 @@ class Source:
     places: Mapping[Keys, Place] | None = None
 
     def error(self, path: Keys, message: str, key: bool = False) -> InputError:
-        """Return the error about an entry.
-
-        Parameters
-        ----------
-        path
-            The entry by its keys; if it is not there, the place of the table around it is shown.
-        message
-            What is wrong and the way out.
-        key
-            Whether the key is meant and not the value.
-        """
+        """Return the error about an entry."""
         place = self._find(path)
         if place is None or self.text is None:
             return InputError(f"{self.label}: {message}" if self.label else message)
         return self._located(message, place.key if key else place.value, 1)
 
     def formula_error(self, path: Keys, formula: str, error: FormulaError) -> InputError:
-        """Return the error about a place in a formula.
-
-        Parameters
-        ----------
-        path
-            The entry that holds the formula.
-        formula
-            The formula.
-        error
-            What is wrong with it, and where.
-        """
+        """Return the error about a place in a formula."""
         place = self.places.get(path) if self.places else None
         if place is None or self.text is None:
             return self._inside(".".join(path), formula, error)
@@ -128,31 +108,12 @@ def _excerpt(line: str, column: int, length: int, margin: str) -> str:
 
 
 def source_of_tables(tables: Mapping[str, Any], label: str = "") -> Source:
-    """Return the source of a system that is made in Python.
-
-    Parameters
-    ----------
-    tables
-        The entries.
-    label
-        What messages call it.
-    """
+    """Return the source of a system that is made in Python."""
     return Source(tables, label)
 
 
 def source_of_file(path: Path) -> Source:
-    """Read a TOML file.
-
-    Parameters
-    ----------
-    path
-        The file.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read, is not TOML, or too long.
-    """
+    """Read a TOML file."""
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, ValueError) as error:
@@ -165,18 +126,6 @@ def source_of_file(path: Path) -> Source:
 
 def source_of_text(text: str, label: str = "") -> Source:
     r"""Read a TOML text.
-
-    Parameters
-    ----------
-    text
-        The text.
-    label
-        What messages call it, e.g. the name of the file.
-
-    Raises
-    ------
-    InputError
-        If it is not TOML, or too long.
 
     Examples
     --------

@@ -66,29 +66,11 @@ class Entries:
         return key in self._table
 
     def error(self, key: str, message: str) -> InputError:
-        """Return the error about an entry.
-
-        Parameters
-        ----------
-        key
-            Its name.
-        message
-            What is wrong and the way out.
-        """
+        """Return the error about an entry."""
         return self._source.error((*self._path, key), message)
 
     def text(self, key: str, default: str | None = "", lines: bool = False) -> Any:
-        """Return a text.
-
-        Parameters
-        ----------
-        key
-            Name of the entry.
-        default
-            Value if it is not given.
-        lines
-            Whether it may have several lines.
-        """
+        """Return a text."""
         value = self._table.get(key, default)
         if value is default:
             return default
@@ -99,17 +81,7 @@ class Entries:
         return value
 
     def number(self, key: str, default: float, unit: str = "") -> float:
-        """Return a finite number, given as one or as text with a unit.
-
-        Parameters
-        ----------
-        key
-            Name of the entry.
-        default
-            Value if it is not given.
-        unit
-            SI unit that is meant.
-        """
+        """Return a finite number, given as one or as text with a unit."""
         if key not in self._table:
             return default
         value = self._table[key]
@@ -128,13 +100,7 @@ class Entries:
         return number
 
     def flag(self, key: str) -> bool:
-        """Return true or false; false if it is not given.
-
-        Parameters
-        ----------
-        key
-            Name of the entry.
-        """
+        """Return true or false; false if it is not given."""
         value = self._table.get(key, False)
         if not isinstance(value, bool):
             raise self.error(key, f"{key} is {type_name(value)}; give true or false")
@@ -143,11 +109,6 @@ class Entries:
 
 def type_name(value: object) -> str:
     """Return what a value is, in the words of TOML.
-
-    Parameters
-    ----------
-    value
-        What was read.
 
     Examples
     --------

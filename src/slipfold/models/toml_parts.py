@@ -36,30 +36,7 @@ def read_part(
     readers: Mapping[str, Reader] | None = None,
     fields: Mapping[str, str] | None = None,
 ) -> Any:
-    """Make an object of a table that says which class and with which arguments.
-
-    Parameters
-    ----------
-    source
-        Where the table was written.
-    path
-        Keys that lead to it.
-    value
-        The table; a text stands for a table that has no more than the name of the class.
-    kinds
-        Classes by name: frozen dataclasses, with the parameters made by `described`.
-    key
-        Entry that names the class; it may be left out if there is one only.
-    readers
-        What makes arguments of entries that are more than numbers, texts and arrays.
-    fields
-        Names of arguments by the entries that are called otherwise.
-
-    Raises
-    ------
-    InputError
-        For an unknown class or entry, one that is missing, or a value that cannot be used.
-    """
+    """Make an object of a table that says which class and with which arguments."""
     table = {key: value} if isinstance(value, str) else value
     if not isinstance(table, Mapping):
         raise source.error(
@@ -123,22 +100,7 @@ def _number(entries: Entries, parameter: Parameter) -> float:
 
 
 def plain(source: Source, path: Path, value: Any) -> Any:
-    """Return numbers, texts, arrays and tables of these; keys that are whole numbers become such.
-
-    Parameters
-    ----------
-    source
-        Where it was written.
-    path
-        Keys that lead to it.
-    value
-        What stands there.
-
-    Raises
-    ------
-    InputError
-        For a truth value, a date, or a number that is too large or none.
-    """
+    """Return numbers, texts, arrays and tables; keys that are whole numbers become such."""
     if len(path) > DEEPEST:
         raise source.error(path, f"{path[0]} is nested too deeply; give numbers, texts or names")
     if isinstance(value, Mapping):

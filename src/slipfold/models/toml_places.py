@@ -46,17 +46,6 @@ class Place:
 def find_places(text: str) -> dict[Path, Place]:
     r"""Find keys and values of a valid TOML text.
 
-    Parameters
-    ----------
-    text
-        Text that `tomllib` has read.
-
-    Returns
-    -------
-    dict
-        Place of each entry by its path of keys. Items of an array, also of tables in double
-        brackets, have their number from 0 as a key.
-
     Examples
     --------
     >>> find_places('[states]\nq = "v"')[("states", "q")]

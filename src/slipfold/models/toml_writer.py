@@ -19,16 +19,6 @@ Value = str | float | bool
 def write_definition(definition: Definition) -> str:
     """Write a definition as TOML.
 
-    Parameters
-    ----------
-    definition
-        The definition.
-
-    Returns
-    -------
-    str
-        Text from which the same definition is read.
-
     Examples
     --------
     >>> from slipfold.models import State
@@ -120,11 +110,6 @@ def _key(name: str) -> str:
 
 def toml_value(value: Any) -> str:
     """Write a value as TOML, tables and arrays in one line.
-
-    Parameters
-    ----------
-    value
-        A text, a number, a truth value, or a mapping or sequence of them.
 
     Examples
     --------

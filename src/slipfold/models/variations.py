@@ -19,11 +19,5 @@ gain nothing."""
 
 
 def carried_whole(states: int) -> bool:
-    """Return whether all derivatives of a motion ride along with it at once.
-
-    Parameters
-    ----------
-    states
-        Number of states.
-    """
+    """Return whether all derivatives of a motion ride along with it at once."""
     return states <= WHOLE

@@ -10,13 +10,6 @@ __all__ = ["whole_power"]
 def whole_power(base: Expression, exponent: int) -> Expression:
     """Return a power as a product: the series of a power divides by its base, which may be zero.
 
-    Parameters
-    ----------
-    base
-        A symbol, number or array.
-    exponent
-        A whole number of at least 0.
-
     Examples
     --------
     >>> import heyoka as hy

@@ -73,43 +73,20 @@ class PeriodicProblem(Shooting):
     def pack(self, nodes: Array, value: float) -> Array:
         """Scale an orbit and a parameter value into an unknown.
 
-        Parameters
-        ----------
-        nodes
-            Shape (m, n).
-        value
-            Value of the parameter.
+        Shapes: nodes (m, n).
         """
         return self.join(nodes, [value])
 
     def value(self, z: Array) -> float:
-        """Return the parameter value.
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        """
+        """Return the parameter value."""
         return float(z[-1] * self.width)
 
     def value_of(self, model: Model) -> float:
-        """Return the value that a model gives the free parameter.
-
-        Parameters
-        ----------
-        model
-            A model of the same kind.
-        """
+        """Return the value that a model gives the free parameter."""
         return model.values[self.vary]
 
     def with_period(self, period: int) -> Self:
-        """Return the same problem for orbits of another period.
-
-        Parameters
-        ----------
-        period
-            Period in forcing periods.
-        """
+        """Return the same problem for orbits of another period."""
         return type(self)(self.model, self.vary, period, self.width, self.segments)
 
     def begun_later(self) -> Self:
@@ -117,28 +94,13 @@ class PeriodicProblem(Shooting):
         return type(self)(self.model, self.vary, self.period, self.width, self.segments, offset=0.5)
 
     def adopt(self, other: PeriodicProblem, z: Array) -> Array:
-        """Return the unknown of an orbit that another problem describes.
-
-        Parameters
-        ----------
-        other
-            A problem of the same kind of orbit, in the same parameter.
-        z
-            Its unknown.
-        """
+        """Return the unknown of an orbit that another problem describes."""
         return self.pack(other.nodes(z), other.value(z))
 
     def in_phase(self, z: Array, like: Array) -> Array:
         """Return the same orbit begun where it lies nearest to another.
 
         An orbit of period k is the same in whichever of its forcing periods it is begun.
-
-        Parameters
-        ----------
-        z
-            The orbit.
-        like
-            The other one.
         """
         nodes, constants = self.nodes(z), self.constants(z)
         begun = [z]
@@ -148,56 +110,26 @@ class PeriodicProblem(Shooting):
         return min(begun, key=lambda copy: float(np.linalg.norm(copy - like)))
 
     def distance(self, z: Array, like: Array) -> float:
-        """Return how far apart two orbits are, wherever they are begun, in scaled variables.
-
-        Parameters
-        ----------
-        z, like
-            The orbits.
-        """
+        """Return how far apart two orbits are, wherever they are begun, in scaled variables."""
         return float(np.linalg.norm(self.in_phase(z, like) - like))
 
     def all_multipliers(self, multipliers: NDArray[np.complex128]) -> NDArray[np.complex128]:
-        """Return the multipliers with those that are the same for all orbits, shape (n,).
-
-        Parameters
-        ----------
-        multipliers
-            Eigenvalues of the monodromy matrix that the test functions are made of.
-        """
+        """Return the multipliers with those that are the same for all orbits, shape (n,)."""
         return multipliers
 
     # -- residual and derivatives --------------------------------------------------------------
 
     def defect(self, z: Array) -> Array:
-        """Return what Newton's method brings to zero, shape (m n,).
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        """
+        """Return what Newton's method brings to zero, shape (m n,)."""
         residual = self.mismatch(self.nodes(z), self.constants(z))
         return defect_of(residual, NO_CONDITIONS.values)
 
     def linearise(self, z: Array) -> Linearisation:
-        """Return the mismatch and its derivatives.
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        """
+        """Return the mismatch and its derivatives."""
         return Linearisation(*self.transitions(self.nodes(z), self.constants(z)))
 
     def bounds(self, span: tuple[float, float]) -> list[tuple[int, float, float]]:
-        """Return the place of the parameter in the unknown with its scaled bounds.
-
-        Parameters
-        ----------
-        span
-            Two values of the parameter, in any order.
-        """
+        """Return the place of the parameter in the unknown with its scaled bounds."""
         return [(-1, min(span) / self.width, max(span) / self.width)]
 
     def tests(
@@ -209,27 +141,12 @@ class PeriodicProblem(Shooting):
     ) -> dict[str, float]:
         """Return the functions that change sign at a bifurcation.
 
-        Parameters
-        ----------
-        z
-            An orbit.
-        linearisation
-            Its derivatives.
-        multipliers
-            Its Floquet multipliers, shape (n,).
-        tangent
-            Unit tangent of the branch.
+        Shapes: multipliers (n,).
         """
         tests = evaluate_tests(multipliers)
         return {**tests, "LP": float(tangent[-1])}
 
     def growth(self, linearisation: Linearisation) -> float:
-        """Return an upper bound of the logarithms of the multipliers' moduli.
-
-        Parameters
-        ----------
-        linearisation
-            The derivatives at an orbit.
-        """
+        """Return an upper bound of the logarithms of the multipliers' moduli."""
         # Along a cycle of an autonomous model perturbations neither grow nor shrink.
         return growth_bound(linearisation.blocks) if self.model.forced else np.inf

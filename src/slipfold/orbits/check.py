@@ -107,15 +107,7 @@ class OrbitCheck(OneLine):
 
 
 def check_orbit(orbit: PeriodicOrbit, tolerance: float = 1e-8) -> OrbitCheck:
-    """Compute an orbit by collocation and compare.
-
-    Parameters
-    ----------
-    orbit
-        A periodic orbit or equilibrium.
-    tolerance
-        What is allowed of each difference.
-    """
+    """Compute an orbit by collocation and compare."""
     model, anchors = orbit.model, len(orbit.nodes)
     scales = model.state_scales()
     resting = rests(orbit)

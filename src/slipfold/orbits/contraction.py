@@ -20,10 +20,7 @@ def growth_bound(blocks: NDArray[np.float64]) -> float:
     If the bound is negative, perturbations of the orbit shrink in that norm from one segment to the
     next but for little, and no multiplier can be on the unit circle, whatever its phase.
 
-    Parameters
-    ----------
-    blocks
-        Transition matrices, shape (m, n, n).
+    Shapes: blocks (m, n, n).
 
     Examples
     --------

@@ -41,46 +41,20 @@ class CriticalCycle(CriticalProblem):
         return ["duration", *vary], [model.values["duration"], *widths]
 
     def duration(self, z: Array) -> float:
-        """Return the duration of one round in seconds.
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        """
+        """Return the duration of one round in seconds."""
         return float(self.free_values(z)[0])
 
     def plain(self, z: Array) -> Linearisation:
-        """Return the mismatch and its derivatives, without the condition of the bifurcation.
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        """
+        """Return the mismatch and its derivatives, without the condition of the bifurcation."""
         transitions = self.transitions(self.nodes(z), self.constants(z))
         return CycleLinearisation(*transitions, gauge_conditions(self, z))
 
     def aligned(self, guess: Array, known: Array) -> Array:
-        """Return a guess whose phase is that of a cycle nearby.
-
-        Parameters
-        ----------
-        guess
-            An unknown.
-        known
-            The unknown of the cycle.
-        """
+        """Return a guess whose phase is that of a cycle nearby."""
         return aligned_cycle(self, guess, known)
 
     def begun_near(self, z: Array, reference: Array) -> Array:
-        """Return a cycle begun where it passes nearest to another.
-
-        Parameters
-        ----------
-        z, reference
-            Unknowns.
-        """
+        """Return a cycle begun where it passes nearest to another."""
         return begun_nearest(self, z, reference)
 
     def _gradient(self, found: Degeneracy, plain: Linearisation, z: Array) -> tuple[Any, Any, Any]:

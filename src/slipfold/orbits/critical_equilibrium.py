@@ -64,13 +64,7 @@ class CriticalEquilibrium(Resting, CriticalProblem):
             self.take_other_scales()
 
     def plain(self, z: Array) -> Linearisation:
-        """Return the rates and their derivatives over the size of the Jacobian.
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        """
+        """Return the rates and their derivatives over the size of the Jacobian."""
         constants = self.constants(z)
         jacobian = self.jacobian(z, constants)
         size = float(np.linalg.norm(jacobian))
@@ -114,10 +108,7 @@ class EquilibriumLinearisation(Linearisation):
 def eigenvalues_of(jacobian: Array) -> NDArray[np.complex128]:
     """Return eigenvalues, largest real part first, the upper one of a pair before the lower.
 
-    Parameters
-    ----------
-    jacobian
-        Shape (n, n).
+    Shapes: jacobian (n, n).
     """
     values = np.linalg.eigvals(jacobian).astype(complex)
     # Real parts of a pair differ by rounding.

@@ -77,23 +77,12 @@ class CriticalProblem(Shooting):
     def pack(self, nodes: Array, values: Array) -> Array:
         """Scale an orbit and two parameter values into an unknown.
 
-        Parameters
-        ----------
-        nodes
-            States at the nodes, shape (m, n).
-        values
-            Values of the parameters, shape (2,).
+        Shapes: nodes (m, n); values (2,).
         """
         return self.join(nodes, values)
 
     def values(self, z: Array) -> Array:
-        """Return the values of the free parameters, shape (2,).
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        """
+        """Return the values of the free parameters, shape (2,)."""
         return self.free_values(z)[-2:]
 
     def begun_later(self) -> Self:
@@ -106,13 +95,7 @@ class CriticalProblem(Shooting):
     def bounds(
         self, window: tuple[tuple[float, float], tuple[float, float]]
     ) -> list[tuple[int, float, float]]:
-        """Return the places of the parameters in the unknown with their scaled bounds.
-
-        Parameters
-        ----------
-        window
-            Least and largest value of each parameter.
-        """
+        """Return the places of the parameters in the unknown with their scaled bounds."""
         return [
             (place, low / width, high / width)
             for place, (low, high), width in zip((-2, -1), window, self.widths, strict=True)
@@ -121,35 +104,17 @@ class CriticalProblem(Shooting):
     # -- residual and derivatives --------------------------------------------------------------
 
     def plain(self, z: Array) -> Linearisation:
-        """Return the mismatch and its derivatives, without the condition of the bifurcation.
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        """
+        """Return the mismatch and its derivatives, without the condition of the bifurcation."""
         return Linearisation(*self.transitions(self.nodes(z), self.constants(z)))
 
     def defect(self, z: Array) -> Array:
-        """Return what Newton's method brings to zero, one number less than there are unknowns.
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        """
+        """Return what Newton's method brings to zero, one number less than there are unknowns."""
         plain = self.plain(z)
         value = self._degeneracy(plain).value
         return defect_of(plain.residual, np.append(plain.conditions.values, value))
 
     def linearise(self, z: Array) -> Linearisation:
-        """Return the mismatch and its derivatives.
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        """
+        """Return the mismatch and its derivatives."""
         plain = self.plain(z)
         found = self._degeneracy(plain)
         value = np.append(plain.conditions.values, found.value)
@@ -175,12 +140,7 @@ class CriticalProblem(Shooting):
         :math:`p_j^T dA_j q_j`, where q is carried forward to segment j and p backward to its end,
         and a change of :math:`A_j q_j` is a second derivative of the flow along q_j.
 
-        Returns
-        -------
-        gradient : ndarray, shape (m n + k,)
-            The derivative.
-        carried, bent
-            See `slipfold.orbits.linearisation.Conditions`.
+        Returns shape gradient (m n + k,).
         """
         gradient = np.zeros(len(z))
         forward, backward = _carried(plain.blocks, found.left, found.right)

@@ -66,39 +66,18 @@ class CycleProblem(PeriodicProblem):
         return ["duration", vary], [model.values["duration"], width]
 
     def duration(self, z: Array) -> float:
-        """Return the duration of one round in seconds.
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        """
+        """Return the duration of one round in seconds."""
         return float(self.free_values(z)[-2])
 
     def pack_cycle(self, nodes: Array, duration: float, value: float) -> Array:
         """Scale a cycle and a parameter value into an unknown.
 
-        Parameters
-        ----------
-        nodes
-            States at the nodes, shape (m, n).
-        duration
-            Duration of one round in seconds.
-        value
-            Value of the parameter.
+        Shapes: nodes (m, n).
         """
         return self.join(nodes, [duration, value])
 
     def adopt(self, other: PeriodicProblem, z: Array) -> Array:
-        """Return the unknown of a cycle that another problem describes.
-
-        Parameters
-        ----------
-        other
-            A problem of cycles in the same parameter.
-        z
-            Its unknown.
-        """
+        """Return the unknown of a cycle that another problem describes."""
         duration = float(other.vector(z)[self.model.parameter_index("duration")])
         return self.pack_cycle(other.nodes(z), duration, other.value(z))
 
@@ -113,82 +92,40 @@ class CycleProblem(PeriodicProblem):
     def all_multipliers(self, multipliers: NDArray[np.complex128]) -> NDArray[np.complex128]:
         """Return the multipliers with that of the flow's own direction, shape (n,).
 
-        Parameters
-        ----------
-        multipliers
-            The others, shape (n - 1,), largest modulus first.
+        Shapes: multipliers (n - 1,).
         """
         return all_multipliers(multipliers)
 
     def defect(self, z: Array) -> Array:
-        """Return what Newton's method brings to zero, shape (m n + 1,): nothing for the phase.
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        """
+        """Return what Newton's method brings to zero, shape (m n + 1,): nothing for the phase."""
         residual = self.mismatch(self.nodes(z), self.constants(z))
         return defect_of(residual, np.zeros(1))
 
     def linearise(self, z: Array) -> CycleLinearisation:
-        """Return the mismatch and its derivatives.
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        """
+        """Return the mismatch and its derivatives."""
         transitions = self.transitions(self.nodes(z), self.constants(z))
         return CycleLinearisation(*transitions, gauge_conditions(self, z))
 
     def aligned(self, guess: Array, known: Array) -> Array:
-        """Return a guess whose phase is that of a cycle nearby.
-
-        Parameters
-        ----------
-        guess
-            An unknown.
-        known
-            The unknown of the cycle.
-        """
+        """Return a guess whose phase is that of a cycle nearby."""
         return aligned_cycle(self, guess, known)
 
 
 def all_multipliers(others: NDArray[np.complex128]) -> NDArray[np.complex128]:
     """Return the multipliers of a cycle with that of the flow's own direction, shape (n,).
 
-    Parameters
-    ----------
-    others
-        The others, shape (n - 1,), largest modulus first.
+    Shapes: others (n - 1,).
     """
     return np.insert(others, int(np.count_nonzero(np.abs(others) > 1)), 1.0)
 
 
 def gauge_conditions(problem: Shooting, z: Array) -> Conditions:
-    """Return the condition that steps are orthogonal to the flow, which is always met.
-
-    Parameters
-    ----------
-    problem
-        Equations of cycles.
-    z
-        A cycle.
-    """
+    """Return the condition that steps are orthogonal to the flow, which is always met."""
     return Conditions(np.zeros(1), flow_direction(problem, z)[None])
 
 
 def flow_direction(problem: Shooting, z: Array) -> Array:
-    """Return the unit vector along which a cycle is shifted by beginning it later; zero at rest.
-
-    Parameters
-    ----------
-    problem
-        Equations of cycles.
-    z
-        A cycle.
-    """
+    """Return the unit vector along which a cycle is shifted by beginning it later; zero at rest."""
     steps: Array = np.arange(problem.segments, dtype=float)
     phases: Array = problem.phase + steps * (problem.period / problem.segments)
     rates = problem.flow.rates(problem.nodes(z), phases, problem.constants(z)) / problem.scales
@@ -202,15 +139,6 @@ def aligned_cycle(problem: Shooting, guess: Array, known: Array) -> Array:
     Corrections leave the phase as it is in the guess, and extrapolation would magnify small
     differences from one cycle to the next. Between aligned cycles lies no motion along the flow,
     to the third order of their distance.
-
-    Parameters
-    ----------
-    problem
-        Equations of cycles.
-    guess
-        An unknown.
-    known
-        The unknown of the cycle.
     """
     for _ in range(ALIGNMENTS):
         direction = flow_direction(problem, 0.5 * (guess + known))
@@ -232,17 +160,7 @@ class CycleLinearisation(Linearisation):
 def on_quotient(matrix: Array, direction: Array) -> Array:
     """Return a matrix on the quotient of the space by one of its eigenvectors.
 
-    Parameters
-    ----------
-    matrix
-        Shape (n, n).
-    direction
-        The eigenvector, shape (n,).
-
-    Returns
-    -------
-    ndarray, shape (n - 1, n - 1)
-        With the other eigenvalues.
+    Shapes: matrix (n, n); direction (n,); returns (n - 1, n - 1).
     """
     basis = quotient_basis(direction)
     return np.asarray(basis.T @ matrix @ basis)
@@ -251,9 +169,6 @@ def on_quotient(matrix: Array, direction: Array) -> Array:
 def quotient_basis(direction: Array) -> Array:
     """Return an orthonormal basis of what is orthogonal to a direction, shape (n, n - 1).
 
-    Parameters
-    ----------
-    direction
-        Shape (n,).
+    Shapes: direction (n,).
     """
     return np.asarray(np.linalg.qr(direction[:, None], mode="complete")[0][:, 1:])

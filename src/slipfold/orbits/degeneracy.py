@@ -52,12 +52,7 @@ def degeneracy(kind: str, monodromy: Array) -> Degeneracy:
     pair less one, from the matrix restricted to the plane of the pair, so that it stays smooth
     where the pair meets on the real axis (R1, R2). Both are divided by the size of the matrix.
 
-    Parameters
-    ----------
-    kind
-        ``"LP"``, ``"PD"`` or ``"NS"``.
-    monodromy
-        Monodromy matrix in scaled states, shape (n, n).
+    Shapes: monodromy (n, n).
     """
     found = _pair_degeneracy(monodromy) if kind == "NS" else _real_degeneracy(kind, monodromy)
     if found is UNKNOWN:
@@ -72,10 +67,7 @@ def critical_pair(multipliers: NDArray[np.complex128]) -> tuple[int, int] | None
 
     Complex pairs count, and real ones that lie together as two that just met do.
 
-    Parameters
-    ----------
-    multipliers
-        Floquet multipliers, shape (n,).
+    Shapes: multipliers (n,).
     """
     first, second = np.triu_indices(len(multipliers), k=1)
     a, b = multipliers[first], multipliers[second]

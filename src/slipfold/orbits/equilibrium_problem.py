@@ -70,13 +70,7 @@ class EquilibriumProblem(Resting, PeriodicProblem):
             self.take_other_scales()
 
     def vector(self, z: Array) -> Array:
-        """Return the model's parameter vector, with the unit of time of this equilibrium.
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        """
+        """Return the model's parameter vector, with the unit of time of this equilibrium."""
         vector = super().vector(z)
         jacobian = self.jacobian(z, self.flow.constants(vector))
         if np.isfinite(jacobian).all():
@@ -86,44 +80,21 @@ class EquilibriumProblem(Resting, PeriodicProblem):
         return vector
 
     def duration(self, z: Array) -> float:
-        """Return the unit of time in seconds.
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        """
+        """Return the unit of time in seconds."""
         return float(self.vector(z)[self.model.parameter_index("duration")])
 
     def model_at(self, z: Array) -> Model:
-        """Return the model with the parameter values of an unknown and its unit of time.
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        """
+        """Return the model with the parameter values of an unknown and its unit of time."""
         return super().model_at(z).replace(duration=self.duration(z))
 
     def defect(self, z: Array) -> Array:
-        """Return what Newton's method brings to zero: the rates per unit of time, shape (n,).
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        """
+        """Return what Newton's method brings to zero: the rates per unit of time, shape (n,)."""
         return defect_of(self.rates(z, self.constants(z)), NO_CONDITIONS.values)
 
     def linearise(self, z: Array) -> Linearisation:
         """Return the rates and their derivatives per unit of time.
 
         The unit may be taken as constant: where the rates are zero it plays no part.
-
-        Parameters
-        ----------
-        z
-            The unknown.
         """
         constants = self.constants(z)
         return _RestLinearisation(
@@ -133,15 +104,7 @@ class EquilibriumProblem(Resting, PeriodicProblem):
         )
 
     def in_phase(self, z: Array, like: Array) -> Array:
-        """Return an equilibrium, which is the same at all times.
-
-        Parameters
-        ----------
-        z
-            The equilibrium.
-        like
-            Another one.
-        """
+        """Return an equilibrium, which is the same at all times."""
         return z
 
     def tests(
@@ -153,16 +116,7 @@ class EquilibriumProblem(Resting, PeriodicProblem):
     ) -> dict[str, float]:
         """Return the functions that change sign at a bifurcation.
 
-        Parameters
-        ----------
-        z
-            An equilibrium.
-        linearisation
-            Its derivatives.
-        multipliers
-            Its multipliers, shape (n,).
-        tangent
-            Unit tangent of the branch.
+        Shapes: multipliers (n,).
         """
         tests = super().tests(z, linearisation, multipliers, tangent)
         del tests["PD"]
@@ -172,10 +126,7 @@ class EquilibriumProblem(Resting, PeriodicProblem):
 def transition(jacobian: Array) -> Array:
     """Return the matrix of the flow over a time, shape (n, n).
 
-    Parameters
-    ----------
-    jacobian
-        Derivative of the rates, per that time, shape (n, n).
+    Shapes: jacobian (n, n).
     """
     from scipy.linalg import expm  # a tenth of a second to import, for equilibria alone
 
@@ -196,12 +147,7 @@ class _RestLinearisation(Linearisation):
 def unit_of_time(model: Model, jacobian: Array) -> float:
     """Return a time over which the multipliers of an equilibrium are well told apart, in s.
 
-    Parameters
-    ----------
-    model
-        An autonomous model.
-    jacobian
-        Derivative of its rates at an equilibrium, in 1/s, shape (n, n).
+    Shapes: jacobian (n, n).
     """
     if not np.isfinite(jacobian).all():
         return 1.0

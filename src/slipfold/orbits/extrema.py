@@ -124,23 +124,7 @@ def find_extrema(
 ) -> Extrema:
     """Find the extrema of outputs over orbits of one period.
 
-    Parameters
-    ----------
-    model
-        The model; of its parameter values no more than the scales of the states are taken.
-    parameters
-        Parameter vectors, shape (n_orbits, n_parameters).
-    nodes
-        Orbits, shape (n_orbits, m, n_states).
-    period
-        Period in forcing periods.
-    names
-        The outputs; all of them if None.
-
-    Returns
-    -------
-    Extrema
-        Of the continuous orbits.
+    Shapes: parameters (n_orbits, n_parameters); nodes (n_orbits, m, n_states).
     """
     flow, scales = flow_of(model), power_of_two(model.state_scales())
     names = flow.output_names if names is None else tuple(names)
@@ -204,27 +188,7 @@ def refine_minimum(
     The neighbourhood of each is sampled ever more finely, which finds a minimum as sharp as that
     of the spring's length near collapse; a parabola through the last three samples gives the rest.
 
-    Parameters
-    ----------
-    flow
-        The flow.
-    constants
-        Coefficients, the same for all or one row for each minimum.
-    states
-        The sample before the lowest one, shape (k, n).
-    start
-        Its phase, shape (k,).
-    spacing
-        Distance of the phases.
-    columns
-        Which outputs, shape (k,).
-    signs
-        -1 finds a maximum, returned as minimum of the negative; shape (k,).
-
-    Returns
-    -------
-    ndarray, shape (k,)
-        The minima, in the units of the outputs.
+    Shapes: states (k, n); start, columns, signs (k,); returns (k,).
     """
     rows = np.arange(len(columns))
     width = 2 * spacing

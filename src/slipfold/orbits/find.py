@@ -33,28 +33,14 @@ SMALLEST_SHARE = 1e-4
 
 
 def hold_parameter(size: int) -> Array:
-    """Return the constraint that keeps the parameter at its guess.
-
-    Parameters
-    ----------
-    size
-        Number of unknown states m n.
-    """
+    """Return the constraint that keeps the parameter at its guess."""
     row = np.zeros(size + 1)
     row[-1] = 1.0
     return row
 
 
 def guess_orbit(problem: PeriodicProblem, value: float) -> Correction:
-    """Correct the linear response to a periodic orbit of one forcing period.
-
-    Parameters
-    ----------
-    problem
-        A problem of period 1.
-    value
-        Value of its parameter.
-    """
+    """Correct the linear response to a periodic orbit of one forcing period."""
     vector = problem.model.vector.copy()
     vector[problem.indices[-1]] = value
     constants = problem.flow.constants(vector, problem.flow_scales)

@@ -55,28 +55,7 @@ def find_cycle(
     tolerance: float = 1e-10,
     settle: int = 400,
 ) -> tuple[CycleProblem, Correction]:
-    """Return a cycle of an autonomous model near a motion of it.
-
-    Parameters
-    ----------
-    model
-        The model.
-    vary, width
-        Free parameter of the problem returned, and its scale; the parameter keeps its value.
-    state
-        A state near the cycle; None for what a motion from the model's start settles to.
-    duration
-        Duration of the cycle in seconds, about; None for the time of the motion's first return.
-    tolerance
-        Largest mismatch of the accepted cycle, in scaled states.
-    settle
-        Turns that a motion from the model's start is given to settle, about.
-
-    Raises
-    ------
-    InputError
-        If the motion comes to rest, does not come back, or leaves the model.
-    """
+    """Return a cycle of an autonomous model near a motion of it."""
     unit = unit_of_time(model, _jacobian(model, model.start if state is None else state))
     paced = model.replace(duration=unit)
     if state is None:

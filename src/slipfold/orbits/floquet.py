@@ -11,10 +11,7 @@ __all__ = ["floquet_multipliers", "match_multipliers"]
 def floquet_multipliers(monodromy: NDArray[np.float64]) -> NDArray[np.complex128]:
     """Return the multipliers, largest modulus first, the upper one of a pair before the lower.
 
-    Parameters
-    ----------
-    monodromy
-        Monodromy matrix, shape (n, n).
+    Shapes: monodromy (n, n).
     """
     values = np.linalg.eigvals(monodromy).astype(complex)
     # Moduli of a pair differ by rounding: compared to twelve digits, pairs stay together.
@@ -27,10 +24,7 @@ def match_multipliers(
 ) -> NDArray[np.complex128]:
     """Return `others` in the order in which they lie nearest `values`.
 
-    Parameters
-    ----------
-    values, others
-        Multipliers, shape (n,).
+    Shapes: values, others (n,).
     """
     distance = np.abs(values[:, None] - others[None, :])
     result = np.empty_like(others)

@@ -23,17 +23,7 @@ def limit_margins(problem: Shooting, z: Array) -> Array:
     allows, or its bend, an eighth of which is the fall of a parabola below its lowest sample; where
     that could matter, its minimum over the continuous orbit is found.
 
-    Parameters
-    ----------
-    problem
-        The boundary-value problem.
-    z
-        An orbit.
-
-    Returns
-    -------
-    ndarray, shape (n_limits,)
-        Margins in the units of the outputs; negative beyond the limit.
+    Returns shape (n_limits,).
     """
     limits = problem.model.limits
     if not limits:
@@ -67,15 +57,7 @@ def limit_margins(problem: Shooting, z: Array) -> Array:
 
 
 def broken_limit(problem: Shooting, z: Array) -> str | None:
-    """Return the sentence of a limit that an orbit breaks, None if it breaks none.
-
-    Parameters
-    ----------
-    problem
-        The boundary-value problem.
-    z
-        An orbit.
-    """
+    """Return the sentence of a limit that an orbit breaks, None if it breaks none."""
     for limit, margin in zip(problem.model.limits, limit_margins(problem, z), strict=True):
         if not margin > 0:
             return limit.reason.format(value=margin + limit.bound)

@@ -21,23 +21,7 @@ def linear_response(
 ) -> Array:
     """Return the steady linear response about the mean state at equidistant phases.
 
-    Parameters
-    ----------
-    flow
-        The flow.
-    constants
-        Coefficients.
-    scales
-        Typical sizes of the states, shape (n_states,).
-    segments
-        Number of phases m within one forcing period.
-    start
-        State from which the mean state is searched, shape (n_states,).
-
-    Returns
-    -------
-    ndarray, shape (m, n_states)
-        States, NaN if there is no mean state.
+    Shapes: scales, start (n_states,); returns (m, n_states).
     """
     n = flow.dimension
     centre = mean_state(flow, constants, scales, start)

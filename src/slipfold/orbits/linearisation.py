@@ -119,10 +119,7 @@ class Linearisation:
             [ ---- g --- ]
             [ --- row -- ]
 
-        Parameters
-        ----------
-        row
-            Shape (m n + k,). There are k - 1 conditions.
+        Shapes: row (m n + k,).
         """
         if len(row) > LARGE:
             return Eliminated(self, row)
@@ -132,12 +129,7 @@ class Linearisation:
 def defect_of(residual: Array, values: Array) -> Array:
     """Join mismatch and conditions to the vector that Newton's method brings to zero.
 
-    Parameters
-    ----------
-    residual
-        Shape (m, n), in scaled states.
-    values
-        Of the conditions, shape (d,).
+    Shapes: residual (m, n); values (d,).
     """
     flat = residual.ravel() / np.sqrt(len(residual))
     return np.concatenate([flat, values]) if len(values) else flat
@@ -223,10 +215,7 @@ class Eliminated(SquareMatrix):
     def solve(self, right: Array) -> Array:
         """Return the solution for a right-hand side, NaN if the matrix is singular.
 
-        Parameters
-        ----------
-        right
-            Shape (m n + k,).
+        Shapes: right (m n + k,).
         """
         part = self.linearisation
         m, n, k = part.along.shape

@@ -49,13 +49,7 @@ class Corrected:
     tangents: Array
 
     def some(self, rows: list[int]) -> Corrected:
-        """Return some of the orbits.
-
-        Parameters
-        ----------
-        rows
-            Which.
-        """
+        """Return some of the orbits."""
         return Corrected(self.z[rows], self.monodromies[rows], self.tangents[rows])
 
     @property
@@ -69,21 +63,7 @@ def correct_many(
 ) -> Corrected:
     """Find the orbits nearest guesses, each in the hyperplane through it.
 
-    Parameters
-    ----------
-    problem
-        The boundary-value problem.
-    guesses
-        Shape (k, m n + 1).
-    rows
-        Unit normals of the hyperplanes, shape (k, m n + 1).
-    close
-        Length of a correction that is the last.
-
-    Returns
-    -------
-    Corrected
-        The orbits, to the accuracy of a drawing.
+    Shapes: guesses, rows (k, m n + 1).
     """
     z = guesses.copy()
     k, size = z.shape

@@ -41,25 +41,7 @@ CLOSED = 0.05
 
 
 def settled_on(model: Model, state: GivenState = None) -> PeriodicOrbit | Array:
-    """Return what a motion from a state settles on.
-
-    Parameters
-    ----------
-    model
-        The model.
-    state
-        Where the motion begins; the model's own start if None.
-
-    Returns
-    -------
-    PeriodicOrbit or ndarray
-        An orbit or a cycle; or the state of an equilibrium of an autonomous model.
-
-    Raises
-    ------
-    InputError
-        If the motion does not settle.
-    """
+    """Return what a motion from a state settles on."""
     motion = simulate(model, MOTION if model.forced else None, state)
     found, last = motion.settlement, motion.strobe[-1]
     if found.period is None:
@@ -79,23 +61,6 @@ def orbit_near(model: Model, state: GivenState) -> PeriodicOrbit | Array:
 
     Newton's method is begun there, of a forced model with the period after which a motion from the
     state nearly repeats. A cycle is looked for where the motion comes nearly back.
-
-    Parameters
-    ----------
-    model
-        The model.
-    state
-        The state, or some states by name; what is not given is the model's own start.
-
-    Returns
-    -------
-    PeriodicOrbit or ndarray
-        An orbit or a cycle; or the state of an equilibrium of an autonomous model.
-
-    Raises
-    ------
-    InputError
-        If none is found.
     """
     start = initial_state(model, state)
     if model.forced:

@@ -45,18 +45,7 @@ def make_point(
 ) -> OrbitPoint:
     """Return a point of a branch whose derivatives follow from those of another branch.
 
-    Parameters
-    ----------
-    z
-        The unknown of the boundary-value problem.
-    tangent
-        Unit tangent of the branch.
-    arclength
-        Position on the branch.
-    monodromy
-        Monodromy matrix in scaled states, shape (n, n).
-    residual
-        Largest mismatch, in scaled states.
+    Shapes: monodromy (n, n).
     """
     multipliers = floquet_multipliers(monodromy)
     tests = {**evaluate_tests(multipliers), "LP": float(tangent[-1])}

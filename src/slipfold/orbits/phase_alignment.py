@@ -22,17 +22,7 @@ CORRECTIONS = 4
 
 
 def begun_nearest(problem: Shooting, z: Array, reference: Array) -> Array:
-    """Return a cycle begun in the phase in which its nodes lie nearest to those of another.
-
-    Parameters
-    ----------
-    problem
-        The equations, of an autonomous model.
-    z
-        A cycle.
-    reference
-        Another one.
-    """
+    """Return a cycle begun in the phase in which its nodes lie nearest to those of another."""
     m, period = problem.segments, problem.period
     constants, wanted = problem.constants(z), problem.nodes(reference)
     start: Array = np.arange(m, dtype=float) * (period / m)

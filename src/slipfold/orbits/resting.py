@@ -32,61 +32,22 @@ class Resting(Shooting):
         self._ratios = self.scales[None, :] / self.scales[:, None]
 
     def shifted(self, z: Array, tangent: Array) -> tuple[Self, Array, Array]:
-        """Return the same equilibrium in other scales of the states, where rounding differs.
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        tangent
-            Tangent of the curve at `z`.
-
-        Returns
-        -------
-        problem : Resting
-            The problem in other scales.
-        z, tangent : ndarray
-            In that problem.
-        """
+        """Return the same equilibrium in other scales of the states, where rounding differs."""
         other = self.begun_later()
         moved = other.join(self.nodes(z), self.free_values(z))
         direction = other.join(self.nodes(tangent), self.free_values(tangent))
         return other, moved, direction / np.linalg.norm(direction)
 
     def rates(self, z: Array, constants: Constants) -> Array:
-        """Return the rates per unit of time in scaled states, shape (1, n).
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        constants
-            Coefficients of the flow.
-        """
+        """Return the rates per unit of time in scaled states, shape (1, n)."""
         return self.flow.rates(self.nodes(z), np.zeros(1), constants) / self.scales
 
     def jacobian(self, z: Array, constants: Constants) -> Array:
-        """Return their derivatives with respect to the scaled states, shape (n, n).
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        constants
-            Coefficients of the flow.
-        """
+        """Return their derivatives with respect to the scaled states, shape (n, n)."""
         return self.flow.jacobians(self.nodes(z), np.zeros(1), constants)[0] * self._ratios
 
     def pulls(self, z: Array, constants: Constants) -> Array:
-        """Return their derivatives with respect to the k scaled parameters, shape (n, k).
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        constants
-            Coefficients of the flow.
-        """
+        """Return their derivatives with respect to the k scaled parameters, shape (n, k)."""
         along = constants.rates[:, self.indices]
         found = self.flow.pulls(self.nodes(z)[0], constants, along)
         return found * (self.units / self.scales[:, None])

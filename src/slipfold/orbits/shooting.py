@@ -134,11 +134,6 @@ class Shooting(Curve[OrbitPoint]):
         """Return an upper bound of the logarithms of the multipliers' moduli.
 
         It is infinite where one is on the unit circle anyway.
-
-        Parameters
-        ----------
-        linearisation
-            The derivatives at an orbit.
         """
         return np.inf
 
@@ -151,23 +146,12 @@ class Shooting(Curve[OrbitPoint]):
     def join(self, nodes: Array, values: Sequence[float] | Array) -> Array:
         """Scale an orbit and the values of the free parameters into an unknown.
 
-        Parameters
-        ----------
-        nodes
-            States at the nodes, shape (m, n).
-        values
-            Values of the free parameters.
+        Shapes: nodes (m, n).
         """
         return np.concatenate([self.flat(nodes), np.asarray(values) / self.units])
 
     def free_values(self, z: Array) -> Array:
-        """Return the values of the free parameters.
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        """
+        """Return the values of the free parameters."""
         return z[self.size :] * self.units
 
     def place(self, z: Array) -> tuple[float, ...]:
@@ -175,25 +159,13 @@ class Shooting(Curve[OrbitPoint]):
         return tuple(self.free_values(z)[-self.varied :].tolist())
 
     def vector(self, z: Array) -> Array:
-        """Return the model's parameter vector.
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        """
+        """Return the model's parameter vector."""
         vector = self._vector.copy()
         vector[self.indices] = self.free_values(z)
         return vector
 
     def model_at(self, z: Array) -> Model:
-        """Return the model with the parameter values of an unknown.
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        """
+        """Return the model with the parameter values of an unknown."""
         return self.model.replace(
             **dict(zip(self.free, map(float, self.free_values(z)), strict=True))
         )
@@ -209,21 +181,12 @@ class Shooting(Curve[OrbitPoint]):
     def flat(self, nodes: Array) -> Array:
         """Scale states at the nodes, shape (m, n), into the first part of an unknown.
 
-        Parameters
-        ----------
-        nodes
-            States, shape (m, n).
+        Shapes: nodes (m, n).
         """
         return nodes.ravel() / self._node_scales
 
     def nodes(self, z: Array) -> Array:
-        """Return the states at the nodes, shape (m, n).
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        """
+        """Return the states at the nodes, shape (m, n)."""
         return (z[: self.size] * self._node_scales).reshape(self.segments, -1)
 
     # -- derivatives ---------------------------------------------------------------------------
@@ -231,12 +194,7 @@ class Shooting(Curve[OrbitPoint]):
     def halved(self, nodes: Array, constants: Constants) -> Array:
         """Return the states at twice as many phases, shape (2 m, n).
 
-        Parameters
-        ----------
-        nodes
-            States, shape (m, n).
-        constants
-            Coefficients of the flow.
+        Shapes: nodes (m, n).
         """
         samples = self.flow.sample(nodes, self._start, self._end, 2, constants)
         return samples.reshape(2 * len(nodes), -1)
@@ -244,12 +202,7 @@ class Shooting(Curve[OrbitPoint]):
     def mismatch(self, nodes: Array, constants: Constants) -> Array:
         """Return by how much segments end beside the next node, in scaled states, shape (m, n).
 
-        Parameters
-        ----------
-        nodes
-            States, shape (m, n).
-        constants
-            Coefficients of the flow.
+        Shapes: nodes (m, n).
         """
         ends = self.flow.advance(nodes, self._start, self._end, constants)
         return (ends - nodes[self._following]) / self.scales
@@ -257,21 +210,7 @@ class Shooting(Curve[OrbitPoint]):
     def transitions(self, nodes: Array, constants: Constants) -> tuple[Array, Array, Array]:
         """Return the mismatch and the derivatives of the segments' ends, all in scaled states.
 
-        Parameters
-        ----------
-        nodes
-            States, shape (m, n).
-        constants
-            Coefficients of the flow.
-
-        Returns
-        -------
-        mismatch : ndarray, shape (m, n)
-            By how much segments end beside the next node.
-        blocks : ndarray, shape (m, n, n)
-            Derivatives with respect to the states at their beginning.
-        along : ndarray, shape (m, n, k)
-            Derivatives with respect to the k scaled parameters of ``z / sqrt(m)``.
+        Shapes: nodes (m, n); returns mismatch (m, n), blocks (m, n, n), along (m, n, k).
         """
         ends, matrices, vectors = self.flow.linearise(
             nodes, self._start, self._end, constants, constants.rates[:, self.indices]
@@ -284,20 +223,6 @@ class Shooting(Curve[OrbitPoint]):
         """Return the same orbit with its nodes half a segment later.
 
         The steps of the integrator then fall elsewhere, so that what differs is its error.
-
-        Parameters
-        ----------
-        z
-            The unknown.
-        tangent
-            Tangent of the curve at `z`.
-
-        Returns
-        -------
-        problem : Shooting
-            The shifted problem.
-        z, tangent : ndarray
-            In the shifted problem.
         """
         other = self.begun_later()
         constants = self.constants(z)
@@ -312,21 +237,7 @@ class Shooting(Curve[OrbitPoint]):
     def curvatures(self, nodes: Array, constants: Constants, vectors: Array) -> tuple[Array, Array]:
         """Return the derivatives of ``blocks @ vectors``, all in scaled states.
 
-        Parameters
-        ----------
-        nodes
-            States, shape (m, n).
-        constants
-            Coefficients of the flow.
-        vectors
-            Scaled perturbations of the states at the nodes, shape (r, m, n): r at each node.
-
-        Returns
-        -------
-        bent : ndarray, shape (r, m, n, n)
-            With respect to the states at the beginning of each segment.
-        pulled : ndarray, shape (r, m, n, k)
-            With respect to the scaled parameters.
+        Shapes: nodes (m, n); vectors (r, m, n); returns bent (r, m, n, n), pulled (r, m, n, k).
         """
         r, m, n = vectors.shape
         matrices, pulls = self.flow.curve(
@@ -344,19 +255,7 @@ class Shooting(Curve[OrbitPoint]):
     def cubes(self, nodes: Array, constants: Constants, vectors: Array) -> Array:
         """Return the third derivatives of the segments' ends along vectors, in scaled states.
 
-        Parameters
-        ----------
-        nodes
-            States, shape (m, n).
-        constants
-            Coefficients of the flow.
-        vectors
-            Scaled perturbations of the states at the nodes, shape (r, m, n).
-
-        Returns
-        -------
-        ndarray, shape (r, m, n)
-            ``D^3 phi [v, v, v]``.
+        Shapes: nodes (m, n); vectors (r, m, n); returns (r, m, n).
         """
         r, m, n = vectors.shape
         jets = self.flow.jet(

@@ -31,15 +31,7 @@ def evaluate_tests(multipliers: NDArray[np.complex128]) -> dict[str, float]:
     well inside the circle do. With twenty of them N alone varies by orders of magnitude, and so
     could not be told from a function about to vanish.
 
-    Parameters
-    ----------
-    multipliers
-        Eigenvalues of the monodromy matrix, shape (n,).
-
-    Returns
-    -------
-    dict
-        Values by name.
+    Shapes: multipliers (n,).
 
     Examples
     --------

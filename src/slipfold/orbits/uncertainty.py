@@ -69,24 +69,8 @@ def multiplier_uncertainty(
     The second computation begins half a segment later, so that every step of the integrator falls
     elsewhere. The multipliers are the same in exact arithmetic; what differs is their error.
 
-    Parameters
-    ----------
-    model
-        The model; its parameter values play no part.
-    parameters
-        Parameter vectors, shape (n_orbits, n_parameters).
-    nodes
-        Orbits, shape (n_orbits, m, n_states).
-    period
-        Period in forcing periods.
-    multipliers
-        What is to be judged, shape (n_orbits, n_states): the derivatives they came from may have
-        been taken a little beside the orbit, which counts as their error as well.
-
-    Returns
-    -------
-    ndarray, shape (n_orbits, n_states)
-        In the order of the multipliers.
+    Shapes: parameters (n_orbits, n_parameters); nodes (n_orbits, m, n_states); multipliers
+    (n_orbits, n_states); returns (n_orbits, n_states).
     """
     names = [item.name for item in model.parameters]
     result = np.empty((len(nodes), nodes.shape[2]))

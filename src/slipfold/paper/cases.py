@@ -176,23 +176,11 @@ class Cases:
         return (*self.figures, *self.planes)
 
     def shown_in(self, curve: Curve) -> tuple[int, ...]:
-        """Return the numbers of the figures that show a curve.
-
-        Parameters
-        ----------
-        curve
-            The curve.
-        """
+        """Return the numbers of the figures that show a curve."""
         return tuple(figure.number for figure in self.figures if curve in figure.curves)
 
     def only(self, numbers: Iterable[int]) -> Cases:
-        """Return the cases of some figures of the paper alone.
-
-        Parameters
-        ----------
-        numbers
-            Numbers of the figures to keep.
-        """
+        """Return the cases of some figures of the paper alone."""
         wanted = set(numbers)
         return Cases(tuple(figure for figure in self.figures if figure.number in wanted))
 
@@ -200,11 +188,6 @@ class Cases:
 @cache
 def read_cases() -> Cases:
     """Read the figures of the source paper and the bifurcation sets.
-
-    Returns
-    -------
-    Cases
-        Figures 2 to 7, what the claims need besides, and the planes of the bifurcation sets.
 
     Examples
     --------
@@ -251,13 +234,6 @@ def _plane(content: Mapping[str, Any]) -> PlaneFigure:
 def value_text(model: SlidingOscillator, name: str) -> tuple[str, str]:
     """Return the value of a parameter as figures show it, and its unit.
 
-    Parameters
-    ----------
-    model
-        The model.
-    name
-        Name of the parameter; angles are shown in degrees.
-
     Examples
     --------
     >>> value_text(SlidingOscillator(Vd=0.4), "Vd")
@@ -271,15 +247,7 @@ def value_text(model: SlidingOscillator, name: str) -> tuple[str, str]:
 
 
 def equation_text(model: SlidingOscillator, name: str) -> str:
-    """Return e.g. ``"$V_d$ = 0.4 m/s"``.
-
-    Parameters
-    ----------
-    model
-        The model.
-    name
-        Name of the parameter; angles are shown in degrees.
-    """
+    """Return e.g. ``"$V_d$ = 0.4 m/s"``."""
     value, unit = value_text(model, name)
     return f"{model.parameter(name).symbol} = {value}{unit}"
 

@@ -250,18 +250,7 @@ CLAIMS: tuple[tuple[str, Callable[[Findings], Judgement]], ...] = (
 
 
 def judge_claims(findings: Findings) -> tuple[Claim, ...]:
-    """Judge all claims.
-
-    Parameters
-    ----------
-    findings
-        What was computed.
-
-    Returns
-    -------
-    tuple of Claim
-        In order.
-    """
+    """Judge all claims."""
     claims = []
     for index, (statement, judge) in enumerate(CLAIMS, start=1):
         try:
@@ -273,13 +262,7 @@ def judge_claims(findings: Findings) -> tuple[Claim, ...]:
 
 
 def claims_markdown(claims: Sequence[Claim]) -> str:
-    """Return the claims with verdicts and evidence as Markdown.
-
-    Parameters
-    ----------
-    claims
-        The claims.
-    """
+    """Return the claims with verdicts and evidence as Markdown."""
     summary = table(
         ["", "claim", "verdict"],
         [[str(claim.number), claim.statement, claim.verdict_text] for claim in claims],

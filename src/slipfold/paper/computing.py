@@ -31,17 +31,7 @@ class Tasks:
         self._running: dict[Future[Any], Any] = {}
 
     def add(self, name: Any, function: Callable[..., Any], *arguments: Any) -> None:
-        """Put a function in the queue.
-
-        Parameters
-        ----------
-        name
-            What comes back with its result; hashable.
-        function
-            The function; can be pickled.
-        *arguments
-            Its arguments; can be pickled.
-        """
+        """Put a function in the queue."""
         self._waiting.append((name, function, arguments))
 
     def finished(self) -> Iterator[tuple[Any, Any]]:
@@ -74,14 +64,7 @@ class _InThisProcess(Executor):
 
 @contextmanager
 def open_tasks(processes: int) -> Iterator[Tasks]:
-    """Open a queue of functions to compute.
-
-    Parameters
-    ----------
-    processes
-        With 1 they run in this process. With more, they run in new processes, which ignore
-        Ctrl-C: it is for this process to say what happens then.
-    """
+    """Open a queue of functions to compute."""
     if processes == 1:
         yield Tasks(_InThisProcess(), 1)
         return

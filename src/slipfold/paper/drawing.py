@@ -51,24 +51,7 @@ def draw_figure(
     spectra: Mapping[Steady, Spectrum],
     measure: str = "max",
 ) -> Canvas:
-    """Draw one figure of the paper.
-
-    Parameters
-    ----------
-    figure
-        Which.
-    diagrams
-        Its curves.
-    spectra
-        Its spectra.
-    measure
-        What is shown of each orbit, see `slipfold.plots.draw_response`.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        The figure, tied to no window.
-    """
+    """Draw one figure of the paper."""
     heights = _heights(figure)
     canvas = Canvas(figsize=(2 * COLUMN, sum(heights) + LEGEND_HEIGHT), layout="constrained")
     grid = canvas.add_gridspec(len(heights), 2, height_ratios=heights)
@@ -114,24 +97,7 @@ def render_figure(
     spectra: Mapping[Steady, Spectrum],
     measure: str = "max",
 ) -> dict[str, bytes]:
-    """Draw one figure of the paper as PDF and PNG.
-
-    Parameters
-    ----------
-    figure
-        Which.
-    diagrams
-        Its curves.
-    spectra
-        Its spectra.
-    measure
-        What is shown of each orbit, see `slipfold.plots.draw_response`.
-
-    Returns
-    -------
-    dict
-        File names and contents.
-    """
+    """Draw one figure of the paper as PDF and PNG."""
     with figure_style():
         return figure_files(draw_figure(figure, diagrams, spectra, measure), figure.key)
 

@@ -10,20 +10,7 @@ __all__ = ["figure_files"]
 
 
 def figure_files(canvas: Figure, key: str) -> dict[str, bytes]:
-    """Return a figure as PDF and PNG.
-
-    Parameters
-    ----------
-    canvas
-        The figure; saved in the style that is in force.
-    key
-        Name of the files without ending.
-
-    Returns
-    -------
-    dict
-        File names and contents.
-    """
+    """Return a figure as PDF and PNG."""
     contents = {}
     for suffix in ("pdf", "png"):
         memory = io.BytesIO()

@@ -42,20 +42,7 @@ class Findings:
     spectra: Mapping[Steady, Spectrum] = field(default_factory=dict)
 
     def diagram(self, vary: str = "Nd", **parameters: Any) -> HasBranches:
-        """Return the response diagram of a case.
-
-        Parameters
-        ----------
-        vary
-            Parameter followed.
-        **parameters
-            Parameters that differ from the base case.
-
-        Raises
-        ------
-        NotComputed
-            If it is not there.
-        """
+        """Return the response diagram of a case."""
         model = SlidingOscillator(**parameters)
         for curve, diagram in self.diagrams.items():
             if curve.vary == vary and curve.model == model:
@@ -63,18 +50,7 @@ class Findings:
         raise NotComputed(f"the response in {vary} of {model!r}")
 
     def spectrum(self, **parameters: Any) -> Spectrum:
-        """Return the spectrum of a case.
-
-        Parameters
-        ----------
-        **parameters
-            Parameters that differ from the base case.
-
-        Raises
-        ------
-        NotComputed
-            If it is not there.
-        """
+        """Return the spectrum of a case."""
         model = SlidingOscillator(**parameters)
         try:
             return self.spectra[Steady(model)]
@@ -82,36 +58,14 @@ class Findings:
             raise NotComputed(f"the spectrum of {model!r}") from None
 
     def rows(self, figure: int) -> tuple[Row, ...]:
-        """Return the families of a figure.
-
-        Parameters
-        ----------
-        figure
-            Its number.
-
-        Raises
-        ------
-        NotComputed
-            If the figure is not among the cases.
-        """
+        """Return the families of a figure."""
         for item in self.cases.figures:
             if item.number == figure:
                 return item.rows
         raise NotComputed(f"figure {figure}")
 
     def family(self, row: Row) -> list[tuple[float, HasBranches]]:
-        """Return the diagrams of a family with the value that tells them apart, ascending.
-
-        Parameters
-        ----------
-        row
-            The family.
-
-        Raises
-        ------
-        NotComputed
-            If one of them is not there.
-        """
+        """Return the diagrams of a family with the value that tells them apart, ascending."""
         missing = [curve.key for curve in row.curves if curve not in self.diagrams]
         if missing:
             raise NotComputed(", ".join(missing))
@@ -120,17 +74,7 @@ class Findings:
 
 
 def on_branches(diagram: HasBranches, type_: str, doubled: bool) -> list[SpecialPoint]:
-    """Return special points of one type by value.
-
-    Parameters
-    ----------
-    diagram
-        The diagram.
-    type_
-        E.g. ``"PD"``.
-    doubled
-        Whether to look on the branches of period 2 and more, or on that of period 1.
-    """
+    """Return special points of one type by value."""
     found = [
         point
         for branch in diagram.branches
@@ -142,28 +86,12 @@ def on_branches(diagram: HasBranches, type_: str, doubled: bool) -> list[Special
 
 
 def first(diagram: HasBranches, type_: str, doubled: bool) -> SpecialPoint | None:
-    """Return the special point of one type with the smallest value, or None.
-
-    Parameters
-    ----------
-    diagram
-        The diagram.
-    type_
-        E.g. ``"PD"``.
-    doubled
-        Whether to look on the branches of period 2 and more, or on that of period 1.
-    """
+    """Return the special point of one type with the smallest value, or None."""
     return next(iter(on_branches(diagram, type_, doubled)), None)
 
 
 def band(branches: Sequence[Branch]) -> tuple[float, float]:
-    """Return the smallest and the largest parameter that branches reach.
-
-    Parameters
-    ----------
-    branches
-        The branches; at least one.
-    """
+    """Return the smallest and the largest parameter that branches reach."""
     values = [branch.parameter for branch in branches]
     values += [np.array([point.value for point in branch.special]) for branch in branches]
     together = np.concatenate(values)
@@ -171,24 +99,7 @@ def band(branches: Sequence[Branch]) -> tuple[float, float]:
 
 
 def reached(branch: Branch, output: str, value: float, measure: str = "max") -> list[float]:
-    """Return what an output reaches where a branch passes a value of the parameter.
-
-    Parameters
-    ----------
-    branch
-        The branch.
-    output
-        A state or output of the model.
-    value
-        Value of the parameter.
-    measure
-        As in `slipfold.plots.draw_response`.
-
-    Returns
-    -------
-    list of float
-        Once for every passage.
-    """
+    """Return what an output reaches where a branch passes a value of the parameter."""
     found = []
     for stretch in stretches_of(branch, output, measure):
         ahead = stretch.parameter - value

@@ -32,17 +32,7 @@ GREY = "0.2"
 
 
 def draw_legend(figure: Figure, diagrams: Sequence[HasBranches], measure: str = "max") -> None:
-    """Explain lines and markers below the panels of a figure; the colours are named beside them.
-
-    Parameters
-    ----------
-    figure
-        The figure, in constrained layout.
-    diagrams
-        What is drawn in it: markers that do not occur are left out.
-    measure
-        What the figure shows of each orbit.
-    """
+    """Explain lines and markers below the panels of a figure; the colours are named beside them."""
     marks = [
         mark
         for diagram in diagrams

@@ -36,20 +36,7 @@ LOWEST = ("PD",)
 
 
 def draw_plane(figure: PlaneFigure, diagram: HasLoci) -> Canvas:
-    """Draw a bifurcation set, whole and in detail.
-
-    Parameters
-    ----------
-    figure
-        What to draw.
-    diagram
-        The bifurcation set.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        The figure, tied to no window.
-    """
+    """Draw a bifurcation set, whole and in detail."""
     diagram = _without_lost_contact(diagram)
     heights = WIDE_HEIGHTS if figure.wide else (HEIGHT,)
     canvas = Canvas(figsize=(2 * COLUMN, sum(heights) + LEGEND_HEIGHT), layout="constrained")
@@ -75,20 +62,7 @@ def draw_plane(figure: PlaneFigure, diagram: HasLoci) -> Canvas:
 
 
 def render_plane(figure: PlaneFigure, diagram: HasLoci) -> dict[str, bytes]:
-    """Draw a bifurcation set as PDF and PNG.
-
-    Parameters
-    ----------
-    figure
-        What to draw.
-    diagram
-        The bifurcation set.
-
-    Returns
-    -------
-    dict
-        File names and contents.
-    """
+    """Draw a bifurcation set as PDF and PNG."""
     with figure_style():
         return figure_files(draw_plane(figure, diagram), figure.key)
 

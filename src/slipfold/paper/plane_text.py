@@ -20,15 +20,7 @@ __all__ = ["planes_markdown"]
 
 
 def planes_markdown(figures: Sequence[PlaneFigure], diagrams: Mapping[Plane, HasLoci]) -> str:
-    """Return what was found in each plane as Markdown.
-
-    Parameters
-    ----------
-    figures
-        The figures, in their order.
-    diagrams
-        Finished bifurcation sets; for others it is said that they are missing.
-    """
+    """Return what was found in each plane as Markdown."""
     parts = [
         "# Bifurcation sets",
         "Loci of LP, PD and NS of the responses of period 1 and 2, beyond what the source paper "

@@ -117,32 +117,6 @@ def reproduce(
     Writes ``figure2.pdf`` ... ``figure7.png``, ``thresholds.csv``, ``claims.md``, beyond the paper
     ``bifurcation_set_*.pdf`` and ``.png`` with ``bifurcation_sets.md``, and all that was computed,
     ``data/*.nc``. Ctrl-C ends it with what is finished.
-
-    Parameters
-    ----------
-    out
-        Folder to write to; made if it does not exist.
-    observer
-        Called after every result; may raise `KeyboardInterrupt` to end with what is finished.
-    processes
-        Processes to compute with. More than one need a main module that can be imported, as
-        `multiprocessing` says.
-    cases
-        What to compute; all of the paper if None.
-    settings
-        Options of continuation; the defaults if None.
-    measure
-        What the figures show of each orbit, see `slipfold.plots.draw_response`.
-
-    Returns
-    -------
-    Reproduction
-        Files, claims, and what is missing.
-
-    Raises
-    ------
-    InputError
-        If the folder cannot be written to, or `processes` is less than 1.
     """
     if processes < 1:
         raise InputError(f"processes = {processes} is less than 1; give at least 1")

@@ -10,13 +10,6 @@ __all__ = ["number", "table"]
 def number(value: float | None, missing: str = "none") -> str:
     """Return a number with six digits, or what stands for none.
 
-    Parameters
-    ----------
-    value
-        The number, or None.
-    missing
-        What to write for None.
-
     Examples
     --------
     >>> number(0.043578911491), number(None)
@@ -27,13 +20,6 @@ def number(value: float | None, missing: str = "none") -> str:
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """Return a Markdown table.
-
-    Parameters
-    ----------
-    head
-        Titles of the columns.
-    rows
-        Cells, row by row.
 
     Examples
     --------

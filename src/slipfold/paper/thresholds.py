@@ -43,13 +43,6 @@ def thresholds_csv(cases: Cases, diagrams: Mapping[Curve, HasBranches]) -> str:
     """Return every special point of every curve as comma-separated values.
 
     Numbers are written so that they read back exactly. What has no value is empty.
-
-    Parameters
-    ----------
-    cases
-        Gives the order of the curves and the figures that show them.
-    diagrams
-        Finished curves; others are left out.
     """
     text = io.StringIO()
     writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")

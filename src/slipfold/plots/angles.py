@@ -24,17 +24,7 @@ class _DegreeLocator(MaxNLocator):
 
 
 def label_axis(ax: Axes, which: Literal["x", "y"], parameter: Parameter) -> None:
-    """Write symbol and unit beside an axis, and degrees on an axis of radians.
-
-    Parameters
-    ----------
-    ax
-        The axes.
-    which
-        ``"x"`` or ``"y"``.
-    parameter
-        What the axis shows.
-    """
+    """Write symbol and unit beside an axis, and degrees on an axis of radians."""
     axis = ax.xaxis if which == "x" else ax.yaxis
     label = parameter.label
     if parameter.unit == "rad":
@@ -46,15 +36,6 @@ def label_axis(ax: Axes, which: Literal["x", "y"], parameter: Parameter) -> None
 
 def quantity_text(parameter: Parameter, value: float, digits: int = 4) -> str:
     """Return a value with its unit as figures show it, angles in degrees.
-
-    Parameters
-    ----------
-    parameter
-        Of what.
-    value
-        In the unit of the parameter.
-    digits
-        Significant digits.
 
     Examples
     --------

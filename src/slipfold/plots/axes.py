@@ -14,13 +14,7 @@ __all__ = ["axes_or_new", "label_of", "settle"]
 
 
 def axes_or_new(ax: Axes | None) -> Axes:
-    """Return the axes given, or those of a new figure.
-
-    Parameters
-    ----------
-    ax
-        Axes, or None.
-    """
+    """Return the axes given, or those of a new figure."""
     if ax is not None:
         return ax
     # Only here, where a figure is to be shown: it looks for a window system and takes its time.
@@ -30,20 +24,7 @@ def axes_or_new(ax: Axes | None) -> Axes:
 
 
 def label_of(model: Model, output: str) -> str:
-    """Return the axis label of a state or output.
-
-    Parameters
-    ----------
-    model
-        The model.
-    output
-        Name of a state or output.
-
-    Raises
-    ------
-    InputError
-        If there is none of that name.
-    """
+    """Return the axis label of a state or output."""
     items: list[State | Output] = [*model.states, *model.outputs()]
     for item in items:
         if item.name == output:
@@ -53,13 +34,7 @@ def label_of(model: Model, output: str) -> str:
 
 
 def settle(ax: Axes) -> None:
-    """Fix limits and layout, so that places in the figure can be computed.
-
-    Parameters
-    ----------
-    ax
-        Any axes of the figure.
-    """
+    """Fix limits and layout, so that places in the figure can be computed."""
     figure = ax.get_figure(root=True)
     assert figure is not None
     engine = figure.get_layout_engine()

@@ -37,27 +37,6 @@ def draw_friction(
 
     Where friction falls with the speed, and so feeds vibration, the ground is shaded. What a
     contact at rest can bear is a bar at zero speed.
-
-    Parameters
-    ----------
-    law
-        The friction law.
-    ax
-        Axes to draw in; new ones if None.
-    colour
-        Colour of the coefficient.
-    fastest
-        Largest slip speed in m/s; a few typical speeds of the law if None.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        The axes of the coefficient.
-
-    Raises
-    ------
-    InputError
-        If the largest speed is not positive.
     """
     end = SHOWN * law.typical_speed if fastest is None else fastest
     if not (np.isfinite(end) and end > 0):

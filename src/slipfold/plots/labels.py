@@ -64,18 +64,6 @@ def place_labels(axes: Axes, labels: Sequence[Label]) -> list[Annotation]:
     """Put each text beside its point, clear of lines, markers and other texts.
 
     The limits and the layout of the figure must be final. The first labels choose first.
-
-    Parameters
-    ----------
-    axes
-        The axes; what is drawn in it is what must not be covered.
-    labels
-        The texts.
-
-    Returns
-    -------
-    list of matplotlib.text.Annotation
-        In the order of `labels`.
     """
     canvas = _Canvas(axes, sorted({to_hex(label.colour) for label in labels}))
     return [_place(axes, canvas, label) for label in labels]

@@ -80,36 +80,6 @@ def draw_loci(
     of equilibria solid. A locus of equilibria or of period 1 is thick, one of period 2 thin. Dots
     are points of codimension two, rings the extrema of a locus, crosses its ends at a limit of the
     model. Angles are shown in degrees; the data of the axes are radians.
-
-    Parameters
-    ----------
-    diagram
-        Loci to draw.
-    ax
-        Axes to draw in; new ones if None.
-    colours
-        Colour of each type of locus: ``"LP"``, ``"PD"``, ``"NS"``, ``"HB"``.
-    window
-        Least and largest value of each parameter to show; those of the diagram if None.
-    regions
-        Whether the regions are shaded, if the diagram has them.
-    annotate
-        Whether loci, points of codimension two and regions are named.
-    lowest
-        Types of loci, e.g. ``("PD",)``, beside whose lowest point, if it is an extremum, the values
-        of both parameters are written.
-    legend
-        Whether lines, markers and shades are explained below the axes.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        The axes.
-
-    Raises
-    ------
-    InputError
-        If there is neither a locus nor a region.
     """
     shaded = regions and diagram.regions is not None
     if not diagram.loci and not shaded:
@@ -150,17 +120,6 @@ def name_loci(
     """Name the points of codimension two of a picture, its loci and its regions.
 
     What is drawn later may be covered by a name, or may move it.
-
-    Parameters
-    ----------
-    ax
-        Axes in which `draw_loci` drew.
-    diagram
-        The same diagram.
-    colours, regions, lowest
-        As there.
-    without
-        Points in this part of the plane get no name.
     """
     settle(ax)
     labels = []

@@ -46,24 +46,7 @@ def legend_options(
     regions: bool = True,
     width: float = np.inf,
 ) -> dict[str, Any]:
-    """Return what a legend shows, with lines, markers and shades in a column each if they fit.
-
-    Parameters
-    ----------
-    diagrams
-        What is drawn: what does not occur is left out.
-    colours
-        Colour of each type of locus.
-    regions
-        Whether regions are shaded.
-    width
-        Room for the legend in inches.
-
-    Returns
-    -------
-    dict
-        Arguments of ``Axes.legend`` or ``Figure.legend``.
-    """
+    """Return what a legend shows, with lines, markers and shades in a column each if they fit."""
     groups = [_lines(diagrams, colours), _marks(diagrams), _shades(diagrams) if regions else []]
     groups = [group for group in groups if group]
     columns = max(int(min(width / COLUMN_WIDTH, len(groups))), 1)

@@ -41,17 +41,7 @@ def locus_marks(
     window: tuple[tuple[float, float], tuple[float, float]],
     lowest: Collection[str] = (),
 ) -> tuple[LocusMark, ...]:
-    """Return the marks of a bifurcation set, each once, whatever number of loci meets there.
-
-    Parameters
-    ----------
-    loci
-        The loci.
-    window
-        Least and largest value of each parameter.
-    lowest
-        Types of loci beside whose smallest extremum in the second parameter its values are written.
-    """
+    """Return the marks of a bifurcation set, each once, whatever number of loci meets there."""
     found: list[LocusMark] = []
     size = np.ptp(np.array(window), axis=1)
     for mark in (mark for locus in loci for mark in _of_locus(locus, lowest)):

@@ -35,21 +35,7 @@ def line_style(
     colours: Mapping[str, str] = LOCUS_COLOURS,
     kind: str = "periodic",
 ) -> dict[str, Any]:
-    """Return the line properties of a stretch of a locus.
-
-    Parameters
-    ----------
-    type_
-        ``"LP"``, ``"PD"``, ``"NS"`` or ``"HB"``.
-    period
-        Period in forcing periods.
-    criticality
-        ``"supercritical"``, ``"subcritical"`` or ``""``.
-    colours
-        Colour of each type.
-    kind
-        ``"periodic"`` or ``"equilibrium"``.
-    """
+    """Return the line properties of a stretch of a locus."""
     fold = "-" if kind == "equilibrium" else FOLD
     return {
         "color": colours[type_],
@@ -59,13 +45,7 @@ def line_style(
 
 
 def mark_style(type_: str) -> dict[str, Any]:
-    """Return the marker properties of a point of a bifurcation set.
-
-    Parameters
-    ----------
-    type_
-        As in `slipfold.plots.locus_marks.LocusMark`.
-    """
+    """Return the marker properties of a point of a bifurcation set."""
     style: dict[str, Any] = {"linestyle": "none", "color": "black", "zorder": 3}
     if type_ in CODIMENSION_TWO:
         return {**style, "marker": "o", "markersize": 3.8, "markeredgewidth": 0.0}

@@ -40,36 +40,13 @@ class Mark:
 
 
 def marks_of(branch: Branch, output: str, measure: str = "max") -> tuple[Mark, ...]:
-    """Return the marks of a branch.
-
-    Parameters
-    ----------
-    branch
-        The branch.
-    output
-        A state or output of the model.
-    measure
-        What the figure shows of it, see `slipfold.results.stretches.measure_of`.
-
-    Raises
-    ------
-    InputError
-        For an unknown measure or output.
-    """
+    """Return the marks of a branch."""
     found = [*_special(branch, output, measure), *_end(branch, output, measure)]
     return tuple(mark for mark in found if np.isfinite(mark.value))
 
 
 def limit_name(model: Model, reason: str) -> str:
-    """Return one word for a limit of a model, e.g. ``"collapse"``.
-
-    Parameters
-    ----------
-    model
-        The model.
-    reason
-        The sentence that says which limit was met.
-    """
+    """Return one word for a limit of a model, e.g. ``"collapse"``."""
     for limit in model.limits:
         if reason.startswith(limit.reason.partition("{")[0]):
             return limit.name.split()[-1]

@@ -24,35 +24,7 @@ def draw_phase(
     periods: int = 64,
     per_period: int = 128,
 ) -> Axes:
-    """Draw one output against another, with a dot at the start of every forcing period.
-
-    Parameters
-    ----------
-    motion
-        A trajectory, of which the end is drawn, or a periodic orbit, which is drawn once round.
-    output
-        State or output on the horizontal axis.
-    against
-        State or output on the vertical axis.
-    ax
-        Axes to draw in; new ones if None.
-    colour
-        Colour of the line.
-    periods
-        Forcing periods of a trajectory to draw.
-    per_period
-        Samples per forcing period.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        The axes.
-
-    Raises
-    ------
-    InputError
-        For an unknown output.
-    """
+    """Draw one output against another, with a dot at the start of every forcing period."""
     labels = label_of(motion.model, output), label_of(motion.model, against)
     if isinstance(motion, Trajectory):
         start = max(motion.periods - periods, 0)

@@ -41,17 +41,7 @@ ANCHORS = 300
 
 
 def draw_regions(ax: Axes, regions: RegionMap, labels: Labels) -> None:
-    """Paint regions below everything else, within the limits of the axes.
-
-    Parameters
-    ----------
-    ax
-        Axes whose limits are final.
-    regions
-        The regions.
-    labels
-        Number of the region in each pixel, as `sharpen` returned them for these limits.
-    """
+    """Paint regions below everything else, within the limits of the axes."""
     view = ax.get_xlim(), ax.get_ylim()
     colours = ["white", *map(_colour, regions.regions)]
     ax.imshow(
@@ -99,21 +89,7 @@ def sharpen(
 ) -> Labels:
     """Return the regions with borders that follow lines instead of the cells of the map.
 
-    Parameters
-    ----------
-    regions
-        The regions.
-    lines
-        Lines that part them, each of shape (n, 2).
-    window
-        Least and largest value of each parameter in the map.
-    view
-        The part of the window to show; all of it if None.
-
-    Returns
-    -------
-    ndarray
-        Number of the region in each pixel, shape ``PIXELS[::-1]``.
+    Shapes: lines (n, 2).
 
     Notes
     -----
@@ -169,22 +145,7 @@ def _spread(labels: Labels, known: Mask, open_: Mask) -> Labels:
 
 
 def region_labels(ax: Axes, regions: RegionMap, size: float = 7.0) -> list[Label]:
-    """Return the names of the regions with the places where each fits into its region.
-
-    Parameters
-    ----------
-    ax
-        Axes in which `draw_regions` drew; the layout is final.
-    regions
-        The same regions.
-    size
-        Font size in points.
-
-    Returns
-    -------
-    list of Label
-        Without regions in which there is no room.
-    """
+    """Return the names of the regions with the places where each fits into its region."""
     pictures = [image.get_array() for image in ax.images if image.get_gid() == PICTURE]
     if not pictures:
         return []
@@ -209,13 +170,7 @@ def region_labels(ax: Axes, regions: RegionMap, size: float = 7.0) -> list[Label
 
 
 def shown_regions(regions: RegionMap) -> Iterator[Region]:
-    """Yield one region of each kind, from the most quiet on; one that is not known comes last.
-
-    Parameters
-    ----------
-    regions
-        The regions.
-    """
+    """Yield one region of each kind, from the most quiet on; one that is not known comes last."""
     order = [*PALE]
     known = [region for region in reversed(regions.regions) if region.known]
     kinds = {region.stable: region for region in known}

@@ -51,32 +51,6 @@ def draw_response(
 
     Stable orbits are solid; unstable by period doubling dashed; unstable by a fold or a torus
     dotted. A subcritical PD or NS has an open marker.
-
-    Parameters
-    ----------
-    diagram
-        Branches to draw.
-    output
-        A state or output of the model.
-    measure
-        ``"max"``, ``"min"``, ``"peak_to_peak"``, or ``"modulus"`` for the largest absolute value,
-        each over the continuous orbit.
-    ax
-        Axes to draw in; new ones if None.
-    colour
-        Colour of lines and markers.
-    annotate
-        Whether special points are named.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        The axes.
-
-    Raises
-    ------
-    InputError
-        For an unknown output or measure, or if there is no branch.
     """
     ax = draw_family([diagram], output, measure, ax, [colour])
     if annotate:
@@ -91,31 +65,7 @@ def draw_family(
     ax: Axes | None = None,
     colours: Sequence[str] | None = None,
 ) -> Axes:
-    """Draw several response diagrams into one picture; `name_family` then names what is in it.
-
-    Parameters
-    ----------
-    diagrams
-        The diagrams; all vary the same parameter.
-    output
-        A state or output of the model.
-    measure
-        As in `draw_response`.
-    ax
-        Axes to draw in; new ones if None.
-    colours
-        One a diagram; from dark to light if None.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        The axes.
-
-    Raises
-    ------
-    InputError
-        For an unknown output or measure, or if there is no branch.
-    """
+    """Draw several response diagrams into one picture; `name_family` then names what is in it."""
     branches = [branch for diagram in diagrams for branch in diagram.branches]
     if not branches:
         raise InputError("the diagram has 0 branches, so there is nothing to draw; give at least 1")
@@ -147,19 +97,6 @@ def name_family(
     """Name the special points of a picture, and its curves, where nothing is covered.
 
     What is drawn later may be covered by a name, or may move it.
-
-    Parameters
-    ----------
-    ax
-        Axes in which `draw_family` drew.
-    diagrams
-        The same diagrams.
-    names
-        What to write beside each diagram's lines; nothing if None.
-    output, measure, colours
-        As in `draw_family`.
-    without
-        Special points with a parameter in this interval get no name.
     """
     settle(ax)
     colours = palette(len(diagrams)) if colours is None else colours

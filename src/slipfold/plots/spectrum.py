@@ -22,35 +22,7 @@ def draw_spectrum(
     largest_order: float = 3.0,
     annotate: bool = True,
 ) -> Axes:
-    """Draw the amplitudes of one output over frequency, one line each, on a logarithmic scale.
-
-    Parameters
-    ----------
-    spectrum
-        The spectrum.
-    output
-        A state or output of the model.
-    ax
-        Axes to draw in; new ones if None.
-    colour
-        Colour of the lines.
-    floor
-        Amplitude at the bottom of the axes; what is smaller is not seen.
-    largest_order
-        Highest frequency shown, over the forcing frequency.
-    annotate
-        Whether the multiples of half the forcing frequency are named.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        The axes.
-
-    Raises
-    ------
-    InputError
-        For an unknown output.
-    """
+    """Draw the amplitudes of one output over frequency, one line each, on a logarithmic scale."""
     label = label_of(spectrum.model, output)
     amplitude = spectrum.of(output)
     ax = axes_or_new(ax)
@@ -70,15 +42,7 @@ def draw_spectrum(
 
 
 def name_lines(ax: Axes, spectrum: Spectrum, output: str = "x", colour: str = "black") -> None:
-    """Name the multiples of half the forcing frequency.
-
-    Parameters
-    ----------
-    ax
-        Axes in which `draw_spectrum` drew.
-    spectrum, output, colour
-        As there.
-    """
+    """Name the multiples of half the forcing frequency."""
     settle(ax)
     floor, rightmost = ax.get_ylim()[0], ax.get_xlim()[1]
     labels = []

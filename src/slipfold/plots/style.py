@@ -90,16 +90,6 @@ def palette(count: int) -> tuple[str, ...]:
     They lie on matplotlib's perceptually uniform map *plasma*, short of its yellow, which is too
     faint for a line on white.
 
-    Parameters
-    ----------
-    count
-        How many.
-
-    Returns
-    -------
-    tuple of str
-        Colours as ``"#rrggbb"``.
-
     Examples
     --------
     >>> palette(2)[0]

@@ -51,26 +51,6 @@ def draw_threshold_map(
     Each point of the grid colours the part of the plane that is nearest to it. Contour lines are
     interpolated. Parts without a threshold are hatched, each kind of failure in its own way; what
     an interruption left is white. Angles are shown in degrees; the data of the axes are radians.
-
-    Parameters
-    ----------
-    found
-        The map.
-    ax
-        Axes to draw in; new ones if None. The colour bar takes a part of their room.
-    limits
-        Thresholds at the ends of the colours; the lowest and the highest one if None.
-    contours
-        Whether contour lines are drawn at the ticks of the colour bar.
-    annotate
-        Whether their values are written on them.
-    legend
-        Whether the hatches are explained below the axes.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        The axes.
     """
     ax = axes_or_new(ax)
     first, second = found.axes

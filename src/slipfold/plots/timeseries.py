@@ -21,33 +21,7 @@ def draw_timeseries(
     stop: int | None = None,
     per_period: int = 64,
 ) -> Axes:
-    """Draw one output over time.
-
-    Parameters
-    ----------
-    motion
-        A trajectory, or a periodic orbit, which is drawn over its own period.
-    output
-        A state or output of the model.
-    ax
-        Axes to draw in; new ones if None.
-    colour
-        Colour of the line.
-    start, stop
-        First forcing period and the one after the last, counted as in a slice; for a trajectory.
-    per_period
-        Samples per forcing period.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        The axes.
-
-    Raises
-    ------
-    InputError
-        For an unknown output, or periods that were not simulated.
-    """
+    """Draw one output over time."""
     label = label_of(motion.model, output)
     if isinstance(motion, Trajectory):
         time, values = motion.output(output, start, stop, per_period)

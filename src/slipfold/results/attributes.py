@@ -18,21 +18,7 @@ __all__ = ["result_attributes"]
 def result_attributes(
     schema: str, title: str, model: Model, given: Mapping[str, Any], origin: Provenance
 ) -> dict[str, Any]:
-    """Return the attributes that all saved results have.
-
-    Parameters
-    ----------
-    schema
-        Name and version of the form.
-    title
-        What it is, in words.
-    model
-        The model.
-    given
-        Input besides the model, as plain data for JSON.
-    origin
-        Where the result comes from.
-    """
+    """Return the attributes that all saved results have."""
     described = {"model": model.name, "parameters": dict(model.values)}
     structure = structure_record(model)
     if structure:

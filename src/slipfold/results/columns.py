@@ -46,18 +46,7 @@ class Columns:
     ) -> None:
         """Add a column.
 
-        Parameters
-        ----------
-        name
-            Its name. A complex column becomes two, ``name_real`` and ``name_imag``.
-        values
-            Shape (n_rows, ...).
-        long_name
-            What it is.
-        units
-            Unit, ``""`` for a pure number; None for text, numbers of things and mixed units.
-        *more
-            Names of the dimensions after the first.
+        Shapes: values (n_rows, ...).
         """
         if np.iscomplexobj(values):
             for suffix, part, values_of in (
@@ -74,13 +63,7 @@ class Columns:
 
 
 def quantity_labels(model: Model) -> dict[str, Variable]:
-    """Return the coordinates that name states and outputs, with unit and meaning of each.
-
-    Parameters
-    ----------
-    model
-        The model.
-    """
+    """Return the coordinates that name states and outputs, with unit and meaning of each."""
     labels: dict[str, Variable] = {}
     described: dict[str, tuple[State | Output, ...]] = {
         "state": model.states,
@@ -98,58 +81,28 @@ def quantity_labels(model: Model) -> dict[str, Variable]:
 
 
 def state_labels(model: Model) -> dict[str, Variable]:
-    """Return the coordinates that name the states alone.
-
-    Parameters
-    ----------
-    model
-        The model.
-    """
+    """Return the coordinates that name the states alone."""
     labels = quantity_labels(model)
     return {name: item for name, item in labels.items() if item.dimensions == ("state",)}
 
 
 def named_parameter(parameter: Parameter) -> str:
-    """Return what the values of a parameter are.
-
-    Parameters
-    ----------
-    parameter
-        The parameter.
-    """
+    """Return what the values of a parameter are."""
     return f"{parameter.name}: {parameter.doc}" if parameter.doc else parameter.name
 
 
 def texts(items: Iterable[str]) -> NDArray[np.str_]:
-    """Return text as an array, shape (n,).
-
-    Parameters
-    ----------
-    items
-        The rows.
-    """
+    """Return text as an array, shape (n,)."""
     return np.array(list(items), dtype=str)
 
 
 def integers(items: Iterable[int]) -> NDArray[np.int64]:
-    """Return whole numbers as an array, shape (n,).
-
-    Parameters
-    ----------
-    items
-        The rows.
-    """
+    """Return whole numbers as an array, shape (n,)."""
     return np.array(list(items), dtype=np.int64)
 
 
 def reals(items: Iterable[float | None]) -> NDArray[np.float64]:
-    """Return numbers as an array, shape (n,); None becomes NaN.
-
-    Parameters
-    ----------
-    items
-        The rows.
-    """
+    """Return numbers as an array, shape (n,); None becomes NaN."""
     return np.array([np.nan if item is None else item for item in items], dtype=np.float64)
 
 
@@ -158,14 +111,7 @@ def joined(
 ) -> NDArray[Any]:
     """Join arrays along their first axis, none at all included.
 
-    Parameters
-    ----------
-    parts
-        Arrays of shape (n_i, *shape).
-    shape
-        Shape of a row.
-    kind
-        Type of the numbers.
+    Shapes: parts (n_i, *shape).
     """
     return np.concatenate([np.empty((0, *shape), kind), *parts])
 
@@ -173,29 +119,14 @@ def joined(
 def stacked(
     rows: Iterable[NDArray[Any]], shape: tuple[int, ...], kind: type = float
 ) -> NDArray[Any]:
-    """Stack rows, none at all included.
-
-    Parameters
-    ----------
-    rows
-        Arrays of shape `shape`.
-    shape
-        Shape of a row.
-    kind
-        Type of the numbers.
-    """
+    """Stack rows, none at all included."""
     return joined((row[None] for row in rows), shape, kind)
 
 
 def padded(parts: Iterable[NDArray[np.float64]], shape: tuple[int, int]) -> NDArray[np.float64]:
     """Join orbits of different numbers of nodes; what is missing is NaN.
 
-    Parameters
-    ----------
-    parts
-        Arrays of shape (n_i, m_i, n_states).
-    shape
-        Largest number of nodes, number of states.
+    Shapes: parts (n_i, m_i, n_states).
     """
     filled = [
         np.pad(part, ((0, 0), (0, shape[0] - part.shape[1]), (0, 0)), constant_values=np.nan)
@@ -206,11 +137,6 @@ def padded(parts: Iterable[NDArray[np.float64]], shape: tuple[int, int]) -> NDAr
 
 def padded_integers(rows: Iterable[Sequence[int]]) -> NDArray[np.int64]:
     """Return rows of whole numbers from 1, filled up with zeros, shape (n_rows, longest).
-
-    Parameters
-    ----------
-    rows
-        The rows, of any lengths.
 
     Examples
     --------

@@ -19,13 +19,6 @@ __all__ = ["complex_parts", "csv_text", "multiplier_heads", "with_unit"]
 def csv_text(heads: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
     r"""Return a line of column names and one line a row; numbers are exact when read back.
 
-    Parameters
-    ----------
-    heads
-        Column names.
-    rows
-        Cells of each line.
-
     Examples
     --------
     >>> csv_text(["a", "b"], [[1, 0.5]])
@@ -39,24 +32,12 @@ def csv_text(heads: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
 
 
 def with_unit(item: Any) -> str:
-    """Return the name of a parameter, state or output with its unit, e.g. ``"Nd (N)"``.
-
-    Parameters
-    ----------
-    item
-        What has a name and a unit.
-    """
+    """Return the name of a parameter, state or output with its unit, e.g. ``"Nd (N)"``."""
     return f"{item.name} ({item.unit})" if item.unit else str(item.name)
 
 
 def multiplier_heads(model: Model) -> list[str]:
-    """Return the names of the columns of Floquet multipliers.
-
-    Parameters
-    ----------
-    model
-        The model.
-    """
+    """Return the names of the columns of Floquet multipliers."""
     numbers = range(1, len(model.states) + 1)
     return [f"multiplier {number} {part}" for number in numbers for part in ("real", "imaginary")]
 
@@ -64,9 +45,6 @@ def multiplier_heads(model: Model) -> list[str]:
 def complex_parts(values: NDArray[np.complex128]) -> list[float]:
     """Return real and imaginary parts in turn.
 
-    Parameters
-    ----------
-    values
-        Shape (n,).
+    Shapes: values (n,).
     """
     return list(np.column_stack([values.real, values.imag]).ravel().tolist())

@@ -17,18 +17,7 @@ __all__ = ["read_diagram"]
 
 
 def read_diagram(saved: SavedTable) -> Diagram:
-    """Make a diagram from the arrays that `diagram_table` made of one.
-
-    Parameters
-    ----------
-    saved
-        What was read.
-
-    Raises
-    ------
-    LookupError, TypeError, ValueError
-        If something is missing or does not fit.
-    """
+    """Make a diagram from the arrays that `diagram_table` made of one."""
     given, vary = saved.given, str(saved.given["vary"])
     saved.model.parameter(vary)
     points = saved.rows("point", "branch_of_point")

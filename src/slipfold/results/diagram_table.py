@@ -36,18 +36,7 @@ LABELS = ("branch", "branch_of_point", "branch_of_special", "parameter", "specia
 
 
 def diagram_table(diagram: Diagram) -> LabelledTable:
-    """Return all numbers of a diagram with their names, units and meanings.
-
-    Parameters
-    ----------
-    diagram
-        The diagram.
-
-    Returns
-    -------
-    LabelledTable
-        What `Diagram.to_xarray` describes.
-    """
+    """Return all numbers of a diagram with their names, units and meanings."""
     labels = quantity_labels(diagram.model)
     variables = labels | _branches(diagram) | _points(diagram) | _special(diagram)
     model, vary = diagram.model, diagram.vary

@@ -11,16 +11,6 @@ __all__ = ["checked_settings"]
 def checked_settings(given: Settings | None) -> Settings:
     """Return the options given, the defaults if there are none, or raise.
 
-    Parameters
-    ----------
-    given
-        What was given.
-
-    Raises
-    ------
-    InputError
-        If it is something else.
-
     Examples
     --------
     >>> checked_settings(None).newton.tolerance

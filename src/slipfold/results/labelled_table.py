@@ -115,23 +115,7 @@ def _write_variable(file: Any, name: str, item: Variable) -> None:
 
 
 def read_netcdf(path: str | Path) -> LabelledTable:
-    """Read a netCDF-4 file.
-
-    Parameters
-    ----------
-    path
-        The file.
-
-    Returns
-    -------
-    LabelledTable
-        All its variables, text as text.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read or is not netCDF-4.
-    """
+    """Read a netCDF-4 file."""
     try:
         content = Path(path).read_bytes()
     except OSError as error:

@@ -15,18 +15,7 @@ __all__ = ["read_locus_diagram"]
 
 
 def read_locus_diagram(saved: SavedTable) -> LocusDiagram:
-    """Make a diagram of loci from the arrays that `locus_table` made of one.
-
-    Parameters
-    ----------
-    saved
-        What was read.
-
-    Raises
-    ------
-    LookupError, TypeError, ValueError
-        If something is missing or does not fit.
-    """
+    """Make a diagram of loci from the arrays that `locus_table` made of one."""
     given = saved.given
     first, second = (saved.model.parameter(name).name for name in given["vary"])
     (a, b), (c, d) = given["window"]

@@ -18,13 +18,7 @@ __all__ = ["locus_record"]
 
 
 def locus_record(diagram: LocusDiagram) -> dict[str, Any]:
-    """Return loci, special points and regions.
-
-    Parameters
-    ----------
-    diagram
-        The diagram.
-    """
+    """Return loci, special points and regions."""
     regions = diagram.regions
     return {
         **record_head(SCHEMA, diagram.model),

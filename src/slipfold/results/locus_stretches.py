@@ -51,16 +51,6 @@ class LocusStretch:
 def locus_stretches(locus: Locus) -> tuple[LocusStretch, ...]:
     """Cut a locus where its criticality changes and draw smooth lines between its points.
 
-    Parameters
-    ----------
-    locus
-        The locus.
-
-    Returns
-    -------
-    tuple of LocusStretch
-        In the order of the locus; the last point of one is the first of the next.
-
     Notes
     -----
     Between the points lie cubic splines in the arclength, one from cusp to cusp: there the locus

@@ -29,13 +29,7 @@ ROUNDING = 1e-14
 
 
 def locus_summary(diagram: LocusDiagram) -> str:
-    """Return the tables as lines of text, with a title above and why loci begin and end below.
-
-    Parameters
-    ----------
-    diagram
-        The diagram.
-    """
+    """Return the tables as lines of text, with a title above and why loci begin and end below."""
     sentences = [*_endings(diagram), *_remarks(diagram)]
     parts = [[_title(diagram)], _loci_table(diagram).text(), sentences]
     if diagram.regions is not None:
@@ -44,13 +38,7 @@ def locus_summary(diagram: LocusDiagram) -> str:
 
 
 def locus_html(diagram: LocusDiagram) -> str:
-    """Return the tables as HTML, for notebooks.
-
-    Parameters
-    ----------
-    diagram
-        The diagram.
-    """
+    """Return the tables as HTML, for notebooks."""
     page = _loci_table(diagram).html(_title(diagram)) + html_list(
         [*_endings(diagram), *_remarks(diagram)]
     )

@@ -39,18 +39,7 @@ LABELS = ("locus", "locus_of_point", "locus_of_special", "special_of_normal_form
 
 
 def locus_table(diagram: LocusDiagram) -> LabelledTable:
-    """Return all numbers of a diagram of loci with their names, units and meanings.
-
-    Parameters
-    ----------
-    diagram
-        The diagram.
-
-    Returns
-    -------
-    LabelledTable
-        What `LocusDiagram` describes in its notes.
-    """
+    """Return all numbers of a diagram of loci with their names, units and meanings."""
     labels = state_labels(diagram.model) | _parameters(diagram)
     variables = labels | _loci(diagram) | _points(diagram) | _special(diagram)
     coordinates = (*labels, *LABELS)

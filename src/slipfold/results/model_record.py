@@ -18,20 +18,7 @@ __all__ = ["model_from_record", "structure_record"]
 
 
 def structure_record(model: Model) -> dict[str, Any]:
-    """Return what a model's equations depend on besides its class, as plain data for JSON.
-
-    Parameters
-    ----------
-    model
-        The model.
-
-    Returns
-    -------
-    dict
-        Empty where the class says it all; the TOML text of a system, the tables of a structure
-        with its matrices, the friction law of an oscillator, the forced model of which one
-        without forcing was made.
-    """
+    """Return what a model's equations depend on besides its class, as plain data for JSON."""
     if not model.structure:
         return {}
     if isinstance(model, System):
@@ -59,25 +46,7 @@ def model_from_record(
     values: Mapping[str, Any],
     kind: type[Model] | None = None,
 ) -> Model:
-    """Make a saved model again.
-
-    Parameters
-    ----------
-    name
-        Name of the model.
-    structure
-        What `structure_record` made of it.
-    values
-        Parameter values by name.
-    kind
-        The class of the model, or of the forced model of which it was made, if it is not a
-        built-in one.
-
-    Raises
-    ------
-    InputError
-        If there is no such model, or a value does not fit it.
-    """
+    """Make a saved model again."""
     if "forced" in structure:
         whole = structure["forced"]
         forced = model_from_record(whole["model"], whole["structure"], whole["parameters"], kind)

@@ -9,18 +9,7 @@ __all__ = ["read_orbit"]
 
 
 def read_orbit(saved: SavedTable) -> PeriodicOrbit:
-    """Make an orbit from the arrays that `orbit_table` made of one.
-
-    Parameters
-    ----------
-    saved
-        What was read.
-
-    Raises
-    ------
-    LookupError, TypeError, ValueError
-        If something is missing or does not fit.
-    """
+    """Make an orbit from the arrays that `orbit_table` made of one."""
     nodes = saved.columns["nodes"]
     if nodes.ndim != 2 or nodes.shape[1] != len(saved.model.states) or not len(nodes):
         raise ValueError(f"nodes have the shape {nodes.shape}")

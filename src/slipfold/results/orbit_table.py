@@ -25,26 +25,14 @@ SAMPLES = 256
 
 
 def orbit_csv(orbit: PeriodicOrbit) -> str:
-    """Return time, states and outputs over one period, one row an instant.
-
-    Parameters
-    ----------
-    orbit
-        The orbit.
-    """
+    """Return time, states and outputs over one period, one row an instant."""
     time, values = _sampled(orbit)
     heads = ["time (s)", *(with_unit(item) for item in _quantities(orbit.model))]
     return csv_text(heads, np.column_stack([time, values]).tolist())
 
 
 def orbit_table(orbit: PeriodicOrbit) -> LabelledTable:
-    """Return time, states and outputs over one period, the nodes and the multipliers.
-
-    Parameters
-    ----------
-    orbit
-        The orbit.
-    """
+    """Return time, states and outputs over one period, the nodes and the multipliers."""
     model = orbit.model
     time, values = _sampled(orbit)
     motion = Columns("time")

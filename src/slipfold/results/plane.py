@@ -28,21 +28,6 @@ def parse_plane(
 ) -> tuple[tuple[str, str], Window]:
     """Return the names of two parameters and the window in them, in SI units, or raise.
 
-    Parameters
-    ----------
-    model
-        Knows the parameters, their units and bounds.
-    vary
-        Names of two parameters.
-    window
-        Two values of each: numbers in SI units, or text with a unit.
-
-    Raises
-    ------
-    InputError
-        If a name is unknown or given twice, or the window is empty, not a window of these
-        parameters, has a wrong unit, or leaves the bounds of a parameter.
-
     Examples
     --------
     >>> from slipfold.models import SlidingOscillator
@@ -116,22 +101,6 @@ def corner_model(
 
     Parameters of a model may bound one another. A window may stick out of what is allowed, where a
     locus then ends at a limit of the model, but not with a whole side.
-
-    Parameters
-    ----------
-    model
-        The model.
-    vary
-        Names of the two parameters.
-    window
-        Least and largest value of each.
-    changes
-        Other parameters to change.
-
-    Raises
-    ------
-    InputError
-        If a side of the window is forbidden as a whole, or a change cannot be made.
     """
     other = dict(changes or {})
     sides = [[(value, end) for end in window[1]] for value in window[0]]

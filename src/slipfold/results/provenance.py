@@ -34,13 +34,7 @@ class Provenance:
 
 
 def provenance(seconds: float) -> Provenance:
-    """Describe a computation that has just ended.
-
-    Parameters
-    ----------
-    seconds
-        How long it took.
-    """
+    """Describe a computation that has just ended."""
     import heyoka
     import numpy
 

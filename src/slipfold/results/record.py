@@ -19,13 +19,7 @@ __all__ = ["diagram_record", "number", "numbers", "pairs", "record_head"]
 
 
 def diagram_record(diagram: Diagram) -> dict[str, Any]:
-    """Return special points and ends of all branches.
-
-    Parameters
-    ----------
-    diagram
-        The diagram.
-    """
+    """Return special points and ends of all branches."""
     return {
         **record_head(SCHEMA, diagram.model),
         "vary": diagram.vary,
@@ -35,26 +29,13 @@ def diagram_record(diagram: Diagram) -> dict[str, Any]:
 
 
 def record_head(schema: str, model: Model) -> dict[str, Any]:
-    """Return what every record begins with: its form and the model.
-
-    Parameters
-    ----------
-    schema
-        Name and version of the form.
-    model
-        The model.
-    """
+    """Return what every record begins with: its form and the model."""
     parameters = {name: number(value) for name, value in model.values.items()}
     return {"schema": schema, "model": model.name, "parameters": parameters}
 
 
 def number(value: float | None) -> float | None:
     """Return a number that JSON can hold; what is not finite becomes None.
-
-    Parameters
-    ----------
-    value
-        A number or None.
 
     Examples
     --------
@@ -65,24 +46,12 @@ def number(value: float | None) -> float | None:
 
 
 def numbers(values: Iterable[float]) -> list[float | None]:
-    """Return numbers that JSON can hold.
-
-    Parameters
-    ----------
-    values
-        The numbers.
-    """
+    """Return numbers that JSON can hold."""
     return [number(value) for value in values]
 
 
 def pairs(values: Iterable[complex]) -> list[list[float | None]]:
-    """Return complex numbers as pairs that JSON can hold.
-
-    Parameters
-    ----------
-    values
-        The numbers.
-    """
+    """Return complex numbers as pairs that JSON can hold."""
     return [numbers((value.real, value.imag)) for value in values]
 
 

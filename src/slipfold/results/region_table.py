@@ -27,17 +27,7 @@ REGION_LABELS = ("first", "second", "region", "region_of_check")
 def region_variables(
     regions: RegionMap, model: Model, vary: tuple[str, str]
 ) -> dict[str, Variable]:
-    """Return the regions with their names, units and meanings.
-
-    Parameters
-    ----------
-    regions
-        The regions.
-    model
-        Describes the parameters.
-    vary
-        Names of the two parameters.
-    """
+    """Return the regions with their names, units and meanings."""
     return _cells(regions, model, vary) | _regions(regions) | _checks(regions)
 
 
@@ -89,18 +79,7 @@ def _checks(regions: RegionMap) -> dict[str, Variable]:
 
 
 def read_regions(saved: SavedTable) -> RegionMap:
-    """Make the regions again from their arrays.
-
-    Parameters
-    ----------
-    saved
-        What was read.
-
-    Raises
-    ------
-    LookupError, TypeError, ValueError
-        If something is missing or does not fit.
-    """
+    """Make the regions again from their arrays."""
     columns = saved.columns
     first, second, labels = (columns[name] for name in ("first", "second", "region_of_cell"))
     if labels.shape != (len(second), len(first)):

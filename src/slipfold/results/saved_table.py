@@ -75,20 +75,7 @@ class SavedTable:
         return Settings(newton=newton, steps=steps, **rest)
 
     def rows(self, dimension: str, owner: str) -> Rows:
-        """Return which rows along a dimension belong to what.
-
-        Parameters
-        ----------
-        dimension
-            Name of the dimension.
-        owner
-            Name of the column that holds the number of the owner of each row.
-
-        Raises
-        ------
-        LookupError, ValueError
-            If there is no such column, or another one is of another length.
-        """
+        """Return which rows along a dimension belong to what."""
         owners = self.columns[owner]
         for name, item in self.table.variables.items():
             if item.dimensions[0] == dimension and len(item.values) != len(owners):
@@ -96,15 +83,7 @@ class SavedTable:
         return Rows({int(key): np.flatnonzero(owners == key) for key in np.unique(owners)})
 
     def complex(self, name: str, rows: Any) -> NDArray[np.complex128]:
-        """Return rows of a column of complex numbers.
-
-        Parameters
-        ----------
-        name
-            Name of the column without the endings of its two parts.
-        rows
-            Number of a row, or an array of them.
-        """
+        """Return rows of a column of complex numbers."""
         real, imag = self.columns[f"{name}_real"][rows], self.columns[f"{name}_imag"][rows]
         values = np.empty(real.shape, complex)
         values.real, values.imag = real, imag  # exact, also where a part is not finite
@@ -113,56 +92,18 @@ class SavedTable:
     def pair(self, name: str, row: int) -> tuple[float, float]:
         """Return two numbers, e.g. values of two parameters.
 
-        Parameters
-        ----------
-        name
-            Name of a column of shape (n_rows, 2).
-        row
-            Number of the row.
-
-        Raises
-        ------
-        LookupError, ValueError
-            If there are none, or not two.
+        Shapes: name (n_rows, 2).
         """
         first, second = self.columns[name][row].tolist()
         return first, second
 
     def integers(self, name: str, row: int) -> tuple[int, ...]:
-        """Return the whole numbers of a row, without the zeros that fill it up.
-
-        Parameters
-        ----------
-        name
-            Name of a column that `padded_integers` made.
-        row
-            Number of the row.
-
-        Raises
-        ------
-        LookupError
-            If there is none.
-        """
+        """Return the whole numbers of a row, without the zeros that fill it up."""
         return tuple(int(value) for value in self.columns[name][row] if value)
 
 
 def open_table(table: LabelledTable, kind: type[Model] | None = None) -> SavedTable:
-    """Find out what a table was computed with.
-
-    Parameters
-    ----------
-    table
-        The arrays.
-    kind
-        The class of the model, if it is not a built-in one.
-
-    Raises
-    ------
-    InputError
-        If the model is unknown or a parameter does not fit it.
-    LookupError, TypeError, ValueError
-        If something is missing or does not fit.
-    """
+    """Find out what a table was computed with."""
     given = json.loads(table.attributes["input"])
     parameters = given["parameters"]
     model = model_from_record(str(given["model"]), given.get("structure", {}), parameters, kind)

@@ -14,18 +14,7 @@ __all__ = ["read_simulation"]
 
 
 def read_simulation(saved: SavedTable) -> Simulation:
-    """Make a simulation from the arrays that `simulation_table` made of one.
-
-    Parameters
-    ----------
-    saved
-        What was read.
-
-    Raises
-    ------
-    LookupError, TypeError, ValueError
-        If something is missing or does not fit.
-    """
+    """Make a simulation from the arrays that `simulation_table` made of one."""
     strobe = saved.columns["states"]
     if strobe.ndim != 2 or strobe.shape[1] != len(saved.model.states) or not len(strobe):
         raise ValueError(f"states have the shape {strobe.shape}")

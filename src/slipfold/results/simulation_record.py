@@ -21,13 +21,7 @@ HIGHEST = 3
 
 
 def simulation_record(motion: Simulation) -> dict[str, Any]:
-    """Return last state, settlement and, if it settled, amplitudes of the states.
-
-    Parameters
-    ----------
-    motion
-        The simulation.
-    """
+    """Return last state, settlement and, if it settled, amplitudes of the states."""
     settlement, stopped = motion.settlement, motion.stopped
     spectrum = _response_spectrum(motion)
     return {
@@ -71,13 +65,7 @@ def _spectrum_record(motion: Simulation, spectrum: Spectrum) -> dict[str, Any]:
 
 
 def simulation_summary(motion: Simulation) -> str:
-    """Return the outcome as lines of text.
-
-    Parameters
-    ----------
-    motion
-        The simulation.
-    """
+    """Return the outcome as lines of text."""
     names = [state.name for state in motion.model.states]
     state = ", ".join(
         f"{name} = {value:.12g}" for name, value in zip(names, motion.strobe[-1], strict=True)

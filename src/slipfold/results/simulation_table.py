@@ -22,18 +22,7 @@ SCHEMA = "slipfold.simulation/1"
 
 
 def simulation_table(motion: Simulation) -> LabelledTable:
-    """Return the strobe states with their names, units and meanings.
-
-    Parameters
-    ----------
-    motion
-        The simulation.
-
-    Returns
-    -------
-    LabelledTable
-        What `Simulation.to_xarray` describes.
-    """
+    """Return the strobe states with their names, units and meanings."""
     labels = state_labels(motion.model)
     columns = Columns("strobe")
     forced = motion.model.forced

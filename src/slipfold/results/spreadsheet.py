@@ -20,36 +20,12 @@ __all__ = ["diagram_csv", "locus_csv", "simulation_csv"]
 
 
 def diagram_csv(diagram: Diagram) -> str:
-    """Return all points and special points of all branches, in the order of the branch.
-
-    Parameters
-    ----------
-    diagram
-        The diagram.
-
-    Returns
-    -------
-    str
-        A line of column names with units, then one line a point. Numbers are exact: read back,
-        they are the same. ``type`` is empty but for special points.
-    """
+    """Return all points and special points of all branches, in the order of the branch."""
     return csv_text(_heads(diagram), (row for item in diagram.branches for row in _rows(item)))
 
 
 def locus_csv(diagram: LocusDiagram) -> str:
-    """Return all points and special points of all loci, in the order of the locus.
-
-    Parameters
-    ----------
-    diagram
-        The diagram.
-
-    Returns
-    -------
-    str
-        A line of column names with units, then one line a point. Numbers are exact. ``special`` and
-        ``coefficients`` are empty but for special points, ``coefficient`` where it is not defined.
-    """
+    """Return all points and special points of all loci, in the order of the locus."""
     model = diagram.model
     heads = ["locus", "type", "period", "special", "criticality"]
     heads += [with_unit(model.parameter(name)) for name in diagram.vary]
@@ -59,18 +35,7 @@ def locus_csv(diagram: LocusDiagram) -> str:
 
 
 def simulation_csv(simulation: Simulation) -> str:
-    """Return time and states at phase zero, one line a forcing period.
-
-    Parameters
-    ----------
-    simulation
-        The motion.
-
-    Returns
-    -------
-    str
-        A line of column names with units, then the lines. Numbers are exact.
-    """
+    """Return time and states at phase zero, one line a forcing period."""
     heads = ["time (s)", *(with_unit(item) for item in simulation.model.states)]
     times, states = simulation.time.tolist(), simulation.strobe.tolist()
     return csv_text(heads, ([time, *state] for time, state in zip(times, states, strict=True)))

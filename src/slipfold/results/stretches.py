@@ -53,22 +53,7 @@ class Stretch:
 
 
 def measure_of(extrema: Extrema, output: str, measure: str) -> Array:
-    """Return what a figure shows of an output, shape (n_orbits,).
-
-    Parameters
-    ----------
-    extrema
-        Over the continuous orbits.
-    output
-        A state or output of the model.
-    measure
-        ``"max"``, ``"min"``, ``"peak_to_peak"``, or ``"modulus"`` for the largest absolute value.
-
-    Raises
-    ------
-    InputError
-        For an unknown measure or output.
-    """
+    """Return what a figure shows of an output, shape (n_orbits,)."""
     if output not in extrema.names:
         raise InputError(f"output {output!r} is unknown; give one of {', '.join(extrema.names)}")
     if measure not in MEASURES:
@@ -83,25 +68,6 @@ def measure_of(extrema: Extrema, output: str, measure: str) -> Array:
 
 def stretches_of(branch: Branch, output: str, measure: str = "max") -> tuple[Stretch, ...]:
     """Cut a branch at its bifurcations and draw smooth lines between them.
-
-    Parameters
-    ----------
-    branch
-        The branch.
-    output
-        A state or output of the model.
-    measure
-        What to show of it, see `measure_of`.
-
-    Returns
-    -------
-    tuple of Stretch
-        In the order of the branch; the last point of one is the first of the next.
-
-    Raises
-    ------
-    InputError
-        For an unknown measure or output.
 
     Notes
     -----

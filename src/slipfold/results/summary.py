@@ -70,13 +70,7 @@ class Row:
 
 
 def summary_rows(diagram: Diagram) -> tuple[Row, ...]:
-    """Return both ends and all special points of each branch.
-
-    Parameters
-    ----------
-    diagram
-        The diagram.
-    """
+    """Return both ends and all special points of each branch."""
     noise = _noise(diagram)
     return tuple(row for branch in diagram.branches for row in _rows_of(branch, noise))
 
@@ -94,13 +88,7 @@ def _noise(diagram: Diagram) -> float:
 
 
 def points_by_label(diagram: Diagram) -> dict[int, SpecialPoint]:
-    """Return the special points by their number under LAB in the table.
-
-    Parameters
-    ----------
-    diagram
-        The diagram.
-    """
+    """Return the special points by their number under LAB in the table."""
     found: dict[int, SpecialPoint] = {}
     label = 1
     for branch in diagram.branches:
@@ -214,20 +202,7 @@ def _remarks(diagram: Diagram) -> list[str]:
 
 
 def summary_text(diagram: Diagram, outputs: Sequence[str] | None = None) -> str:
-    """Return the table as lines of text, with a title above and why branches stop below.
-
-    Parameters
-    ----------
-    diagram
-        The diagram.
-    outputs
-        States or outputs to show; the first two states if None.
-
-    Raises
-    ------
-    InputError
-        For an unknown output.
-    """
+    """Return the table as lines of text, with a title above and why branches stop below."""
     return "\n".join(
         [
             *(_title(diagram), "", *_cells(diagram, outputs).text(), "", *_endings(diagram)),
@@ -237,13 +212,7 @@ def summary_text(diagram: Diagram, outputs: Sequence[str] | None = None) -> str:
 
 
 def summary_html(diagram: Diagram) -> str:
-    """Return the table as HTML, for notebooks.
-
-    Parameters
-    ----------
-    diagram
-        The diagram.
-    """
+    """Return the table as HTML, for notebooks."""
     return _cells(diagram, None).html(_title(diagram)) + html_list(
         [*_endings(diagram), *_remarks(diagram)]
     )

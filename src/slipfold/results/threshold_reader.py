@@ -15,18 +15,7 @@ __all__ = ["read_threshold_map"]
 
 
 def read_threshold_map(saved: SavedTable) -> ThresholdMap:
-    """Make a map from the arrays that `threshold_table` made of one.
-
-    Parameters
-    ----------
-    saved
-        What was read.
-
-    Raises
-    ------
-    LookupError, TypeError, ValueError
-        If something is missing or does not fit.
-    """
+    """Make a map from the arrays that `threshold_table` made of one."""
     given, model = saved.given, saved.model
     threshold, first, second = (
         model.parameter(name).name for name in (given["threshold"], *given["over"])

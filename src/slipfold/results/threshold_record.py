@@ -14,13 +14,7 @@ __all__ = ["threshold_record"]
 
 
 def threshold_record(found: ThresholdMap) -> dict[str, Any]:
-    """Return the thresholds, a list for each value of the first parameter, and all failures.
-
-    Parameters
-    ----------
-    found
-        The map.
-    """
+    """Return the thresholds, a list for each value of the first parameter, and all failures."""
     return {
         **record_head(SCHEMA, found.model),
         "threshold": found.threshold,

@@ -16,20 +16,7 @@ __all__ = ["threshold_csv"]
 
 
 def threshold_csv(found: ThresholdMap) -> str:
-    """Return all points of the grid, the second parameter varying faster.
-
-    Parameters
-    ----------
-    found
-        The map.
-
-    Returns
-    -------
-    str
-        A line of column names with units, then one line a point. Numbers are exact. What follows
-        from a threshold is empty where there is none, ``no threshold`` and ``reason`` where there
-        is one.
-    """
+    """Return all points of the grid, the second parameter varying faster."""
     model = found.model
     heads = [with_unit(model.parameter(name)) for name in (*found.axes, found.threshold)]
     heads += [with_unit(item) for item in model.states] + multiplier_heads(model)

@@ -16,13 +16,7 @@ __all__ = ["threshold_html", "threshold_summary"]
 
 
 def threshold_summary(found: ThresholdMap) -> str:
-    """Return the lowest and the highest threshold, with counts above and failures below.
-
-    Parameters
-    ----------
-    found
-        The map.
-    """
+    """Return the lowest and the highest threshold, with counts above and failures below."""
     parts = [[_title(found), _count(found)], _range_table(found).text(), _failures(found)]
     if not np.isfinite(found.values).any():
         del parts[1]
@@ -30,13 +24,7 @@ def threshold_summary(found: ThresholdMap) -> str:
 
 
 def threshold_html(found: ThresholdMap) -> str:
-    """Return the same as HTML, for notebooks.
-
-    Parameters
-    ----------
-    found
-        The map.
-    """
+    """Return the same as HTML, for notebooks."""
     return _range_table(found).html(_title(found)) + html_list([_count(found), *_failures(found)])
 
 

@@ -29,11 +29,6 @@ TAKEN = {
 def column_name(parameter: str) -> str:
     """Return the name of the column of a parameter.
 
-    Parameters
-    ----------
-    parameter
-        Name of the parameter.
-
     Examples
     --------
     >>> column_name("Nd"), column_name("state")
@@ -43,18 +38,7 @@ def column_name(parameter: str) -> str:
 
 
 def threshold_table(found: ThresholdMap) -> LabelledTable:
-    """Return all numbers of a map with their names, units and meanings.
-
-    Parameters
-    ----------
-    found
-        The map.
-
-    Returns
-    -------
-    LabelledTable
-        What `ThresholdMap` describes in its notes.
-    """
+    """Return all numbers of a map with their names, units and meanings."""
     model = found.model
     labels = state_labels(model)
     for name, values in found.over.items():

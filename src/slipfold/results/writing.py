@@ -17,18 +17,7 @@ FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 def check_writable(path: str | Path) -> None:
-    """Make sure before a long computation that its result can be written.
-
-    Parameters
-    ----------
-    path
-        The file to be written later.
-
-    Raises
-    ------
-    InputError
-        If the path is a folder, its folder does not exist or may not be written to.
-    """
+    """Make sure before a long computation that its result can be written."""
     target = Path(os.path.realpath(path))
     try:
         if target.is_dir():
@@ -55,18 +44,6 @@ def write_file(path: str | Path, content: bytes) -> None:
 
     The content goes into a new file in the same folder, which then takes the place of the old one.
     Devices and pipes, such as ``/dev/stdout``, are written to directly.
-
-    Parameters
-    ----------
-    path
-        The file.
-    content
-        All of it.
-
-    Raises
-    ------
-    InputError
-        If it cannot be written; nothing is left behind.
     """
     target = Path(os.path.realpath(path))
     trial = _beside(target)

@@ -40,13 +40,7 @@ class PrintedTable:
         ]
 
     def html(self, caption: str) -> str:
-        """Return it as an HTML table.
-
-        Parameters
-        ----------
-        caption
-            What stands above it.
-        """
+        """Return it as an HTML table."""
         body = "".join(_html_line(line, "td") for line in self.lines)
         return (
             f"<table><caption>{html.escape(caption)}</caption>"
@@ -60,24 +54,10 @@ def _html_line(cells: Sequence[str], tag: str) -> str:
 
 
 def html_list(sentences: Iterable[str]) -> str:
-    """Return sentences as an HTML list.
-
-    Parameters
-    ----------
-    sentences
-        One an item.
-    """
+    """Return sentences as an HTML list."""
     return f"<ul>{''.join(f'<li>{html.escape(text)}</li>' for text in sentences)}</ul>"
 
 
 def with_unit(text: str, unit: str) -> str:
-    """Return text with a unit behind it, if there is one.
-
-    Parameters
-    ----------
-    text
-        A number, or several.
-    unit
-        The unit, ``""`` for a pure number.
-    """
+    """Return text with a unit behind it, if there is one."""
     return f"{text} {unit}".rstrip()

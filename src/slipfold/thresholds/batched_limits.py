@@ -30,16 +30,7 @@ def keep_limits(flow: Flow, model: Model, states: Array, parameters: Array) -> N
     Each is sampled. Between samples an output falls below them by no more than the bend there
     allows; where that could matter, the continuous orbit is searched.
 
-    Parameters
-    ----------
-    flow
-        The flow.
-    model
-        Its limits and the scales of its states; its parameter values play no part.
-    states
-        States at phase zero, shape (m, n).
-    parameters
-        Parameter vectors, shape (m, n_p).
+    Shapes: states (m, n); parameters (m, n_p).
     """
     if not model.limits:
         return np.full(len(states), True)

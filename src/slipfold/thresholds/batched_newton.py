@@ -87,10 +87,7 @@ class Doublings:
 def multipliers_of(monodromies: Array) -> NDArray[np.complex128]:
     """Return the eigenvalues of matrices, largest modulus first; NaN where a matrix is not finite.
 
-    Parameters
-    ----------
-    monodromies
-        Shape (m, n, n).
+    Shapes: monodromies (m, n, n).
     """
     finite = np.isfinite(monodromies).all(axis=(1, 2))
     values = np.full(monodromies.shape[:2], np.nan, complex)
@@ -107,18 +104,7 @@ def correct_orbits(
 ) -> Orbits:
     """Correct guesses to orbits of period 1.
 
-    Parameters
-    ----------
-    flow
-        The flow.
-    states
-        Guesses at phase zero, shape (m, n).
-    parameters
-        Parameter vectors, shape (m, n_p).
-    scales
-        Scales of the states, shape (m, n).
-    close
-        Corrections shorter than this, in scaled states, are the last.
+    Shapes: states (m, n); parameters (m, n_p); scales (m, n).
     """
     m, n = states.shape
     result = states.copy()
@@ -164,22 +150,7 @@ def find_doublings(
     (Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria, section 4). The
     derivative of g needs that of M along q alone: one more monodromy matrix, beside the orbit.
 
-    Parameters
-    ----------
-    flow
-        The flow.
-    states
-        Guesses at phase zero, shape (m, n).
-    parameters
-        Parameter vectors with the guessed value of the unknown one, shape (m, n_p).
-    index
-        Position of the unknown parameter.
-    scales
-        Scales of the states, shape (m, n).
-    width
-        Scale of the parameter.
-    tolerance
-        Largest mismatch of an accepted orbit, in scaled states.
+    Shapes: states (m, n); parameters (m, n_p); scales (m, n).
     """
     work = _Doubling(flow, states, parameters, index, scales, width)
     for _ in range(ITERATIONS):

@@ -73,14 +73,7 @@ class BatchedThresholds:
     def doublings(self, parameters: Array, scales: Array, guess: Segments) -> Found:
         """Find first period doublings, or that they lie beyond the span.
 
-        Parameters
-        ----------
-        parameters
-            Parameter vectors, shape (m, n_p); the value of the unknown one plays no part.
-        scales
-            Scales of the states, shape (m, n).
-        guess
-            Guessed stable parts.
+        Shapes: parameters (m, n_p); scales (m, n).
         """
         width = self.last - self.first
         found = find_doublings(
@@ -121,14 +114,7 @@ class BatchedThresholds:
     def lasting(self, parameters: Array, scales: Array, guess: Segments) -> Found:
         """Find out whether responses are stable to the end of the span.
 
-        Parameters
-        ----------
-        parameters
-            Parameter vectors, shape (m, n_p); the value of the unknown one plays no part.
-        scales
-            Scales of the states, shape (m, n).
-        guess
-            Guessed stable parts that end where the span does.
+        Shapes: parameters (m, n_p); scales (m, n).
         """
         at_end = self._at(parameters, guess.ends)
         orbits = correct_orbits(self.flow, guess.paths[:, -1], at_end, scales, CLOSE)
@@ -147,21 +133,7 @@ class BatchedThresholds:
     def walk(self, parameters: Array, scales: Array, guess: Segments) -> tuple[Array, Orbits]:
         """Correct the orbits on the way to known ends.
 
-        Parameters
-        ----------
-        parameters
-            Parameter vectors, shape (m, n_p).
-        scales
-            Scales of the states, shape (m, n).
-        guess
-            Known ends; guessed states before them.
-
-        Returns
-        -------
-        paths : ndarray, shape (m, len(SHARES), n)
-            States; NaN where an orbit was not found near its guess.
-        orbits : Orbits
-            All orbits but those at the ends, way after way.
+        Shapes: parameters (m, n_p); scales (m, n); returns paths (m, len(SHARES), n).
         """
         m, _, n = guess.paths.shape
         shares = np.array(SHARES[:-1])

@@ -36,13 +36,7 @@ class Stencil:
 
 
 def seed_lines(count: int) -> Indices:
-    """Return the lines of an axis that are computed first, its ends among them.
-
-    Parameters
-    ----------
-    count
-        Lines of the axis.
-    """
+    """Return the lines of an axis that are computed first, its ends among them."""
     return np.unique(np.linspace(0, count - 1, min(count, SEEDS)).round().astype(np.int64))
 
 
@@ -51,20 +45,6 @@ def refinements(counts: tuple[int, int]) -> Iterator[tuple[int, Indices, Indices
 
     Each time lines are added between the known lines of one axis, at the known places of the other:
     neighbours that many places away are then known on either side.
-
-    Parameters
-    ----------
-    counts
-        Lines of both axes.
-
-    Yields
-    ------
-    axis : int
-        The axis that is refined.
-    known, new : ndarray
-        Its known lines and those to compute.
-    others : ndarray
-        Known lines of the other axis.
     """
     known = [seed_lines(count) for count in counts]
     while any(len(lines) < count for lines, count in zip(known, counts, strict=True)):
@@ -86,14 +66,7 @@ def stencils(places: Array, known: Indices, new: int) -> list[Stencil]:
     After the widest come narrower ones and those of one side, which serve where the others touch
     points without a value.
 
-    Parameters
-    ----------
-    places
-        Values of the axis, shape (n,).
-    known
-        Indices of known lines, ordered.
-    new
-        Index of the line.
+    Shapes: places (n,).
     """
     after = int(np.searchsorted(known, new))
     chosen: list[tuple[int, ...]] = []

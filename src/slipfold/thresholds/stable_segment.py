@@ -40,13 +40,7 @@ class Segments:
     paths: Array
 
     def of(self, some: NDArray[np.bool_] | NDArray[np.int64]) -> Segments:
-        """Return some of them.
-
-        Parameters
-        ----------
-        some
-            Indices, or a mask.
-        """
+        """Return some of them."""
         return Segments(self.ends[some], self.paths[some])
 
 
@@ -63,15 +57,7 @@ def find_doubts(
     are interpolated: two zeros on the way show as a dip. The first, zero at a period
     doubling, is divided by the distance from the end there.
 
-    Parameters
-    ----------
-    multipliers
-        Floquet multipliers at `SHARES` of the way, shape (m, len(SHARES), n).
-    moved
-        How well each orbit is known: its last correction in scaled states, shape
-        (m, len(SHARES)).
-    doubling
-        Whether the responses end at a period doubling.
+    Shapes: multipliers (m, len(SHARES), n); moved (m, len(SHARES)).
     """
     doubts = np.full(len(multipliers), "", dtype="<U40")
     with np.errstate(invalid="ignore"):
@@ -89,12 +75,7 @@ def find_doubts(
 def shortened(paths: Array, shares: Array) -> Array:
     """Return the states on the first part of each path, by interpolation.
 
-    Parameters
-    ----------
-    paths
-        States at `SHARES` of the way, shape (m, len(SHARES), n).
-    shares
-        Which share of each path to keep, shape (m,).
+    Shapes: paths (m, len(SHARES), n); shares (m,).
     """
     at = shares[:, None] * np.array(SHARES)
     weights = _weights(len(SHARES), at.ravel()).reshape(len(SHARES), *at.shape)

@@ -53,30 +53,12 @@ class OnePoint:
 
 
 def lasting_reason(vary: str, value: float) -> str:
-    """Say that a response is stable to the end of the span.
-
-    Parameters
-    ----------
-    vary
-        Name of the parameter.
-    value
-        Its last value.
-    """
+    """Say that a response is stable to the end of the span."""
     return f"the response of period 1 is stable up to the end of the span, {vary} = {value:g}"
 
 
 def threshold_by_response(model: Model, vary: str, span: tuple[float, float]) -> OnePoint:
-    """Follow the response of period 1 to its first bifurcation.
-
-    Parameters
-    ----------
-    model
-        The model.
-    vary
-        Name of the parameter.
-    span
-        Its first and last value.
-    """
+    """Follow the response of period 1 to its first bifurcation."""
     found: list[str] = []
 
     def watch(progress: Progress) -> None:

@@ -169,32 +169,7 @@ def find_threshold_map(
     the limits of the model and lie near their guess. Where that cannot be shown, the response of
     the point itself is followed.
 
-    Parameters
-    ----------
-    model
-        The model.
-    threshold
-        Name of the parameter that is raised until stability is lost, e.g. ``"Nd"``.
-    type
-        Bifurcation by which it is lost: ``"PD"``.
-    over
-        Values of two other parameters by name, each of shape (n,), distinct.
-    span
-        First and last value of the threshold; may descend.
-    observer
-        Called after every line of the grid. If it raises `KeyboardInterrupt`, or the user does, the
-        points not reached say so.
-
-    Returns
-    -------
-    GridThresholds
-        Thresholds, and why some points have none.
-
-    Raises
-    ------
-    InputError
-        For an unknown parameter, a value outside its bounds, an empty span or grid, or
-        another type.
+    Shapes: over (n,).
 
     Examples
     --------

@@ -13,15 +13,7 @@ __all__ = ["changed_values", "filed_model", "is_built_in"]
 
 
 def changed_values(model: Model, usual: Model | None = None) -> dict[str, float]:
-    """Return the parameter values that differ from the defaults.
-
-    Parameters
-    ----------
-    model
-        The model.
-    usual
-        A model of the same kind, whose values count as the defaults.
-    """
+    """Return the parameter values that differ from the defaults."""
     before = (
         {item.name: item.default for item in model.parameters} if usual is None else usual.values
     )
@@ -29,20 +21,7 @@ def changed_values(model: Model, usual: Model | None = None) -> dict[str, float]
 
 
 def filed_model(model: Model, file: Path | None) -> Structure:
-    """Return the structure that a file holds, with the values that it has there.
-
-    Parameters
-    ----------
-    model
-        What the page shows.
-    file
-        Where it came from.
-
-    Raises
-    ------
-    InputError
-        If the model did not come from a file, or the file holds another one by now.
-    """
+    """Return the structure that a file holds, with the values that it has there."""
     if file is None:
         raise InputError(
             f"{model.name} was made in Python and not read from a file, so no text here can make "
@@ -58,11 +37,6 @@ def filed_model(model: Model, file: Path | None) -> Structure:
 
 def is_built_in(model: Model) -> bool:
     """Whether a model of this kind comes with the package under its name.
-
-    Parameters
-    ----------
-    model
-        The model.
 
     Examples
     --------

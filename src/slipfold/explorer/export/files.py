@@ -42,24 +42,7 @@ def export_view(
     request: ExportRequest,
     check: Callable[[], None],
 ) -> bytes:
-    """Make the content of a file.
-
-    Parameters
-    ----------
-    catalogue
-        The models.
-    computing
-        Computes what is shown, or remembers it.
-    request
-        The view, and the format.
-    check
-        Called as the computation goes on; may raise to end it.
-
-    Raises
-    ------
-    InputError
-        If the view cannot be computed, or cannot be had in this format.
-    """
+    """Make the content of a file."""
     view = request.view
     if request.format in ("python", "toml"):
         orbit = computing.orbit(view, check) if isinstance(view, OrbitRequest) else None

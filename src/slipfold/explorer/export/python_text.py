@@ -31,22 +31,6 @@ def python_text(
 ) -> str:
     """Return a script that computes and draws what a view shows.
 
-    Parameters
-    ----------
-    model
-        The model with its parameter values.
-    view
-        The request that made the view.
-    orbit
-        The orbit, if one is shown.
-    file
-        The file that holds the equations of the model, if it came from one.
-
-    Raises
-    ------
-    InputError
-        If nothing that can be written makes the model.
-
     Examples
     --------
     >>> from slipfold.explorer.messages import parse_request

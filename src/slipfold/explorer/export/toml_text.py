@@ -31,22 +31,6 @@ def toml_text(
 ) -> str:
     """Return a case file; its first line is the command that computes what the view shows.
 
-    Parameters
-    ----------
-    model
-        The model with its parameter values.
-    view
-        The request that made the view.
-    orbit
-        Plays no part.
-    file
-        The file that holds the equations of the model, if it came from one.
-
-    Raises
-    ------
-    InputError
-        For an orbit, which no command computes, and for a model that no file can hold.
-
     Examples
     --------
     >>> from slipfold.explorer.messages import parse_request

@@ -16,22 +16,7 @@ __all__ = ["diagram_view"]
 
 
 def diagram_view(diagram: Diagram, show: str, statistic: str) -> dict[str, Any]:
-    """Return a diagram as plain data.
-
-    Parameters
-    ----------
-    diagram
-        The diagram.
-    show
-        State or output to draw.
-    statistic
-        What of it, see `slipfold.results.stretches.MEASURES`.
-
-    Returns
-    -------
-    dict
-        ``branches``, and ``x`` and ``y`` that describe the axes.
-    """
+    """Return a diagram as plain data."""
     model = diagram.model
     return {
         "x": axis_of(model, diagram.vary),

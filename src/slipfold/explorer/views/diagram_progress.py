@@ -29,13 +29,7 @@ class DiagramProgress:
         self._told = perf_counter()
 
     def __call__(self, progress: Progress) -> None:
-        """Take a note of the computation.
-
-        Parameters
-        ----------
-        progress
-            Where it stands.
-        """
+        """Take a note of the computation."""
         if perf_counter() - self._told < BETWEEN:
             return
         self._told = perf_counter()

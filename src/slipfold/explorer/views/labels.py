@@ -17,23 +17,6 @@ __all__ = ["axis_of"]
 def axis_of(model: Model, name: str) -> dict[str, Any]:
     """Describe a parameter, state or output for an axis.
 
-    Parameters
-    ----------
-    model
-        The model.
-    name
-        Name of a parameter, state or output.
-
-    Returns
-    -------
-    dict
-        ``name``, ``label`` in plain text without its unit, ``unit`` and ``doc``.
-
-    Raises
-    ------
-    InputError
-        If there is none of that name.
-
     Examples
     --------
     >>> from slipfold.models import SlidingOscillator

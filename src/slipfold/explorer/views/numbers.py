@@ -19,10 +19,7 @@ SMALLEST = 1e-290
 def short(values: ArrayLike) -> list[float]:
     """Round an array for drawing, relative to its largest value.
 
-    Parameters
-    ----------
-    values
-        Finite numbers, shape (n,).
+    Shapes: values (n,).
 
     Examples
     --------
@@ -40,11 +37,6 @@ def short(values: ArrayLike) -> list[float]:
 
 def number(value: float | None) -> float | None:
     """Return a number in full, or None where it is not finite.
-
-    Parameters
-    ----------
-    value
-        Any number.
 
     Examples
     --------

@@ -31,23 +31,7 @@ ORDERS = 8
 
 
 def orbit_view(orbit: PeriodicOrbit, vary: str) -> dict[str, Any]:
-    """Return an orbit as plain data.
-
-    Parameters
-    ----------
-    orbit
-        The orbit.
-    vary
-        Parameter of which the value is told.
-
-    Returns
-    -------
-    dict
-        ``t`` in s and ``phase`` in forcing periods, both ends included, ``states`` and ``outputs``
-        by name, ``spectrum``, ``multipliers`` as pairs, ``eigenvalues`` likewise of an equilibrium
-        (in 1/s), else None, ``stable``, ``period``, ``value``, ``duration`` and ``mechanism``: what
-        to animate, or None.
-    """
+    """Return an orbit as plain data."""
     model = orbit.model
     flow = flow_of(model)
     time, states = orbit.sample(min(SAMPLES * orbit.period, LONGEST))

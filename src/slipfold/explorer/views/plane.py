@@ -18,18 +18,7 @@ __all__ = ["loci_view", "plane_view"]
 
 
 def plane_view(found: LocusDiagram) -> dict[str, Any]:
-    """Return a bifurcation set as plain data.
-
-    Parameters
-    ----------
-    found
-        The bifurcation set.
-
-    Returns
-    -------
-    dict
-        ``x`` and ``y`` that describe the axes, ``loci`` and ``regions``, None without any.
-    """
+    """Return a bifurcation set as plain data."""
     first, second = found.vary
     return {
         "x": {**axis_of(found.model, first), "span": list(found.window[0])},
@@ -40,13 +29,7 @@ def plane_view(found: LocusDiagram) -> dict[str, Any]:
 
 
 def loci_view(loci: Iterable[Locus]) -> list[dict[str, Any]]:
-    """Return loci as plain data.
-
-    Parameters
-    ----------
-    loci
-        The loci.
-    """
+    """Return loci as plain data."""
     return [_locus(locus) for locus in loci]
 
 

@@ -33,13 +33,7 @@ class PlaneProgress:
         self._last: LocusLine | None = None
 
     def __call__(self, progress: LocusProgress) -> None:
-        """Take a note of the computation.
-
-        Parameters
-        ----------
-        progress
-            Where it stands.
-        """
+        """Take a note of the computation."""
         self._grow(progress)
         if perf_counter() - self._told < BETWEEN and not progress.loci:
             return

@@ -37,20 +37,7 @@ TOLERANCE = 1e-9
 def stream_simulation(
     model: Model, request: SimulationRequest, emit: Callable[[dict[str, Any]], None]
 ) -> None:
-    """Integrate a motion and tell it piece by piece.
-
-    Parameters
-    ----------
-    model
-        The model.
-    request
-        Says where it starts and how long it lasts.
-    emit
-        Takes each piece: ``t`` in s and ``states`` by name to draw; ``sections``: for each forcing
-        period, of an autonomous model for each interval that suits its motion, its number, extrema
-        and the states at its start, and the ``duration`` of one in s; the last piece has ``done``
-        and the ``verdict``, of a cycle its ``duration``.
-    """
+    """Integrate a motion and tell it piece by piece."""
     periods = request.periods
     start = initial_state(model, start_of(model, request))
     model = timed(model, request)

@@ -32,15 +32,7 @@ class _Bristles(MemoryLaw):
 
     @abstractmethod
     def level(self, square: Expression, p: Symbols) -> Expression:
-        """Coefficient g to which steady slip bends the bristles.
-
-        Parameters
-        ----------
-        square
-            Square of the slip speed.
-        p
-            The parameters by name.
-        """
+        """Coefficient g to which steady slip bends the bristles."""
 
     @property
     def memory_scale(self) -> float:

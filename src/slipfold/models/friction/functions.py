@@ -13,57 +13,27 @@ __all__ = ["arctan", "exp", "is_symbolic", "sqrt", "tanh"]
 
 
 def is_symbolic(*values: Any) -> bool:
-    """Whether any of the values is a symbolic expression.
-
-    Parameters
-    ----------
-    *values
-        Numbers, arrays or symbols.
-    """
+    """Whether any of the values is a symbolic expression."""
     return any(isinstance(value, hy.expression) for value in values)
 
 
 def exp(value: Expression) -> Expression:
-    """Return the exponential.
-
-    Parameters
-    ----------
-    value
-        Number, array or symbol.
-    """
+    """Return the exponential."""
     return hy.exp(value) if is_symbolic(value) else _plain(np.exp(value))
 
 
 def tanh(value: Expression) -> Expression:
-    """Return the hyperbolic tangent.
-
-    Parameters
-    ----------
-    value
-        Number, array or symbol.
-    """
+    """Return the hyperbolic tangent."""
     return hy.tanh(value) if is_symbolic(value) else _plain(np.tanh(value))
 
 
 def arctan(value: Expression) -> Expression:
-    """Return the inverse tangent.
-
-    Parameters
-    ----------
-    value
-        Number, array or symbol.
-    """
+    """Return the inverse tangent."""
     return hy.atan(value) if is_symbolic(value) else _plain(np.arctan(value))
 
 
 def sqrt(value: Expression) -> Expression:
-    """Return the square root.
-
-    Parameters
-    ----------
-    value
-        Number, array or symbol.
-    """
+    """Return the square root."""
     return hy.sqrt(value) if is_symbolic(value) else _plain(np.sqrt(value))
 
 

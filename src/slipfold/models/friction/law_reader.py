@@ -17,21 +17,6 @@ __all__ = ["read_law"]
 def read_law(source: Source, path: Path, value: object) -> FrictionLaw:
     """Make a friction law of what stands in a file.
 
-    Parameters
-    ----------
-    source
-        Where it was written.
-    path
-        Keys that lead to it.
-    value
-        Name of a law, or a table with the entry ``law`` and values of its parameters; ``of`` holds
-        the law that `Regularised` rounds off.
-
-    Raises
-    ------
-    InputError
-        If there is no such law, or a value cannot be used, with the place.
-
     Examples
     --------
     >>> from slipfold.models.system_source import source_of_tables

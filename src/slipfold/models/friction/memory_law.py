@@ -32,37 +32,15 @@ class MemoryLaw(FrictionLaw):
 
     @abstractmethod
     def rates_of_memory(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
-        """Time derivatives of the deflection, per second.
-
-        Parameters
-        ----------
-        contact
-            Slip, deflection and normal force.
-        p
-            The parameters by name.
-        """
+        """Time derivatives of the deflection, per second."""
 
     @abstractmethod
     def traction(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
-        """Friction force over normal force.
-
-        Parameters
-        ----------
-        contact
-            Slip, deflection and normal force.
-        p
-            The parameters by name.
-        """
+        """Friction force over normal force."""
 
     @abstractmethod
     def steady_deflection(self, speed: float) -> float:
-        """Return the deflection after a long slip at a constant speed.
-
-        Parameters
-        ----------
-        speed
-            Slip speed in m/s, positive.
-        """
+        """Return the deflection after a long slip at a constant speed."""
 
     def memory(self, dimensions: int) -> tuple[State, ...]:
         """Return the states ``z``, or ``zx`` and ``zy``.

@@ -52,29 +52,12 @@ REST_SPEED = Parameter(
 
 
 def described(parameter: Parameter) -> Any:
-    """Return the dataclass field that holds the value of a parameter.
-
-    Parameters
-    ----------
-    parameter
-        Name, default, unit and bounds; the name must be that of the field.
-    """
+    """Return the dataclass field that holds the value of a parameter."""
     return field(default=parameter.default, metadata={"parameter": parameter})
 
 
 def check_static(values: Mapping[str, float]) -> None:
-    """Refuse a static coefficient below the kinetic one.
-
-    Parameters
-    ----------
-    values
-        Values of ``mu_s`` and ``mu_k``.
-
-    Raises
-    ------
-    InputError
-        If ``mu_s < mu_k``.
-    """
+    """Refuse a static coefficient below the kinetic one."""
     if values["mu_s"] < values["mu_k"]:
         raise InputError(
             f"mu_s = {values['mu_s']:g} is below mu_k = {values['mu_k']:g}; friction at rest is no "
@@ -83,18 +66,7 @@ def check_static(values: Mapping[str, float]) -> None:
 
 
 def checked_exponent(exponent: Any) -> int:
-    """Return the exponent of a knee as a whole number.
-
-    Parameters
-    ----------
-    exponent
-        An even whole number, at least 2.
-
-    Raises
-    ------
-    InputError
-        For other values.
-    """
+    """Return the exponent of a knee as a whole number."""
     number = isinstance(exponent, int | float) and not isinstance(exponent, bool)
     if not (number and exponent >= 2 and exponent % 2 == 0):
         raise InputError(

@@ -48,16 +48,6 @@ def friction_laws() -> dict[str, type[FrictionLaw]]:
 def law_record(law: FrictionLaw) -> dict[str, Any]:
     """Return a law as plain data for JSON.
 
-    Parameters
-    ----------
-    law
-        A law of the package; one of a user's own cannot be found again by its name.
-
-    Raises
-    ------
-    InputError
-        For a law of a user's own.
-
     Examples
     --------
     >>> from slipfold.models.friction import RationalStribeck
@@ -76,16 +66,6 @@ def law_record(law: FrictionLaw) -> dict[str, Any]:
 
 def law_from_record(record: Mapping[str, Any]) -> FrictionLaw:
     """Make a law from what `law_record` made of one.
-
-    Parameters
-    ----------
-    record
-        The plain data.
-
-    Raises
-    ------
-    InputError
-        If there is no such law, or a value cannot be used.
 
     Examples
     --------

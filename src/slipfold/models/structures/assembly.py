@@ -131,10 +131,7 @@ class Assembly:
     def over_mass(self, matrix: Array) -> Array:
         """Return the inverse mass matrix times a matrix; what is zero but for rounding is zero.
 
-        Parameters
-        ----------
-        matrix
-            Shape (n_kept, m).
+        Shapes: matrix (n_kept, m).
         """
         if matrix is self.mass:
             return np.eye(self.size)
@@ -219,15 +216,7 @@ class Assembly:
     # -- equations -----------------------------------------------------------------------------
 
     def own_values(self, item: Placed, p: Symbols) -> dict[str, Expression]:
-        """Return a component's parameters by their own names, amplitudes times the level.
-
-        Parameters
-        ----------
-        item
-            The component.
-        p
-            The structure's parameters by name.
-        """
+        """Return a component's parameters by their own names, amplitudes times the level."""
         own = item.component.own(p)
         if LEVEL.name in p and self.quiet == LEVEL.name:
             for name in item.component.amplitudes:
@@ -235,13 +224,7 @@ class Assembly:
         return own
 
     def coefficients(self, p: Symbols) -> dict[str, Expression]:
-        """Return the coefficients of all components, and those of damping.
-
-        Parameters
-        ----------
-        p
-            The structure's parameters by name.
-        """
+        """Return the coefficients of all components, and those of damping."""
         result: dict[str, Expression] = {key: p[key] for key, _ in self.damping if key is not None}
         for item in self.placed:
             own = self.own_values(item, p)
@@ -252,28 +235,12 @@ class Assembly:
         return result
 
     def own_coefficients(self, item: Placed, c: Symbols) -> dict[str, Expression]:
-        """Return a component's coefficients by their own names.
-
-        Parameters
-        ----------
-        item
-            The component.
-        c
-            The structure's coefficients by name.
-        """
+        """Return a component's coefficients by their own names."""
         start = item.prefix
         return {key[len(start) :]: value for key, value in c.items() if key.startswith(start)}
 
     def motion(self, item: Placed, q: Symbols) -> Motion:
-        """Return how the structure moves where a component acts.
-
-        Parameters
-        ----------
-        item
-            The component.
-        q
-            The states by name.
-        """
+        """Return how the structure moves where a component acts."""
         component = item.component
         memory = tuple(q[component.called(state.name)] for state in component.memory())
         return Motion(
@@ -285,30 +252,13 @@ class Assembly:
     def displacement(self, row: Array, q: Symbols, rate: str = "") -> Expression:
         """Return a weighted sum of displacements in m, or of velocities in m/s.
 
-        Parameters
-        ----------
-        row
-            Weights of the kept coordinates, shape (n_kept,).
-        q
-            The states by name.
-        rate
-            ``"v"`` for velocities.
+        Shapes: row (n_kept,).
         """
         symbols = [q[f"{rate}{name}"] for name in self.names]
         return total(weighted_sum(row * self.definition.length_scale, symbols))
 
     def rates(self, q: Symbols, c: Symbols, phase: Expression) -> dict[str, Expression]:
-        """Return the time derivatives of the states.
-
-        Parameters
-        ----------
-        q
-            The states by name.
-        c
-            The coefficients by name.
-        phase
-            Time divided by the forcing period.
-        """
+        """Return the time derivatives of the states."""
         places = [q[name] for name in self.names]
         speeds = [q[f"v{name}"] for name in self.names]
         rates: dict[str, Expression] = dict(zip(self.names, speeds, strict=True))
@@ -365,18 +315,7 @@ class Assembly:
 
 
 def assemble(definition: Definition) -> Assembly:
-    """Put a structure together; equal definitions share the result.
-
-    Parameters
-    ----------
-    definition
-        The structure.
-
-    Raises
-    ------
-    InputError
-        If its parts do not fit each other.
-    """
+    """Put a structure together; equal definitions share the result."""
     return _assembled(definition)
 
 

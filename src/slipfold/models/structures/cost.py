@@ -75,21 +75,7 @@ class Cost:
 
 
 def estimate_cost(states: int, linear: int, coupled: int, directions: int, cycles: float) -> Cost:
-    """Estimate the cost of a flow from the size of its equations.
-
-    Parameters
-    ----------
-    states
-        Number of states.
-    linear
-        Products in the linear part of the equations.
-    coupled
-        Coordinates that move where components act, counted by direction.
-    directions
-        Directions of all components.
-    cycles
-        Oscillations of the highest mode in a period of the forcing.
-    """
+    """Estimate the cost of a flow from the size of its equations."""
     # Each product of a rate comes back in the derivative of that rate along each perturbation.
     each, fixed = states + 1.2 * linear + 3 * coupled, COMPONENT * directions
     if carried_whole(states):

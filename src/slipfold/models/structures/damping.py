@@ -33,15 +33,7 @@ class Damping(Parametric, ABC):
     def terms(self, mass: Array, stiffness: Array) -> tuple[tuple[str | None, Array], ...]:
         """Return the parts of the damping matrix with the parameter that multiplies each.
 
-        Parameters
-        ----------
-        mass, stiffness
-            Of the kept degrees of freedom, shape (n, n), in kg and N/m.
-
-        Returns
-        -------
-        tuple of (str or None, ndarray of shape (n, n))
-            None stands for the factor 1.
+        Shapes: mass, stiffness (n, n); returns (n, n).
         """
 
 

@@ -100,29 +100,7 @@ def define(
     watch: Any,
     title: tuple[Any, Any] = ("structure", ""),
 ) -> tuple[Definition, dict[str, float]]:
-    """Check the arguments of a structure, and part them from the values of their parameters.
-
-    Parameters
-    ----------
-    M, C, K, names, reduction, length_scale, watch
-        As for `Structure`.
-    components
-        Elements, contacts and forcing.
-    title
-        Short name, and a line that says what it is.
-
-    Returns
-    -------
-    definition : Definition
-        What the equations depend on.
-    values : dict
-        Values of parameters by name.
-
-    Raises
-    ------
-    InputError
-        If an argument cannot be used.
-    """
+    """Check the arguments of a structure, and part them from the values of their parameters."""
     if K is None:
         raise InputError("the structure has no stiffness matrix; give K, of zeros if it has none")
     mass, stiffness = as_matrix(M, "M"), as_matrix(K, "K")
@@ -171,20 +149,7 @@ def define(
 
 
 def checked_sizes(mass: Matrix, **others: Any) -> None:
-    """Raise unless matrices are of one size.
-
-    Parameters
-    ----------
-    mass
-        The mass matrix.
-    **others
-        Matrices by name; what is none is passed over.
-
-    Raises
-    ------
-    InputError
-        For the first that differs.
-    """
+    """Raise unless matrices are of one size."""
     for name, matrix in others.items():
         if isinstance(matrix, Matrix) and matrix.size != mass.size:
             raise InputError(
@@ -199,20 +164,7 @@ def _checked_line(value: Any, what: str) -> str:
 
 
 def checked_names(names: Any, size: int) -> tuple[str, ...]:
-    """Return the names of the degrees of freedom.
-
-    Parameters
-    ----------
-    names
-        Text with blanks between them, or a sequence; None for ``q1 q2 ...``.
-    size
-        How many there must be.
-
-    Raises
-    ------
-    InputError
-        If there are not as many, or one cannot be a name.
-    """
+    """Return the names of the degrees of freedom."""
     if names is None:
         return tuple(f"q{place}" for place in range(1, size + 1))
     if isinstance(names, str):
@@ -252,18 +204,7 @@ def _iterated(items: Any) -> Iterable[Any]:
 
 
 def checked_length(value: Any) -> float:
-    """Return the unit of displacements in m.
-
-    Parameters
-    ----------
-    value
-        Number in m, or text with a unit.
-
-    Raises
-    ------
-    InputError
-        If it is no positive length.
-    """
+    """Return the unit of displacements in m."""
     length = parse_quantity(value, "m", "length_scale")
     if not 0 < length < float("inf"):
         raise InputError(
@@ -273,18 +214,7 @@ def checked_length(value: Any) -> float:
 
 
 def checked_watch(watch: Any) -> tuple[tuple[str, Direction], ...]:
-    """Return the displacements that are outputs.
-
-    Parameters
-    ----------
-    watch
-        Directions by name; None for none.
-
-    Raises
-    ------
-    InputError
-        If one is no direction, or its name cannot be one.
-    """
+    """Return the displacements that are outputs."""
     if isinstance(watch, tuple):
         return watch
     if watch is None:

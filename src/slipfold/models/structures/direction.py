@@ -47,18 +47,7 @@ class Direction:
         return " + ".join(parts).replace("+ -", "- ")
 
     def vector(self, names: Sequence[str]) -> NDArray[np.float64]:
-        """Return the weights in the order of the degrees of freedom, shape (n,).
-
-        Parameters
-        ----------
-        names
-            The n degrees of freedom of the structure.
-
-        Raises
-        ------
-        InputError
-            For a degree of freedom that the structure does not have.
-        """
+        """Return the weights in the order of the degrees of freedom, shape (n,)."""
         result = np.zeros(len(names))
         places = {name: place for place, name in enumerate(names)}
         for name, weight in self.weights:
@@ -73,18 +62,6 @@ class Direction:
 
 def as_direction(value: Any, what: str) -> Direction:
     """Make a direction of a name or of weights by name.
-
-    Parameters
-    ----------
-    value
-        Name of a degree of freedom, mapping from names to weights, or a direction.
-    what
-        What acts there, for the message.
-
-    Raises
-    ------
-    InputError
-        If it is none of these, a weight is not a finite number, or all of them are zero.
 
     Examples
     --------
@@ -111,22 +88,7 @@ def as_direction(value: Any, what: str) -> Direction:
 
 
 def as_directions(value: Any, what: str, most: int) -> tuple[Direction, ...]:
-    """Make one to `most` directions of one, or of a sequence of them.
-
-    Parameters
-    ----------
-    value
-        What `as_direction` takes, or a list or tuple of that.
-    what
-        What acts there, for the message.
-    most
-        Largest number of directions.
-
-    Raises
-    ------
-    InputError
-        If there are none or too many, one of them is no direction, or they are not independent.
-    """
+    """Make one to `most` directions of one, or of a sequence of them."""
     several = value if isinstance(value, list | tuple) else (value,)
     if not 1 <= len(several) <= most:
         raise InputError(f"{what} acts along {len(several)} directions; give 1 to {most} of them")
@@ -144,13 +106,7 @@ def as_directions(value: Any, what: str, most: int) -> tuple[Direction, ...]:
 
 
 def listed(names: Sequence[str]) -> str:
-    """Return names as a list that breaks off when it grows long.
-
-    Parameters
-    ----------
-    names
-        The names.
-    """
+    """Return names as a list that breaks off when it grows long."""
     more = f", ... ({len(names)} in all)" if len(names) > SHOWN else ""
     return ", ".join(names[:SHOWN]) + more
 

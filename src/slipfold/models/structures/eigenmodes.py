@@ -22,19 +22,7 @@ too."""
 def lowest_modes(stiffness: Any, mass: Any, count: int | None = None) -> tuple[Array, Array]:
     """Return the lowest undamped modes.
 
-    Parameters
-    ----------
-    stiffness, mass
-        Symmetric, the mass positive definite; both full or both SciPy sparse, shape (n, n).
-    count
-        How many; all if None.
-
-    Returns
-    -------
-    squares : ndarray, shape (count,)
-        Squared circular frequencies in 1/s^2, ascending.
-    shapes : ndarray, shape (n, count)
-        Mode shapes in the columns; of each the largest component is 1.
+    Shapes: stiffness, mass (n, n); returns squares (count,), shapes (n, count).
     """
     size = mass.shape[0]
     if isinstance(mass, np.ndarray):
@@ -52,17 +40,7 @@ def lowest_modes(stiffness: Any, mass: Any, count: int | None = None) -> tuple[A
 def solver(matrix: Any, what: str) -> Callable[[Array], Array]:
     """Return a function that solves linear equations with a matrix.
 
-    Parameters
-    ----------
-    matrix
-        Full or SciPy sparse, shape (n, n).
-    what
-        What is wrong if it is singular, as a sentence.
-
-    Raises
-    ------
-    InputError
-        If it is singular.
+    Shapes: matrix (n, n).
     """
     if isinstance(matrix, np.ndarray):
         if matrix.size and np.linalg.cond(matrix) > 1e14:

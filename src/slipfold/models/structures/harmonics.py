@@ -16,22 +16,7 @@ HIGHEST = 64
 
 
 def checked_harmonic(value: Any, what: str, lowest: int = 1) -> int:
-    """Return the number of a harmonic, or raise if it is none.
-
-    Parameters
-    ----------
-    value
-        Candidate.
-    what
-        What has the harmonic, for the message.
-    lowest
-        Lowest number allowed: 0 for a mean, else 1.
-
-    Raises
-    ------
-    InputError
-        If it is not a whole number from `lowest` to 64.
-    """
+    """Return the number of a harmonic, or raise if it is none."""
     whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
     if not whole or not lowest <= value <= HIGHEST:
         raise InputError(

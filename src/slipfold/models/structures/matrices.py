@@ -94,18 +94,7 @@ class Matrix:
 def as_matrix(value: Any, name: str) -> Matrix:
     """Make a matrix of an array, a SciPy sparse array or a file.
 
-    Parameters
-    ----------
-    value
-        Array, shape (n, n); SciPy sparse array or matrix; or path of a ``.npz``, ``.npy``,
-        ``.mat`` or Matrix Market file, in which the matrix has the name or is the only one.
-    name
-        ``"M"``, ``"C"`` or ``"K"``.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, or what it holds is no square matrix of finite real numbers.
+    Shapes: value (n, n).
     """
     if isinstance(value, Matrix):
         return value
@@ -136,22 +125,7 @@ def as_matrix(value: Any, name: str) -> Matrix:
 
 
 def require_symmetric(matrix: Matrix, name: str, why: str) -> None:
-    """Raise if a matrix is not symmetric.
-
-    Parameters
-    ----------
-    matrix
-        The matrix.
-    name
-        What it is called.
-    why
-        Why it must be symmetric, and what to do, as the end of the sentence.
-
-    Raises
-    ------
-    InputError
-        If mirrored entries differ by more than rounding.
-    """
+    """Raise if a matrix is not symmetric."""
     difference, row, column = matrix.asymmetry
     if difference > ASYMMETRY:
         entries = matrix.array()
@@ -162,20 +136,7 @@ def require_symmetric(matrix: Matrix, name: str, why: str) -> None:
 
 
 def check_mass(matrix: Matrix, names: tuple[str, ...]) -> None:
-    """Raise if a mass matrix is not symmetric and positive definite.
-
-    Parameters
-    ----------
-    matrix
-        The mass matrix.
-    names
-        Names of the degrees of freedom.
-
-    Raises
-    ------
-    InputError
-        With the degree of freedom that has no mass, if it is one.
-    """
+    """Raise if a mass matrix is not symmetric and positive definite."""
     require_symmetric(matrix, "M", "a mass matrix is, so correct the entries")
     diagonal = np.zeros(matrix.size)
     on = matrix.rows == matrix.columns

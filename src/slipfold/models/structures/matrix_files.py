@@ -17,26 +17,7 @@ _LONG_NAMES = {"M": "mass", "C": "damping", "K": "stiffness"}
 
 
 def read_matrix(path: Path, name: str) -> Any:
-    """Read one matrix from a file.
-
-    Parameters
-    ----------
-    path
-        The file; its ending says how it is read.
-    name
-        What the matrix is called there, ``"M"``, ``"C"`` or ``"K"``: in either case, or as mass,
-        damping or stiffness. Where the file holds one matrix only, its name plays no part.
-
-    Returns
-    -------
-    ndarray or SciPy sparse array
-        As it is in the file.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read or does not hold the matrix.
-    """
+    """Read one matrix from a file."""
     ending = "".join(path.suffixes[-2:]).lower() if path.suffix == ".gz" else path.suffix.lower()
     if ending not in _READERS:
         raise InputError(

@@ -29,24 +29,7 @@ LARGEST = 1_000_000
 
 
 def read_matrix_entry(source: Source, path: Path, value: Any, folder: FilePath | None) -> Matrix:
-    """Read a matrix.
-
-    Parameters
-    ----------
-    source
-        Where it was written.
-    path
-        Keys that lead to it; the last one is ``M``, ``C`` or ``K``.
-    value
-        Rows, a table with ``diagonal``, what `matrix_table` returns, or the name of a file.
-    folder
-        Folder of the file with the structure; None if there is none.
-
-    Raises
-    ------
-    InputError
-        If it is no square matrix of numbers, or the file is not below the folder or cannot be read.
-    """
+    """Read a matrix."""
     name = path[-1]
     if isinstance(value, str):
         rows = _from_file(source, path, value, folder)
@@ -77,24 +60,7 @@ def read_matrix_entry(source: Source, path: Path, value: Any, folder: FilePath |
 def read_samples_entry(
     source: Source, path: Path, value: Any, folder: FilePath | None
 ) -> list[float]:
-    """Read the samples of a tabulated force.
-
-    Parameters
-    ----------
-    source
-        Where it was written.
-    path
-        Keys that lead to it.
-    value
-        Numbers, or the name of a ``.npz``, ``.npy`` or ``.mat`` file that holds a row or a column.
-    folder
-        Folder of the file with the structure; None if there is none.
-
-    Raises
-    ------
-    InputError
-        If it is no row of numbers, or the file is not below the folder or cannot be read.
-    """
+    """Read the samples of a tabulated force."""
     if not isinstance(value, str):
         return _row(source, path, value)
     found = np.asarray(_from_file(source, path, value, folder))
@@ -105,11 +71,6 @@ def read_samples_entry(
 
 def matrix_table(matrix: Matrix) -> dict[str, Any]:
     """Return a matrix as plain data: its size, and rows and columns from 0 with the entries there.
-
-    Parameters
-    ----------
-    matrix
-        The matrix.
 
     Examples
     --------

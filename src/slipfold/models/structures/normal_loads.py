@@ -62,17 +62,7 @@ class NormalLoad(Parametric, ABC):
 
     @abstractmethod
     def force(self, u: Expression, v: Expression, c: Symbols, phase: Expression) -> Expression:
-        """Return the normal force in N.
-
-        Parameters
-        ----------
-        u, v
-            Displacement in m and velocity in m/s along the normal; None without one.
-        c
-            The parameters by name.
-        phase
-            Time divided by the forcing period.
-        """
+        """Return the normal force in N."""
 
     def rate(self, v: Expression, a: Expression, c: Symbols, phase: Expression) -> Expression:
         """Return the rate of the normal force in N/s; zero unless a subclass says otherwise.

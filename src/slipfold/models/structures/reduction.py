@@ -111,24 +111,7 @@ class ReductionReport(OneLine):
 def static_errors(
     stiffness: Matrix, reduced: Reduced, names: tuple[str, ...], directions: Iterable[Direction]
 ) -> tuple[tuple[str, float], ...]:
-    """Return the share of the static compliance that a reduction loses along directions.
-
-    Parameters
-    ----------
-    stiffness
-        Matrix of all n degrees of freedom.
-    reduced
-        The reduced structure.
-    names
-        Names of the n degrees of freedom.
-    directions
-        Where forces act.
-
-    Returns
-    -------
-    tuple of (str, float)
-        Direction and lost share; empty if the structure is free to move.
-    """
+    """Return the share of the static compliance that a reduction loses along directions."""
     try:
         solve = solver(stiffness.array(), "free")
         solve_reduced = solver(reduced.stiffness, "free")
@@ -174,37 +157,11 @@ class Reduction(ABC):
 
     @abstractmethod
     def apply(self, mass: Matrix, stiffness: Matrix, names: tuple[str, ...]) -> Reduced:
-        """Reduce a structure.
-
-        Parameters
-        ----------
-        mass, stiffness
-            Matrices of all n degrees of freedom.
-        names
-            Their names.
-
-        Raises
-        ------
-        InputError
-            If the structure cannot be reduced in this way.
-        """
+        """Reduce a structure."""
 
     @abstractmethod
     def fits(self, mass: Matrix, stiffness: Matrix, names: tuple[str, ...]) -> None:
-        """Raise if it is plain without a calculation that a structure cannot be reduced so.
-
-        Parameters
-        ----------
-        mass, stiffness
-            Matrices of all n degrees of freedom.
-        names
-            Their names.
-
-        Raises
-        ------
-        InputError
-            If it asks for more than the structure has.
-        """
+        """Raise if it is plain without a calculation that a structure cannot be reduced so."""
 
 
 @dataclass(frozen=True)

@@ -12,11 +12,6 @@ LONGEST = 60
 def shown(value: Any) -> str:
     """Return a value as it would be typed, on one line and not too long.
 
-    Parameters
-    ----------
-    value
-        Anything.
-
     Examples
     --------
     >>> shown("tip")

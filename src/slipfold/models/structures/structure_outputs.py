@@ -19,11 +19,6 @@ def structure_outputs(assembly: Assembly) -> tuple[Output, ...]:
 
     The energy is that of structure and elements. Its rate is ``power_forcing + power_contacts -
     power_damping``, where damping is that of structure and elements.
-
-    Parameters
-    ----------
-    assembly
-        The structure.
     """
     outputs = [
         Output(name, partial(_displacement, assembly, row), "m", f"displacement {name}")

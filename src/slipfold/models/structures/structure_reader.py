@@ -60,27 +60,7 @@ _COMPONENTS = {"elements": ELEMENTS, "contacts": CONTACTS, "forcing": FORCING}
 def read_structure(
     source: Source, folder: FilePath | None, default_name: str = "structure"
 ) -> dict[str, Any]:
-    """Read the arguments of a structure, each checked where it is written.
-
-    Parameters
-    ----------
-    source
-        The tables, and where they were written.
-    folder
-        Folder of the files with matrices; None if there is none.
-    default_name
-        Name of a structure that has none.
-
-    Returns
-    -------
-    dict
-        Arguments of `Structure` that are no parameter values, by name.
-
-    Raises
-    ------
-    InputError
-        For an unknown entry or one that cannot be used, with the place.
-    """
+    """Read the arguments of a structure, each checked where it is written."""
     top = Entries(source, (), source.tables, ("name", "title", *TABLES), "a structure")
     if "structure" not in top:
         raise source.error((), "there is no table [structure]; give its matrices M and K there")
@@ -239,21 +219,7 @@ def _watch(source: Source, names: tuple[str, ...]) -> Any:
 
 
 def read_values(source: Source, model: Model) -> dict[str, float]:
-    """Read the values of parameters.
-
-    Parameters
-    ----------
-    source
-        The tables, and where they were written.
-    model
-        The structure without them.
-
-    Raises
-    ------
-    InputError
-        For an unknown parameter, a value with a wrong unit or outside its bounds, or values that
-        contradict each other.
-    """
+    """Read the values of parameters."""
     path = ("parameters",)
     known = [item.name for item in model.parameters]
     entries = Entries(source, path, source.tables.get(path[0], {}), known, model.name)

@@ -18,18 +18,7 @@ __all__ = ["structure_tables"]
 
 
 def structure_tables(definition: Definition) -> dict[str, Any]:
-    """Return a structure as tables that `read_structure` reads: numbers, texts, lists, mappings.
-
-    Parameters
-    ----------
-    definition
-        The structure; parameter values are apart from it.
-
-    Raises
-    ------
-    InputError
-        For a friction law of a user's own, which cannot be found again by its name.
-    """
+    """Return a structure as tables that `read_structure` reads: numbers, texts, lists, mappings."""
     damping = definition.C
     tables = {
         "name": definition.name,

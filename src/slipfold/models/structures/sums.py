@@ -12,39 +12,17 @@ __all__ = ["product", "total", "weighted_sum"]
 
 
 def product(weight: float, symbol: Expression) -> Expression:
-    """Return ``weight * symbol``, without a factor of 1.
-
-    Parameters
-    ----------
-    weight
-        The factor.
-    symbol
-        An expression.
-    """
+    """Return ``weight * symbol``, without a factor of 1."""
     return symbol if weight == 1 else weight * symbol
 
 
 def weighted_sum(weights: Iterable[float], symbols: Iterable[Expression]) -> list[Expression]:
-    """Return the terms of a sum, those with a weight of zero left out.
-
-    Parameters
-    ----------
-    weights
-        The factors.
-    symbols
-        As many expressions.
-    """
+    """Return the terms of a sum, those with a weight of zero left out."""
     pairs = zip(weights, symbols, strict=True)
     return [product(float(weight), symbol) for weight, symbol in pairs if weight != 0]
 
 
 def total(terms: list[Expression]) -> Expression:
-    """Return the sum of expressions; zero if there are none.
-
-    Parameters
-    ----------
-    terms
-        The expressions.
-    """
+    """Return the sum of expressions; zero if there are none."""
     # One sum of many terms compiles faster than a chain of sums of two.
     return hy.sum(terms) if terms else hy.expression(0.0)

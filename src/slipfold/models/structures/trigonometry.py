@@ -13,26 +13,12 @@ __all__ = ["cos_sin", "wave"]
 
 
 def cos_sin(angle: Expression) -> tuple[Expression, Expression]:
-    """Return the cosine and the sine.
-
-    Parameters
-    ----------
-    angle
-        Number or symbol, in rad.
-    """
+    """Return the cosine and the sine."""
     if is_symbolic(angle):
         return hy.cos(angle), hy.sin(angle)
     return math.cos(angle), math.sin(angle)
 
 
 def wave(harmonic: int, phase: Expression) -> tuple[Expression, Expression]:
-    """Return the cosine and the sine of a harmonic of the forcing.
-
-    Parameters
-    ----------
-    harmonic
-        Number of the harmonic.
-    phase
-        Time divided by the forcing period.
-    """
+    """Return the cosine and the sine of a harmonic of the forcing."""
     return cos_sin(2 * math.pi * harmonic * phase)
