@@ -59,7 +59,7 @@ class Computing:
         branches = carry_branches(near.branches, changed)
         if branches is None:
             return None
-        drawn = replace(near, model=changed, branches=branches)
+        drawn = replace(near, model=changed, branches=branches, checked=None)
         self._nearest[_family(model, request)] = drawn
         return drawn
 

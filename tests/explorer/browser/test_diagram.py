@@ -18,6 +18,9 @@ def test_the_base_case_with_its_points_and_its_end(explorer):
     explorer.open()
     assert explorer.specials() == BASE
     expect(explorer.page.locator(".ends")).to_contain_text("Period 1 ends at 0.3759\u202fN: spring")
+    expect(explorer.page.locator(".specials .checked")).to_have_text(
+        re.compile(r"^Checked: (\d+) of \1 agree to 1e-1\d\.$")
+    )
     dashes = {trace["name"].removeprefix("live, "): trace["dash"] for trace in explorer.traces()}
     assert set(dashes) == {"stable", "period doubling", "fold or torus"}
     assert dashes["stable"] == "solid"
@@ -72,6 +75,21 @@ def test_a_draft_looks_like_one_until_it_is_exact(new_tab):
     expect(label).to_be_hidden()
     expect(explorer.page.locator(DIAGRAM)).to_have_attribute("aria-busy", "false")
     assert explorer.strengths("live") == {1}
+
+
+def test_what_does_not_agree_is_red(new_tab):
+    def doubted(answer):
+        return {
+            **answer,
+            "checked": {"sentence": "checked: 5 of 6 agree; PD differs", "agree": False},
+        }
+
+    answers = new_tab.holding(lambda answer: "branches" in answer and answer["done"], doubted)
+    answers.is_on = True
+    checked = new_tab.open().page.locator(".specials .checked")
+    expect(checked).to_have_text("Checked: 5 of 6 agree; PD differs.")
+    expect(checked).to_have_class("checked disagrees")
+    answers.let_go()
 
 
 def test_boxes_keys_and_units(explorer):

@@ -1,6 +1,7 @@
 /** The plane of two parameters: the bifurcation set, and the working point that is dragged in it. */
 
 import { padded } from "./axis_range.js";
+import { CheckedLine } from "./checked_line.js";
 import { escaped } from "./diagram_traces.js";
 import { element } from "./dom.js";
 import { labelPlaces } from "./label_places.js";
@@ -26,6 +27,8 @@ export class PlanePlot {
   node = element("div", { class: "plot plane-plot" });
   /** What its lines and shades mean. */
   legend = new PlaneLegend();
+  /** What was computed again by other means. */
+  checked = new CheckedLine();
   #canvas = element("div", { class: "plot-canvas" });
   #draft = element("p", { class: "draft-mark", hidden: true }, "draft");
   #point;
@@ -138,6 +141,7 @@ export class PlanePlot {
       ? planeTraces(shown, colour, [fx, fy], this.#positions(shown, fx, fy, size)) : [];
     window.Plotly.react(this.#canvas, traces, sheet, CONFIG);
     this.legend.show(shown);
+    this.checked.show(shown?.checked);
     this.#draft.hidden = !shown?.isDraft;
     this.node.dataset.loci = shown?.done ? shown.loci.length : 0;
     this.#place();

@@ -1,5 +1,6 @@
 /** The special points of the diagram as a list: to read, to hear, and to go there. */
 
+import { CheckedLine } from "./checked_line.js";
 import { MARKERS } from "./diagram_traces.js";
 import { element, svg } from "./dom.js";
 import { withUnit } from "./quantities.js";
@@ -22,13 +23,14 @@ export class SpecialPoints {
   node = element("div", { class: "specials" });
   #list = element("ul", { "aria-label": "Special points of the diagram" });
   #ends = element("p", { class: "ends" });
+  #checked = new CheckedLine();
   #session;
   #key = "";
 
   /** @param {import("./session.js").Session} session */
   constructor(session) {
     this.#session = session;
-    this.node.append(this.#list, this.#ends);
+    this.node.append(this.#list, this.#ends, this.#checked.node);
     session.diagramArrived.subscribe(({ answer }) => this.#show(answer));
     for (const signal of [session.diagramArrived, session.failed]) {
       signal.subscribe(() => this.node.classList.toggle("refused", session.hasFailed));
@@ -48,6 +50,7 @@ export class SpecialPoints {
     const key = JSON.stringify([items.map(({ text }) => text), sentences]);
     this.#ends.textContent = [...new Set(sentences)].join(" ");
     this.#ends.title = this.#ends.textContent;
+    this.#checked.show(diagram.checked);
     this.#items = items;
     this.node.classList.toggle("draft", Boolean(diagram.draft));
     if (key === this.#key) return;

@@ -6,6 +6,7 @@ from typing import Any
 
 from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
+from slipfold.explorer.views.checked import checked_view
 from slipfold.explorer.views.labels import axis_of
 from slipfold.explorer.views.numbers import number, short
 from slipfold.results.diagram import Diagram
@@ -22,6 +23,7 @@ def diagram_view(diagram: Diagram, show: str, statistic: str) -> dict[str, Any]:
         "x": axis_of(model, diagram.vary),
         "y": {**axis_of(model, show), "statistic": statistic},
         "branches": [_branch(branch, show, statistic) for branch in diagram.branches],
+        "checked": checked_view(diagram.checked),
     }
 
 

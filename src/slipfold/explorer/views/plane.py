@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from slipfold.explorer.views.checked import checked_view
 from slipfold.explorer.views.labels import axis_of
 from slipfold.explorer.views.numbers import number, short
 from slipfold.loci.locus import Locus, LocusPoint, locus_title
@@ -24,6 +25,7 @@ def plane_view(found: LocusDiagram) -> dict[str, Any]:
         "x": {**axis_of(found.model, first), "span": list(found.window[0])},
         "y": {**axis_of(found.model, second), "span": list(found.window[1])},
         "loci": loci_view(found.loci),
+        "checked": checked_view(found.checked),
         "regions": None if found.regions is None else _regions(found.regions),
     }
 

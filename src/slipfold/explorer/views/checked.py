@@ -1,0 +1,27 @@
+"""What was computed again by other means, in a sentence."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from slipfold.checks.checked import Checked
+
+__all__ = ["checked_view"]
+
+
+def checked_view(checked: Checked | None) -> dict[str, Any] | None:
+    """Return what was checked as plain data.
+
+    Parameters
+    ----------
+    checked
+        The checks of a result; None if there were none.
+
+    Returns
+    -------
+    dict or None
+        ``sentence``, and ``agree``: whether all of them do.
+    """
+    if checked is None or not checked.checks:
+        return None
+    return {"sentence": str(checked), "agree": checked.agree}
