@@ -23,6 +23,10 @@ creeps, the steps are as short as its rise is steep."""
 LONGEST = 200_000
 """Steps that a motion may take to its end: twenty thousand vibrations, less than a second."""
 
+HOPELESS = 1e-7
+"""Share of what is left of a motion that `CALL` steps must gain: less is a singularity, however
+steep the formulas are."""
+
 STEP_LIMIT = int(hy.taylor_outcome.step_limit)
 
 
@@ -36,6 +40,8 @@ def arrive(batch: Any, ends: Array) -> None:
             return
         taken += CALL
         left, gained = np.abs(ends - batch.time), np.abs(batch.time - before)
+        if np.any(gained < HOPELESS * left):
+            return
         if taken >= free and not np.all(left * CALL <= gained * (LONGEST - taken)):
             return
 
@@ -70,6 +76,8 @@ def go_on(single: Any, end: float, *, steep: bool) -> int:
             return outcome
         taken += CALL
         left, gained = abs(end - single.time), abs(single.time - before)
+        if gained < HOPELESS * left:
+            return outcome
         if taken >= free and not left * CALL <= gained * (LONGEST - taken):
             return outcome
 
