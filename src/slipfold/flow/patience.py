@@ -21,9 +21,13 @@ STEEP = 50_000
 creeps, the steps are as short as its rise is steep."""
 
 LONGEST = 200_000
-"""Steps that a motion may take to its end: twenty thousand vibrations, less than a second."""
+"""Steps that one motion may take to its end: twenty thousand vibrations, less than a second."""
 
-HOPELESS = 1e-7
+LONGEST_SEGMENT = 3_000
+"""Steps that segments of an orbit may take: six hundred vibrations on each. Newton's method asks for
+hundreds of them, with derivatives, also where there is no orbit."""
+
+HOPELESS = 1e-5
 """Share of what is left of a motion that `CALL` steps must gain: less is a singularity, however
 steep the formulas are."""
 
@@ -42,7 +46,7 @@ def arrive(batch: Any, ends: Array) -> None:
         left, gained = np.abs(ends - batch.time), np.abs(batch.time - before)
         if np.any(gained < HOPELESS * left):
             return
-        if taken >= free and not np.all(left * CALL <= gained * (LONGEST - taken)):
+        if taken >= free and not np.all(left * CALL <= gained * (LONGEST_SEGMENT - taken)):
             return
 
 
