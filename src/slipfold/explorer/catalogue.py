@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -18,9 +17,6 @@ from slipfold.models.registry import built_in_models
 from slipfold.models.suggestion import suggest
 
 __all__ = ["Catalogue"]
-
-LONGEST = 200
-"""Most characters of a model's name in requests."""
 
 MARGIN = 1e-3
 """Distance of a slider from a bound that is excluded, over the value."""
@@ -55,7 +51,7 @@ class Catalogue:
             )
         self._file = (given, file)
         built_in = {name: make() for name, make in built_in_models().items()}
-        first = {} if given is None else {_key(given.name): given}
+        first = {} if given is None else {given.name: given}
         self._models: Mapping[str, Model] = {**first, **built_in, **first}
 
     @property
@@ -79,19 +75,14 @@ class Catalogue:
 
     def describe(self) -> list[dict[str, Any]]:
         """Return all models as plain data for the page."""
-        return [_described(name, model) for name, model in self._models.items()]
+        return [_described(model) for model in self._models.values()]
 
 
-def _key(name: str) -> str:
-    """Return a name that requests may have, whatever a file calls its model."""
-    return re.sub(r"[/\\\x00-\x1f\x7f-\x9f]", "_", name)[:LONGEST] or "model"
-
-
-def _described(name: str, model: Model) -> dict[str, Any]:
+def _described(model: Model) -> dict[str, Any]:
     first = first_view(model)
     knobs = model.variable_parameters
     return {
-        "name": name,
+        "name": model.name,
         "title": model.title,
         "forced": model.forced,
         "states": [axis_of(model, item.name) for item in model.states],
