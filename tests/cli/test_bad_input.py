@@ -122,7 +122,7 @@ CASES = {
         ["locus", "slidng", "--vary", "f=12:13", "--vary", "Nd=0:1"], "no model 'slidng'",
     ),
     "locus where nothing moves periodically": (
-        ["locus", "sliding", "--vary", "f=12:13", "--vary", "Nd=0.5:0.9", "--set", "Vd=1e-6"],
+        ["locus", "sliding", "--vary", "f=12:13", "--vary", "Nd=0.5:0.9", "--set", "Vd=1e-7"],
         "no response exists",
     ),
     "label of a model": ([*LOCUS, "--label", "2"], "--label 2", "sliding is a model"),

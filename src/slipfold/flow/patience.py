@@ -23,9 +23,9 @@ creeps, the steps are as short as its rise is steep."""
 LONGEST = 200_000
 """Steps that one motion may take to its end: twenty thousand vibrations, less than a second."""
 
-LONGEST_SEGMENT = 3_000
-"""Steps that segments of an orbit may take: six hundred vibrations on each. Newton's method asks for
-hundreds of them, with derivatives, also where there is no orbit."""
+LONGEST_SEGMENT = 4_500
+"""Steps that segments of an orbit may take: eight hundred vibrations on each. Newton's method asks
+for hundreds of them, with derivatives, also where there is no orbit."""
 
 HOPELESS = 1e-5
 """Share of what is left of a motion that `CALL` steps must gain: less is a singularity, however
