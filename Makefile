@@ -74,9 +74,8 @@ KERNELS := Nehalem Sandybridge Haswell \
 NUMERICS := $(addprefix tests/,attractors branches collocation flow loci models orbits reference \
 	structures thresholds) src/slipfold/collocation src/slipfold/flow src/slipfold/orbits \
 	src/slipfold/branches src/slipfold/loci
-# Where a last digit has decided something before. Not tests/orbits yet: collocation at the fold of
-# squeal does not settle on a coarse mesh with the kernels of Nehalem.
-SENSITIVE := $(addprefix tests/,collocation reference \
+# Where a last digit has decided something before.
+SENSITIVE := $(addprefix tests/,collocation orbits reference structures \
 	branches/test_branch_points.py branches/test_autonomous.py branches/test_homoclinic.py \
 	branches/test_textbook_systems.py loci/test_textbook_systems.py)
 

@@ -1,6 +1,7 @@
 """Orders of convergence, closed forms and adapted meshes of collocation."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -135,6 +136,20 @@ def test_relaxation_needs_an_adapted_mesh_and_keeps_its_tiny_multiplier():
     divergence = orbit.duration * np.sum(6 * (1 - x**2) @ gauss.weights * lengths)
     assert divergence < -40  # beyond the precision of a product of matrices
     assert np.log(orbit.multipliers[1].real) == pytest.approx(divergence, rel=1e-5)
+
+
+def test_a_double_multiplier_is_compared_by_its_mean():
+    # Rounding splits it by its square root, on each mesh and each processor in another way.
+    count = 16
+    coarse, fine = (on_uniform_mesh(duffing(), n, 4) for n in (count, 2 * count))
+    split = np.array([1e-8, -1e-8])
+    coarse = replace(coarse, multipliers=np.array([0.5, 0.5]) + 0j)
+    double = replace(fine, multipliers=0.5 + 3 * split + 0j)
+    assert coarse.difference(double) == pytest.approx(
+        np.abs(coarse.solution.iterate.nodes - fine.solution.iterate.nodes[::2]).max(), rel=1e-6
+    )
+    moved = replace(fine, multipliers=0.5 + 1e-3 + split + 0j)
+    assert coarse.difference(moved) == pytest.approx(1e-3)
 
 
 def test_a_mesh_is_equidistributed_and_keeps_its_anchors():

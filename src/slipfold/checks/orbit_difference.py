@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from slipfold.checks.retraced import SMALL, Motion, Retraced, retrace
 from slipfold.collocation.condensation import Condensed, Iterate, condense
-from slipfold.collocation.multipliers import product, without_motion
+from slipfold.collocation.multipliers import multiplier_difference, product, without_motion
 from slipfold.flow.flow import Constants, Flow, flow_of
 from slipfold.models.model import Model
-from slipfold.orbits.check import check_orbit, is_singular, multiplier_difference, rests
+from slipfold.orbits.check import check_orbit, is_singular, rests
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
 __all__ = [

@@ -11,7 +11,11 @@ from slipfold.collocation.collocated_orbit import CollocatedOrbit
 from slipfold.collocation.condensation import Iterate
 from slipfold.collocation.gauss import gauss_points
 from slipfold.collocation.mesh import equidistribute, halve, uniform
-from slipfold.collocation.multipliers import cycle_multipliers, product_eigenvalues
+from slipfold.collocation.multipliers import (
+    cycle_multipliers,
+    multiplier_difference,
+    product_eigenvalues,
+)
 from slipfold.collocation.newton import Solution, solve
 from slipfold.collocation.reference import Reference, reference_of
 from slipfold.collocation.vector_field import VectorField
@@ -89,7 +93,7 @@ class Collocated:
         return max(
             float(np.abs(coarse.nodes - fine.nodes[::2]).max()),
             abs(coarse.time / fine.time - 1),
-            _distance(self.multipliers, other.multipliers) / size,
+            multiplier_difference(self.multipliers, other.multipliers) / size,
         )
 
 
@@ -182,9 +186,3 @@ def _as_orbit(
         error,
         settled,
     )
-
-
-def _distance(values: NDArray[np.complex128], others: NDArray[np.complex128]) -> float:
-    """Return the largest distance of one set of multipliers from the other."""
-    gaps = np.abs(values[:, None] - others[None, :])
-    return float(max(gaps.min(axis=0).max(), gaps.min(axis=1).max()))

@@ -8,7 +8,13 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["cycle_multipliers", "product", "product_eigenvalues", "without_motion"]
+__all__ = [
+    "cycle_multipliers",
+    "multiplier_difference",
+    "product",
+    "product_eigenvalues",
+    "without_motion",
+]
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -28,6 +34,10 @@ TINY = 1e-300
 
 SEPARATE = 1e-13
 """Invariant subspaces are told apart once the basis turns by no more than this."""
+
+CLOSE = 1e-5
+"""Multipliers nearer than this may be one that is double. Each of two is then known to no more
+than the square root of the precision, their mean to all of it."""
 
 
 def product_eigenvalues(matrices: Array) -> Complex:
@@ -102,6 +112,17 @@ def product(matrices: Array) -> Array:
     return reduce(lambda result, matrix: matrix @ result, matrices)
 
 
+def multiplier_difference(values: Complex, others: Complex) -> float:
+    """Return the largest distance between multipliers and their counterparts."""
+    if not np.isfinite(others).all():
+        return np.nan
+    rest, distances = list(others), []
+    for value in values:
+        nearest = int(np.argmin(np.abs(np.array(rest) - _mean_near(value, values))))
+        distances.append(abs(_mean_near(rest.pop(nearest), others) - _mean_near(value, values)))
+    return float(max(distances))
+
+
 def _dominant_first(product: Array) -> Array:
     """Return an orthonormal basis whose first vectors span the dominant eigenspaces."""
     values, vectors = np.linalg.eig(product)
@@ -117,3 +138,7 @@ def _groups(turn: Array) -> list[slice]:
     n = len(turn)
     inner = [i for i in range(1, n) if np.abs(turn[i:, :i]).max() < SEPARATE]
     return [slice(first, last) for first, last in pairwise([0, *inner, n])]
+
+
+def _mean_near(value: complex, values: Complex) -> complex:
+    return complex(values[np.abs(values - value) < CLOSE].mean())

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipfold.collocation import CollocatedOrbit, collocate, exact_equilibrium
+from slipfold.collocation.multipliers import multiplier_difference
 from slipfold.flow import flow_of
 from slipfold.text.one_line import OneLine
 from slipfold.text.printed_table import PrintedTable
@@ -16,9 +16,7 @@ from slipfold.text.printed_table import PrintedTable
 if TYPE_CHECKING:
     from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
-__all__ = ["OrbitCheck", "check_orbit", "is_singular", "multiplier_difference", "rests"]
-
-Complex = NDArray[np.complex128]
+__all__ = ["OrbitCheck", "check_orbit", "is_singular", "rests"]
 
 SAMPLES = 128
 """Samples a forcing period that make the guess; Newton's method does the rest."""
@@ -30,10 +28,6 @@ orbit is an equilibrium."""
 SINGULAR = 1e-4
 """With a multiplier this near to one, orbits a residual of 1e-12 apart differ by 1e-8 and more:
 then the equations are made regular as at a fold."""
-
-CLOSE = 1e-5
-"""Multipliers nearer than this may be one that is double. Each of two is then known to no more
-than the square root of the precision, their mean to all of it."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -142,18 +136,3 @@ def rests(orbit: PeriodicOrbit) -> bool:
     constants = flow.constants_of(orbit.model)
     rates = flow.rates(orbit.nodes, np.zeros(len(orbit.nodes)), constants)
     return bool(np.abs(rates / orbit.model.state_scales()).max() < REST)
-
-
-def multiplier_difference(values: Complex, others: Complex) -> float:
-    """Return the largest distance between multipliers and their counterparts."""
-    if not np.isfinite(others).all():
-        return np.nan
-    rest, distances = list(others), []
-    for value in values:
-        nearest = int(np.argmin(np.abs(np.array(rest) - _mean_near(value, values))))
-        distances.append(abs(_mean_near(rest.pop(nearest), others) - _mean_near(value, values)))
-    return float(max(distances))
-
-
-def _mean_near(value: complex, values: Complex) -> complex:
-    return complex(values[np.abs(values - value) < CLOSE].mean())
