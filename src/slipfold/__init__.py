@@ -19,6 +19,11 @@ from slipfold.branches import Progress as Progress
 from slipfold.branches import Settings as Settings
 from slipfold.branches import SpecialPoint as SpecialPoint
 from slipfold.branches import Steps as Steps
+from slipfold.computations import bifurcation_set as bifurcation_set
+from slipfold.computations import locus as locus
+from slipfold.computations import response as response
+from slipfold.computations import simulate as simulate
+from slipfold.computations import threshold_map as threshold_map
 from slipfold.errors import InputError as InputError
 from slipfold.loci.locus import Locus as Locus
 from slipfold.loci.locus import LocusEnd as LocusEnd
@@ -76,12 +81,7 @@ from slipfold.results import Diagram as Diagram
 from slipfold.results import LocusDiagram as LocusDiagram
 from slipfold.results import Simulation as Simulation
 from slipfold.results import ThresholdMap as ThresholdMap
-from slipfold.results import bifurcation_set as bifurcation_set
 from slipfold.results import load as load
-from slipfold.results import locus as locus
-from slipfold.results import response as response
-from slipfold.results import simulate as simulate
-from slipfold.results import threshold_map as threshold_map
 from slipfold.thresholds.threshold_map import MapProgress as MapProgress
 
 __all__ = [

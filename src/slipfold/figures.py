@@ -10,7 +10,7 @@ from slipfold.models.friction import FrictionLaw
 from slipfold.results.diagram import Diagram
 from slipfold.results.locus_diagram import LocusDiagram
 from slipfold.results.simulation import Simulation
-from slipfold.results.threshold_result import ThresholdMap
+from slipfold.results.threshold_map import ThresholdMap
 
 __all__: list[str] = []
 

@@ -159,10 +159,10 @@ def test_start_where_there_is_no_orbit(tmp_path):
 
 
 PLACES = [
-    (RESPONSE, "response.response", ("--out", "--json", "--csv")),
-    (LOCUS, "bifurcation_set.bifurcation_set", ("--out", "--json", "--csv")),
-    (("simulate", "sliding"), "simulation.simulate", ("--out", "--json")),
-    (("plot", "some.nc"), "load.load", ("--out",)),
+    (RESPONSE, "computations.response.response", ("--out", "--json", "--csv")),
+    (LOCUS, "computations.bifurcation_set.bifurcation_set", ("--out", "--json", "--csv")),
+    (("simulate", "sliding"), "computations.simulate.simulate", ("--out", "--json")),
+    (("plot", "some.nc"), "results.load.load", ("--out",)),
 ]
 
 
@@ -171,8 +171,8 @@ PLACES = [
     [(command, name, option) for command, name, options in PLACES for option in options],
 )
 def test_places_are_checked_before_computing(command, name, option, tmp_path, monkeypatch):
-    module, function = name.split(".")
-    monkeypatch.setattr(importlib.import_module(f"slipfold.results.{module}"), function, None)
+    module, _, function = name.rpartition(".")
+    monkeypatch.setattr(importlib.import_module(f"slipfold.{module}"), function, None)
     (tmp_path / "file").write_bytes(b"")
     (tmp_path / "folder.png").mkdir()
     (tmp_path / "kept.png").write_bytes(b"")

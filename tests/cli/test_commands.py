@@ -21,7 +21,7 @@ SMALL = ["response", "sliding", "--vary", "Nd=0:0.05"]
 
 def replace_result(monkeypatch, diagram, name="response"):
     """Let the command hand over this diagram instead of computing one."""
-    module = importlib.import_module(f"slipfold.results.{name}")
+    module = importlib.import_module(f"slipfold.computations.{name}")
     monkeypatch.setattr(module, name, lambda *_, **__: diagram)
 
 
@@ -136,7 +136,7 @@ def test_interruption_outside_the_computation(monkeypatch):
     def interrupt(*_, **__):
         raise KeyboardInterrupt
 
-    module = importlib.import_module("slipfold.results.simulation")
+    module = importlib.import_module("slipfold.computations.simulate")
     monkeypatch.setattr(module, "simulate", interrupt)
     result = run("simulate", "sliding")
     assert result.exit_code == 130
@@ -181,7 +181,7 @@ def test_all_files_of_one_locus_agree(tmp_path):
 
 def test_types_and_periods_reach_the_computation(monkeypatch):
     asked = {}
-    module = importlib.import_module("slipfold.results.bifurcation_set")
+    module = importlib.import_module("slipfold.computations.bifurcation_set")
     monkeypatch.setattr(
         module, "bifurcation_set", lambda *_, **given: asked.update(given) or made_locus_diagram()
     )
@@ -262,7 +262,7 @@ def test_locus_of_a_saved_response_as_json(saved_response):
 
 def test_labels_are_those_of_the_printed_table(saved_response, tmp_path, monkeypatch):
     asked = {}
-    module = importlib.import_module("slipfold.results.locus")
+    module = importlib.import_module("slipfold.computations.locus")
     monkeypatch.setattr(
         module, "locus", lambda points, *_, **__: asked.update(p=points) or made_locus_diagram()
     )

@@ -6,9 +6,10 @@ import pytest
 from helpers.locus_diagrams import assert_same
 from slipfold.branches.event import Event
 from slipfold.branches.settings import Settings, Steps
+from slipfold.computations import bifurcation_set, locus, response
 from slipfold.errors import InputError
 from slipfold.models import SlidingOscillator
-from slipfold.results import bifurcation_set, load, locus, response
+from slipfold.results import load
 
 PLANE = ("f", "Nd")
 WINDOW = ((12.3, 12.6), (0.0, 0.1))

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from slipfold.computations.plane import corner_model, parse_plane
 from slipfold.errors import InputError
 from slipfold.models import SlidingOscillator
-from slipfold.results.plane import corner_model, parse_plane
 
 MODEL = SlidingOscillator()
 DEGREE = np.pi / 180

@@ -20,10 +20,11 @@ from helpers.diagrams import (
 from slipfold.branches.branch import End
 from slipfold.branches.event import Event
 from slipfold.branches.settings import Newton, Settings, Steps
+from slipfold.computations import simulate
 from slipfold.errors import InputError
 from slipfold.models import SlidingOscillator
 from slipfold.orbits.extrema import Extrema
-from slipfold.results import load, simulate
+from slipfold.results import load
 from slipfold.results.diagram_reader import read_diagram
 from slipfold.results.diagram_table import diagram_table
 from slipfold.results.saved_table import open_table

@@ -14,12 +14,12 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 import slipfold as sf
+from slipfold.computations.threshold_map import threshold_map
 from slipfold.errors import InputError
 from slipfold.models import Parameter, SlidingOscillator
 from slipfold.results import Provenance, ThresholdMap, load
 from slipfold.results.labelled_table import Variable
 from slipfold.results.saved_table import open_table
-from slipfold.results.threshold_map import threshold_map
 from slipfold.results.threshold_reader import read_threshold_map
 from slipfold.results.threshold_table import column_name, threshold_table
 

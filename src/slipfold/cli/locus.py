@@ -115,7 +115,7 @@ def locus(
     settings = parse_settings(max_step, tolerance, max_points)
     compute: partial[LocusDiagram]
     if model.lower().endswith(".nc"):
-        from slipfold.results.locus import locus as follow
+        from slipfold.computations.locus import locus as follow
 
         given = [f"--set {item}" for item in set_ or ()]
         given += [] if friction is None else [f"--friction {friction}"]
@@ -130,7 +130,7 @@ def locus(
         compute = partial(follow, points, plane, window)
     else:
         from slipfold.cli.case_file import find_model
-        from slipfold.results.bifurcation_set import bifurcation_set
+        from slipfold.computations.bifurcation_set import bifurcation_set
 
         if label:
             raise InputError(

@@ -93,7 +93,7 @@ def response(
     followed to its end, 130 interrupted.
     """
     from slipfold.cli.case_file import find_model
-    from slipfold.results.response import response as compute
+    from slipfold.computations.response import response as compute
 
     outputs = Outputs(json, out, csv)
     outputs.check()

@@ -54,8 +54,8 @@ def simulate(
     Exit status: 0 done, 2 bad input, 3 the motion became singular, 130 interrupted.
     """
     from slipfold.cli.case_file import find_model
+    from slipfold.computations.simulate import simulate as compute
     from slipfold.models.quantity import parse_quantity
-    from slipfold.results.simulation import simulate as compute
 
     outputs = Outputs(json, out)
     outputs.check()

@@ -9,6 +9,8 @@ from dataclasses import replace
 from slipfold.branches.carry import carry_branches
 from slipfold.branches.orbit_between import orbit_between
 from slipfold.branches.progress import Observer, Progress
+from slipfold.computations.bifurcation_set import bifurcation_set
+from slipfold.computations.response import response
 from slipfold.errors import InputError
 from slipfold.explorer.asked import asked_model
 from slipfold.explorer.catalogue import Catalogue
@@ -22,10 +24,8 @@ from slipfold.loci.progress import LocusProgress
 from slipfold.models.model import Model
 from slipfold.orbits.find import periodic_orbit
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
-from slipfold.results.bifurcation_set import bifurcation_set
 from slipfold.results.diagram import Diagram
 from slipfold.results.locus_diagram import LocusDiagram
-from slipfold.results.response import response
 
 __all__ = ["Computing"]
 

@@ -10,6 +10,8 @@ from typing import Any
 from slipfold.attractors.spectrum import Spectrum, find_spectrum
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import BIFURCATIONS
+from slipfold.computations.bifurcation_set import bifurcation_set
+from slipfold.computations.response import response
 from slipfold.errors import InputError
 from slipfold.flow.simulate import simulate
 from slipfold.loci.locus import CODIMENSION_TWO
@@ -22,12 +24,10 @@ from slipfold.paper.plane_drawing import render_plane
 from slipfold.paper.plane_text import planes_markdown
 from slipfold.paper.planes import Plane, PlaneFigure
 from slipfold.paper.thresholds import thresholds_csv
-from slipfold.results.bifurcation_set import bifurcation_set
 from slipfold.results.diagram import Diagram
 from slipfold.results.diagram_table import diagram_table
 from slipfold.results.locus_diagram import LocusDiagram
 from slipfold.results.locus_table import locus_table
-from slipfold.results.response import response
 from slipfold.results.writing import check_writable, write_file
 
 __all__ = ["PaperProgress", "Reproduction", "reproduce"]

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from slipfold.results.diagram import Diagram
     from slipfold.results.locus_diagram import LocusDiagram
     from slipfold.results.simulation import Simulation
-    from slipfold.results.threshold_result import ThresholdMap
+    from slipfold.results.threshold_map import ThresholdMap
 
 __all__ = ["load"]
 

@@ -1,119 +1,127 @@
-"""Thresholds of stability over a grid of two parameters, in one call."""
+"""A map of thresholds as a result: labelled, printed, saved, exported and drawn."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from time import perf_counter
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
 
-from numpy.typing import ArrayLike
+from slipfold.drawing import draw
+from slipfold.results.provenance import Provenance
+from slipfold.results.result import Result
+from slipfold.thresholds.threshold_map import GridThresholds
 
-from slipfold.errors import InputError
-from slipfold.models.model import Model
-from slipfold.models.parameter import Parameter
-from slipfold.models.quantity import parse_quantity
-from slipfold.results.provenance import provenance
-from slipfold.results.threshold_result import ThresholdMap
-from slipfold.thresholds.threshold_map import MapObserver, find_threshold_map
+if TYPE_CHECKING:
+    from slipfold.results.labelled_table import LabelledTable
 
-__all__ = ["Values", "threshold_map"]
-
-Values = ArrayLike | Sequence[float | str]
-"""Values of a parameter: numbers, or text with a unit."""
+__all__ = ["ThresholdMap"]
 
 
-def threshold_map(
-    model: Model,
-    threshold: str,
-    type: str = "PD",
-    *,
-    over: Mapping[str, Values],
-    span: tuple[float | str, float | str],
-    observer: MapObserver | None = None,
-    **parameters: float | str,
-) -> ThresholdMap:
-    """Find where the response of period 1 first loses its stability, over a grid of parameters.
+@dataclass(frozen=True, eq=False, repr=False)
+class ThresholdMap(GridThresholds, Result):
+    """Where the response of period 1 first loses its stability, over two parameters; frozen.
+
+    Made by `slipfold.threshold_map` and `slipfold.load`. Every array has the grid's two axes first.
+    Where there is no threshold, `kinds` and `reasons` say why, and the numbers are NaN.
 
     Parameters
     ----------
     model
-        The model, e.g. ``SlidingOscillator()``.
+        The model; its values of `threshold` and of the grid's parameters play no part.
     threshold
-        Name of the parameter that is raised until stability is lost, e.g. ``"Nd"``.
+        Name of the parameter that is raised until stability is lost.
     type
-        Bifurcation by which it is lost: ``"PD"``.
+        ``"PD"``: the bifurcation by which it is lost.
     over
-        Values of two other parameters by name, each of shape (n,), distinct: numbers in SI units,
-        or text with a unit.
+        Values of the grid's two parameters by name, shapes (n1,) and (n2,).
     span
-        First and last value of the threshold: numbers in SI units, or text with a unit. A
-        descending span is fine.
-    observer
-        Called after every line of the grid with a `slipfold.MapProgress`. If it raises
-        `KeyboardInterrupt`, or the user does, the points not reached say so.
-    **parameters
-        Parameters of the model to change first: numbers in SI units, or text with a unit.
+        First and last value of the threshold.
+    values
+        Thresholds, shape (n1, n2), in the unit of the parameter; NaN where there is none.
+    states
+        States of the orbits there at phase zero, shape (n1, n2, n_states).
+    multipliers
+        Their Floquet multipliers, complex, shape (n1, n2, n_states), largest modulus first.
+    residuals
+        How far each orbit fails to close, in scaled states, shape (n1, n2).
+    kinds
+        Why there is no threshold, in a few words, shape (n1, n2); empty where there is one.
+    reasons
+        The same as sentences.
+    followed
+        Whether the whole response was followed at this point, shape (n1, n2). Elsewhere the
+        threshold was computed from a guess between neighbours, and the response below it checked
+        at four places.
+    provenance
+        Versions and time.
 
-    Returns
-    -------
-    ThresholdMap
-        Thresholds, and why some points have none.
-
-    Raises
-    ------
-    InputError
-        For an unknown parameter, a wrong unit, a value outside its bounds, an empty span or grid,
-        or another type.
+    Notes
+    -----
+    The dataset of `to_xarray` lies along the two parameters of the grid, which label it, so that
+    ``dataset.Nd.sel(Vd=0.6, alpha=1.0)`` is a threshold; further along ``state`` and
+    ``multiplier``. In the spreadsheet of `to_csv`, one row a point of the grid.
 
     Examples
     --------
     >>> import slipfold as sf
-    >>> over = {"Vd": [0.4, 0.6, 1.0], "alpha": ["30deg", "60deg"]}
-    >>> found = sf.threshold_map(sf.SlidingOscillator(), "Nd", over=over, span=(0, 0.9))
-    >>> print(found.values[1, 1].round(9))
-    0.043578911
+    >>> over = {"Vd": [0.4, 0.6, 1.0], "alpha": ["60deg"]}
+    >>> found = sf.threshold_map(sf.SlidingOscillator(), "Nd", over=over, span=(0, "50mN"))
+    >>> found.values[:, 0].round(8).tolist(), found.failures
+    ([nan, 0.04357891, 0.03429776], {'no PD in the span': 1})
     """
-    if not isinstance(model, Model):
-        raise InputError(f"model = {model!r} is not a model; give e.g. SlidingOscillator()")
-    if not isinstance(over, Mapping):
-        raise InputError(
-            f"over = {over!r} does not give values by name; give e.g. "
-            f"{{'{model.parameters[0].name}': [...], '{model.parameters[1].name}': [...]}}"
-        )
-    for name in (threshold, *over):
-        if name in parameters:
-            raise InputError(
-                f"{name} is varied, so it cannot be set to {parameters[name]} as well; "
-                "give it once, in over or in the span"
-            )
-    changed = model.replace(**parameters)
-    started = perf_counter()
-    found = find_threshold_map(
-        changed,
-        threshold,
-        type,
-        over={
-            name: _numbers(model.variable_parameter(name), values) for name, values in over.items()
-        },
-        span=_ends(model.variable_parameter(threshold), span),
-        observer=observer,
-    )
-    return ThresholdMap(**vars(found), provenance=provenance(perf_counter() - started))
 
+    provenance: Provenance
 
-def _ends(parameter: Parameter, span: tuple[float | str, float | str]) -> tuple[float, float]:
-    try:
-        first, last = span
-    except (TypeError, ValueError):
-        raise InputError(
-            f"span = {span!r} is not a pair of numbers; give the first and the last value of "
-            f"{parameter.name}"
-        ) from None
-    unit, name = parameter.unit, parameter.name
-    return parse_quantity(first, unit, name), parse_quantity(last, unit, name)
+    def summary(self) -> str:
+        """Return how many thresholds were found, their range, and why points have none."""
+        from slipfold.results.threshold_summary import threshold_summary
 
+        return threshold_summary(self)
 
-def _numbers(parameter: Parameter, values: Values) -> ArrayLike:
-    """Convert text with units; leave the rest to be checked with the grid."""
-    if isinstance(values, list | tuple):
-        return [parse_quantity(value, parameter.unit, parameter.name) for value in values]
-    return values
+    def to_json(self) -> dict[str, Any]:
+        """Return thresholds and failures as plain data, schema slipfold.threshold_map/1.
+
+        What is not finite is None.
+        """
+        from slipfold.results.threshold_record import threshold_record
+
+        return threshold_record(self)
+
+    def plot(self, **options: Any) -> Any:
+        """Draw the thresholds as colours over the plane of the grid's parameters.
+
+        Parameters
+        ----------
+        **options
+            Options of the drawing, e.g. ``contours=False`` and ``ax=`` the axes to draw in.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            The axes.
+        """
+        return draw(self, **options)
+
+    def _table(self) -> LabelledTable:
+        from slipfold.results.threshold_table import threshold_table
+
+        return threshold_table(self)
+
+    def _csv(self) -> str:
+        from slipfold.results.threshold_spreadsheet import threshold_csv
+
+        return threshold_csv(self)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Give what can be copied and sent to other processes: read-only mappings cannot."""
+        return {**vars(self), "over": dict(self.over)}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Lock it again."""
+        vars(self).update(state, over=MappingProxyType(state["over"]))
+        self.__post_init__()
+
+    def _repr_html_(self) -> str:
+        from slipfold.results.threshold_summary import threshold_html
+
+        return threshold_html(self)

@@ -8,7 +8,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from slipfold.results.saved_table import SavedTable
-from slipfold.results.threshold_result import ThresholdMap
+from slipfold.results.threshold_map import ThresholdMap
 from slipfold.results.threshold_table import column_name
 
 __all__ = ["read_threshold_map"]

@@ -8,7 +8,7 @@ from slipfold.results.record import numbers, record_head
 from slipfold.results.threshold_table import SCHEMA
 
 if TYPE_CHECKING:
-    from slipfold.results.threshold_result import ThresholdMap
+    from slipfold.results.threshold_map import ThresholdMap
 
 __all__ = ["threshold_record"]
 

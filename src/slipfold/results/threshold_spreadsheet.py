@@ -10,7 +10,7 @@ import numpy as np
 from slipfold.results.csv_text import complex_parts, csv_text, multiplier_heads, with_unit
 
 if TYPE_CHECKING:
-    from slipfold.results.threshold_result import ThresholdMap
+    from slipfold.results.threshold_map import ThresholdMap
 
 __all__ = ["threshold_csv"]
 

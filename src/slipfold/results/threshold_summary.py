@@ -10,7 +10,7 @@ from slipfold.results.title import without_defaults
 from slipfold.text.printed_table import PrintedTable, html_list, with_unit
 
 if TYPE_CHECKING:
-    from slipfold.results.threshold_result import ThresholdMap
+    from slipfold.results.threshold_map import ThresholdMap
 
 __all__ = ["threshold_html", "threshold_summary"]
 

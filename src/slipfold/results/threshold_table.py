@@ -13,7 +13,7 @@ from slipfold.results.columns import Columns, state_labels
 from slipfold.results.labelled_table import LabelledTable, Variable
 
 if TYPE_CHECKING:
-    from slipfold.results.threshold_result import ThresholdMap
+    from slipfold.results.threshold_map import ThresholdMap
 
 __all__ = ["SCHEMA", "column_name", "threshold_table"]
 

@@ -6,6 +6,7 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
+from slipfold.computations.simulate import simulate
 from slipfold.explorer.asked import asked_model
 from slipfold.explorer.catalogue import Catalogue
 from slipfold.explorer.computing import Computing
@@ -20,7 +21,6 @@ from slipfold.explorer.messages import (
 from slipfold.explorer.start import start_of, timed
 from slipfold.results.orbit_table import orbit_csv, orbit_table
 from slipfold.results.result import Result
-from slipfold.results.simulation import simulate
 
 __all__ = ["MEDIA_TYPES", "SUFFIXES", "export_view"]
 

@@ -11,6 +11,7 @@ from slipfold.branches.progress import Observer
 from slipfold.branches.response import measured_over, trace_response
 from slipfold.branches.settings import Settings
 from slipfold.checks.of_branches import check_branches
+from slipfold.computations.given_settings import checked_settings
 from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.models.quantity import parse_quantity
@@ -19,7 +20,6 @@ from slipfold.orbits.find import periodic_orbit
 from slipfold.orbits.orbit_near import orbit_near, settled_on
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.results.diagram import Diagram
-from slipfold.results.given_settings import checked_settings
 from slipfold.results.provenance import provenance
 
 __all__ = ["response"]

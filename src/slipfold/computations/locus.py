@@ -9,15 +9,15 @@ from typing import Any
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.checks.of_loci import check_loci
+from slipfold.computations.bifurcation_set import bifurcation_set
+from slipfold.computations.given_settings import checked_settings
+from slipfold.computations.plane import GivenWindow, corner_model, parse_plane
 from slipfold.errors import InputError
 from slipfold.loci.follow import follow_loci
 from slipfold.loci.progress import LocusObserver
 from slipfold.models.model import Model
-from slipfold.results.bifurcation_set import bifurcation_set
 from slipfold.results.diagram import Labelled
-from slipfold.results.given_settings import checked_settings
 from slipfold.results.locus_diagram import LocusDiagram
-from slipfold.results.plane import GivenWindow, corner_model, parse_plane
 from slipfold.results.provenance import provenance
 
 __all__ = ["Given", "locus"]

@@ -10,13 +10,13 @@ import numpy as np
 
 from slipfold.branches.settings import Settings
 from slipfold.checks.of_loci import check_loci
+from slipfold.computations.given_settings import checked_settings
+from slipfold.computations.plane import GivenWindow, corner_model, parse_plane
 from slipfold.errors import InputError
 from slipfold.loci.bifurcation_set import find_bifurcation_set
 from slipfold.loci.progress import LocusObserver
 from slipfold.models.model import Model
-from slipfold.results.given_settings import checked_settings
 from slipfold.results.locus_diagram import LocusDiagram
-from slipfold.results.plane import GivenWindow, corner_model, parse_plane
 from slipfold.results.provenance import provenance
 
 __all__ = ["bifurcation_set"]

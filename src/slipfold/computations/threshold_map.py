@@ -1,0 +1,119 @@
+"""Thresholds of stability over a grid of two parameters, in one call."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from time import perf_counter
+
+from numpy.typing import ArrayLike
+
+from slipfold.errors import InputError
+from slipfold.models.model import Model
+from slipfold.models.parameter import Parameter
+from slipfold.models.quantity import parse_quantity
+from slipfold.results.provenance import provenance
+from slipfold.results.threshold_map import ThresholdMap
+from slipfold.thresholds.threshold_map import MapObserver, find_threshold_map
+
+__all__ = ["Values", "threshold_map"]
+
+Values = ArrayLike | Sequence[float | str]
+"""Values of a parameter: numbers, or text with a unit."""
+
+
+def threshold_map(
+    model: Model,
+    threshold: str,
+    type: str = "PD",
+    *,
+    over: Mapping[str, Values],
+    span: tuple[float | str, float | str],
+    observer: MapObserver | None = None,
+    **parameters: float | str,
+) -> ThresholdMap:
+    """Find where the response of period 1 first loses its stability, over a grid of parameters.
+
+    Parameters
+    ----------
+    model
+        The model, e.g. ``SlidingOscillator()``.
+    threshold
+        Name of the parameter that is raised until stability is lost, e.g. ``"Nd"``.
+    type
+        Bifurcation by which it is lost: ``"PD"``.
+    over
+        Values of two other parameters by name, each of shape (n,), distinct: numbers in SI units,
+        or text with a unit.
+    span
+        First and last value of the threshold: numbers in SI units, or text with a unit. A
+        descending span is fine.
+    observer
+        Called after every line of the grid with a `slipfold.MapProgress`. If it raises
+        `KeyboardInterrupt`, or the user does, the points not reached say so.
+    **parameters
+        Parameters of the model to change first: numbers in SI units, or text with a unit.
+
+    Returns
+    -------
+    ThresholdMap
+        Thresholds, and why some points have none.
+
+    Raises
+    ------
+    InputError
+        For an unknown parameter, a wrong unit, a value outside its bounds, an empty span or grid,
+        or another type.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> over = {"Vd": [0.4, 0.6, 1.0], "alpha": ["30deg", "60deg"]}
+    >>> found = sf.threshold_map(sf.SlidingOscillator(), "Nd", over=over, span=(0, 0.9))
+    >>> print(found.values[1, 1].round(9))
+    0.043578911
+    """
+    if not isinstance(model, Model):
+        raise InputError(f"model = {model!r} is not a model; give e.g. SlidingOscillator()")
+    if not isinstance(over, Mapping):
+        raise InputError(
+            f"over = {over!r} does not give values by name; give e.g. "
+            f"{{'{model.parameters[0].name}': [...], '{model.parameters[1].name}': [...]}}"
+        )
+    for name in (threshold, *over):
+        if name in parameters:
+            raise InputError(
+                f"{name} is varied, so it cannot be set to {parameters[name]} as well; "
+                "give it once, in over or in the span"
+            )
+    changed = model.replace(**parameters)
+    started = perf_counter()
+    found = find_threshold_map(
+        changed,
+        threshold,
+        type,
+        over={
+            name: _numbers(model.variable_parameter(name), values) for name, values in over.items()
+        },
+        span=_ends(model.variable_parameter(threshold), span),
+        observer=observer,
+    )
+    return ThresholdMap(**vars(found), provenance=provenance(perf_counter() - started))
+
+
+def _ends(parameter: Parameter, span: tuple[float | str, float | str]) -> tuple[float, float]:
+    try:
+        first, last = span
+    except (TypeError, ValueError):
+        raise InputError(
+            f"span = {span!r} is not a pair of numbers; give the first and the last value of "
+            f"{parameter.name}"
+        ) from None
+    unit, name = parameter.unit, parameter.name
+    return parse_quantity(first, unit, name), parse_quantity(last, unit, name)
+
+
+def _numbers(parameter: Parameter, values: Values) -> ArrayLike:
+    """Convert text with units; leave the rest to be checked with the grid."""
+    if isinstance(values, list | tuple):
+        return [parse_quantity(value, parameter.unit, parameter.name) for value in values]
+    return values
