@@ -10,8 +10,11 @@ from hypothesis import strategies as st
 
 import slipfold as sf
 from slipfold.errors import InputError
+from slipfold.explorer.asked import asked_model
 from slipfold.explorer.catalogue import Catalogue
+from slipfold.explorer.messages import parse_request
 from slipfold.explorer.plain_text import plain_text
+from slipfold.explorer.views.labels import axis_of
 from slipfold.explorer.views.numbers import number, short
 
 DESCRIBED = {item["name"]: item for item in Catalogue().describe()}
@@ -75,6 +78,40 @@ def test_sliders_of_angles_keep_their_bounds():
     )
     (slider,) = Catalogue(own).describe()[0]["parameters"]
     assert (slider["low"], slider["high"]) == (0, 1.5)
+
+
+@pytest.mark.parametrize("name", ["two contacts", "pad/disc", "..\\Bremse Ä: 2", "x" * 300])
+def test_whatever_a_model_is_called_it_can_be_asked_for(name):
+    names = [f"p{i}" for i in range(70)]
+    own = sf.System(
+        name=name, parameters=dict.fromkeys(names, 1.0), states={"q": f"{'+'.join(names)}-q"}
+    )
+    catalogue = Catalogue(own)
+    described = catalogue.describe()[0]
+    values = {item["name"]: item["value"] for item in described["parameters"]}
+    request = parse_request(
+        json.dumps(
+            {"kind": "simulation", "id": 1, "model": described["name"], "parameters": values}
+        )
+    )
+    assert asked_model(catalogue, request) == own
+
+
+@pytest.mark.parametrize(
+    ("parameter", "symbol"),
+    [
+        ({"name": "k1"}, ["k", "1"]),
+        ({"name": "big"}, None),
+        ({"name": "Nd", "symbol": "$N_d$"}, ["N", "d"]),
+        ({"name": "e", "symbol": r"$\varepsilon_{0}$"}, ["ε", "0"]),
+        ({"name": "turn", "symbol": r"$\dot\alpha$"}, ["α̇", ""]),
+    ],
+)
+def test_what_stands_below_a_symbol_is_known(parameter, symbol):
+    name, given = parameter["name"], {"value": 1, **parameter}
+    del given["name"]
+    own = sf.System(parameters={name: given}, states={"q": f"{name}-q"})
+    assert axis_of(own, name)["symbol"] == symbol
 
 
 def test_a_model_with_nothing_to_vary_is_refused():

@@ -10,6 +10,7 @@ import pytest
 
 import slipfold as sf
 from helpers.command_line import run
+from helpers.explorer_models import BRAKE
 from helpers.explorer_server import BASE, diagram
 from slipfold.cli.case_file import equations_file, find_model
 from slipfold.errors import InputError
@@ -57,23 +58,7 @@ period = "2*pi/W"
 """.replace("'it''s \"own\"'", '"one\'s own"')
 DUFFING = diagram(model="duffing", parameters={"F": 0.17}, vary="W", span=[0.8, 1.4], show="q")
 OWN = {**DUFFING, "model": "own"}
-
-
-BRAKE = """
-name = "brake"
-[structure]
-names = ["tip"]
-M = [[0.05]]
-C = [[0.4]]
-K = [[2000.0]]
-[[contacts]]
-along = "tip"
-friction = { law = "Stribeck", mu_s = 0.6, mu_k = 0.3, vs = 0.4 }
-load = 5
-Vd = "2 m/s"
-[parameters]
-mu_s = 0.7
-"""
+CHANGED = f"{BRAKE}[parameters]\nmu_s = 0.7\n"
 BRAKES = diagram(model="brake", parameters={"mu_s": 0.6}, vary="Vd", span=[2, 0.7], show="tip")
 
 
@@ -96,7 +81,7 @@ def exported():
 def of_file(tmp_path):
     """A structure from a file whose path needs care; the page changes what the file changes."""
     file = tmp_path / 'one\'s "own".toml'
-    file.write_text(BRAKE)
+    file.write_text(CHANGED)
     return exporting(find_model(str(file), {}), equations_file(str(file)))
 
 
@@ -142,7 +127,7 @@ def test_the_copied_case_of_a_structures_file_names_it(of_file, tmp_path, monkey
 
 
 def test_a_file_that_has_changed_is_not_copied(of_file, tmp_path):
-    (tmp_path / 'one\'s "own".toml').write_text(BRAKE.replace("2000", "3000"))
+    (tmp_path / 'one\'s "own".toml').write_text(CHANGED.replace("2000", "3000"))
     for form in ("python", "toml"):
         with pytest.raises(InputError, match="holds another structure than when the page was open"):
             of_file(BRAKES, form)

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import re
+import subprocess
+import sys
 from contextlib import contextmanager
 
 from playwright.sync_api import Page, expect
@@ -23,6 +26,20 @@ async (fragment) => {
 }
 """
 """Follow a link within the page."""
+
+
+@contextmanager
+def served(case):
+    """Run the command on a file; give the address that it prints."""
+    command = [sys.executable, "-m", "slipfold.cli", "explore", str(case), "--no-browser"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
+        try:
+            yield next(
+                found[0] for line in server.stdout if (found := re.search(r"http://\S+", line))
+            )
+        finally:
+            server.terminate()
+            server.communicate()
 
 
 class HeldBack:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from slipfold.errors import InputError
 from slipfold.explorer.first_view import first_view
+from slipfold.explorer.messages import LONGEST_NAME, UNNAMED
 from slipfold.explorer.views.labels import axis_of
 from slipfold.models.model import Model
 from slipfold.models.parameter import Parameter
@@ -51,7 +53,7 @@ class Catalogue:
             )
         self._file = (given, file)
         built_in = {name: make() for name, make in built_in_models().items()}
-        first = {} if given is None else {given.name: given}
+        first = {} if given is None else {_key(given.name): given}
         self._models: Mapping[str, Model] = {**first, **built_in, **first}
 
     @property
@@ -75,14 +77,19 @@ class Catalogue:
 
     def describe(self) -> list[dict[str, Any]]:
         """Return all models as plain data for the page."""
-        return [_described(model) for model in self._models.values()]
+        return [_described(name, model) for name, model in self._models.items()]
 
 
-def _described(model: Model) -> dict[str, Any]:
+def _key(name: str) -> str:
+    """Return a name that requests may have, whatever a file calls its model."""
+    return re.sub(f"[{UNNAMED}]", "_", name)[:LONGEST_NAME] or "model"
+
+
+def _described(name: str, model: Model) -> dict[str, Any]:
     first = first_view(model)
     knobs = model.variable_parameters
     return {
-        "name": model.name,
+        "name": name,
         "title": model.title,
         "forced": model.forced,
         "states": [axis_of(model, item.name) for item in model.states],

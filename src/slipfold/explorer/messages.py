@@ -16,6 +16,8 @@ from pydantic import (
 )
 
 __all__ = [
+    "LONGEST_NAME",
+    "UNNAMED",
     "CancelRequest",
     "DiagramRequest",
     "ExportRequest",
@@ -34,18 +36,26 @@ __all__ = [
 LARGEST = 1e100
 """Largest modulus of a number from a client: its cube is still one. Models know narrower bounds."""
 
-MOST_NAMES = 64
-"""Most parameters or states of one request."""
+MOST_NAMES = 1000
+"""Most parameters or states of one request; a chain of fifty masses has some hundreds."""
+
+LONGEST_NAME = 200
+"""Most characters of the name of a model, a parameter, a state or an output."""
+
+UNNAMED = r"/\\\x00-\x1f\x7f-\x9f"
+"""Characters, as in a class of a regular expression, that no model's name in a request has."""
 
 KINDS = ("diagram", "orbit", "plane", "simulation", "cancel")
 
 LONGEST_SLOT = 8
 
-Name = Annotated[str, Field(min_length=1, max_length=48, pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")]
+Name = Annotated[
+    str, Field(min_length=1, max_length=LONGEST_NAME, pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")
+]
 """A parameter, state or output."""
 
-ModelName = Annotated[str, Field(min_length=1, max_length=64, pattern=r"^[\w.-]+$")]
-"""A model of the catalogue; it is looked up there and nowhere else."""
+ModelName = Annotated[str, Field(min_length=1, max_length=LONGEST_NAME, pattern=f"^[^{UNNAMED}]+$")]
+"""A model of the catalogue, called as its file says; it is looked up there and nowhere else."""
 
 Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False, strict=True)]
 

@@ -70,7 +70,7 @@ def run_worker(connection: Connection, wanted: Any, given: Model | None, file: P
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the server says when to stop
     _bound_memory()
     answering = Answering(Catalogue(given, file))
-    answering.warm_up()
+    _warm_up(answering)
     connection.send(Reply(READY, b""))
     while True:
         try:
@@ -83,6 +83,14 @@ def run_worker(connection: Connection, wanted: Any, given: Model | None, file: P
             connection.send(_reply(answering, task, connection, wanted))
         except (BrokenPipeError, ConnectionResetError):
             return
+
+
+def _warm_up(answering: Answering) -> None:
+    """Prepare for the first request; what fails here will fail there, and is said to who asks."""
+    try:
+        answering.warm_up()
+    except Exception:
+        logging.getLogger("slipfold.explorer").exception("the first view cannot be computed")
 
 
 def _reply(answering: Answering, task: Task, connection: Connection, wanted: Any) -> Reply:

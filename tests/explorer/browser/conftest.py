@@ -1,66 +1,18 @@
 """The explorer as its users have it: the command's server, and Debian's Chromium on its page."""
 
 import os
-import re
 import shutil
-import subprocess
-import sys
-from contextlib import contextmanager
 
 import pytest
 
+pytest.importorskip("fastapi", reason="the extra explore is not installed")
 sync_api = pytest.importorskip("playwright.sync_api", reason="the browser tests need playwright")
 
-from helpers.explorer_page import ExplorerPage  # noqa: E402
+from helpers.explorer_models import BRAKE, HOSTILE  # noqa: E402
+from helpers.explorer_page import ExplorerPage, served  # noqa: E402
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 AS_ROOT = ["--no-sandbox"] if hasattr(os, "geteuid") and os.geteuid() == 0 else []
-
-HOSTILE = """
-name = "hostile"
-title = "<img src=x onerror=alert(1)>"
-[parameters]
-W = { value = 1.2, unit = "rad/s", above = 0, doc = "<b>forcing</b>", symbol = "<i>W</i>" }
-F = { value = 0.2, doc = "<script>alert(2)</script>" }
-[states]
-q = { rate = "v", label = "<u>q</u>" }
-v = { rate = "F*cos(W*t) - 0.2*v - q" }
-[forcing]
-period = "2*pi/W"
-quiet = "F"
-"""
-"""A model whose texts are markup; the page must show them as they are."""
-
-
-BRAKE = """
-name = "brake"
-[structure]
-names = ["tip"]
-M = [[0.05]]
-C = [[0.4]]
-K = [[2000.0]]
-[[contacts]]
-along = "tip"
-friction = { law = "Stribeck", mu_s = 0.6, mu_k = 0.3, vs = 0.4 }
-load = 5
-Vd = "2 m/s"
-"""
-"""The structure of the README: nothing forces it."""
-
-
-@contextmanager
-def served(case):
-    """Run the command on a file; give the address that it prints."""
-    pytest.importorskip("fastapi")
-    command = [sys.executable, "-m", "slipfold.cli", "explore", str(case), "--no-browser"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
-        try:
-            yield next(
-                found[0] for line in server.stdout if (found := re.search(r"http://\S+", line))
-            )
-        finally:
-            server.terminate()
-            server.communicate()
 
 
 @pytest.fixture(scope="session")

@@ -5,7 +5,8 @@ import re
 import pytest
 from playwright.sync_api import expect
 
-from helpers.explorer_page import ExplorerPage
+from helpers.explorer_models import MANY, UNUSUAL
+from helpers.explorer_page import DIAGRAM, ExplorerPage, served
 
 
 def test_an_unforced_structure_of_ones_own_is_shown(brake, brake_file):
@@ -21,6 +22,20 @@ def test_an_unforced_structure_of_ones_own_is_shown(brake, brake_file):
     copied = brake.page.locator("dialog pre").inner_text()
     assert f"sf.Structure.from_toml({str(brake_file)!r})" in copied
     brake.page.keyboard.press("Escape")
+
+
+def test_a_model_with_an_unusual_name_and_many_parameters_is_shown(context, tmp_path):
+    case = tmp_path / "unusual.toml"
+    case.write_text(UNUSUAL)
+    with served(case) as address, context.new_page() as page:
+        explorer = ExplorerPage(page, address)
+        page.goto(address)
+        expect(page.locator(f"{DIAGRAM}[data-drawn]")).to_have_attribute("aria-busy", "false")
+        assert explorer.traces()
+        assert page.locator(".parameters .parameter").count() == len(MANY)
+        page.reload()  # the link says all that the page shows
+        expect(page.locator(f"{DIAGRAM}[data-drawn]")).to_have_attribute("aria-busy", "false")
+        assert explorer.faults == []
 
 
 def _without_what_is_varied(route):

@@ -9,7 +9,7 @@ export class ParameterPanel {
   node;
   #rows = element("div", { class: "parameters", role: "group", "aria-label": "Parameters" });
   // It has a place of its own: were it in the rows, they would move under the pointer.
-  #meaning = element("p", { class: "meaning", "aria-hidden": "true" });
+  #meaning = element("span");
   #session;
   #controls = new Map();
   #model = null;
@@ -17,7 +17,8 @@ export class ParameterPanel {
   /** @param {import("./session.js").Session} session */
   constructor(session) {
     this.#session = session;
-    this.node = element("div", { class: "parameter-panel" }, this.#rows, this.#meaning);
+    this.node = element("div", { class: "parameter-panel" }, this.#rows,
+      element("p", { class: "meaning", "aria-hidden": "true" }, this.#meaning));
     const explain = () => this.#explain();
     for (const event of ["pointerover", "pointerleave", "focusin", "focusout"]) {
       this.#rows.addEventListener(event, explain);

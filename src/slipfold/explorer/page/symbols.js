@@ -2,17 +2,15 @@
 
 import { element } from "./dom.js";
 
-const SYMBOL = /^(\p{L}\p{M}*)([A-Za-z0-9₀-₉]{0,3})$/u;
-
 /**
  * A symbol as an element.
- * @param {{label?: string, name: string}} quantity a parameter, state or output
+ * @param {{symbol: [string, string]|null, label?: string, name: string}} quantity a parameter, state
+ *   or output; its symbol is a letter and what stands below it
  * @returns {HTMLElement}
  */
-export function symbol(quantity) {
-  const label = quantity.label || quantity.name;
-  const parts = SYMBOL.exec(label);
-  if (!parts) return element("span", { class: "symbol" }, label);
-  const below = parts[2] ? element("sub", {}, parts[2].normalize("NFKC")) : null;
-  return element("span", { class: "symbol" }, element("i", {}, parts[1]), below);
+export function symbol({ symbol: parts, label, name }) {
+  if (!parts) return element("span", { class: "symbol" }, label || name);
+  const [letter, below] = parts;
+  return element("span", { class: "symbol" }, element("i", {}, letter),
+    below ? element("sub", {}, below) : null);
 }

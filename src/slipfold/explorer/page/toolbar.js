@@ -56,7 +56,7 @@ export class Toolbar {
 
   #show() {
     const { models, view, store } = this.#session;
-    this.#model.show(models.map(({ name, title }) => ({ value: name, text: `${name}: ${title}` })), view.model);
+    this.#model.show(models.map(({ name, title }) => ({ value: name, text: title ? `${name}: ${title}` : name })), view.model);
     this.#undo.disabled = !store.canUndo;
     this.#redo.disabled = !store.canRedo;
   }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 from slipfold.errors import InputError
@@ -12,6 +13,13 @@ from slipfold.models.parameter import State
 from slipfold.models.suggestion import suggest
 
 __all__ = ["axis_of"]
+
+
+SYMBOL = re.compile(r"\$([^_$]+)(?:_\{*(\\?\w+)\}*)?\$")
+"""A symbol in mathtext, and what stands below it."""
+
+NUMBERED = re.compile(r"([A-Za-z])([0-9]*)")
+"""A name that reads as a symbol: one letter, and perhaps a number."""
 
 
 def axis_of(model: Model, name: str) -> dict[str, Any]:
@@ -40,5 +48,12 @@ def axis_of(model: Model, name: str) -> dict[str, Any]:
 
 def _axis(name: str, label: str, unit: str, doc: str) -> dict[str, Any]:
     """Describe a quantity by its label, or by its name where it has none of its own."""
-    text = plain_text(label).removesuffix(f" ({unit})") if label else name
-    return {"name": name, "label": text, "unit": unit, "doc": doc}
+    formula = label.removesuffix(f" ({unit})") or name
+    parts = (SYMBOL if label else NUMBERED).fullmatch(formula)
+    return {
+        "name": name,
+        "label": plain_text(formula) if label else name,
+        "symbol": [plain_text(part or "") for part in parts.groups()] if parts else None,
+        "unit": unit,
+        "doc": doc,
+    }
