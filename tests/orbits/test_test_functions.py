@@ -87,3 +87,10 @@ def test_small_multipliers_change_the_functions_by_three_quarters_of_what_they_d
 def test_huge_multipliers_do_not_overflow():
     tests = evaluate_tests(np.full(20, 1e100 + 0j))
     assert all(0.9 < abs(value) <= 1 for value in tests.values())
+
+
+def test_many_sets_of_multipliers_are_ordered_as_each_alone():
+    matrices = np.random.default_rng(3).normal(size=(20, 5, 5))
+    together = floquet_multipliers(matrices)
+    assert together.tolist() == [floquet_multipliers(item).tolist() for item in matrices]
+    assert floquet_multipliers(np.zeros((2, 3, 3))).tolist() == [[0, 0, 0]] * 2

@@ -60,7 +60,7 @@ def curve_through(
     problem: PeriodicProblem, found: Corrected, reach: float = np.inf, whole: bool = True
 ) -> CarriedCurve:
     """Return corrected orbits with what is watched along them."""
-    multipliers = np.array([floquet_multipliers(item) for item in found.monodromies])
+    multipliers = floquet_multipliers(found.monodromies)
     rows = [evaluate_tests(values) for values in multipliers]
     tests = {name: np.array([row[name] for row in rows]) for name in ("PD", "NS")}
     tests["LP"] = found.tangents[:, -1]

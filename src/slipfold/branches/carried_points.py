@@ -13,7 +13,7 @@ from slipfold.branches.carried_curve import CarriedCurve, curve_through
 from slipfold.branches.normal_form import normal_form
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.continuation.interpolation import polynomial
-from slipfold.orbits.many_orbits import correct_many
+from slipfold.orbits.many_orbits import correct_orbits
 from slipfold.orbits.orbit_point import make_point
 
 __all__ = ["TESTS", "CarriedPoints", "carried_points"]
@@ -136,7 +136,7 @@ def _locate(
     for _ in range(ROUNDS):
         places = [item.zero() for item in known]
         guesses = [item.orbit_at(place) for item, place in zip(known, places, strict=True)]
-        found = correct_many(curve.problem, np.array(guesses), rows, SHARP)
+        found = correct_orbits(curve.problem, np.array(guesses), rows, SHARP)
         if not found.found.all():
             return None
         at = curve_through(curve.problem, found)

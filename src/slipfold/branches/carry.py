@@ -22,7 +22,7 @@ from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
 from slipfold.models.model import Model
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.limits import broken_limit
-from slipfold.orbits.many_orbits import Corrected, correct_many
+from slipfold.orbits.many_orbits import Corrected, correct_orbits
 
 __all__ = ["carry_branches"]
 
@@ -89,7 +89,7 @@ def _carried_curve(
     if branch.parent is not None and born is None:
         return None  # its parent was not carried that far
     inner = slice(int(born is not None), len(guesses) - int(closed is not None))
-    found = correct_many(problem, guesses[inner], _rows(branch, guesses)[inner])
+    found = correct_orbits(problem, guesses[inner], _rows(branch, guesses)[inner])
     count = _sure(branch, problem, found)
     if count < (1 - LOST) * len(found.z):
         return None

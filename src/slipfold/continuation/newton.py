@@ -1,16 +1,28 @@
-"""Newton's method for equations with one linear constraint."""
+"""Newton's method: for equations with one linear constraint, and for many systems side by side."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Bordered", "Correction", "Equations", "Linearised", "correct"]
+__all__ = [
+    "Bordered",
+    "Correction",
+    "Equations",
+    "Linearised",
+    "Rule",
+    "Solved",
+    "correct",
+    "correct_many",
+    "solve_each",
+]
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
 STILL = 1e-10
 """Derivatives are those of the solution once it has moved by less than this since they were taken:
@@ -211,3 +223,109 @@ def _chord_steps(
         if moved <= STILL:
             break
     return z, moved
+
+
+# -- many systems side by side -------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Rule:
+    """When Newton's method is done, and when it is lost.
+
+    Parameters
+    ----------
+    close
+        A step shorter than this may be the last.
+    longest
+        A step this long leads to another solution, or to none.
+    growth
+        A step this many times the one before means divergence.
+    remaining
+        Where derivatives are not renewed at each step: estimated distance to the solution after the
+        last one.
+    iterations
+        Steps that may be taken.
+    """
+
+    close: float
+    longest: float = np.inf
+    growth: float = np.inf
+    remaining: float = np.inf
+    iterations: int = 8
+
+
+BEND = 100.0
+"""Curvature, in scaled variables, that `Rule.remaining` reckons with after the first step."""
+
+
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """What Newton's method came to in each of k systems.
+
+    Parameters
+    ----------
+    z
+        Solutions, shape (k, u); NaN where there is none.
+    moved
+        Length of the last step, shape (k,); infinite likewise.
+    failures
+        Why there is none, shape (k,); empty where there is one.
+    """
+
+    z: Array
+    moved: Array
+    failures: NDArray[np.str_]
+
+    @property
+    def found(self) -> NDArray[np.bool_]:
+        """Whether each has a solution, shape (k,)."""
+        return np.asarray(self.failures == "")
+
+
+def correct_many(steps: Callable[[Indices, Array], Array], guesses: Array, rule: Rule) -> Solved:
+    """Take Newton steps in many systems of equations until each is solved or lost.
+
+    `steps` returns those of some systems, by number, from their unknowns; NaN where there is none.
+
+    Shapes: guesses (k, u); steps (a,), (a, u) -> (a, u).
+    """
+    z, moved = guesses.copy(), np.full(len(guesses), np.inf)
+    known = np.isfinite(z).all(axis=1)
+    failures = np.where(known, f"no convergence in {rule.iterations} corrections", "no guess")
+    active = np.flatnonzero(known)
+    for _ in range(rule.iterations):
+        if not len(active):
+            break
+        step = steps(active, z[active])
+        length, before = np.linalg.norm(step, axis=1), moved[active]
+        good = (length < rule.longest) & (length < rule.growth * before)
+        z[active] += step
+        moved[active] = length
+        # The iteration contracts at least as it did last time; at first, as Newton's method does.
+        rate = np.where(np.isinf(before), BEND * length, length / before)
+        done = good & (length < rule.close) & (length * rate < rule.remaining)
+        failures[active[~good]] = "Newton's method diverged"
+        failures[active[done]] = ""
+        active = active[good & ~done]
+    lost = failures != ""
+    z[lost], moved[lost] = np.nan, np.inf
+    return Solved(z, moved, failures)
+
+
+def solve_each(matrices: Array, right: Array) -> Array:
+    """Solve linear systems; NaN where one has no solution.
+
+    Shapes: matrices (k, u, u); right (k, u) or (k, u, r).
+    """
+    columns = right.reshape(*right.shape[:2], -1)
+    try:
+        return np.asarray(np.linalg.solve(matrices, columns), dtype=float).reshape(right.shape)
+    except np.linalg.LinAlgError:
+        # One singular matrix makes all of them fail: find out which.
+        if len(matrices) == 1:
+            return np.full_like(right, np.nan)
+        half = len(matrices) // 2
+        parts = [
+            solve_each(matrices[part], right[part]) for part in (slice(half), slice(half, None))
+        ]
+        return np.concatenate(parts)

@@ -55,13 +55,8 @@ def equilibrium_near(model: Model, state: Array) -> Equilibrium | None:
     Shapes: state (n,).
     """
     functions, scales = evaluation_of(model), model.state_scales()
-    found = damped_newton(
-        lambda at: functions.rates(model, at),
-        lambda at: functions.jacobian(model, at),
-        state,
-        scales,
-    )
-    if found is None:
+    found = damped_newton(functions.linear_of(model), state[None], scales)[0]
+    if np.isnan(found).any():
         return None
     jacobian = functions.jacobian(model, found) * (scales / scales[:, None])
     if not np.isfinite(jacobian).all():

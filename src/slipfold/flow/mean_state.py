@@ -24,17 +24,18 @@ def mean_state(flow: Flow, constants: Constants, scales: Array, start: Array) ->
 
     Shapes: scales, start (n_states,).
     """
+    n, count = flow.dimension, len(PHASES)
 
-    def repeated(state: Array) -> Array:
-        return np.tile(state, (len(PHASES), 1))
-
-    for beside in (0.0, BESIDE):
-        found = damped_newton(
-            lambda state: flow.rates(repeated(state), PHASES, constants).mean(axis=0),
-            lambda state: flow.jacobians(repeated(state), PHASES, constants).mean(axis=0),
-            start + beside * scales,
-            scales,
+    def linear(states: Array) -> tuple[Array, Array]:
+        at, phases = np.repeat(states, count, axis=0), np.tile(PHASES, len(states))
+        rates, jacobians = (of(at, phases, constants) for of in (flow.rates, flow.jacobians))
+        return (
+            rates.reshape(-1, count, n).mean(axis=1),
+            jacobians.reshape(-1, count, n, n).mean(axis=1),
         )
-        if found is not None:
-            return found
-    return np.full(flow.dimension, np.nan)
+
+    found = np.full(n, np.nan)
+    for beside in (0.0, BESIDE):
+        if np.isnan(found).any():
+            found = damped_newton(linear, (start + beside * scales)[None], scales)[0]
+    return found

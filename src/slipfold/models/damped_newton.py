@@ -1,4 +1,4 @@
-"""Newton's method with step halving, for rest points."""
+"""Newton's method with step halving, for rest points, from many starts at once."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["ITERATIONS", "ROUNDING", "TOLERANCE", "damped_newton"]
+__all__ = ["damped_newton"]
 
 Array = NDArray[np.float64]
 
@@ -22,51 +22,75 @@ ROUNDING = 1e-8
 
 
 def damped_newton(
-    rates: Callable[[Array], Array],
-    jacobian: Callable[[Array], Array],
-    start: Array,
+    linear: Callable[[Array], tuple[Array, Array]],
+    starts: Array,
     scales: Array,
-) -> Array | None:
-    """Find a state at which all rates vanish, going downhill from a start.
+    halvings: int = HALVINGS,
+) -> Array:
+    """Find states at which all rates vanish, going downhill from each start; NaN where none is.
 
     A step is halved until the scaled rates shrink, which keeps the search on the side of a
-    singularity on which the structure itself would stay.
+    singularity on which the structure itself would stay. `linear` gives rates and Jacobians.
 
-    Shapes: rates (n,); jacobian (n, n); start, scales (n,); returns (n,).
+    Shapes: linear (a, n) -> (a, n), (a, n, n); starts (k, n); scales (n,); returns (k, n).
 
     Examples
     --------
     >>> import numpy as np
-    >>> one = np.ones(1)
-    >>> float(damped_newton(lambda x: x**2 - 2, lambda x: np.diag(2 * x), one, one)[0])
-    1.414213562373095
+    >>> starts = np.array([[1.0], [-5.0]])
+    >>> damped_newton(lambda x: (x**2 - 2, 2 * x[:, None]), starts, np.ones(1)).round(9).ravel()
+    array([ 1.41421356, -1.41421356])
     """
-    state = start
+    states, found = starts.copy(), np.full_like(starts, np.nan)
+    active = np.arange(len(starts))
     for _ in range(ITERATIONS):
-        matrix, found = jacobian(state), rates(state)
-        if not (np.all(np.isfinite(matrix)) and np.all(np.isfinite(found))):
-            return None
-        if not found.any():  # a state of rest, be the derivatives singular there
-            return state
-        try:
-            step = np.asarray(-np.linalg.solve(matrix, found), dtype=float)
-        except np.linalg.LinAlgError:
-            return None
-        length = np.max(np.abs(step) / np.maximum(scales, np.abs(state)))
-        state = (
-            state + (1.0 if length <= ROUNDING else _fraction(rates, state, step, scales)) * step
-        )
-        if length <= TOLERANCE:
-            return state
-    return None
-
-
-def _fraction(rates: Callable[[Array], Array], state: Array, step: Array, scales: Array) -> float:
-    """Return the largest of 1, 1/2, 1/4 ... of the step that lessens the scaled rates."""
-    before = np.linalg.norm(rates(state) / scales)
-    fraction = 1.0
-    for _ in range(HALVINGS):
-        if np.linalg.norm(rates(state + fraction * step) / scales) < before:
+        if not len(active):
             break
-        fraction /= 2
-    return fraction
+        at = states[active]
+        rates, jacobians = linear(at)
+        steps = _newton_steps(jacobians, rates)
+        lengths = np.max(np.abs(steps) / np.maximum(scales, np.abs(at)), axis=1)
+        shares = np.where(lengths <= ROUNDING, 1.0, 0.0)
+        far = np.flatnonzero(lengths > ROUNDING)
+        shares[far] = _shares(linear, at[far], rates[far], steps[far], scales, halvings)
+        states[active] = at + shares[:, None] * steps
+        done = lengths <= TOLERANCE
+        found[active[done]] = states[active[done]]
+        active = active[~done & (shares > 0)]
+    return found
+
+
+def _newton_steps(jacobians: Array, rates: Array) -> Array:
+    """Return Newton's steps; none from a state of rest, be it singular; NaN where there is none."""
+    steps = np.full_like(rates, np.nan)
+    finite = np.isfinite(rates).all(axis=1) & np.isfinite(jacobians).all(axis=(1, 2))
+    for i in np.flatnonzero(finite):
+        if not rates[i].any():
+            steps[i] = 0.0
+            continue
+        try:
+            steps[i] = -np.linalg.solve(jacobians[i], rates[i])
+        except np.linalg.LinAlgError:
+            continue
+    return steps
+
+
+def _shares(
+    linear: Callable[[Array], tuple[Array, Array]],
+    states: Array,
+    rates: Array,
+    steps: Array,
+    scales: Array,
+    halvings: int,
+) -> Array:
+    """Return the largest of 1, 1/2, 1/4 ... of each step that lessens the scaled rates, else 0."""
+    shares, before = np.zeros(len(states)), np.linalg.norm(rates / scales, axis=1)
+    left, share = np.arange(len(states)), 1.0
+    for _ in range(halvings):
+        if not len(left):
+            break
+        tried = linear(states[left] + share * steps[left])[0]
+        less = np.linalg.norm(tried / scales, axis=1) < before[left]
+        shares[left[less]] = share
+        left, share = left[~less], share / 2
+    return shares

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -84,6 +84,10 @@ class Evaluation:
         jacobians[..., entries] = np.moveaxis(values[n:], 0, -1)
         rates = np.moveaxis(values[:n], 0, -1)
         return rates, jacobians.reshape(*values.shape[1:], n, n)
+
+    def linear_of(self, model: Model) -> Callable[[Array], tuple[Array, Array]]:
+        """Return `linear` of a model at phase zero."""
+        return lambda states: self.linear(model, states, np.zeros(len(states)))
 
     # -- compiled functions, made when first needed ---------------------------------------------
 

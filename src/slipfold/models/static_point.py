@@ -33,20 +33,13 @@ def find_static_point(model: Model) -> NDArray[np.float64]:
     functions = evaluation_of(quiet)
     scales = quiet.state_scales()
 
-    def found_from(start: Array, scales: Array) -> Array | None:
-        return damped_newton(
-            lambda state: functions.rates(quiet, state),
-            lambda state: functions.jacobian(quiet, state),
-            start,
-            scales,
-        )
-
-    state = found_from(quiet.start, scales)
-    size = 0.0 if state is None else float(np.max(np.abs(state) / scales))
-    if state is not None and ROUNDING < size < 1:  # it may be known to few digits yet
-        finer = found_from(state, size * scales)
-        state = state if finer is None else finer
-    if state is None:
+    linear = functions.linear_of(quiet)
+    state = damped_newton(linear, quiet.start[None], scales)[0]
+    size = float(np.max(np.abs(state) / scales))
+    if ROUNDING < size < 1:  # it may be known to few digits yet
+        finer = damped_newton(linear, state[None], size * scales)[0]
+        state = state if np.isnan(finer).any() else finer
+    if np.isnan(state).any():
         raise InputError(
             f"no static point of {model!r} was found from zero; the static load is too large for "
             "the structure, lower it or stiffen the structure"

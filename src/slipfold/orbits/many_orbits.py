@@ -1,7 +1,6 @@
-"""Newton's method for many orbits of a branch at once, each in a hyperplane of its own.
+"""Many periodic orbits at once: all their segments side by side in the lanes of the flow.
 
-One orbit after the other fills the lanes of the flow with its own segments and pays for each call;
-here all segments of all orbits go side by side.
+One orbit after the other fills the lanes with its own segments and pays for each call.
 """
 
 from __future__ import annotations
@@ -11,14 +10,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.continuation.newton import Rule, correct_many, solve_each
+from slipfold.flow import Flow
+from slipfold.flow.scaled import power_of_two
 from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.linearisation import Linearisation
 
-__all__ = ["Corrected", "correct_many"]
+__all__ = ["Corrected", "correct_orbits", "transitions"]
 
 Array = NDArray[np.float64]
-
-ITERATIONS = 6
 
 CLOSE = 1e-6
 """A correction shorter than this is the last: as Newton's method squares it, what is left is below
@@ -26,6 +26,42 @@ CLOSE = 1e-6
 
 LONGEST = 0.5
 """A correction this long, in scaled variables, leads to another branch."""
+
+ITERATIONS = 6
+
+
+def transitions(
+    flow: Flow,
+    nodes: Array,
+    vectors: Array,
+    scales: Array,
+    free: list[int],
+    units: Array,
+    period: int = 1,
+) -> tuple[Array, Array, Array]:
+    """Return mismatch and derivatives of all segments' ends, each orbit in its scaled states.
+
+    `vectors` are the parameters of each orbit, `units` the scales of those that are `free`.
+
+    Shapes: nodes (k, m, n); vectors (k, n_p); scales (k, n); units (f,); returns mismatch
+    (k, m, n), blocks (k, m, n, n), along (k, m, n, f).
+    """
+    k, m, n = nodes.shape
+    constants = flow.constants(vectors, power_of_two(scales))
+    edges = np.arange(m + 1) * (period / m)
+    ends, blocks, along = flow.linearise(
+        nodes.reshape(k * m, n),
+        np.tile(edges[:-1], k),
+        np.tile(edges[1:], k),
+        constants.repeated(m),
+        np.repeat(constants.rates[:, :, free], m, axis=0),
+    )
+    following = np.roll(nodes, -1, axis=1)
+    return (
+        (ends.reshape(k, m, n) - following) / scales[:, None],
+        blocks.reshape(k, m, n, n) * (scales[:, None, :] / scales[:, :, None])[:, None],
+        along.reshape(k, m, n, -1) * (units / scales[:, None, :, None]),
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,74 +94,42 @@ class Corrected:
         return np.asarray(np.isfinite(self.z).all(axis=1))
 
 
-def correct_many(
+def correct_orbits(
     problem: PeriodicProblem, guesses: Array, rows: Array, close: float = CLOSE
 ) -> Corrected:
-    """Find the orbits nearest guesses, each in the hyperplane through it.
+    """Find the orbits of one branch nearest guesses, each in the hyperplane through it.
 
     Shapes: guesses, rows (k, m n + 1).
     """
-    z = guesses.copy()
-    k, size = z.shape
+    k, size = guesses.shape
     n = len(problem.scales)
-    monodromies = np.full((k, n, n), np.nan)
-    tangents = np.full((k, size), np.nan)
-    active = np.arange(k)
-    for _ in range(ITERATIONS):
-        if not len(active):
-            break
-        defects, matrices, monodromies[active] = _linearise(problem, z[active], rows[active])
-        behind = np.einsum("ka,ka->k", rows[active], guesses[active] - z[active])
-        right = np.zeros((len(active), size, 2))
-        right[:, :-1, 0], right[:, -1, 0], right[:, -1, 1] = -defects, behind, 1.0
-        solved = _solve(matrices, right)
-        step = solved[:, :, 0]
-        length = np.linalg.norm(step, axis=1)
-        tangents[active] = solved[:, :, 1] / np.linalg.norm(solved[:, :, 1], axis=1)[:, None]
-        lost = ~(length < LONGEST)
-        z[active] += np.where(lost[:, None], np.nan, step)
-        active = active[~lost & ~(length < close)]
-    z[active] = np.nan
-    return Corrected(z, monodromies, tangents)
+    monodromies, tangents = np.full((k, n, n), np.nan), np.full((k, size), np.nan)
+
+    def steps(some: NDArray[np.int64], z: Array) -> Array:
+        parts = _linearise(problem, z)
+        monodromies[some] = [part.monodromy for part in parts]
+        matrices = [part.bordered(row).matrix for part, row in zip(parts, rows[some], strict=True)]
+        right = np.zeros((len(some), size, 2))
+        right[:, :-1, 0] = [-part.defect for part in parts]
+        right[:, -1, 0] = np.einsum("ka,ka->k", rows[some], guesses[some] - z)
+        right[:, -1, 1] = 1.0
+        solved = solve_each(np.array(matrices), right)
+        tangents[some] = solved[:, :, 1] / np.linalg.norm(solved[:, :, 1], axis=1)[:, None]
+        return np.asarray(solved[:, :, 0])
+
+    rule = Rule(close, LONGEST, iterations=ITERATIONS)
+    return Corrected(correct_many(steps, guesses, rule).z, monodromies, tangents)
 
 
-def _linearise(problem: PeriodicProblem, z: Array, rows: Array) -> tuple[Array, Array, Array]:
-    """Return defects (k, m n), bordered Jacobians, and monodromy matrices."""
-    k, m, n = len(z), problem.segments, len(problem.scales)
-    nodes = np.array([problem.nodes(item) for item in z])
-    vectors = np.array([problem.vector(item) for item in z])
-    constants = problem.flow.constants(vectors, problem.flow_scales)
-    directions = np.repeat(constants.rates[:, :, problem.indices], m, axis=0)
-    edges = np.arange(m + 1) * (problem.period / m)
-    ends, blocks, vectors = problem.flow.linearise(
-        nodes.reshape(k * m, n),
-        np.tile(edges[:-1], k),
-        np.tile(edges[1:], k),
-        constants.repeated(m),
-        directions,
+def _linearise(problem: PeriodicProblem, z: Array) -> list[Linearisation]:
+    """Return mismatch and derivatives of each orbit."""
+    residual, blocks, along = transitions(
+        problem.flow,
+        np.array([problem.nodes(item) for item in z]),
+        np.array([problem.vector(item) for item in z]),
+        np.tile(problem.scales, (len(z), 1)),
+        problem.indices,
+        problem.units / np.sqrt(problem.segments),
+        problem.period,
     )
-    scales = problem.scales
-    residual = (ends.reshape(k, m, n) - np.roll(nodes, -1, axis=1)) / scales
-    blocks = blocks.reshape(k, m, n, n) * (scales[None, :] / scales[:, None])
-    along = vectors.reshape(k, m, n, -1) * (problem.units / np.sqrt(m) / scales[:, None])
-    parts = [Linearisation(*item) for item in zip(residual, blocks, along, strict=True)]
-    return (
-        np.array([part.defect for part in parts]),
-        np.array([part.bordered(row).matrix for part, row in zip(parts, rows, strict=True)]),
-        np.array([part.monodromy for part in parts]),
-    )
-
-
-def _solve(matrices: Array, right: Array) -> Array:
-    """Solve linear systems; NaN where one is singular or not finite."""
-    result = np.full_like(right, np.nan)
-    good = np.isfinite(matrices).all(axis=(1, 2)) & np.isfinite(right).all(axis=(1, 2))
-    try:
-        result[good] = np.linalg.solve(matrices[good], right[good])
-    except np.linalg.LinAlgError:
-        for i in np.flatnonzero(good):
-            try:
-                result[i] = np.linalg.solve(matrices[i], right[i])
-            except np.linalg.LinAlgError:
-                continue
-    return result
+    return [Linearisation(*item) for item in zip(residual, blocks, along, strict=True)]

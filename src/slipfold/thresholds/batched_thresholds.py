@@ -11,7 +11,7 @@ from slipfold.flow import flow_of
 from slipfold.flow.scaled import power_of_two
 from slipfold.models.model import Model
 from slipfold.thresholds.batched_limits import keep_limits
-from slipfold.thresholds.batched_newton import Orbits, correct_orbits, find_doublings
+from slipfold.thresholds.batched_orbits import Orbits, find_doublings, find_orbits
 from slipfold.thresholds.stable_segment import SHARES, Segments, find_doubts, shortened
 
 __all__ = ["BatchedThresholds", "Found"]
@@ -117,7 +117,7 @@ class BatchedThresholds:
         Shapes: parameters (m, n_p); scales (m, n).
         """
         at_end = self._at(parameters, guess.ends)
-        orbits = correct_orbits(self.flow, guess.paths[:, -1], at_end, scales, CLOSE)
+        orbits = find_orbits(self.flow, guess.paths[:, -1], at_end, scales, CLOSE)
         paths = np.concatenate([guess.paths[:, :-1], orbits.states[:, None]], axis=1)
         lasts, paths = self._prove(
             parameters, scales, Segments(guess.ends, paths), orbits.multipliers, orbits.moved
@@ -141,9 +141,7 @@ class BatchedThresholds:
         repeated = np.repeat(parameters, len(shares), axis=0)
         scale = np.repeat(scales, len(shares), axis=0)
         guessed = guess.paths[:, :-1].reshape(-1, n)
-        orbits = correct_orbits(
-            self.flow, guessed, self._at(repeated, values.ravel()), scale, CLOSE
-        )
+        orbits = find_orbits(self.flow, guessed, self._at(repeated, values.ravel()), scale, CLOSE)
         far = np.linalg.norm((orbits.states - guessed) / scale, axis=1)
         with np.errstate(invalid="ignore"):
             orbits.states[~(far < REACH)] = np.nan
