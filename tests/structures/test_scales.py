@@ -8,7 +8,7 @@ import pytest
 import slipfold as sf
 
 
-@pytest.mark.parametrize("size", [1e-2, 1.0, 10.0])
+@pytest.mark.parametrize("size", [1e-6, 1e-4, 1e-2, 1.0, 10.0, 1e4])
 def test_squeal_does_not_depend_on_the_unit_of_length(size):
     # All lengths shrink and the belt slows down with them: the same motion, smaller.
     def pin(stiffness: float) -> sf.Structure:
@@ -30,6 +30,33 @@ def test_squeal_does_not_depend_on_the_unit_of_length(size):
     assert hopf.leads_to == cycles.id
     assert cycles.stopped.kind == "limit"
     assert cycles.stopped.value / size == pytest.approx(1.381596529, rel=1e-7)
+
+
+@pytest.mark.parametrize("speed", [1e-2, 1e-3, 1e-4])
+def test_a_slow_belt_under_a_load_that_stays(speed):
+    # The pin is pushed aside by millimetres and vibrates about that by far less.
+    law = sf.Stribeck(mu_s=0.6, mu_k=0.3, vs=0.4 * speed)
+    belt = sf.FrictionContact("tip", law, load=5.0, Vd=2.0 * speed)
+    brake = sf.Structure([[0.05]], [[0.4]], [[2000.0]], names=("tip",), contacts=belt)
+    exact = 0.4 * speed * math.log(5 * 0.3 / (0.4 * 0.4 * speed))
+    still, cycles = sf.response(brake, vary="Vd", span=(1.5 * exact, 0.5 * exact)).branches
+    (hopf,) = still.special
+    assert hopf.value == pytest.approx(exact, rel=1e-9)
+    # Subcritical: the unstable cycle goes back to higher speeds.
+    assert cycles.stopped.value >= 1.5 * exact * (1 - 1e-12)
+    assert cycles.stopped.kind == "span"
+
+
+def test_a_load_that_grows_a_thousand_times_takes_few_points():
+    # At rest nothing bends and nothing moves, so that only the state of rest has a size.
+    law = sf.Stribeck(mu_s=0.6, mu_k=0.3, vs=0.4)
+    belt = sf.FrictionContact("tip", law, load=5.0, Vd=2.0)
+    brake = sf.Structure([[0.05]], [[0.4]], [[2000.0]], names=("tip",), contacts=belt)
+    (still,) = sf.response(brake, vary="Ns", span=(0.005, 10)).branches
+    assert still.stopped.kind == "span"
+    assert len(still) < 50
+    mu = 0.3 + 0.3 * math.exp(-2.0 / 0.4)
+    assert still.nodes[-1, 0] == pytest.approx([10 * mu / 2000, 0], rel=1e-9, abs=1e-12)
 
 
 def test_several_modes_of_a_chain_may_begin_to_squeal_in_one_step():

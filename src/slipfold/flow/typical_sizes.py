@@ -71,7 +71,9 @@ def measured(
         if np.isnan(sizes).any():
             sizes = np.where(np.isnan(sizes), look.bent, sizes)
     if np.isnan(sizes).any():
-        sizes = np.where(np.isnan(sizes), looks[0].resting, sizes)
+        resting = np.fmax.reduce([look.resting for look in looks])
+        sizes = np.where(np.isnan(sizes), resting, sizes)
+        sizes = np.where(np.isnan(sizes), looks[0].ratios, sizes)
     return model.measured_in(power_of_two(sizes))
 
 
@@ -154,9 +156,9 @@ class _Look:
 
     @cached_property
     def resting(self) -> Array:
-        """Sizes of the state of rest; what is zero there has the size that its unit has."""
+        """Sizes of the state of rest, where it is not zero."""
         away = self._in_group(np.maximum(np.abs(self.rest), np.abs(self.start)) / self.ratios)
-        return self.ratios * np.where(away > 0, away, 1.0)
+        return self.ratios * np.where(away > 0, away, np.nan)
 
     def _around(self, state: Array) -> tuple[Array, Array]:
         """Rates over a period at a state, shape (p, n), and mean moduli of their derivatives."""

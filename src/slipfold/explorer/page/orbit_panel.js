@@ -41,7 +41,7 @@ export class OrbitPanel {
     this.#session = session;
     this.#controls.append(this.#play, this.#phase,
       element("label", {}, element("span", {}, "slow motion"), this.#speed), this.#factor);
-    this.node = element("div", { class: "orbit" },
+    this.node = element("div", { class: "orbit former" },
       element("div", { class: "stage-column" }, this.#stage, this.#controls), this.#grid);
     this.cursor.moved.subscribe((phase) => this.#point(phase));
     this.cursor.toggled.subscribe((plays) => this.#playing(plays));
@@ -96,8 +96,8 @@ export class OrbitPanel {
     const failed = "There is no orbit, since the response could not be computed.";
     this.title.textContent = hasFailed ? failed : diagram ? missing : "Computing the response…";
     this.node.classList.add("empty");
-    // A motion of another model has no place beside the name of this one.
-    this.node.classList.toggle("former", !diagram);
+    // A motion of another model has no place beside the name of this one, nor have captions of nothing.
+    this.node.classList.toggle("former", !diagram || !this.#orbit);
   }
 
   #stageOf(answer) {

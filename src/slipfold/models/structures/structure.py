@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Mapping
-from functools import cached_property
 from pathlib import Path
 from typing import Any, Self
 
@@ -88,7 +87,8 @@ class Structure(Model):
         `HarmonicForce`, `MultiHarmonicForce`, `TabulatedForce`, `BaseMotion`.
     length_scale
         Displacements are in units of this length in m, rates in this length a second. Give about
-        the size of the motion: orbits are accepted at a residual of 1e-10 of it.
+        the size of the motion: orbits are accepted at a residual of 1e-10 of it. Without it the
+        size finds itself.
     watch
         Displacements in m that are outputs, as directions by name, such as ``{"u_tip": "tip"}``:
         with a reduction they are how a displacement that is no state is seen.
@@ -325,10 +325,9 @@ class Structure(Model):
         return np.array([0.0] * (2 * self._assembly.size) + memories)
 
     def declared_scales(self) -> Array:
-        """Typical displacements, rates by the circular frequency, memories as the laws say.
+        """Displacements in the length scale, rates by the circular frequency, memories by the laws.
 
-        Displacements are measured in the length scale that was given; without one in what the loads
-        at rest would do to the softest mode.
+        Without a length scale displacements and rates are left to be found.
         """
         return self._scales(self._values["f"]) if self.forced else self.quiet_scales()
 
@@ -339,25 +338,12 @@ class Structure(Model):
 
     def _scales(self, frequency: float) -> Array:
         assembly = self._assembly
-        length = self._typical_length
+        length = 1.0 if assembly.definition.length_scale != 1 else math.nan
         scales = [length] * assembly.size + [2 * math.pi * frequency * length] * assembly.size
         for item in assembly.placed:
             size = item.component.memory_scale(item.component.own(self._values))
             scales += [size] * len(item.component.memory())
         return np.array(scales)
-
-    @cached_property
-    def _typical_length(self) -> float:
-        """Displacement of the softest mode under the loads on the structure at rest, in m."""
-        assembly = self._assembly
-        moving = assembly.frequencies[assembly.frequencies > 0]
-        if assembly.definition.length_scale != 1 or not len(moving):
-            return 1.0
-        functions = evaluation_of(self)
-        places = slice(assembly.size, 2 * assembly.size)
-        pushes = [functions.rates(self, self.start, phase)[places] for phase in QUARTERS]
-        push = float(np.abs(pushes).max())
-        return push / (2 * math.pi * float(moving[0])) ** 2 if 0 < push < math.inf else 1.0
 
     def replace(self, **changes: Any) -> Self:
         """Return a new structure with some parameters or parts changed.
