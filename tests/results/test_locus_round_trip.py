@@ -23,10 +23,8 @@ from slipfold.loci.locus import LocusEnd
 from slipfold.loci.region_map import Region, RegionCheck
 from slipfold.models import SlidingOscillator
 from slipfold.models.friction import RationalStribeck
-from slipfold.results import load
+from slipfold.results import LocusDiagram, load
 from slipfold.results.labelled_table import Variable
-from slipfold.results.locus_reader import read_locus_diagram
-from slipfold.results.locus_table import locus_table
 from slipfold.results.saved_table import open_table
 
 
@@ -228,13 +226,11 @@ def without(table, name):
     return type(table)(variables, (), table.attributes)
 
 
-@pytest.mark.parametrize(
-    "name", sorted(set(locus_table(made_locus_diagram()).variables) - REDUNDANT)
-)
+@pytest.mark.parametrize("name", sorted(set(made_locus_diagram()._table().variables) - REDUNDANT))
 def test_missing_column(name):
-    table = without(locus_table(made_locus_diagram()), name)
+    table = without(made_locus_diagram()._table(), name)
     with pytest.raises(LookupError):
-        read_locus_diagram(open_table(table))
+        LocusDiagram._read(open_table(table))
 
 
 @pytest.mark.parametrize(
@@ -248,11 +244,11 @@ def test_missing_column(name):
     ],
 )
 def test_column_that_does_not_fit(name, values):
-    table = locus_table(made_locus_diagram())
+    table = made_locus_diagram()._table()
     variables = dict(table.variables)
     variables[name] = Variable(variables[name].dimensions, values)
     with pytest.raises(ValueError, match=r"rows|shape|unpack|names a region"):
-        read_locus_diagram(open_table(type(table)(variables, (), table.attributes)))
+        LocusDiagram._read(open_table(type(table)(variables, (), table.attributes)))
 
 
 @pytest.mark.parametrize(

@@ -24,9 +24,7 @@ from slipfold.computations import simulate
 from slipfold.errors import InputError
 from slipfold.models import SlidingOscillator
 from slipfold.orbits.extrema import Extrema
-from slipfold.results import load
-from slipfold.results.diagram_reader import read_diagram
-from slipfold.results.diagram_table import diagram_table
+from slipfold.results import Diagram, load
 from slipfold.results.saved_table import open_table
 
 OUTPUTS = ("x", "y", "vx", "vy", *(item.name for item in MODEL.outputs()))
@@ -235,13 +233,13 @@ REDUNDANT = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", sorted(set(diagram_table(made_diagram()).variables) - REDUNDANT))
+@pytest.mark.parametrize("name", sorted(set(made_diagram()._table().variables) - REDUNDANT))
 def test_missing_column(name):
-    table = diagram_table(made_diagram())
+    table = made_diagram()._table()
     variables = dict(table.variables)
     del variables[name]
     with pytest.raises(LookupError):
-        read_diagram(open_table(type(table)(variables, (), table.attributes)))
+        Diagram._read(open_table(type(table)(variables, (), table.attributes)))
 
 
 @pytest.mark.parametrize("text", ["", "{}", "[]", '{"model": "sliding"}', "no JSON"])

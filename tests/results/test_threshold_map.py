@@ -20,8 +20,7 @@ from slipfold.models import Parameter, SlidingOscillator
 from slipfold.results import Provenance, ThresholdMap, load
 from slipfold.results.labelled_table import Variable
 from slipfold.results.saved_table import open_table
-from slipfold.results.threshold_reader import read_threshold_map
-from slipfold.results.threshold_table import column_name, threshold_table
+from slipfold.results.threshold_map import column_name
 
 MODEL = SlidingOscillator(f=12.4)
 KINDS = [["", "no PD in the span"], ["", "limit: lost contact"], ["limit: lost contact", ""]]
@@ -229,7 +228,7 @@ def test_dataset_is_labelled():
 
 
 def test_parameters_take_no_names_of_columns():
-    columns = threshold_table(made_map()).variables
+    columns = made_map()._table().variables
     dimensions = {name for item in columns.values() for name in item.dimensions}
     own = (set(columns) | dimensions) - {"Nd", "Vd", "alpha"}
     assert [name for name in own if column_name(name) != f"{name}_value"] == []
@@ -333,24 +332,24 @@ def test_copies_for_other_processes_are_the_same_and_locked():
 # -- damaged files -----------------------------------------------------------------------------
 
 LABELS = {"state", "state_units", "state_long_name"}
-COLUMNS = threshold_table(made_map()).variables
+COLUMNS = made_map()._table().variables
 
 
 @pytest.mark.parametrize("name", sorted(set(COLUMNS) - LABELS))
 def test_missing_column(name):
-    table = threshold_table(made_map())
+    table = made_map()._table()
     variables = {key: item for key, item in table.variables.items() if key != name}
     with pytest.raises(LookupError):
-        read_threshold_map(open_table(type(table)(variables, (), table.attributes)))
+        ThresholdMap._read(open_table(type(table)(variables, (), table.attributes)))
 
 
 @pytest.mark.parametrize("name", sorted(set(COLUMNS) - LABELS))
 def test_column_that_does_not_fit(name):
-    table = threshold_table(made_map())
+    table = made_map()._table()
     item = table.variables[name]
     short = Variable(item.dimensions, item.values[:-1])
     with pytest.raises(ValueError, match="shape"):
-        read_threshold_map(
+        ThresholdMap._read(
             open_table(type(table)({**table.variables, name: short}, (), table.attributes))
         )
 

@@ -84,9 +84,9 @@ def matching_points(
 
 def _bifurcations(diagram: Diagram) -> dict[int, SpecialPoint]:
     from slipfold.loci.follow import LOCUS_TYPES
-    from slipfold.results.summary import points_by_label
+    from slipfold.results.diagram_summary import points_by_label
 
-    points = points_by_label(diagram)
+    points = points_by_label(diagram.branches)
     return {label: point for label, point in points.items() if point.type in LOCUS_TYPES}
 
 

@@ -25,9 +25,7 @@ from slipfold.paper.plane_text import planes_markdown
 from slipfold.paper.planes import Plane, PlaneFigure
 from slipfold.paper.thresholds import thresholds_csv
 from slipfold.results.diagram import Diagram
-from slipfold.results.diagram_table import diagram_table
 from slipfold.results.locus_diagram import LocusDiagram
-from slipfold.results.locus_table import locus_table
 from slipfold.results.writing import check_writable, write_file
 
 __all__ = ["PaperProgress", "Reproduction", "reproduce"]
@@ -288,8 +286,8 @@ def _compute(case: Case, settings: Settings | None) -> Any:
         return find_spectrum(simulate(case.model, PERIODS))
     if isinstance(case, Plane):
         found = bifurcation_set(case.model, case.vary, case.window, settings=settings)
-        return found, locus_table(found).to_netcdf()
+        return found, found._table().to_netcdf()
     diagram = response(case.model, case.vary, case.span, settings=settings)
     # The file asks for extrema and uncertainties, which the branches keep: they are computed here
     # rather than in the process that waits, and once for all drawings.
-    return diagram, diagram_table(diagram).to_netcdf()
+    return diagram, diagram._table().to_netcdf()

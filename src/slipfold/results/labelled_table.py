@@ -34,11 +34,14 @@ class Variable:
         Numbers, booleans or text.
     attributes
         ``long_name``, ``units`` and what else there is to say.
+    label
+        Whether it labels rather than holds results.
     """
 
     dimensions: tuple[str, ...]
     values: NDArray[Any]
     attributes: Mapping[str, str] = field(default_factory=dict)
+    label: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +63,12 @@ class LabelledTable:
     variables: Mapping[str, Variable]
     coordinates: tuple[str, ...]
     attributes: Mapping[str, Any]
+
+    @classmethod
+    def of(cls, variables: Mapping[str, Variable], attributes: Mapping[str, Any]) -> LabelledTable:
+        """Return the table of variables that say themselves whether they are labels."""
+        labels = tuple(name for name, item in variables.items() if item.label)
+        return cls(variables, labels, attributes)
 
     def to_xarray(self) -> xarray.Dataset:
         """Return it as a dataset."""

@@ -2,37 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from slipfold.errors import InputError
-from slipfold.results.diagram_reader import read_diagram
+from slipfold.models.model import Model
+from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.results import orbit
+from slipfold.results.diagram import Diagram
 from slipfold.results.labelled_table import read_netcdf
-from slipfold.results.locus_reader import read_locus_diagram
-from slipfold.results.orbit_reader import read_orbit
-from slipfold.results.saved_table import SavedTable, open_table
-from slipfold.results.simulation_reader import read_simulation
-from slipfold.results.threshold_reader import read_threshold_map
-
-if TYPE_CHECKING:
-    from slipfold.models.model import Model
-    from slipfold.orbits.periodic_orbit import PeriodicOrbit
-    from slipfold.results.diagram import Diagram
-    from slipfold.results.locus_diagram import LocusDiagram
-    from slipfold.results.simulation import Simulation
-    from slipfold.results.threshold_map import ThresholdMap
+from slipfold.results.locus_diagram import LocusDiagram
+from slipfold.results.saved_table import open_table
+from slipfold.results.simulation import Simulation
+from slipfold.results.threshold_map import ThresholdMap
 
 __all__ = ["load"]
 
-_READERS: dict[
-    str, Callable[[SavedTable], Diagram | Simulation | LocusDiagram | ThresholdMap | PeriodicOrbit]
-] = {
-    "slipfold.response/1": read_diagram,
-    "slipfold.simulation/1": read_simulation,
-    "slipfold.locus/1": read_locus_diagram,
-    "slipfold.threshold_map/1": read_threshold_map,
-    "slipfold.orbit/1": read_orbit,
+_READERS = {
+    **{kind.schema: kind._read for kind in (Diagram, Simulation, LocusDiagram, ThresholdMap)},
+    orbit.SCHEMA: orbit.read_orbit,
 }
 
 

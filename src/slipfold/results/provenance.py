@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import platform
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
 from datetime import UTC, datetime
+from typing import Any
 
 from slipfold.version import package_version
 
@@ -31,6 +33,21 @@ class Provenance:
     python: str
     computed: str
     seconds: float
+
+    def attributes(self) -> dict[str, Any]:
+        """Return it as attributes of a file."""
+        return {_attribute(each.name): getattr(self, each.name) for each in fields(self)}
+
+    @classmethod
+    def from_attributes(cls, attributes: Mapping[str, Any]) -> Provenance:
+        """Make it again from the attributes of a file."""
+        found = {each.name: attributes[_attribute(each.name)] for each in fields(cls)}
+        seconds = float(found.pop("seconds"))
+        return cls(**{name: str(value) for name, value in found.items()}, seconds=seconds)
+
+
+def _attribute(name: str) -> str:
+    return name if name in ("computed", "seconds") else f"{name}_version"
 
 
 def provenance(seconds: float) -> Provenance:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.settings import Newton, Settings, Steps
+from slipfold.checks.checked import Checked
 from slipfold.models.model import Model
 from slipfold.results.labelled_table import LabelledTable
 from slipfold.results.model_record import model_from_record
@@ -58,14 +59,13 @@ class SavedTable:
     @property
     def provenance(self) -> Provenance:
         """Where the result comes from."""
-        return Provenance(
-            slipfold=str(self.attributes["slipfold_version"]),
-            heyoka=str(self.attributes["heyoka_version"]),
-            numpy=str(self.attributes["numpy_version"]),
-            python=str(self.attributes["python_version"]),
-            computed=str(self.attributes["computed"]),
-            seconds=float(self.attributes["seconds"]),
-        )
+        return Provenance.from_attributes(self.attributes)
+
+    @property
+    def checked(self) -> Checked | None:
+        """What was computed again; files of earlier versions lack it."""
+        text = self.attributes.get("checked")
+        return None if text is None else Checked.from_json(json.loads(str(text)))
 
     @property
     def settings(self) -> Settings:
@@ -82,24 +82,12 @@ class SavedTable:
                 raise ValueError(f"{name} has {len(item.values)} rows, not {len(owners)}")
         return Rows({int(key): np.flatnonzero(owners == key) for key in np.unique(owners)})
 
-    def complex(self, name: str, rows: Any) -> NDArray[np.complex128]:
-        """Return rows of a column of complex numbers."""
-        real, imag = self.columns[f"{name}_real"][rows], self.columns[f"{name}_imag"][rows]
+    def complex(self, name: str) -> NDArray[np.complex128]:
+        """Return a column of complex numbers."""
+        real, imag = self.columns[f"{name}_real"], self.columns[f"{name}_imag"]
         values = np.empty(real.shape, complex)
         values.real, values.imag = real, imag  # exact, also where a part is not finite
         return values
-
-    def pair(self, name: str, row: int) -> tuple[float, float]:
-        """Return two numbers, e.g. values of two parameters.
-
-        Shapes: name (n_rows, 2).
-        """
-        first, second = self.columns[name][row].tolist()
-        return first, second
-
-    def integers(self, name: str, row: int) -> tuple[int, ...]:
-        """Return the whole numbers of a row, without the zeros that fill it up."""
-        return tuple(int(value) for value in self.columns[name][row] if value)
 
 
 def open_table(table: LabelledTable, kind: type[Model] | None = None) -> SavedTable:

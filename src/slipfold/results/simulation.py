@@ -2,20 +2,52 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import json
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from slipfold.checks.checked import Checked
 from slipfold.drawing import draw
+from slipfold.flow.guarded_flow import Stop
+from slipfold.flow.settlement import Settlement
 from slipfold.flow.trajectory import Trajectory
+from slipfold.models.model import Model
+from slipfold.results.column import WHOLE, Column
+from slipfold.results.labelled_table import Variable
 from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
+from slipfold.results.saved_table import SavedTable
+from slipfold.results.sheet import Sheet
+from slipfold.results.table import Table, axes_of, names
 
 if TYPE_CHECKING:
     from slipfold.attractors.spectrum import Spectrum
-    from slipfold.results.labelled_table import LabelledTable
 
 __all__ = ["Simulation"]
+
+HIGHEST = 3
+"""Multiples of the forcing frequency shown."""
+
+
+def _motion(model: Model) -> Table:
+    """The motion, once every forcing period."""
+    counted = "forcing periods" if model.forced else "intervals of the duration"
+    state = "state at phase zero" if model.forced else "state"
+    return Table(
+        ("strobe",),
+        (
+            Column(
+                "count", WHOLE, f"{counted} since the start", "",
+                get=lambda motion: np.arange(len(motion.strobe)),
+                name="strobe", label=True, derived=True, slot="",
+            ),
+            Column("time", meaning="time since the start", unit="s", label=True, derived=True),
+            Column("strobe", meaning=state, dimensions=("state",), name="states"),
+        ),
+        joined=True,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -48,7 +80,7 @@ class Simulation(Trajectory, Result):
     -----
     In the dataset of `to_xarray`, along ``strobe``: ``time`` in seconds and ``states``; the outcome
     is in the attributes. In the spreadsheet of `to_csv`, time and states once every forcing period,
-    at phase zero.
+    at phase zero. In `to_json`, schema slipfold.simulation/1, the outcome.
 
     Examples
     --------
@@ -57,6 +89,8 @@ class Simulation(Trajectory, Result):
     >>> motion.settlement.period, round(motion.spectrum().line("x", 0.5), 6)
     (2, 0.276327)
     """
+
+    schema = "slipfold.simulation/1"
 
     asked: int
     tolerance: float
@@ -84,15 +118,27 @@ class Simulation(Trajectory, Result):
 
     def summary(self) -> str:
         """Return whether it settled, its last state, and the amplitudes of what it settled on."""
-        from slipfold.results.simulation_record import simulation_summary
-
-        return simulation_summary(self)
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the outcome as plain data for `json`, schema slipfold.simulation/1."""
-        from slipfold.results.simulation_record import simulation_record
-
-        return simulation_record(self)
+        names = [state.name for state in self.model.states]
+        last = zip(names, self.strobe[-1], strict=True)
+        state = ", ".join(f"{name} = {value:.12g}" for name, value in last)
+        message = self.settlement.message
+        forced = self.model.forced
+        length = f"{self.duration:.6g} s"
+        lines = [
+            f"{self.model!r} over "
+            + (f"{self.periods} forcing periods ({length})" if forced else length),
+            message[:1].upper() + message[1:],
+            f"Last state{' at phase zero' if forced else ''}: {state}",
+        ]
+        spectrum = self._response_spectrum()
+        if spectrum is not None:
+            lines += ["", f"{'Hz':>12}" + "".join(f"{name:>14}" for name in names)]
+            for index in range(_lines(spectrum)):
+                values = [spectrum.of(name)[index] for name in names]
+                # Lines of rounding errors are no lines.
+                cells = "".join(f"{value if abs(value) > 1e-12 else 0:14.8g}" for value in values)
+                lines.append(f"{np.round(spectrum.frequency[index], 9):12.8g}" + cells)
+        return "\n".join([*lines, *self._remarks()])
 
     def plot(self, output: str | None = None, kind: str = "timeseries", **options: Any) -> Any:
         """Draw the motion.
@@ -118,17 +164,79 @@ class Simulation(Trajectory, Result):
         """
         return draw(self, output=output, kind=kind, **options)
 
-    def _table(self) -> LabelledTable:
-        from slipfold.results.simulation_table import simulation_table
+    def _response_spectrum(self) -> Spectrum | None:
+        """Return the spectrum over one response; None if there is none, or nothing moves."""
+        period = self.settlement.period
+        still = self.settlement.kind == "equilibrium"
+        return None if period is None or still else self.spectrum(period)
 
-        return simulation_table(self)
+    def _title(self) -> str:
+        return f"simulation of {self.model.name}"
+
+    def _given(self) -> dict[str, Any]:
+        state = self.strobe[0].tolist()
+        return {"periods": self.asked, "state": state, "tolerance": self.tolerance}
+
+    def _attributes(self) -> dict[str, Any]:
+        return {
+            "settlement": json.dumps(asdict(self.settlement)),
+            "stopped": json.dumps(None if self.stopped is None else asdict(self.stopped)),
+        }
+
+    def _variables(self) -> dict[str, Variable]:
+        labels = names("state", self.model.states)
+        return labels | _motion(self.model).variables([self], axes_of(self.model))
+
+    def _record(self) -> dict[str, Any]:
+        settlement, spectrum = self.settlement, self._response_spectrum()
+        return {
+            "periods": self.periods,
+            "initial_state": self.strobe[0],
+            "state": self.strobe[-1],
+            "settled": settlement.settled,
+            "kind": settlement.kind,
+            "period": settlement.period,
+            "duration": settlement.duration,
+            "drift": settlement.drift,
+            "message": settlement.message,
+            "spectrum": None if spectrum is None else _spectrum_record(self.model, spectrum),
+            "stopped": None if self.stopped is None else asdict(self.stopped),
+        }
 
     def _csv(self) -> str:
-        from slipfold.results.spreadsheet import simulation_csv
+        table = _motion(self.model)
+        sheet = Sheet({"time": "time (s)", "strobe": ""}, (table,), axes_of(self.model))
+        return sheet.text(sheet.rows(table, [self], {}))
 
-        return simulation_csv(self)
+    @classmethod
+    def _read(cls, saved: SavedTable) -> Simulation:
+        stopped = json.loads(saved.attributes["stopped"])
+        (strobe,) = _motion(saved.model).read(saved, axes_of(saved.model), ...).values()
+        if not len(strobe):
+            raise ValueError("there are no states")
+        strobe.setflags(write=False)
+        return cls(
+            model=saved.model,
+            strobe=strobe,
+            settlement=Settlement(**json.loads(saved.attributes["settlement"])),
+            stopped=None if stopped is None else Stop(**stopped),
+            asked=int(saved.given["periods"]),
+            tolerance=float(saved.given["tolerance"]),
+            provenance=saved.provenance,
+            checked=saved.checked,
+        )
 
     def _repr_html_(self) -> str:
         from html import escape
 
         return f"<pre>{escape(self.summary())}</pre>"
+
+
+def _lines(spectrum: Spectrum) -> int:
+    return HIGHEST * spectrum.periods + 1
+
+
+def _spectrum_record(model: Model, spectrum: Spectrum) -> dict[str, Any]:
+    count = _lines(spectrum)
+    amplitudes = {state.name: spectrum.of(state.name)[:count] for state in model.states}
+    return {"frequency": spectrum.frequency[:count], "amplitude": amplitudes}

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from slipfold.results.title import without_defaults
+from slipfold.results.sentences import without_defaults
 from slipfold.text.printed_table import PrintedTable, html_list, with_unit
-
-if TYPE_CHECKING:
-    from slipfold.results.threshold_map import ThresholdMap
+from slipfold.thresholds.threshold_map import GridThresholds
 
 __all__ = ["threshold_html", "threshold_summary"]
 
 
-def threshold_summary(found: ThresholdMap) -> str:
+def threshold_summary(found: GridThresholds) -> str:
     """Return the lowest and the highest threshold, with counts above and failures below."""
     parts = [[_title(found), _count(found)], _range_table(found).text(), _failures(found)]
     if not np.isfinite(found.values).any():
@@ -23,12 +19,12 @@ def threshold_summary(found: ThresholdMap) -> str:
     return "\n\n".join("\n".join(lines) for lines in parts if lines)
 
 
-def threshold_html(found: ThresholdMap) -> str:
+def threshold_html(found: GridThresholds) -> str:
     """Return the same as HTML, for notebooks."""
     return _range_table(found).html(_title(found)) + html_list([_count(found), *_failures(found)])
 
 
-def _title(found: ThresholdMap) -> str:
+def _title(found: GridThresholds) -> str:
     first, last = found.span
     sought = _interval(found, found.threshold, first, last)
     plane = " and ".join(
@@ -38,17 +34,17 @@ def _title(found: ThresholdMap) -> str:
     return f"{found.model.name}: first {found.type} in {sought} over {plane}{changed}"
 
 
-def _interval(found: ThresholdMap, name: str, low: float, high: float) -> str:
+def _interval(found: GridThresholds, name: str, low: float, high: float) -> str:
     return with_unit(f"{name} from {low:g} to {high:g}", found.model.parameter(name).unit)
 
 
-def _count(found: ThresholdMap) -> str:
+def _count(found: GridThresholds) -> str:
     rows, columns = found.values.shape
     count, followed = np.isfinite(found.values).sum(), found.followed.sum()
     return f"{rows} x {columns} points, {count} thresholds; whole responses followed: {followed}"
 
 
-def _range_table(found: ThresholdMap) -> PrintedTable:
+def _range_table(found: GridThresholds) -> PrintedTable:
     """The lowest and the highest threshold and where they lie."""
     lines = []
     if np.isfinite(found.values).any():
@@ -60,7 +56,7 @@ def _range_table(found: ThresholdMap) -> PrintedTable:
     return PrintedTable(["", found.threshold, *found.axes], lines, words=("",))
 
 
-def _failures(found: ThresholdMap) -> list[str]:
+def _failures(found: GridThresholds) -> list[str]:
     """One sentence a kind: how many points, and what is said of the first of them."""
     sentences = []
     for kind, count in found.failures.items():

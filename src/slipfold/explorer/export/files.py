@@ -19,7 +19,7 @@ from slipfold.explorer.messages import (
     PlaneRequest,
 )
 from slipfold.explorer.start import start_of, timed
-from slipfold.results.orbit_table import orbit_csv, orbit_table
+from slipfold.results.orbit import orbit_csv, orbit_table
 from slipfold.results.result import Result
 
 __all__ = ["MEDIA_TYPES", "SUFFIXES", "export_view"]

@@ -1,0 +1,168 @@
+"""One field of a result, said once: what files, records and spreadsheets hold of it follows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from operator import attrgetter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.results.labelled_table import Variable
+from slipfold.results.saved_table import SavedTable
+
+__all__ = ["COMPLEX", "REAL", "TEXT", "TRUTH", "WHOLE", "Axes", "Column", "Kind", "plain"]
+
+Axes = Mapping[str, Sequence[str]]
+"""What stands along each dimension, in words with units."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What values are, and what stands where there is none."""
+
+    type: type
+    missing: Any
+
+
+TEXT, WHOLE, TRUTH = Kind(np.str_, ""), Kind(np.int64, 0), Kind(np.bool_, False)
+REAL, COMPLEX = Kind(np.float64, np.nan), Kind(np.complex128, np.nan)
+
+
+@dataclass(frozen=True)
+class Column:
+    """A field of the items of a table.
+
+    Parameters
+    ----------
+    key
+        Attribute of an item, argument of its class, and key in records; dots lead inside.
+    kind
+        What its values are.
+    meaning
+        What it is; without one, it is not among the arrays.
+    unit
+        Empty for a number; None where other columns say the unit, or there can be none.
+    dimensions
+        Those of one value.
+    get
+        Returns the value from an item, instead of the attribute.
+    name
+        Name of the variable, instead of the key behind the prefix of the table.
+    label
+        Whether it labels rows rather than holds results.
+    derived
+        Whether it follows from others, so that nothing is made from it.
+    optional
+        Whether what is missing is None.
+    record
+        Whether it is in records.
+    slot
+        Its place in a spreadsheet, instead of the key.
+    """
+
+    key: str
+    kind: Kind = REAL
+    meaning: str = ""
+    unit: str | None = None
+    dimensions: tuple[str, ...] = ()
+    get: Callable[[Any], Any] | None = None
+    name: str | None = None
+    label: bool = False
+    derived: bool = False
+    optional: bool = False
+    record: bool = False
+    slot: str | None = None
+
+    def of(self, item: Any) -> Any:
+        """Return the value of an item."""
+        return (self.get or attrgetter(self.key))(item)
+
+    def values(self, items: Sequence[Any], axes: Axes, own: int = 0) -> NDArray[Any]:
+        """Return the values of all items, one behind the other; shorter ones are filled up.
+
+        Shapes: values (n_rows, ...). An item has `own` axes of rows itself, or is a row.
+        """
+        missing = self.kind.missing
+        found = [missing if (value := self.of(item)) is None else value for item in items]
+        parts: list[NDArray[Any]] = [np.asarray(value, self.kind.type) for value in found]
+        if not own:
+            parts, own = [part[None] for part in parts], 1
+        shape = [
+            max([len(axes.get(name, ())), *(part.shape[axis] for part in parts)])
+            for axis, name in enumerate(self.dimensions, own)
+        ]
+        if not parts:
+            return np.empty((0, *shape), self.kind.type)
+        return np.concatenate([_filled(part, own, shape, missing) for part in parts])
+
+    def variables(
+        self, name: str, dimensions: tuple[str, ...], values: NDArray[Any]
+    ) -> dict[str, Variable]:
+        """Return its variable; of complex numbers one for each part."""
+        if self.kind is COMPLEX:
+            parts = {"real": (values.real, "real"), "imag": (values.imag, "imaginary")}
+            return {
+                f"{name}_{end}": self._variable(dimensions, part.copy(), f", {word} part")
+                for end, (part, word) in parts.items()
+            }
+        return {name: self._variable(dimensions, values)}
+
+    def _variable(
+        self, dimensions: tuple[str, ...], values: NDArray[Any], part: str = ""
+    ) -> Variable:
+        attributes = {"long_name": self.meaning + part}
+        if self.unit is not None:
+            attributes["units"] = self.unit or "1"
+        return Variable((*dimensions, *self.dimensions), values, attributes, self.label)
+
+    def stored(
+        self, name: str, dimensions: tuple[str, ...], saved: SavedTable, axes: Axes
+    ) -> NDArray[Any]:
+        """Return all values in a file, in the shape that they should have."""
+        values = saved.complex(name) if self.kind is COMPLEX else saved.columns[name]
+        along = (*dimensions, *self.dimensions)
+        known = {axis: len(axes[each]) for axis, each in enumerate(along) if each in axes}
+        if len(along) != values.ndim or any(values.shape[k] != n for k, n in known.items()):
+            raise ValueError(f"{name} has the shape {values.shape}")
+        return values
+
+    def item(self, value: Any) -> Any:
+        """Return one value out of a file as items hold it."""
+        if not self.dimensions:
+            single = value.item()
+            empty = single == self.kind.missing or single != single
+            return None if self.optional and empty else single
+        if self.dimensions == ("parameter",):
+            return tuple(value.tolist())
+        return tuple(value[value != 0].tolist()) if self.kind is WHOLE else value
+
+
+def _filled(part: NDArray[Any], own: int, shape: Sequence[int], missing: Any) -> NDArray[Any]:
+    """Fill up a part along all axes but its own."""
+    short = [(0, size - had) for size, had in zip(shape, part.shape[own:], strict=True)]
+    if not any(after for _, after in short):
+        return part
+    return np.pad(part, [(0, 0)] * own + short, constant_values=missing)
+
+
+def plain(value: Any) -> Any:
+    """Return what JSON can hold: pairs for complex numbers, None for what is not finite.
+
+    Examples
+    --------
+    >>> plain({"a": (1, float("inf")), "b": 2 - 1j})
+    {'a': [1, None], 'b': [2.0, -1.0]}
+    """
+    if isinstance(value, np.ndarray | np.generic):
+        return plain(value.tolist())
+    if isinstance(value, Mapping):
+        return {key: plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    if isinstance(value, complex):
+        return plain((value.real, value.imag))
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,100 @@
+"""One orbit as a file and a spreadsheet: the schema slipfold.orbit/1 of netCDF files."""
+
+from __future__ import annotations
+
+from operator import itemgetter
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.flow import flow_of
+from slipfold.models.model import Model
+from slipfold.models.output import Output
+from slipfold.models.parameter import State
+from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.results.column import COMPLEX, Column
+from slipfold.results.labelled_table import LabelledTable
+from slipfold.results.provenance import provenance
+from slipfold.results.result import described
+from slipfold.results.saved_table import SavedTable
+from slipfold.results.sheet import Sheet
+from slipfold.results.table import Table, axes_of, names
+from slipfold.text.one_line import headed
+
+__all__ = ["SCHEMA", "orbit_csv", "orbit_table", "read_orbit"]
+
+SCHEMA = "slipfold.orbit/1"
+
+SAMPLES = 256
+"""Samples a forcing period."""
+
+NODES = Table(
+    ("node",),
+    (Column("nodes", meaning="states that the orbit is computed from", dimensions=("state",)),),
+    joined=True,
+)
+MULTIPLIERS = Table(
+    ("multiplier",), (Column("multipliers", COMPLEX, "Floquet multipliers", ""),), joined=True
+)
+
+
+def _motion(model: Model) -> Table:
+    """What is sampled over a period, by name."""
+    quantities = tuple(
+        Column(item.name, meaning=item.doc or item.name, unit=item.unit, get=itemgetter(item.name))
+        for item in _quantities(model)
+    )
+    time = Column("time", meaning="time", unit="s", get=itemgetter("time"), label=True)
+    return Table(("time",), (*quantities, time), joined=True)
+
+
+def orbit_csv(orbit: PeriodicOrbit) -> str:
+    """Return time, states and outputs over one period, one row an instant."""
+    quantities = {item.name: headed(item) for item in _quantities(orbit.model)}
+    heads = {"time": "time (s)", **quantities}
+    table = _motion(orbit.model)
+    sheet = Sheet(heads, (table,), {})
+    return sheet.text(sheet.rows(table, [_sampled(orbit)], {}))
+
+
+def orbit_table(orbit: PeriodicOrbit) -> LabelledTable:
+    """Return time, states and outputs over one period, the nodes and the multipliers."""
+    model, axes = orbit.model, axes_of(orbit.model)
+    variables = names("state", model.states)
+    variables |= _motion(model).variables([_sampled(orbit)], axes)
+    variables |= NODES.variables([orbit], axes) | MULTIPLIERS.variables([orbit], axes)
+    given = {"period": orbit.period, "residual": orbit.residual}
+    attributes = {
+        **described(SCHEMA, f"periodic orbit of {model.name}", model, given, provenance(0.0)),
+        "period": orbit.period,
+        **{f"parameter_{name}": value for name, value in model.values.items()},
+    }
+    return LabelledTable.of(variables, attributes)
+
+
+def read_orbit(saved: SavedTable) -> PeriodicOrbit:
+    """Make an orbit from the arrays that `orbit_table` made of one."""
+    axes = axes_of(saved.model)
+    fields = NODES.read(saved, axes, ...) | MULTIPLIERS.read(saved, axes, ...)
+    if not len(fields["nodes"]):
+        raise ValueError("there are no nodes")
+    fields["nodes"].setflags(write=False)
+    return PeriodicOrbit(
+        model=saved.model,
+        period=int(saved.given["period"]),
+        residual=float(saved.given["residual"]),
+        **fields,
+    )
+
+
+def _quantities(model: Model) -> list[State | Output]:
+    return [*model.states, *model.outputs()]
+
+
+def _sampled(orbit: PeriodicOrbit) -> dict[str, NDArray[np.float64]]:
+    model, flow = orbit.model, flow_of(orbit.model)
+    constants = flow.constants_of(model)
+    time, states = orbit.sample(SAMPLES * orbit.period)
+    values = flow.outputs(states, time / constants.period, constants).T
+    quantities = zip(_quantities(model), values, strict=True)
+    return {"time": time, **{item.name: column for item, column in quantities}}

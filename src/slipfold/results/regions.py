@@ -1,0 +1,93 @@
+"""Regions of a plane: to arrays and back, and to records."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from slipfold.loci.region_map import Region, RegionCheck, RegionMap
+from slipfold.models.model import Model
+from slipfold.results.column import TEXT, TRUTH, WHOLE, Axes, Column
+from slipfold.results.labelled_table import Variable
+from slipfold.results.saved_table import SavedTable
+from slipfold.results.table import Table, meaning_of
+
+__all__ = ["read_regions", "region_records", "region_variables"]
+
+CHECKS = Table(
+    ("check",),
+    (
+        Column("values", meaning="values of the parameters", dimensions=("parameter",),
+               name="check_value", record=True),
+        Column("start", TEXT, "rest, or period of the orbit near which it started", record=True),
+        Column("settled", WHOLE, "period it settled to, in forcing periods, 0: none", "",
+               record=True),
+        Column("agrees", TRUTH, "whether that fits the label of the region", record=True),
+        Column("note", TEXT, "what happened", record=True),
+    ),
+    "check_",
+    ("region", "region it lies in"),
+)  # fmt: skip
+
+REGIONS = Table(
+    ("region",),
+    (
+        Column("id", WHOLE, "number of the region", name="region", label=True, record=True),
+        Column("stable", WHOLE, "periods of the stable responses, 0: no more", "", ("stable",),
+               record=True),
+        Column("name", TEXT, record=True),
+        Column("known", TRUTH, record=True),
+        Column("share", meaning="share of the area of the window", unit="", record=True),
+        Column("place", meaning="values of the parameters well inside", dimensions=("parameter",),
+               record=True),
+        Column("consistent", TRUTH, "whether all responses across it agree on its label",
+               record=True),
+        Column("checks", get=lambda region: [CHECKS.record(check) for check in region.checks],
+               record=True),
+    ),
+    "region_",
+)  # fmt: skip
+
+
+def _cells(model: Model, vary: tuple[str, str]) -> tuple[Table, ...]:
+    """The axes of the plane, and which region a cell belongs to."""
+    axes = []
+    for axis, name in zip(("first", "second"), vary, strict=True):
+        parameter = model.parameter(name)
+        values = Column(axis, meaning=meaning_of(parameter), unit=parameter.unit, label=True)
+        axes.append(Table((axis,), (values,), joined=True))
+    about = "region that the cell belongs to, 0: not known"
+    labels = Column("labels", WHOLE, about, name="region_of_cell")
+    return *axes, Table(("second", "first"), (labels,), joined=True)
+
+
+def region_variables(
+    regions: RegionMap, model: Model, vary: tuple[str, str], axes: Axes
+) -> dict[str, Variable]:
+    """Return the regions with their names, units and meanings."""
+    variables: dict[str, Variable] = {}
+    for table in _cells(model, vary):
+        variables |= table.variables([regions], axes)
+    variables |= REGIONS.variables(regions.regions, axes)
+    rows = [(item.id, check) for item in regions.regions for check in item.checks]
+    return variables | CHECKS.variables([c for _, c in rows], axes, [number for number, _ in rows])
+
+
+def region_records(regions: RegionMap | None) -> list[dict[str, Any]] | None:
+    """Return what records hold of regions; None if they were not asked for."""
+    return None if regions is None else [REGIONS.record(region) for region in regions.regions]
+
+
+def read_regions(saved: SavedTable, vary: tuple[str, str], axes: Axes) -> RegionMap:
+    """Make the regions again from their arrays."""
+    first, second, cells = _cells(saved.model, vary)
+    fields = first.read(saved, axes, ...) | second.read(saved, axes, ...)
+    fields |= cells.read(saved, {**axes, **fields}, ...)
+    labels, checks = fields["labels"], CHECKS.rows(saved)
+    numbers = saved.columns["region"].tolist()
+    if labels.size and not 0 <= labels.min() <= labels.max() <= len(numbers):
+        raise ValueError("region_of_cell names a region that there is not")
+    regions = []
+    for row, number in enumerate(numbers):
+        own = [RegionCheck(**CHECKS.read(saved, axes, each)) for each in checks[number]]
+        regions.append(Region(**REGIONS.read(saved, axes, row), checks=tuple(own)))
+    return RegionMap(**fields, regions=tuple(regions))
