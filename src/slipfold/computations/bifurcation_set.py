@@ -13,7 +13,7 @@ from slipfold.checks.of_loci import check_loci
 from slipfold.computations.given_settings import checked_settings
 from slipfold.computations.plane import GivenWindow, corner_model, parse_plane
 from slipfold.errors import InputError
-from slipfold.loci.bifurcation_set import find_bifurcation_set
+from slipfold.loci.bifurcation_set import find_bifurcation_set, measured_across
 from slipfold.loci.progress import LocusObserver
 from slipfold.models.model import Model
 from slipfold.results.locus_diagram import LocusDiagram
@@ -98,6 +98,7 @@ def bifurcation_set(
     base = corner_model(model, names, spans, parameters)
     chosen = checked_settings(settings)
     started = perf_counter()
+    base = measured_across(base, names, spans)
     found = find_bifurcation_set(
         base,
         names,

@@ -18,7 +18,7 @@ from slipfold.loci.regions import map_regions
 from slipfold.loci.window import Window, check_window
 from slipfold.models.model import Model
 
-__all__ = ["BifurcationSet", "find_bifurcation_set", "possible_types"]
+__all__ = ["BifurcationSet", "find_bifurcation_set", "measured_across", "possible_types"]
 
 LINES = (11, 5)
 """Responses across the window in either direction from which loci are started."""
@@ -74,8 +74,8 @@ def find_bifurcation_set(
             "of them or for no regions"
         )
     settings = largest_period(settings or Settings(), periods)
-    corners = (dict(zip(plane, values, strict=True)) for values in product(*window))
-    model = measured_within(model, list(corners))
+    if model.found_sizes is None:
+        model = measured_across(model, plane, window)
     lines = follow_fan(model, plane, window, LINES, settings, observer)
     if not any(line.branches for line in lines):
         raise InputError(
@@ -111,6 +111,12 @@ def find_bifurcation_set(
         except KeyboardInterrupt:
             interrupted = True
     return BifurcationSet(loci, found, interrupted)
+
+
+def measured_across(model: Model, plane: tuple[str, str], window: Window) -> Model:
+    """Return a model that knows how large its states become at the corners of a window."""
+    corners = (dict(zip(plane, values, strict=True)) for values in product(*window))
+    return measured_within(model, list(corners))
 
 
 def _inside(model: Model, plane: tuple[str, str], window: Window) -> bool:

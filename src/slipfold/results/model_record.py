@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from slipfold.errors import InputError
 from slipfold.models.friction import law_from_record, law_record
 from slipfold.models.model import Model
@@ -14,7 +16,7 @@ from slipfold.models.structures import Structure
 from slipfold.models.system import System
 from slipfold.models.unforced import Unforced
 
-__all__ = ["model_from_record", "structure_record"]
+__all__ = ["measured_as", "model_from_record", "scales_record", "structure_record"]
 
 
 def structure_record(model: Model) -> dict[str, Any]:
@@ -30,6 +32,22 @@ def structure_record(model: Model) -> dict[str, Any]:
     if isinstance(model, Unforced):
         return {"forced": _whole_record(model.forced_model)}
     return {}
+
+
+def scales_record(model: Model) -> dict[str, Any]:
+    """Return the typical sizes that a computation found, by state; nothing if it found none."""
+    sizes = model.found_sizes
+    if sizes is None:
+        return {}
+    names = [state.name for state in model.states]
+    return {"scales": dict(zip(names, sizes.tolist(), strict=True))}
+
+
+def measured_as(model: Model, described: Mapping[str, Any]) -> Model:
+    """Return a saved model with the sizes that `scales_record` told, if it did."""
+    if "scales" not in described:
+        return model
+    return model.measured_in(np.array([described["scales"][item.name] for item in model.states]))
 
 
 def _whole_record(model: Model) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from slipfold.checks.checked import Checked
 from slipfold.models.model import Model
 from slipfold.results.column import plain
 from slipfold.results.labelled_table import LabelledTable, Variable
-from slipfold.results.model_record import structure_record
+from slipfold.results.model_record import scales_record, structure_record
 from slipfold.results.provenance import Provenance
 from slipfold.results.writing import write_file
 
@@ -66,7 +66,7 @@ class Result(ABC):
         parameters = {name: float(value) for name, value in self.model.values.items()}
         head = {"schema": self.schema, "model": self.model.name, "parameters": parameters}
         checked = {} if self.checked is None else {"checked": self.checked.to_json()}
-        return {**plain(head | self._record()), **checked}
+        return {**plain(head | scales_record(self.model) | self._record()), **checked}
 
     def to_xarray(self) -> xarray.Dataset:
         """Return all numbers as one labelled dataset; the notes of the class say along what.
@@ -124,7 +124,7 @@ def described(
     schema: str, title: str, model: Model, given: Mapping[str, Any], origin: Provenance
 ) -> dict[str, Any]:
     """Return the attributes that all saved results have: what it is, its input, its origin."""
-    whole = {"model": model.name, "parameters": dict(model.values)}
+    whole = {"model": model.name, "parameters": dict(model.values), **scales_record(model)}
     structure = structure_record(model)
     if structure:
         whole["structure"] = structure

@@ -15,7 +15,7 @@ from slipfold.branches.settings import Newton, Settings, Steps
 from slipfold.checks.checked import Checked
 from slipfold.models.model import Model
 from slipfold.results.labelled_table import LabelledTable
-from slipfold.results.model_record import model_from_record
+from slipfold.results.model_record import measured_as, model_from_record
 from slipfold.results.provenance import Provenance
 
 __all__ = ["Rows", "SavedTable", "open_table"]
@@ -95,4 +95,4 @@ def open_table(table: LabelledTable, kind: type[Model] | None = None) -> SavedTa
     given = json.loads(table.attributes["input"])
     parameters = given["parameters"]
     model = model_from_record(str(given["model"]), given.get("structure", {}), parameters, kind)
-    return SavedTable(table, given, model)
+    return SavedTable(table, given, measured_as(model, given))
