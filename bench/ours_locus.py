@@ -23,6 +23,7 @@ from peers import record
 from slipfold.continuation.newton import correct
 from slipfold.loci.follow import follow_loci
 from slipfold.loci.locus_problem import LocusProblem
+from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.version import package_version
 
 FREQUENCY = 12.5
@@ -56,9 +57,11 @@ def timed(point: sf.SpecialPoint) -> tuple[sf.Locus, float, float]:
 
 def land(locus: sf.Locus, frequency: float) -> tuple[float, float]:
     """The point (f, Nd) of the locus at a frequency, corrected from the nearest one computed."""
-    problem = LocusProblem(locus.model, locus.type, locus.vary, locus.period, WIDTHS)
+    vary = dict(zip(locus.vary, WIDTHS, strict=True))
+    orbits = ForcedOrbits(locus.model, vary, locus.period)
+    problem = LocusProblem(orbits, locus.type)
     nearest = int(np.abs(locus.values[:, 0] - frequency).argmin())
-    guess = problem.pack(
+    guess = orbits.pack(
         locus.nodes[nearest], np.array([frequency, float(locus.values[nearest, 1])])
     )
     row = np.zeros_like(guess)
@@ -66,7 +69,7 @@ def land(locus: sf.Locus, frequency: float) -> tuple[float, float]:
     corrected = correct(problem, guess, row)
     if not corrected.converged:
         record.leave(record.FAILED, f"the locus at f = {frequency} Hz: {corrected.failure}.")
-    first, second = map(float, problem.values(corrected.z))
+    first, second = problem.place(corrected.z)
     return first, second
 
 

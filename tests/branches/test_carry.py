@@ -5,7 +5,7 @@ import pytest
 
 import slipfold as sf
 from slipfold.branches.carry import carry_branches
-from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.results.stretches import stretches_of
 
 SPAN = (0, 0.9)
@@ -58,7 +58,7 @@ def test_carried_lines_lie_on_those_that_are_followed(known, change):
 def test_every_carried_point_is_an_orbit_with_its_multipliers(known):
     carried = carry_branches(known.branches, known.model.replace(f=12.51))
     for branch in carried:
-        problem = PeriodicProblem(branch.model, "Nd", branch.period, 1.0)
+        problem = ForcedOrbits(branch.model, {"Nd": 1.0}, branch.period)
         for i, (nodes, value) in enumerate(zip(branch.nodes, branch.parameter, strict=True)):
             z = problem.pack(nodes, value)
             assert np.abs(problem.defect(z)).max() < 1e-7

@@ -23,8 +23,8 @@ from slipfold.loci.describe import coefficient_at
 from slipfold.loci.follow import follow_loci
 from slipfold.loci.locus_problem import LocusProblem
 from slipfold.models import SlidingOscillator
-from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.find import hold_parameter
+from slipfold.orbits.forced_orbits import ForcedOrbits
 
 PLANES = {
     ("f", "Nd"): ((11.5, 13.5), (0.0, 0.98)),
@@ -93,11 +93,11 @@ class Crossing:
 
     @property
     def values(self):
-        return self.problem.values(self.point.z)
+        return self.problem.orbits.values(self.point.z)
 
     @property
     def nodes(self):
-        return self.problem.nodes(self.point.z)
+        return self.problem.orbits.nodes(self.point.z)
 
     @property
     def orbit(self):
@@ -129,11 +129,11 @@ def crossings(loci, axis, value):
 def locus_crossings(locus, axis, value):
     """Crossings of one locus: from a spline through its points, corrected."""
     widths = tuple(map(float, np.ptp(locus.values, axis=0)))
-    problem = LocusProblem(
-        locus.model, locus.type, locus.vary, locus.period, widths, locus.nodes.shape[1]
-    )
+    vary = dict(zip(locus.vary, widths, strict=True))
+    orbits = ForcedOrbits(locus.model, vary, locus.period, locus.nodes.shape[1])
+    problem = LocusProblem(orbits, locus.type)
     pairs = zip(locus.nodes, locus.values, strict=True)
-    s, z = locus.arclength, np.array([problem.pack(*pair) for pair in pairs])
+    s, z = locus.arclength, np.array([orbits.pack(*pair) for pair in pairs])
     spline = CubicSpline(s, z)
     grid = np.unique(np.concatenate([np.linspace(a, b, SAMPLES) for a, b in pairwise(s)]))
     gaps = spline(grid)[:, axis - 2] - value / widths[axis]
@@ -173,7 +173,7 @@ def _branch_curve(branch):
     """A branch between its points, as unknowns of a boundary-value problem."""
     width = float(np.ptp(branch.parameter)) or 1.0
     segments = branch.nodes.shape[1]
-    problem = PeriodicProblem(branch.model, branch.vary, branch.period, width, segments)
+    problem = ForcedOrbits(branch.model, {branch.vary: width}, branch.period, segments)
     pairs = zip(branch.nodes, branch.parameter, strict=True)
     z = np.array([problem.pack(*pair) for pair in pairs])
     return problem, CubicSpline(branch.arclength, z)
@@ -238,7 +238,7 @@ def orbits_at(branch, value):
 def piece_through(model, vary, span, period, nodes):
     """Follow one orbit in both directions of a parameter, as far as it goes."""
     low, high = span
-    problem = PeriodicProblem(model, vary, period, high - low, len(nodes))
+    problem = ForcedOrbits(model, {vary: high - low}, period, len(nodes))
     z = problem.pack(nodes, model.values[vary])
     both = []
     for sign in (1, -1):

@@ -15,13 +15,11 @@ from slipfold.branches.special_point import SpecialPoint
 from slipfold.continuation.atlas import Atlas, Chart
 from slipfold.continuation.end import End
 from slipfold.continuation.search import Found
-from slipfold.orbits.boundary_value_problem import PeriodicProblem
-from slipfold.orbits.cycle_problem import CycleProblem
-from slipfold.orbits.equilibrium_problem import EquilibriumProblem
+from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.text.one_line import certain
 
-__all__ = ["assemble"]
+__all__ = ["assemble", "durations_along"]
 
 
 def assemble(atlas: Atlas[OrbitPoint], begun: End) -> tuple[Branch, ...]:
@@ -49,17 +47,17 @@ def assemble(atlas: Atlas[OrbitPoint], begun: End) -> tuple[Branch, ...]:
 def _branch(chart: Chart[OrbitPoint], begun: End, special: Sequence[SpecialPoint]) -> Branch:
     problem, points = chart.trail.curve, chart.trail.points
     assert chart.trail.end is not None  # every trail ends
-    durations, model = _durations(problem, points), problem.model
+    durations, model = durations_along(problem, points), problem.model
     return Branch(
         id=chart.number,
-        kind="equilibrium" if problem.kind == "equilibrium" else "periodic",
+        kind=problem.kind,
         period=problem.period,
         parent=chart.start.parent,
         model=model if durations is None else model.replace(duration=float(durations[0])),
         vary=problem.vary,
         parameter=np.array([problem.value(point.z) for point in points]),
         nodes=np.array([problem.nodes(point.z) for point in points]),
-        multipliers=np.array([problem.all_multipliers(point.multipliers) for point in points]),
+        multipliers=np.array([problem.multipliers(point) for point in points]),
         residual=np.array([point.residual for point in points]),
         arclength=np.array([point.arclength for point in points]),
         special=tuple(special),
@@ -69,16 +67,13 @@ def _branch(chart: Chart[OrbitPoint], begun: End, special: Sequence[SpecialPoint
     )
 
 
-def _described(problem: PeriodicProblem, found: Found) -> SpecialPoint:
+def _described(problem: Orbits, found: Found) -> SpecialPoint:
     if isinstance(found, Happened) and found.event is not None:
         return describe_event(problem, found.event, found.point)
     return describe_bifurcation(problem, found)
 
 
-def _durations(
-    problem: PeriodicProblem, points: Sequence[OrbitPoint]
-) -> NDArray[np.float64] | None:
-    """Durations in seconds of one round of cycles, of equilibria their units of time."""
-    if not isinstance(problem, CycleProblem | EquilibriumProblem):
-        return None
-    return np.array([problem.duration(point.z) for point in points])
+def durations_along(orbits: Orbits, points: Sequence[OrbitPoint]) -> NDArray[np.float64] | None:
+    """Return durations in seconds, None where they are not the orbits' own."""
+    durations = [orbits.duration(point.z) for point in points]
+    return None if durations[0] is None else np.array(durations)

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.floquet import floquet_multipliers
+from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.orbits.many_orbits import Corrected
 from slipfold.orbits.test_functions import evaluate_tests
 
@@ -37,7 +37,7 @@ class CarriedCurve:
         Whether that is all of it.
     """
 
-    problem: PeriodicProblem
+    problem: ForcedOrbits
     z: Array
     multipliers: NDArray[np.complex128]
     tests: dict[str, Array]
@@ -57,7 +57,7 @@ class CarriedCurve:
 
 
 def curve_through(
-    problem: PeriodicProblem, found: Corrected, reach: float = np.inf, whole: bool = True
+    problem: ForcedOrbits, found: Corrected, reach: float = np.inf, whole: bool = True
 ) -> CarriedCurve:
     """Return corrected orbits with what is watched along them."""
     multipliers = floquet_multipliers(found.monodromies)

@@ -14,7 +14,6 @@ from slipfold.branches.normal_form import normal_form
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.continuation.interpolation import polynomial
 from slipfold.orbits.many_orbits import correct_orbits
-from slipfold.orbits.orbit_point import make_point
 
 __all__ = ["TESTS", "CarriedPoints", "carried_points"]
 
@@ -88,7 +87,8 @@ def _normal_forms(
     forms = []
     for item, orbit in zip(special, z, strict=True):
         monodromy = curve.problem.linearise(orbit).monodromy
-        point = make_point(orbit, np.zeros_like(orbit), item.arclength, monodromy, np.nan)
+        known = orbit, np.zeros_like(orbit), item.arclength, monodromy, np.nan
+        point = curve.problem.known_point(*known)
         try:
             form = normal_form(curve.problem, point, item.type)
         except np.linalg.LinAlgError:

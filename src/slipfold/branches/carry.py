@@ -20,7 +20,7 @@ from slipfold.branches.carried_curve import CarriedCurve, curve_through
 from slipfold.branches.carried_points import TESTS, carried_points
 from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
 from slipfold.models.model import Model
-from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.orbits.limits import broken_limit
 from slipfold.orbits.many_orbits import Corrected, correct_orbits
 
@@ -83,7 +83,7 @@ def _carried_curve(
     if len(places) < 4:
         return None  # too few to draw a line through
     width = float(np.ptp(branch.parameter))
-    problem = PeriodicProblem(model, branch.vary, branch.period, width, nodes.shape[1])
+    problem = ForcedOrbits(model, {branch.vary: width}, branch.period, nodes.shape[1])
     guesses = np.array([problem.pack(*item) for item in zip(nodes, values, strict=True)])
     born, closed = _births(branch, parents, problem, guesses)
     if branch.parent is not None and born is None:
@@ -155,7 +155,7 @@ def _within(branch: Branch, values: Array) -> NDArray[np.bool_]:
     return np.asarray(above & below)
 
 
-def _sure(branch: Branch, problem: PeriodicProblem, found: Corrected) -> int:
+def _sure(branch: Branch, problem: ForcedOrbits, found: Corrected) -> int:
     """Return how many orbits from the start are found, in the span and within the limits.
 
     Near a limit, as where the spring collapses, orbits change too quickly to be carried.
@@ -195,7 +195,7 @@ def _coherent(curve: CarriedCurve, before: Array) -> bool:
 
 
 def _births(
-    branch: Branch, parents: Sequence[Branch], problem: PeriodicProblem, z: Array
+    branch: Branch, parents: Sequence[Branch], problem: ForcedOrbits, z: Array
 ) -> tuple[SpecialPoint | None, SpecialPoint | None]:
     """Return the carried period doublings on which a doubled branch begins and ends."""
     if branch.parent is None or branch.parent > len(parents):
@@ -211,7 +211,7 @@ def _births(
 
 
 def _ends(
-    problem: PeriodicProblem,
+    problem: ForcedOrbits,
     first: Array,
     last: Array,
     born: SpecialPoint | None,
@@ -238,7 +238,7 @@ def _with_ends(curve: CarriedCurve, first: Array | None, last: Array | None) -> 
     return curve
 
 
-def _doubled(problem: PeriodicProblem, point: SpecialPoint, beside: Array) -> Array:
+def _doubled(problem: ForcedOrbits, point: SpecialPoint, beside: Array) -> Array:
     """Return an orbit passed twice, begun in that forcing period in which it is near another."""
     half = point.nodes[::2]
     nodes = np.concatenate([half, half])

@@ -12,9 +12,8 @@ from slipfold.continuation.end import End
 from slipfold.continuation.interpolation import POINTS, hermite, well_spaced
 from slipfold.continuation.locate import LostCurveError, point_at
 from slipfold.continuation.trail import Sight, Stop, Stretch
-from slipfold.orbits.boundary_value_problem import PeriodicProblem
-from slipfold.orbits.orbit_point import OrbitPoint, make_point
-from slipfold.orbits.shooting import Shooting
+from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
+from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = [
     "SAME",
@@ -58,27 +57,27 @@ class Birth:
         Its first point.
     """
 
-    problem: PeriodicProblem
+    problem: Orbits
     start: OrbitPoint
 
-    def fits(self, problem: PeriodicProblem) -> bool:
+    def fits(self, problem: Orbits) -> bool:
         """Whether a branch of a problem may end here."""
         return (self.problem.kind, self.problem.period) == (problem.kind, problem.period)
 
-    def in_terms_of(self, problem: PeriodicProblem) -> Array:
+    def in_terms_of(self, problem: Orbits) -> Array:
         """Return the first point as an unknown of another problem."""
         return problem.adopt(self.problem, self.start.z)
 
 
-def has_copy(problem: PeriodicProblem) -> bool:
+def has_copy(problem: Orbits) -> bool:
     """Whether each orbit, begun half its period later, is another point of the same curve.
 
     So it is with even periods, and with cycles: they may end where both coincide.
     """
-    return problem.kind == "cycle" or problem.period % 2 == 0
+    return problem.free_phase or problem.period % 2 == 0
 
 
-def _meets_its_copy(problem: Shooting, before: OrbitPoint, point: OrbitPoint) -> bool:
+def _meets_its_copy(problem: Orbits, before: OrbitPoint, point: OrbitPoint) -> bool:
     """Whether a branch of doubled period passed its parent and goes on as its own copy.
 
     The copy is the same orbit half a period later, so the difference between the halves of the
@@ -89,7 +88,7 @@ def _meets_its_copy(problem: Shooting, before: OrbitPoint, point: OrbitPoint) ->
     return bool(here @ there < 0 or np.linalg.norm(there) < 0.1 * BEFORE)
 
 
-def step_beside_parent(problem: Shooting, point: OrbitPoint) -> float:
+def step_beside_parent(problem: Orbits, point: OrbitPoint) -> float:
     """Return the longest step that cannot pass the parent by more than its distance.
 
     Near the parent the halves of the orbit differ by about 1.4 times the arclength to it. A longer
@@ -98,7 +97,7 @@ def step_beside_parent(problem: Shooting, point: OrbitPoint) -> float:
     return max(BEFORE, 0.9 * float(np.linalg.norm(asymmetry(problem, point.z))))
 
 
-def asymmetry(problem: Shooting, z: Array) -> Array:
+def asymmetry(problem: Orbits, z: Array) -> Array:
     """Return by how much the halves of an orbit differ, in scaled states."""
     half = problem.size // 2
     return z[:half] - z[half : problem.size]
@@ -112,22 +111,22 @@ class MeetsCopy:
 
     Parameters
     ----------
-    problem
-        The equations.
+    curve
+        The curve.
     stop
         Says how the curve ends, of its last regular orbit and the unknown where it meets its copy.
     """
 
     def __init__(
-        self, problem: Shooting, stop: Callable[[OrbitPoint, Array], Stop[OrbitPoint]]
+        self, curve: OrbitCurve, stop: Callable[[OrbitPoint, Array], Stop[OrbitPoint]]
     ) -> None:
-        self._problem = problem
+        self._curve = curve
         self._stop = stop
 
     def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:
         """Return the last regular orbit before the curve meets its copy, if it does."""
         before, point = stretch.before, stretch.point
-        if stretch.leaves or not _meets_its_copy(self._problem, before, point):
+        if stretch.leaves or not _meets_its_copy(self._curve.orbits, before, point):
             return Sight()
         place, meeting = self._meeting(stretch)
         return Sight(stop=self._stop(self._last(stretch, place), meeting))
@@ -136,13 +135,13 @@ class MeetsCopy:
         """Return where the halves of the interpolated orbit become the same."""
         from scipy.optimize import brentq  # a fifth of a second to import, and seldom needed
 
-        problem, before, point = self._problem, stretch.before, stretch.point
-        direction = asymmetry(problem, before.z)
+        orbits, before, point = self._curve.orbits, stretch.before, stretch.point
+        direction = asymmetry(orbits, before.z)
         near = well_spaced(stretch.known, before.arclength, point.arclength, POINTS)
         place = point.arclength
-        if direction @ asymmetry(problem, point.z) < 0:
+        if direction @ asymmetry(orbits, point.z) < 0:
             place = brentq(
-                lambda arclength: direction @ asymmetry(problem, hermite(near, arclength)[0]),
+                lambda arclength: direction @ asymmetry(orbits, hermite(near, arclength)[0]),
                 before.arclength,
                 point.arclength,
                 xtol=1e-6,
@@ -152,15 +151,15 @@ class MeetsCopy:
     def _last(self, stretch: Stretch[OrbitPoint], place: float) -> OrbitPoint:
         for back in (BEFORE, 4 * BEFORE, 16 * BEFORE):
             if back < place - stretch.before.arclength:
-                last = point_at(self._problem, stretch.known, place - back)
+                last = point_at(self._curve, stretch.known, place - back)
                 # Newton's method may fall onto the parent, where the halves do not differ.
-                if np.linalg.norm(asymmetry(self._problem, last.z)) > 0.3 * back:
+                if np.linalg.norm(asymmetry(self._curve.orbits, last.z)) > 0.3 * back:
                     return last
         return stretch.before
 
 
 def close_on_parent(
-    problem: PeriodicProblem, births: Sequence[Birth], last: OrbitPoint, meeting: Array
+    problem: Orbits, births: Sequence[Birth], last: OrbitPoint, meeting: Array
 ) -> Stop[OrbitPoint]:
     """Return the end of a branch that meets its copy: where another is known to begin, if any."""
     birth = _matching(problem, meeting, births)
@@ -171,7 +170,7 @@ def close_on_parent(
     return Stop(last, End("closed", reason, (value,)), beyond, birth)
 
 
-def _place_of_meeting(problem: PeriodicProblem, meeting: Array) -> str:
+def _place_of_meeting(problem: Orbits, meeting: Array) -> str:
     if problem.period % 2 == 0:
         return "its parent's period doubling"
     nodes = problem.flat(problem.nodes(meeting)).reshape(problem.segments, -1)
@@ -179,7 +178,7 @@ def _place_of_meeting(problem: PeriodicProblem, meeting: Array) -> str:
     return "a Hopf point" if still else "the period doubling of a cycle of half its duration"
 
 
-def _matching(problem: PeriodicProblem, meeting: Array, births: Sequence[Birth]) -> Birth | None:
+def _matching(problem: Orbits, meeting: Array, births: Sequence[Birth]) -> Birth | None:
     """Return the place of birth whose orbit is the one where the branch met its copy."""
 
     def distance(birth: Birth) -> float:
@@ -190,12 +189,12 @@ def _matching(problem: PeriodicProblem, meeting: Array, births: Sequence[Birth])
     return nearest if nearest is not None and distance(nearest) < NEAR else None
 
 
-def _birth_point(problem: PeriodicProblem, last: OrbitPoint, birth: Birth) -> OrbitPoint:
+def _birth_point(problem: Orbits, last: OrbitPoint, birth: Birth) -> OrbitPoint:
     """Return the place of birth that a branch closed on as its last point."""
     start = birth.start
     z = problem.in_phase(birth.in_terms_of(problem), last.z)
     place = last.arclength + float(np.linalg.norm(z - last.z))
-    return make_point(z, last.tangent, place, start.monodromy, start.residual)
+    return problem.known_point(z, last.tangent, place, start.monodromy, start.residual)
 
 
 class Returns:
@@ -203,14 +202,14 @@ class Returns:
 
     Parameters
     ----------
-    problem
-        The equations.
+    curve
+        The curve.
     reason
         The sentence to say.
     """
 
-    def __init__(self, problem: Shooting, reason: str) -> None:
-        self._problem = problem
+    def __init__(self, curve: OrbitCurve, reason: str) -> None:
+        self._curve = curve
         self._reason = reason
 
     def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:
@@ -227,7 +226,7 @@ class Returns:
         passed = self._abeam(known, first, before.arclength + min(along, length))
         if passed is None or not np.linalg.norm(passed.z - first) < SAME:
             return Sight()
-        end = End("closed", self._reason, self._problem.place(passed.z))
+        end = End("closed", self._reason, self._curve.place(passed.z))
         return Sight(stop=Stop(passed, end, closes=True))
 
     def _begun_alike(self, first: Array, last: Array, length: float) -> Array:
@@ -235,21 +234,22 @@ class Returns:
 
         Round a closed curve, cycles come back begun elsewhere.
         """
-        free = slice(self._problem.size, None)
+        orbits = self._curve.orbits
+        free = slice(orbits.size, None)
         if np.linalg.norm(first[free] - last[free]) > AROUND * length:
             return first
-        return self._problem.begun_near(first, last)
+        return orbits.begun_near(first, last)
 
     def _abeam(self, known: list[OrbitPoint], first: Array, place: float) -> OrbitPoint | None:
         """Return the orbit that has the first one abeam; None if it lies beyond the step."""
         before, point = known[-2:]
         try:
-            passed = point_at(self._problem, known, place)
+            passed = point_at(self._curve, known, place)
             for _ in range(ABEAM):
                 place = passed.arclength + float((first - passed.z) @ passed.tangent)
                 if not before.arclength < place <= point.arclength:
                     return None
-                passed = point_at(self._problem, known, place)
+                passed = point_at(self._curve, known, place)
         except LostCurveError:
             return None
         return passed

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from slipfold.orbits.floquet import floquet_multipliers
 from slipfold.orbits.linearisation import Linearisation
+from slipfold.orbits.orbit_curve import OrbitCurve
 from slipfold.orbits.orbit_point import OrbitPoint
-from slipfold.orbits.shooting import Shooting
 
 __all__ = ["Crossing", "find_crossing"]
 
@@ -60,7 +60,7 @@ class Crossing:
     rounding: float
 
 
-def find_crossing(curve: Shooting, point: OrbitPoint, along: Array) -> Crossing | None:
+def find_crossing(curve: OrbitCurve, point: OrbitPoint, along: Array) -> Crossing | None:
     r"""Correct a branch point that was located on one branch, and find how the other leaves it.
 
     At a branch point the equations' Jacobian has a kernel of two dimensions and one vector psi on
@@ -102,7 +102,7 @@ def find_crossing(curve: Shooting, point: OrbitPoint, along: Array) -> Crossing 
     return Crossing(found, _oriented(tangents[1 - own]), blurred * solved.rounding)
 
 
-def _as_point(curve: Shooting, solved: _Solved, tangent: Array, arclength: float) -> OrbitPoint:
+def _as_point(curve: OrbitCurve, solved: _Solved, tangent: Array, arclength: float) -> OrbitPoint:
     linearisation = solved.linearisation
     multipliers = floquet_multipliers(linearisation.monodromy)
     return OrbitPoint(
@@ -156,7 +156,7 @@ class _Solved:
 class _Reduction:
     """The equations near an orbit reduced to one in two coordinates."""
 
-    def __init__(self, curve: Shooting, z: Array) -> None:
+    def __init__(self, curve: OrbitCurve, z: Array) -> None:
         self._curve = curve
         self._origin = z
         jacobian = curve.linearise(z).jacobian

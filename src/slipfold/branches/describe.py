@@ -15,10 +15,10 @@ from slipfold.continuation.locate import CLOSE
 from slipfold.continuation.newton import correct
 from slipfold.continuation.search import Found
 from slipfold.errors import BREAKDOWNS
-from slipfold.orbits.boundary_value_problem import PeriodicProblem
-from slipfold.orbits.equilibrium_problem import EquilibriumProblem
+from slipfold.orbits.equilibria import Equilibria
 from slipfold.orbits.floquet import floquet_multipliers, match_multipliers
-from slipfold.orbits.orbit_point import OrbitPoint, make_point
+from slipfold.orbits.orbit_curve import Orbits
+from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.test_functions import evaluate_tests
 from slipfold.orbits.uncertainty import SPREAD, multiplier_change, place_rounding
 
@@ -40,17 +40,16 @@ NAMES = {
 }
 
 
-def describe_bifurcation(problem: PeriodicProblem, found: Found) -> SpecialPoint:
+def describe_bifurcation(problem: Orbits, found: Found) -> SpecialPoint:
     """Return a located bifurcation with its normal form and its uncertainties."""
     form = _form_of(found)
     coefficient, criticality = _coefficient(problem, found.point, form)
-    kind = "HB" if (problem.kind, found.type) == ("equilibrium", "NS") else found.type
-    name = NAMES[kind if kind == "HB" else form or kind]
+    name = NAMES[form or found.type]
     value_uncertainty, multiplier_uncertainty = _uncertainties(problem, found)
     return _special(
         problem,
         found.point,
-        kind,
+        found.type,
         name,
         value_uncertainty,
         multiplier_uncertainty,
@@ -60,13 +59,13 @@ def describe_bifurcation(problem: PeriodicProblem, found: Found) -> SpecialPoint
 
 
 def _coefficient(
-    problem: PeriodicProblem, point: OrbitPoint, form: str | None
+    problem: Orbits, point: OrbitPoint, form: str | None
 ) -> tuple[float | None, str | None]:
     """Return coefficient and criticality; None where the higher derivatives do not exist."""
     if form is None:
         return None, None
     try:
-        if isinstance(problem, EquilibriumProblem):
+        if isinstance(problem, Equilibria):
             return equilibrium_form(problem, point, form)
         return normal_form(problem, point, form)
     except BREAKDOWNS:
@@ -86,7 +85,7 @@ def _form_of(found: Found) -> str | None:
     return "pitchfork" if min(slopes) < TURNING else "transcritical"
 
 
-def describe_event(problem: PeriodicProblem, event: Event, point: OrbitPoint) -> SpecialPoint:
+def describe_event(problem: Orbits, event: Event, point: OrbitPoint) -> SpecialPoint:
     """Return a located user's event."""
     name = f"{event.measure} {event.name} = {event.value:g}"
     again, rounding = _anew(problem, point)
@@ -103,7 +102,7 @@ def describe_event(problem: PeriodicProblem, event: Event, point: OrbitPoint) ->
 
 
 def _special(
-    problem: PeriodicProblem,
+    problem: Orbits,
     point: OrbitPoint,
     kind: str,
     name: str,
@@ -122,7 +121,7 @@ def _special(
         uncertainty=uncertainty,
         period=problem.period,
         nodes=problem.nodes(point.z),
-        multipliers=problem.all_multipliers(point.multipliers),
+        multipliers=problem.multipliers(point),
         multiplier_uncertainty=_padded(problem, point, multiplier_uncertainty),
         residual=point.residual,
         arclength=point.arclength,
@@ -131,15 +130,15 @@ def _special(
     )
 
 
-def _padded(problem: PeriodicProblem, point: OrbitPoint, uncertainty: Array) -> Array:
+def _padded(problem: Orbits, point: OrbitPoint, uncertainty: Array) -> Array:
     """Uncertainties of all multipliers, in their order: what is exactly one is certain."""
-    everything = problem.all_multipliers(point.multipliers)
+    everything = problem.multipliers(point)
     missing = len(everything) - len(uncertainty)
     certain = int(np.count_nonzero(np.abs(point.multipliers) > 1))
     return np.insert(uncertainty, [certain] * missing, 0.0)
 
 
-def _anew(problem: PeriodicProblem, point: OrbitPoint) -> tuple[OrbitPoint | None, float]:
+def _anew(problem: Orbits, point: OrbitPoint) -> tuple[OrbitPoint | None, float]:
     """Compute the same orbit with its nodes, and so every integration step, elsewhere.
 
     Also what rounding can do to its parameter. None if that fails: nothing is known then.
@@ -155,15 +154,15 @@ def _anew(problem: PeriodicProblem, point: OrbitPoint) -> tuple[OrbitPoint | Non
         return None, np.inf
 
 
-def _crossing_anew(problem: PeriodicProblem, point: OrbitPoint) -> tuple[OrbitPoint | None, float]:
+def _crossing_anew(problem: Orbits, point: OrbitPoint) -> tuple[OrbitPoint | None, float]:
     """Find the same branch point with its nodes elsewhere: along one branch it is singular."""
     other, guess, row = problem.shifted(point.z, point.tangent)
-    start = make_point(guess, row, point.arclength, point.monodromy, point.residual)
+    start = other.known_point(guess, row, point.arclength, point.monodromy, point.residual)
     crossing = find_crossing(other, start, row)
     return (None, np.inf) if crossing is None else (crossing.point, crossing.rounding)
 
 
-def _uncertainties(problem: PeriodicProblem, found: Found) -> tuple[float, Array]:
+def _uncertainties(problem: Orbits, found: Found) -> tuple[float, Array]:
     """Uncertainty of the parameter and of the multipliers, infinite where nothing is known."""
     try:
         return _found_anew(problem, found)
@@ -171,7 +170,7 @@ def _uncertainties(problem: PeriodicProblem, found: Found) -> tuple[float, Array
         return np.inf, np.full(len(found.point.multipliers), np.inf)
 
 
-def _found_anew(problem: PeriodicProblem, found: Found) -> tuple[float, Array]:
+def _found_anew(problem: Orbits, found: Found) -> tuple[float, Array]:
     """Uncertainty of the parameter and of the multipliers, from computing all of it again.
 
     The parameter is uncertain by how far the orbit moves in it, and by how far along the branch
@@ -199,7 +198,7 @@ def _found_anew(problem: PeriodicProblem, found: Found) -> tuple[float, Array]:
     return float(moved) * problem.width + float(np.spacing(largest)), uncertain
 
 
-def _multiplier_rates(problem: PeriodicProblem, point: OrbitPoint) -> Array:
+def _multiplier_rates(problem: Orbits, point: OrbitPoint) -> Array:
     """Return by how much each multiplier changes along the branch, a unit of arclength."""
     beside = problem.linearise(point.z + BESIDE * point.tangent)
     others = match_multipliers(point.multipliers, floquet_multipliers(beside.monodromy))
@@ -208,8 +207,9 @@ def _multiplier_rates(problem: PeriodicProblem, point: OrbitPoint) -> Array:
 
 def _blurred(test: str, point: OrbitPoint, uncertain: Array) -> float:
     """Return how much a test function changes while its multipliers move by what is uncertain."""
-    if test not in {"PD", "NS", "fold"}:
+    if test == "LP":  # it is no function of the multipliers
         return 0.0
     values = point.multipliers
     outward = values + uncertain * values / np.maximum(np.abs(values), 1e-300)
-    return abs(evaluate_tests(outward)[test] - evaluate_tests(values)[test])
+    there, here = (evaluate_tests(each, (test,))[test] for each in (outward, values))
+    return abs(there - here)

@@ -14,7 +14,7 @@ from slipfold.continuation.locate import locate
 from slipfold.continuation.monitor import Zeros
 from slipfold.continuation.search import Found, locate_test, search_between
 from slipfold.continuation.trail import Sight, Stop, Stretch
-from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["CLOSED", "ON_CIRCLE", "Bifurcations", "is_torus", "span_end"]
@@ -43,6 +43,10 @@ REAL = 1e-7
 """A multiplier whose imaginary part is below this counts as real: pairs part as a square root."""
 
 
+PAIRS = ("NS", "HB")
+"""Bifurcations at which a pair crosses the unit circle, or of equilibria the imaginary axis."""
+
+
 class Bifurcations(Zeros[OrbitPoint]):
     """Records the bifurcations of a branch, none missed, none invented.
 
@@ -57,7 +61,7 @@ class Bifurcations(Zeros[OrbitPoint]):
         The span of the parameter.
     """
 
-    def __init__(self, problem: PeriodicProblem, span: tuple[float, float]) -> None:
+    def __init__(self, problem: Orbits, span: tuple[float, float]) -> None:
         super().__init__(problem)
         self._problem = problem
         self._span = span
@@ -114,8 +118,8 @@ class Bifurcations(Zeros[OrbitPoint]):
             found.append(self._branch_point(known, a, b))
         # Where the branch turns at a branch point there is no fold.
         turns = any(_turns(item) for item in found)
-        for kind in ("PD", "NS") if turns else ("PD", "NS", "LP"):
-            if kind in a.tests and self.changes_sign(kind, a, b):
+        for kind in a.tests:
+            if kind != "fold" and not (turns and kind == "LP") and self.changes_sign(kind, a, b):
                 found.append(locate_test(self._problem, known, a, b, kind, kind))
         return [item for item in found if self.is_genuine(item)]
 
@@ -143,7 +147,7 @@ class Bifurcations(Zeros[OrbitPoint]):
         change = abs(b.unstable - a.unstable)
         turning = sum(_turns(item) for item in found)
         folds = turning + sum(item.type == "LP" for item in found)
-        pairs = sum(item.type == "NS" for item in found)
+        pairs = sum(item.type in PAIRS for item in found)
         single = len(found) - pairs - turning
         turned = (a.tests["LP"] > 0) != (b.tests["LP"] > 0)
         if turning and turned != (folds % 2 == 1):
@@ -163,7 +167,7 @@ class Bifurcations(Zeros[OrbitPoint]):
             return False
         if name == "LP" and max(abs(before), abs(after)) <= ROUNDING:
             return False
-        off = _off_pair if name == "NS" else _off_circle
+        off = _off_pair if name in PAIRS else _off_circle
         return max(abs(before), abs(after)) > ROUNDING or max(map(off, (a, b))) > ROUNDING
 
     def is_genuine(self, found: Found) -> bool:
@@ -173,7 +177,7 @@ class Bifurcations(Zeros[OrbitPoint]):
         rounding may change the sign of a test function where nothing is on the unit circle.
         """
         values = found.point.multipliers
-        if found.type == "NS":
+        if found.type in PAIRS:
             return is_torus(values)
         target = -1.0 if found.type == "PD" else 1.0
         return bool(np.abs(values - target).min() < ON_CIRCLE)
@@ -181,7 +185,7 @@ class Bifurcations(Zeros[OrbitPoint]):
     def hidden(
         self, found: list[Found], known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint
     ) -> list[Found]:
-        """Return where several pairs cross the unit circle at once, so that NS has a double zero.
+        """Return where several pairs cross the unit circle at once, so that there is a double zero.
 
         Two equal parts of a structure, which friction does not tell apart, do.
         """
@@ -195,10 +199,10 @@ class Bifurcations(Zeros[OrbitPoint]):
 
         point = locate(self._problem, known, a, b, growth)
         slope = (growth(b) - growth(a)) / (b.arclength - a.arclength)
-        return [Found("NS", point, slope)]
+        return [Found(next(name for name in PAIRS if name in a.tests), point, slope)]
 
 
-def span_end(problem: PeriodicProblem, last: OrbitPoint) -> End:
+def span_end(problem: Orbits, last: OrbitPoint) -> End:
     """Say that a branch reached the end of the span."""
     value = problem.value(last.z)
     return End("span", f"reached the end of the span at {problem.vary} = {value:g}", (value,))

@@ -11,7 +11,7 @@ from slipfold.continuation.locate import LostCurveError
 from slipfold.continuation.search import Found
 from slipfold.continuation.settings import Stepping
 from slipfold.continuation.walk import Failure, walk
-from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["end_on_edge"]
@@ -27,7 +27,7 @@ LONGEST = 0.1
 
 
 def end_on_edge(
-    problem: PeriodicProblem,
+    problem: Orbits,
     points: list[OrbitPoint],
     span: tuple[float, float],
     settings: Stepping,

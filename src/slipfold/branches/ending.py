@@ -16,10 +16,9 @@ from slipfold.continuation.settings import Stepping
 from slipfold.continuation.trail import Sight, Stop, Stretch, Trail
 from slipfold.continuation.walk import Failure
 from slipfold.errors import BREAKDOWNS
-from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.limits import limit_margins
+from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
-from slipfold.orbits.shooting import Shooting
 
 __all__ = ["BranchEndings", "Families", "Limits", "Unresolved", "failure_reason"]
 
@@ -42,22 +41,22 @@ RESOLVED = 1e7
 class Limits:
     """Ends a curve where the model ceases to be valid."""
 
-    def __init__(self, problem: Shooting) -> None:
-        self._problem = problem
+    def __init__(self, curve: OrbitCurve) -> None:
+        self._curve = curve
 
     def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:
         """Return where the first of the limits is broken."""
-        problem, cuts = self._problem, []
-        for index in np.flatnonzero(~(limit_margins(problem, stretch.point.z) > 0)):
-            limit = problem.model.limits[index]
+        curve, orbits, cuts = self._curve, self._curve.orbits, []
+        for index in np.flatnonzero(~(limit_margins(orbits, stretch.point.z) > 0)):
+            limit = orbits.model.limits[index]
 
             def margin(item: OrbitPoint, index: int = int(index)) -> float:
-                return float(limit_margins(problem, item.z)[index])
+                return float(limit_margins(orbits, item.z)[index])
 
             ends = stretch.before, stretch.point
-            at = locate(problem, stretch.known, *ends, margin, LIMIT_CLOSE)
+            at = locate(curve, stretch.known, *ends, margin, LIMIT_CLOSE)
             reason = limit.reason.format(value=margin(at) + limit.bound)
-            cuts.append(Stop(at, End("limit", reason, problem.place(at.z))))
+            cuts.append(Stop(at, End("limit", reason, curve.place(at.z))))
         return Sight(stop=min(cuts, key=lambda stop: stop.point.arclength, default=None))
 
 
@@ -66,18 +65,18 @@ class Unresolved:
 
     Parameters
     ----------
-    problem
-        The equations.
+    curve
+        The curve.
     clause
         Says of the points so far where the curve leads, if that is known: it is then the reason.
     """
 
     def __init__(
         self,
-        problem: Shooting,
+        curve: OrbitCurve,
         clause: Callable[[Sequence[OrbitPoint]], str] = lambda points: "",
     ) -> None:
-        self._problem = problem
+        self._curve = curve
         self._clause = clause
 
     def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:
@@ -92,7 +91,7 @@ class Unresolved:
         clause = self._clause(stretch.trail.points)
         kind = "homoclinic" if clause else "unresolved"
         reason = f"{clause}; {reason}" if clause else reason
-        end = End(kind, reason, self._problem.place(stretch.point.z))
+        end = End(kind, reason, self._curve.place(stretch.point.z))
         return Sight(stop=Stop(stretch.before, end))
 
 
@@ -103,7 +102,7 @@ class Families:
     nothing new happens on it.
     """
 
-    def __init__(self, problem: PeriodicProblem) -> None:
+    def __init__(self, problem: Orbits) -> None:
         self._problem = problem
 
     def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:
@@ -124,9 +123,7 @@ class Families:
 class BranchEndings(Endings[OrbitPoint]):
     """The ends of branches in words."""
 
-    def __init__(
-        self, problem: PeriodicProblem, span: tuple[float, float], settings: Stepping
-    ) -> None:
+    def __init__(self, problem: Orbits, span: tuple[float, float], settings: Stepping) -> None:
         self._problem = problem
         self._span = span
         self._settings = settings
@@ -162,7 +159,7 @@ class BranchEndings(Endings[OrbitPoint]):
         return End("interrupted", reason, (value,))
 
 
-def failure_reason(problem: Shooting, last: OrbitPoint, failure: Failure) -> tuple[str, str]:
+def failure_reason(problem: Orbits, last: OrbitPoint, failure: Failure) -> tuple[str, str]:
     """Return the kind and the sentence of a failure, with how far the model's limits are."""
     if failure.kind != "failed":
         return failure.kind, failure.reason

@@ -17,7 +17,7 @@ from slipfold.branches.normal_form import (
     fold_coefficient,
 )
 from slipfold.branches.pair_form import pair_cubic
-from slipfold.orbits.equilibrium_problem import EquilibriumProblem
+from slipfold.orbits.equilibria import Equilibria
 from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["equilibrium_form", "first_lyapunov_coefficient"]
@@ -26,20 +26,18 @@ Array = NDArray[np.float64]
 Vector = NDArray[Any]
 
 
-def equilibrium_form(
-    problem: EquilibriumProblem, point: OrbitPoint, kind: str
-) -> tuple[float, str | None]:
+def equilibrium_form(problem: Equilibria, point: OrbitPoint, kind: str) -> tuple[float, str | None]:
     """Return the coefficient of an equilibrium's bifurcation and its criticality."""
     field = FieldMap(problem, point.z)
     ratios = problem.scales / problem.model_at(point.z).unit_scales()
-    if kind == "NS":
+    if kind == "HB":
         coefficient = first_lyapunov_coefficient(field)
         size = float(np.linalg.norm(_turning(field.jacobian)[0] * ratios))
         return declared(kind, coefficient, size), criticality_of(kind, coefficient)
     # The map x -> x + f(x) has the equilibrium as its fixed point and the field's derivatives.
     matrix = np.eye(len(problem.scales)) + field.jacobian
     if kind == "LP":
-        pull = problem.pulls(point.z, problem.constants(point.z))[:, -1]
+        pull = problem.by.pulls(problem.nodes(point.z), problem.constants(point.z))[:, -1]
         coefficient = fold_coefficient(field, matrix, field.carried(pull))
     else:
         coefficient = critical_coefficient(field, matrix, kind)

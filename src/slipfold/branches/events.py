@@ -15,8 +15,8 @@ from slipfold.continuation.locate import locate
 from slipfold.continuation.monitor import Zeros
 from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Sight, Stop, Stretch
-from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.extrema import find_extrema
+from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["Events", "Happened"]
@@ -34,7 +34,7 @@ class Happened(Found[OrbitPoint]):
 class Events(Zeros[OrbitPoint]):
     """Records where outputs or the parameter take the values asked for, or ends the branch."""
 
-    def __init__(self, problem: PeriodicProblem, events: Sequence[Event]) -> None:
+    def __init__(self, problem: Orbits, events: Sequence[Event]) -> None:
         super().__init__(problem)
         self._problem = problem
         self._events = events

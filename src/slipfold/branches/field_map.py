@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.orbits.shooting import Shooting
+from slipfold.orbits.orbit_curve import Orbits
 
 __all__ = ["FieldMap"]
 
@@ -28,7 +28,7 @@ class FieldMap:
         Scales of the states; those of the problem if None.
     """
 
-    def __init__(self, problem: Shooting, z: Array, scales: Array | None = None) -> None:
+    def __init__(self, problem: Orbits, z: Array, scales: Array | None = None) -> None:
         self._flow = problem.flow
         self._state = problem.nodes(z)[0]
         self._constants = problem.constants(z)

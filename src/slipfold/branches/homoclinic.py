@@ -8,8 +8,7 @@ import numpy as np
 
 from slipfold.continuation.end import End
 from slipfold.continuation.trail import Sight, Stop, Stretch
-from slipfold.orbits.boundary_value_problem import PeriodicProblem
-from slipfold.orbits.cycle_problem import CycleProblem
+from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["Homoclinic", "nears_homoclinic"]
@@ -40,7 +39,7 @@ class Homoclinic:
         Largest duration, relative to that at the first point.
     """
 
-    def __init__(self, problem: PeriodicProblem, largest: float) -> None:
+    def __init__(self, problem: Orbits, largest: float) -> None:
         self._problem = problem
         self._largest = largest
 
@@ -67,7 +66,7 @@ class Homoclinic:
         return Sight(stop=Stop(stretch.point, end))
 
 
-def nears_homoclinic(problem: PeriodicProblem, points: Sequence[OrbitPoint]) -> str:
+def nears_homoclinic(problem: Orbits, points: Sequence[OrbitPoint]) -> str:
     """Return a clause for the sentence of another end where a homoclinic orbit is near, else ""."""
     if not _stands(problem, points, STANDS):
         return ""
@@ -77,13 +76,16 @@ def nears_homoclinic(problem: PeriodicProblem, points: Sequence[OrbitPoint]) -> 
     )
 
 
-def _growth(problem: PeriodicProblem, points: Sequence[OrbitPoint]) -> float:
-    if not isinstance(problem, CycleProblem):
+def _growth(problem: Orbits, points: Sequence[OrbitPoint]) -> float:
+    if not problem.free_phase:  # of equilibria it is a unit of time
         return 1.0
-    return problem.duration(points[-1].z) / problem.duration(points[0].z)
+    first, last = problem.duration(points[0].z), problem.duration(points[-1].z)
+    assert first is not None
+    assert last is not None
+    return last / first
 
 
-def _stands(problem: PeriodicProblem, points: Sequence[OrbitPoint], share: float) -> bool:
+def _stands(problem: Orbits, points: Sequence[OrbitPoint], share: float) -> bool:
     """Whether the parameter stands still while the duration grows; at a fold one point may."""
     values = [point.z[-1] for point in points]
     if _growth(problem, points) < GROWN or np.ptp(values) < STILL:  # a family of centres

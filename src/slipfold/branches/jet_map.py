@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.flow.flow import Constants
-from slipfold.orbits.shooting import Shooting
+from slipfold.orbits.orbit_curve import Orbits
 
 __all__ = ["JetMap", "polarised"]
 
@@ -36,7 +36,7 @@ class JetMap:
     """
 
     def __init__(
-        self, problem: Shooting, z: Array, constants: Constants, scales: Array | None = None
+        self, problem: Orbits, z: Array, constants: Constants, scales: Array | None = None
     ) -> None:
         self._flow = problem.flow
         self._nodes = problem.nodes(z)

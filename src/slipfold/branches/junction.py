@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.closing import SAME, Birth
-from slipfold.branches.start import doubled_start, hopf_start
 from slipfold.continuation.atlas import Chart, Start
 from slipfold.continuation.search import Found
 from slipfold.errors import BREAKDOWNS
-from slipfold.orbits.boundary_value_problem import PeriodicProblem
-from slipfold.orbits.equilibrium_problem import EquilibriumProblem
+from slipfold.orbits.births import Newborn, cycle_of_no_amplitude, passed_twice
+from slipfold.orbits.equilibria import Equilibria
+from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["Junction", "find_meeting", "junctions_on"]
@@ -35,7 +35,7 @@ class Junction(Start[OrbitPoint]):
         The branch that begins there.
     """
 
-    problem: PeriodicProblem | None = None
+    problem: Orbits | None = None
     birth: Birth | None = None
 
 
@@ -63,14 +63,20 @@ def junctions_on(chart: Chart[OrbitPoint], largest_period: int) -> list[Junction
     return junctions
 
 
-def _birth(problem: PeriodicProblem, found: Found, largest_period: int) -> Birth | None:
+def _birth(problem: Orbits, found: Found, largest_period: int) -> Birth | None:
     if found.type == "BP" and found.other is not None:
         return Birth(problem, _other_branch(found, found.other))
-    if found.type == "NS" and isinstance(problem, EquilibriumProblem):
-        return Birth(*hopf_start(problem, found.point))
+    if isinstance(problem, Equilibria) and found.type == "HB":
+        return _born(cycle_of_no_amplitude(problem, found.point.z), found.point)
     if found.type == "PD" and 2 * problem.period <= largest_period:
-        return Birth(*doubled_start(problem, found.point))
+        return _born(passed_twice(problem, found.point.z), found.point)
     return None
+
+
+def _born(first: Newborn, point: OrbitPoint) -> Birth:
+    curve = first.orbits
+    start = curve.known_point(first.z, first.tangent, 0.0, first.monodromy, point.residual)
+    return Birth(curve, start)
 
 
 def _other_branch(found: Found, tangent: NDArray[np.float64]) -> OrbitPoint:

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from slipfold.branches.jet_map import JetMap
 from slipfold.branches.return_map import ReturnMap
-from slipfold.orbits.boundary_value_problem import PeriodicProblem
-from slipfold.orbits.cycle_problem import CycleProblem
+from slipfold.orbits.cycles import Cycles
 from slipfold.orbits.linearisation import Linearisation
+from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = [
@@ -75,12 +75,12 @@ class MapDerivatives(Protocol):
         """Return B(u, v) for complex vectors."""
 
 
-def normal_form(problem: PeriodicProblem, point: OrbitPoint, kind: str) -> tuple[float, str | None]:
+def normal_form(problem: Orbits, point: OrbitPoint, kind: str) -> tuple[float, str | None]:
     """Return the coefficient of a bifurcation's normal form and its criticality."""
     linearisation = problem.linearise(point.z)
     map_: JetMap | ReturnMap = (
         ReturnMap(problem, point.z, problem.scales)
-        if isinstance(problem, CycleProblem)
+        if isinstance(problem, Cycles)
         else JetMap(problem, point.z, problem.constants(point.z))
     )
     matrix = map_.rescaled(linearisation.product)

@@ -8,10 +8,9 @@ from numpy.typing import NDArray
 from slipfold.branches.branch import Branch
 from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import InputError
-from slipfold.orbits.boundary_value_problem import PeriodicProblem
-from slipfold.orbits.cycle_problem import CycleProblem
-from slipfold.orbits.equilibrium_problem import EquilibriumProblem
 from slipfold.orbits.floquet import floquet_multipliers
+from slipfold.orbits.kinds import orbits_of
+from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
 __all__ = ["orbit_between"]
@@ -66,8 +65,8 @@ def _corrected(
     branch: Branch, before: PeriodicOrbit, after: PeriodicOrbit, share: float
 ) -> PeriodicOrbit:
     problem = _problem(branch, before)
-    start = _unknown(problem, before)
-    chord = problem.in_phase(_unknown(problem, after), start) - start
+    start = problem.unknown(before.nodes, before.model)
+    chord = problem.in_phase(problem.unknown(after.nodes, after.model), start) - start
     found = correct(problem, start + share * chord, chord / np.linalg.norm(chord))
     if not found.converged:
         raise InputError(
@@ -82,7 +81,7 @@ def _with_value(branch: Branch, orbit: PeriodicOrbit, value: float | None) -> Pe
     if value is None or value == orbit.model.values[branch.vary]:
         return orbit
     problem = _problem(branch, orbit)
-    guess = _unknown(problem, orbit)
+    guess = problem.unknown(orbit.nodes, orbit.model)
     guess[-1] = value / problem.width
     keep = np.zeros(len(guess))
     keep[-1] = 1.0
@@ -90,27 +89,20 @@ def _with_value(branch: Branch, orbit: PeriodicOrbit, value: float | None) -> Pe
     return _as_orbit(problem, found) if found.converged and found.distance < BESIDE else orbit
 
 
-def _problem(branch: Branch, orbit: PeriodicOrbit) -> PeriodicProblem:
+def _problem(branch: Branch, orbit: PeriodicOrbit) -> Orbits:
     """Return the equations of the orbits of a branch, scaled as at one of them."""
     width = float(np.ptp(branch.parameter)) or 1.0
     segments = len(orbit.nodes)
-    if branch.kind == "equilibrium":
-        return EquilibriumProblem(orbit.model, branch.vary, branch.period, width, segments)
-    if branch.durations is not None:
-        return CycleProblem(orbit.model, branch.vary, branch.period, width, segments)
-    return PeriodicProblem(orbit.model, branch.vary, branch.period, width, segments)
+    resting = branch.kind == "equilibrium"
+    return orbits_of(orbit.model, {branch.vary: width}, branch.period, segments, resting=resting)
 
 
-def _unknown(problem: PeriodicProblem, orbit: PeriodicOrbit) -> Array:
-    return problem.join(orbit.nodes, [orbit.model.values[name] for name in problem.free])
-
-
-def _as_orbit(problem: PeriodicProblem, found: Correction) -> PeriodicOrbit:
+def _as_orbit(problem: Orbits, found: Correction) -> PeriodicOrbit:
     multipliers = floquet_multipliers(problem.linearise(found.z).monodromy)
     return PeriodicOrbit(
         problem.model_at(found.z),
         problem.period,
         problem.nodes(found.z),
-        problem.all_multipliers(multipliers),
+        problem.spectrum.whole(multipliers),
         found.residual,
     )

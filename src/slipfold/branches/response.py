@@ -22,7 +22,8 @@ from slipfold.errors import BREAKDOWNS, InputError, breakdown
 from slipfold.flow import flow_of
 from slipfold.flow.typical_sizes import measured_within
 from slipfold.models.model import Model
-from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.orbits.forced_orbits import ForcedOrbits
+from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["measured_over", "trace_response"]
@@ -59,9 +60,7 @@ def trace_response(
     return assemble(branches, begun)
 
 
-def _ways(
-    problem: PeriodicProblem, point: OrbitPoint, span: tuple[float, float]
-) -> tuple[OrbitPoint, ...]:
+def _ways(problem: Orbits, point: OrbitPoint, span: tuple[float, float]) -> tuple[OrbitPoint, ...]:
     """Return the first point, from inside the span in both directions."""
     value = problem.value(point.z)
     inside = min(abs(value - end) for end in span) > SAME_VALUE * problem.width
@@ -102,7 +101,7 @@ def _checked(
 
 def _first(
     model: Model, vary: str, first: float, last: float, begin: Begin | None
-) -> tuple[PeriodicProblem, OrbitPoint, End]:
+) -> tuple[Orbits, OrbitPoint, End]:
     """Return the first branch: from what is given, or the response, or the equilibrium.
 
     Where the first value of the span has none, it begins at the last.
@@ -128,7 +127,7 @@ def _first(
 
 def _given(
     model: Model, vary: str, span: tuple[float, float], begin: Begin
-) -> tuple[PeriodicProblem, OrbitPoint, End]:
+) -> tuple[Orbits, OrbitPoint, End]:
     """Return the first branch from where it is given to begin."""
     at = begin.value
     # On the last value it can only go back.
@@ -141,14 +140,12 @@ def _given(
     return problem, start, _span_begin(vary, at)
 
 
-def _begin(
-    model: Model, vary: str, first: float, last: float
-) -> tuple[PeriodicProblem, OrbitPoint]:
+def _begin(model: Model, vary: str, first: float, last: float) -> tuple[Orbits, OrbitPoint]:
     """Return the response or the equilibrium at one end of the span."""
     try:
         if not model.forced:
             return equilibrium_start(model, vary, first, last)
-        problem = PeriodicProblem(model, vary, 1, abs(last - first))
+        problem = ForcedOrbits(model, {vary: abs(last - first)})
         return problem, response_start(problem, first, math.copysign(1.0, last - first))
     except InputError:
         raise

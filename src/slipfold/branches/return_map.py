@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.jet_map import polarised
-from slipfold.orbits.shooting import Shooting
+from slipfold.orbits.orbit_curve import Orbits
 
 __all__ = ["ReturnMap"]
 
@@ -42,7 +42,7 @@ class ReturnMap:
         Scales of the states.
     """
 
-    def __init__(self, problem: Shooting, z: Array, scales: Array) -> None:
+    def __init__(self, problem: Orbits, z: Array, scales: Array) -> None:
         self._problem, self._z = problem, z
         self._constants = problem.constants(z)
         self._scales = scales

@@ -25,7 +25,7 @@ from slipfold.continuation.follow import BIRTH, follow
 from slipfold.continuation.monitor import Monitor
 from slipfold.continuation.trail import Trail
 from slipfold.continuation.walk import Failure, walk
-from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["trace_branch"]
@@ -36,7 +36,7 @@ where another branch passes and Newton's method is singular."""
 
 
 def trace_branch(
-    problem: PeriodicProblem,
+    problem: Orbits,
     start: OrbitPoint,
     span: tuple[float, float],
     settings: Settings,
@@ -62,7 +62,7 @@ def trace_branch(
 
 
 def _monitors(
-    problem: PeriodicProblem,
+    problem: Orbits,
     span: tuple[float, float],
     settings: Settings,
     departs: bool,
@@ -82,7 +82,7 @@ def _monitors(
     return [*monitors, Homoclinic(problem, settings.largest_duration), Families(problem)]
 
 
-def _first_step(problem: PeriodicProblem, start: OrbitPoint, settings: Settings) -> float:
+def _first_step(problem: Orbits, start: OrbitPoint, settings: Settings) -> float:
     """Leave another branch by a step so short that nothing else can happen within it.
 
     All multipliers of the orbit but the critical one are near those where the branches meet, so the

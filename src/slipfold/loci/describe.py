@@ -8,11 +8,13 @@ from numpy.typing import NDArray
 from slipfold.continuation.newton import correct
 from slipfold.continuation.search import Found
 from slipfold.errors import BREAKDOWNS
+from slipfold.loci.detection import CUSPS
 from slipfold.loci.locus import CODIMENSION_TWO, COEFFICIENT, LocusPoint
 from slipfold.loci.locus_problem import LocusProblem
+from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
-__all__ = ["coefficient_at", "describe_point"]
+__all__ = ["coefficient_at", "describe_point", "pair_of", "plane_of"]
 
 Array = NDArray[np.float64]
 
@@ -24,39 +26,48 @@ def coefficient_at(problem: LocusProblem, point: OrbitPoint) -> float:
         return np.nan
     # It goes with the inverse square of the critical vector's length, in the orbit's own scales.
     try:
-        return float(raw / problem.own_length(point) ** 2)
+        return float(raw / problem.forms.length(problem, point) ** 2)
     except BREAKDOWNS:
         return np.nan
 
 
 def describe_point(problem: LocusProblem, found: Found) -> LocusPoint:
     """Return a located point with its coefficients and its uncertainty."""
-    point = found.point
-    first, second = map(float, problem.values(point.z))
-    values = (first, second)
-    kind, name = _named(problem, found)
+    point, orbits = found.point, problem.orbits
+    kind, name = _named(orbits, found)
     return LocusPoint(
         type=kind,
         name=name,
-        kind=problem.orbits,
-        model=problem.model_at(point.z),
-        vary=problem.vary,
-        values=values,
+        kind=orbits.kind,
+        model=orbits.model_at(point.z),
+        vary=plane_of(orbits),
+        values=pair_of(problem, point),
         uncertainty=_uncertainty(problem, found),
-        period=problem.period,
-        nodes=problem.nodes(point.z),
-        multipliers=problem.reported_multipliers(point),
+        period=orbits.period,
+        nodes=orbits.nodes(point.z),
+        multipliers=orbits.multipliers(point),
         residual=point.residual,
         arclength=point.arclength,
         coefficients=_coefficients(problem, point, found.type),
     )
 
 
-def _named(problem: LocusProblem, found: Found) -> tuple[str, str]:
-    kind = problem.named(found.type)
-    if kind in CODIMENSION_TWO:
-        return kind, CODIMENSION_TWO[kind]
-    name = problem.vary[0 if found.type == "first" else 1]
+def plane_of(orbits: Orbits) -> tuple[str, str]:
+    """Return the names of the two parameters that vary."""
+    first, second = orbits.varied
+    return first, second
+
+
+def pair_of(problem: LocusProblem, point: OrbitPoint) -> tuple[float, float]:
+    """Return the values of both."""
+    first, second = problem.place(point.z)
+    return first, second
+
+
+def _named(orbits: Orbits, found: Found) -> tuple[str, str]:
+    if found.type in CODIMENSION_TWO:
+        return found.type, CODIMENSION_TWO[found.type]
+    name = plane_of(orbits)[0 if found.type == "first" else 1]
     # The test function is the rate of the parameter along the locus: where it rises through zero
     # the parameter is smallest.
     return ("MIN", f"smallest {name}") if found.slope > 0 else ("MAX", f"largest {name}")
@@ -65,11 +76,11 @@ def _named(problem: LocusProblem, found: Found) -> tuple[str, str]:
 def _coefficients(problem: LocusProblem, point: OrbitPoint, kind: str) -> dict[str, float]:
     if kind in CODIMENSION_TWO:
         try:
-            return problem.codimension_two(point, kind)
+            return problem.forms.codimension_two(problem, point, kind)
         except BREAKDOWNS:
             return {}
     value = coefficient_at(problem, point)
-    name = COEFFICIENT.get(problem.type)
+    name = COEFFICIENT.get(problem.condition)
     return {name: value} if name is not None and np.isfinite(value) else {}
 
 
@@ -84,11 +95,11 @@ def _uncertainty(problem: LocusProblem, found: Found) -> tuple[float, float]:
         again = other.point(correction, point.arclength)
     except BREAKDOWNS:
         return np.inf, np.inf
-    tests = ("first", "second") if found.type == "CPC" else (found.type,)
+    tests = ("first", "second") if found.type in CUSPS else (found.type,)
     change = max(
         abs(again.tests[test] - point.tests[test]) + abs(point.tests[test]) for test in tests
     )
     along = change / max(abs(found.slope), 1e-300) * np.abs(point.tangent[-2:])
-    moved = (np.abs(again.z[-2:] - point.z[-2:]) + along) * problem.widths
-    first, second = moved + np.spacing(np.abs(problem.values(point.z)))
+    moved = (np.abs(again.z[-2:] - point.z[-2:]) + along) * problem.orbits.widths
+    first, second = moved + np.spacing(np.abs(problem.place(point.z)))
     return float(first), float(second)

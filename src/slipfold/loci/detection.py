@@ -13,10 +13,16 @@ from slipfold.continuation.end import End
 from slipfold.continuation.monitor import Zeros
 from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Sight, Stop, Stretch
-from slipfold.loci.locus_problem import LocusProblem, critical_places
+from slipfold.loci.locus_problem import LocusProblem
+from slipfold.orbits.degeneracy import PAIRED, critical_places
 from slipfold.orbits.orbit_point import OrbitPoint
 
-__all__ = ["SpecialPoints"]
+__all__ = ["CUSPS", "DOUBLED", "SpecialPoints"]
+
+CUSPS = ("CPC", "CP")
+
+DOUBLED = ("R1", "R2", "BT")
+"""Where a second multiplier joins a critical one, or a critical pair meets on the real axis."""
 
 STANDING = 1e-6
 """A tangent whose components along both parameters are below this belongs to a cusp."""
@@ -34,8 +40,8 @@ SAME = 1e-7
 class SpecialPoints(Zeros[OrbitPoint]):
     """Records what is special along a locus, and ends one of tori at a strong resonance.
 
-    Types are ``CPC GPD CH R1 R2 R3 R4 LPPD LPNS PDNS NSNS`` and, for extrema, ``first`` and
-    ``second`` for the parameter that stands still.
+    Types are ``CPC GPD CH R1 R2 R3 R4 LPPD LPNS PDNS NSNS``, of equilibria ``CP BT GH ZH HH``, and
+    for extrema ``first`` and ``second`` for the parameter that stands still.
     """
 
     def __init__(self, problem: LocusProblem) -> None:
@@ -55,12 +61,12 @@ class SpecialPoints(Zeros[OrbitPoint]):
     ) -> Sight[OrbitPoint]:
         """Record the points; a pair is real beyond R1 and R2, so that there a torus locus ends."""
         problem = self._problem
-        resonances = [item for item in found if item.type in ("R1", "R2")]
-        if problem.kind != "NS" or not resonances:
+        resonances = [item for item in found if item.type in DOUBLED]
+        if problem.condition not in PAIRED or not resonances:
             return Sight(found)
         first = resonances[0]
         reason = f"the locus ends at a strong resonance, {first.type}"
-        if problem.orbits == "equilibrium":
+        if first.type == "BT":
             reason = (
                 "the locus ends at a Bogdanov-Takens point, BT: the equilibria beyond are neutral "
                 "saddles, which are no bifurcation"
@@ -72,7 +78,8 @@ class SpecialPoints(Zeros[OrbitPoint]):
         self, known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint
     ) -> list[Found[OrbitPoint]]:
         """Return the special points where a test function changes sign between two points."""
-        return _with_cusps(super().located(known, a, b))
+        cusp = "CP" if self._problem.orbits.kind == "equilibrium" else "CPC"
+        return _with_cusps(super().located(known, a, b), cusp)
 
     def changes_sign(self, name: str, a: OrbitPoint, b: OrbitPoint) -> bool:
         """Whether a test function does, and not because the locus is parallel to an axis."""
@@ -82,39 +89,44 @@ class SpecialPoints(Zeros[OrbitPoint]):
 
     def is_genuine(self, found: Found) -> bool:
         """Whether the multipliers are where the type says."""
-        values = found.point.multipliers
-        others = np.delete(values, critical_places(self._problem.kind, values))
-        if found.type in ("PDNS", "LPNS", "NSNS") and self._problem.kind != "NS":
+        values, condition = found.point.multipliers, self._problem.condition
+        others = np.delete(values, critical_places(condition, values))
+        if found.type in _PAIR[condition]:
             return is_torus(others)
-        if found.type == "NSNS":
-            return is_torus(others)
-        if found.type in ("R1", "R2") and self._problem.kind != "NS":
-            return bool(np.abs(others - (1 if found.type == "R1" else -1)).min() < DOUBLE)
-        if found.type in ("LPPD", "LPNS", "PDNS"):
-            on_fold = self._problem.kind == "PD" or found.type == "LPNS"
-            return bool(np.abs(others - (1 if on_fold else -1)).min() < ON_CIRCLE)
+        if found.type in DOUBLED:
+            target = -1 if found.type == "R2" else 1
+            return condition in PAIRED or bool(np.abs(others - target).min() < DOUBLE)
+        if found.type in _SINGLE[condition]:
+            flips = found.type == "PDNS" or (found.type, condition) == ("LPPD", "LP")
+            return bool(np.abs(others - (-1 if flips else 1)).min() < ON_CIRCLE)
         return True
 
     def accounts_for(self, found: list[Found], a: OrbitPoint, b: OrbitPoint) -> bool:
         """Whether what was found explains the change in the number of unstable multipliers."""
         change = abs(self._outside(b) - self._outside(a))
-        single = sum(item.type in _SINGLE[self._problem.kind] for item in found)
-        pairs = sum(item.type in _PAIR[self._problem.kind] for item in found)
+        single = sum(item.type in _SINGLE[self._problem.condition] for item in found)
+        pairs = sum(item.type in _PAIR[self._problem.condition] for item in found)
         return change <= single + 2 * pairs and (change - single) % 2 == 0
 
     def _outside(self, point: OrbitPoint) -> int:
         """Number of multipliers outside the unit circle besides the critical ones."""
-        places = critical_places(self._problem.kind, point.multipliers)
+        places = critical_places(self._problem.condition, point.multipliers)
         others: NDArray[np.float64] = np.abs(np.delete(point.multipliers, places))
         return int(np.count_nonzero(others > 1))
 
 
-_SINGLE = {"LP": ("R1", "LPPD"), "PD": ("R2", "LPPD"), "NS": ("LPNS", "PDNS")}
-_PAIR = {"LP": ("LPNS",), "PD": ("PDNS",), "NS": ("NSNS",)}
+_SINGLE = {
+    "LP": ("R1", "BT", "LPPD"),
+    "PD": ("R2", "LPPD"),
+    "NS": ("LPNS", "PDNS"),
+    "HB": ("ZH",),
+}
+_PAIR = {"LP": ("LPNS", "ZH"), "PD": ("PDNS",), "NS": ("NSNS",), "HB": ("HH",)}
+"""Where one other multiplier, and where a pair of them, crosses the unit circle."""
 
 
-def _with_cusps(found: list[Found]) -> list[Found]:
-    """Replace the extrema in both parameters at a cusp by one CPC."""
+def _with_cusps(found: list[Found], cusp: str) -> list[Found]:
+    """Replace the extrema in both parameters at a cusp by one point."""
     result: list[Found] = []
     cusps: list[float] = []
     for item in found:
@@ -124,5 +136,5 @@ def _with_cusps(found: list[Found]) -> list[Found]:
             result.append(item)
         elif not any(abs(place - other) < SAME for other in cusps):
             cusps.append(place)
-            result.append(Found("CPC", item.point, item.slope))
+            result.append(Found(cusp, item.point, item.slope))
     return result

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.branches.assembly import durations_along
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.continuation.atlas import Atlas, Chart, Start
@@ -15,24 +16,30 @@ from slipfold.continuation.end import End
 from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Trail
 from slipfold.errors import BREAKDOWNS, InputError
-from slipfold.loci.cycle_locus import CycleLocus
-from slipfold.loci.describe import coefficient_at, describe_point
+from slipfold.loci.describe import coefficient_at, describe_point, pair_of, plane_of
 from slipfold.loci.known_loci import begins_or_ends_at, lies_on
 from slipfold.loci.locus import Locus, locus_title
 from slipfold.loci.locus_problem import LocusProblem
-from slipfold.loci.point_problem import locus_class, locus_unknown
 from slipfold.loci.progress import LocusLine, LocusObserver, LocusProgress
 from slipfold.loci.start import Start as LocusStart
 from slipfold.loci.start import parent_starts, regular_start, starts_at
 from slipfold.loci.trace import trace_locus
 from slipfold.loci.window import Window, check_window
 from slipfold.models.model import Model
+from slipfold.orbits.eigenvalues import Cayley
+from slipfold.orbits.equilibria import Equilibria
+from slipfold.orbits.kinds import orbits_of
+from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
+from slipfold.orbits.shooting import SEGMENTS
 
 __all__ = ["LOCUS_TYPES", "follow_loci"]
 
 LOCUS_TYPES = ("LP", "PD", "NS", "HB")
 """Types of bifurcation that have a locus in two parameters."""
+
+RESTING = 1e-7
+"""An orbit whose nodes differ by less than this, in scaled states, is an equilibrium."""
 
 OWN = ("duration",)
 """Parameters that belong to an orbit of an autonomous model, not to the case."""
@@ -62,7 +69,7 @@ def follow_loci(
     refusals: list[InputError] = []
     for point in points:
         problem = work.problem(point)
-        z = locus_unknown(problem, point)
+        z = _unknown(problem.orbits, point)
         if work.passing(problem, z) is None:
             try:
                 start = regular_start(problem, z, settings)
@@ -143,15 +150,16 @@ class _Loci(Atlas[OrbitPoint]):
         self._types = types
         self._largest_period = largest_period
         self._lines = 0  # followed so far, one in each direction
-        self._bases: dict[type[LocusProblem], Model] = {}
+        self._bases: dict[type[Orbits], Model] = {}
 
     def problem(self, point: SpecialPoint) -> LocusProblem:
-        """Equations of a point's locus; those of a class share one model: unknowns compare."""
-        (a, b), (c, d) = self._window
-        chosen = locus_class(point)
-        base = self._bases.setdefault(chosen, self._base.replace(**_own(point.model)))
-        kind = "NS" if point.type == "HB" else point.type
-        return chosen(base, kind, self._vary, point.period, (b - a, d - c))
+        """Equations of a point's locus; those of a kind share one model: unknowns compare."""
+        widths = [high - low for low, high in self._window]
+        plane = dict(zip(self._vary, widths, strict=True))
+        own = self._base.replace(**_own(point.model))
+        orbits = _orbits(point, own, plane)
+        base = self._bases.setdefault(type(orbits), own)
+        return LocusProblem(orbits if base is own else _orbits(point, base, plane), point.type)
 
     def trail(self, start: Start[OrbitPoint], point: OrbitPoint) -> Trail[OrbitPoint]:
         """Follow a locus in one direction."""
@@ -184,7 +192,7 @@ class _Loci(Atlas[OrbitPoint]):
 
     def _is_wanted(self, group: Sequence[LocusStart]) -> bool:
         problem = group[0].problem
-        return problem.type in self._types and problem.period <= self._largest_period
+        return problem.condition in self._types and problem.orbits.period <= self._largest_period
 
     def known(self, start: Start[OrbitPoint]) -> int | None:
         """Return the number of the locus that passes a start, if it was followed already."""
@@ -201,10 +209,10 @@ class _Loci(Atlas[OrbitPoint]):
         meets = begins_or_ends_at if doubled else lies_on
         for chart in self.charts:
             own = chart.trail.curve
-            if (own.type, own.period, own.orbits) != (problem.type, problem.period, problem.orbits):
+            if _sort(own) != _sort(problem):
                 continue
             # Cycles born at a Hopf point of a locus have units of their own.
-            unknown = own.join(problem.nodes(z), problem.free_values(z))
+            unknown = own.orbits.adopt(problem.orbits, z)
             if meets(own, chart.trail.points, unknown):
                 return chart.number
         return None
@@ -224,17 +232,37 @@ class _Loci(Atlas[OrbitPoint]):
         if self._observer is None:
             return
         problem = trail.curve
-        names = "".join(f", {problem.named(found.type)}" for found in trail.found)
-        start, last = (_pair(problem, point) for point in (trail.points[0], trail.points[-1]))
-        title = locus_title(problem.type, problem.period, problem.orbits)
+        names = "".join(f", {found.type}" for found in trail.found)
+        start, last = (pair_of(problem, point) for point in (trail.points[0], trail.points[-1]))
+        condition, period, kind = _sort(problem)
+        title = locus_title(condition, period, kind)
         text = f"{title}, {len(trail.points)} points{names}"
-        line = LocusLine(self._lines, problem.type, problem.period, start)
+        line = LocusLine(self._lines, condition, period, start)
         self._observer(LocusProgress("loci", len(self.charts), None, last, text, line))
 
 
-def _pair(problem: LocusProblem, point: OrbitPoint) -> tuple[float, float]:
-    first, second = problem.values(point.z)
-    return float(first), float(second)
+def _sort(problem: LocusProblem) -> tuple[str, int, str]:
+    """Type, period and kind: only loci that agree in them may be one."""
+    return problem.condition, problem.orbits.period, problem.orbits.kind
+
+
+def _orbits(point: SpecialPoint, model: Model, plane: Mapping[str, float]) -> Orbits:
+    """Return what the locus of a special point consists of."""
+    moved = np.ptp(point.nodes, axis=0) / point.model.state_scales()
+    if not point.model.forced and moved.max() <= RESTING:
+        return Equilibria(model, plane, Cayley())
+    return orbits_of(model, plane, point.period, SEGMENTS)
+
+
+def _unknown(orbits: Orbits, point: SpecialPoint) -> NDArray[np.float64]:
+    """Return the unknown of a special point."""
+    nodes = point.nodes[:1] if orbits.kind == "equilibrium" else point.nodes
+    if len(nodes) != orbits.segments:
+        raise InputError(
+            f"the special point is given at {len(nodes)} phases, not {orbits.segments}; "
+            "compute it anew"
+        )
+    return orbits.unknown(nodes, point.model)
 
 
 def _crossed(trace: Trail[OrbitPoint], kind: str) -> list[Found]:
@@ -270,20 +298,21 @@ def _as_locus(chart: Chart[OrbitPoint], leads: Mapping[Found, Sequence[int]]) ->
     """Return a locus as data."""
     trail = chart.trail
     problem, points = trail.curve, trail.points
+    orbits = problem.orbits
     assert trail.end is not None
     arclength = np.array([point.arclength for point in points])
-    durations = _durations(problem, points)
+    durations = durations_along(orbits, points)
     return Locus(
         id=chart.number,
-        type=problem.type,
-        kind=problem.orbits,
-        period=problem.period,
+        type=problem.condition,
+        kind=orbits.kind,
+        period=orbits.period,
         parent=chart.start.parent,
-        model=problem.model if durations is None else problem.model.replace(duration=durations[0]),
-        vary=problem.vary,
-        values=np.array([problem.values(point.z) for point in points]),
-        nodes=np.array([problem.nodes(point.z) for point in points]),
-        multipliers=np.array([problem.reported_multipliers(point) for point in points]),
+        model=orbits.model if durations is None else orbits.model.replace(duration=durations[0]),
+        vary=plane_of(orbits),
+        values=np.array([orbits.values(point.z) for point in points]),
+        nodes=np.array([orbits.nodes(point.z) for point in points]),
+        multipliers=np.array([orbits.multipliers(point) for point in points]),
         coefficient=np.array([coefficient_at(problem, point) for point in points]),
         residual=np.array([point.residual for point in points]),
         arclength=arclength - arclength[0],
@@ -299,13 +328,6 @@ def _as_locus(chart: Chart[OrbitPoint], leads: Mapping[Found, Sequence[int]]) ->
         stopped=trail.end,
         durations=durations,
     )
-
-
-def _durations(problem: LocusProblem, points: Sequence[OrbitPoint]) -> NDArray[np.float64] | None:
-    """Durations of one round of cycles in seconds; None where the parameters give them."""
-    if not isinstance(problem, CycleLocus):
-        return None
-    return np.array([problem.duration(point.z) for point in points])
 
 
 def _own(model: Model) -> dict[str, float]:

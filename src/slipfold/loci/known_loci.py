@@ -11,6 +11,7 @@ from slipfold.branches.closing import asymmetry
 from slipfold.continuation.interpolation import hermite
 from slipfold.continuation.newton import correct
 from slipfold.loci.locus_problem import LocusProblem
+from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["begins_or_ends_at", "lies_on"]
@@ -30,7 +31,7 @@ SAMPLES = 16
 
 def lies_on(problem: LocusProblem, points: Sequence[OrbitPoint], z: Array) -> bool:
     """Whether an orbit is one of a locus, or a later phase of one."""
-    return any(_meets(problem, points, copy) for copy in _copies(problem, z))
+    return any(_meets(problem, points, copy) for copy in _copies(problem.orbits, z))
 
 
 def begins_or_ends_at(problem: LocusProblem, points: Sequence[OrbitPoint], z: Array) -> bool:
@@ -39,28 +40,29 @@ def begins_or_ends_at(problem: LocusProblem, points: Sequence[OrbitPoint], z: Ar
     It ends a short step before, by about as much as the halves of its last orbit differ.
     """
     for point in (points[0], points[-1]):
-        gap = float(np.linalg.norm(point.z - problem.begun_near(z, point.z)))
-        if gap < SAME + 2 * float(np.linalg.norm(asymmetry(problem, point.z))) < CLOSE:
+        gap = float(np.linalg.norm(point.z - problem.orbits.begun_near(z, point.z)))
+        if gap < SAME + 2 * float(np.linalg.norm(asymmetry(problem.orbits, point.z))) < CLOSE:
             return True
     return False
 
 
-def _copies(problem: LocusProblem, z: Array) -> Iterator[Array]:
+def _copies(orbits: Orbits, z: Array) -> Iterator[Array]:
     """The same orbit begun in each forcing period, as far as its nodes allow."""
-    if not problem.model.forced:  # it is aligned with what it is compared with
+    if not orbits.model.forced:  # it is aligned with what it is compared with
         yield z
         return
-    nodes = z[: problem.size].reshape(problem.segments, -1)
-    each, rest = divmod(problem.segments, problem.period)
-    for turn in range(problem.period if rest == 0 else 1):
+    nodes = z[: orbits.size].reshape(orbits.segments, -1)
+    each, rest = divmod(orbits.segments, orbits.period)
+    for turn in range(orbits.period if rest == 0 else 1):
         moved = np.roll(nodes, -turn * each, axis=0).ravel()
-        yield np.concatenate([moved, z[problem.size :]])
+        yield np.concatenate([moved, z[orbits.size :]])
 
 
 def _meets(problem: LocusProblem, points: Sequence[OrbitPoint], z: Array) -> bool:
     where = np.array([point.z for point in points])
-    tails = np.linalg.norm(where[:, problem.size :] - z[problem.size :], axis=1)
-    z = problem.begun_near(z, where[tails.argmin()])
+    size = problem.orbits.size
+    tails = np.linalg.norm(where[:, size:] - z[size:], axis=1)
+    z = problem.orbits.begun_near(z, where[tails.argmin()])
     ends = np.linalg.norm(where - z, axis=1)
     if ends.min() < SAME:
         return True
@@ -85,5 +87,5 @@ def _meets_between(problem: LocusProblem, a: OrbitPoint, b: OrbitPoint, z: Array
     correction = correct(problem, guess, row, reach=2 * CLOSE)
     if not correction.converged:
         return False
-    gap = problem.begun_near(z, correction.z) - correction.z
+    gap = problem.orbits.begun_near(z, correction.z) - correction.z
     return bool(np.linalg.norm(gap - (gap @ row) * row) < SAME + (gap @ row) ** 2)

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from slipfold.branches.normal_form import critical_vectors
 from slipfold.continuation.newton import Rule, correct_many, solve_each
+from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
-from slipfold.orbits.shooting import Shooting
 
 __all__ = ["quintic_coefficient"]
 
@@ -29,7 +29,7 @@ AGREEMENT = 1e-2
 RULE = Rule(close=1e-12, iterations=12)
 
 
-def quintic_coefficient(problem: Shooting, point: OrbitPoint, scales: Array) -> float | None:
+def quintic_coefficient(problem: Orbits, point: OrbitPoint, scales: Array) -> float | None:
     r"""Return e of the normal form :math:`\eta \to -\eta + b \eta^3 + e \eta^5` where b is zero.
 
     An orbit of twice the period with the amplitude a along the critical vector q exists if the map
@@ -48,7 +48,7 @@ def quintic_coefficient(problem: Shooting, point: OrbitPoint, scales: Array) -> 
     return best[1]
 
 
-def _shifts(problem: Shooting, point: OrbitPoint, scales: Array, amplitudes: Array) -> Array:
+def _shifts(problem: Orbits, point: OrbitPoint, scales: Array, amplitudes: Array) -> Array:
     """Newton's method for both states and the shift at given amplitudes, shape (k,)."""
     n, constants = len(scales), problem.constants(point.z)
     matrix = point.monodromy * (problem.scales / scales)[:, None] / (problem.scales / scales)

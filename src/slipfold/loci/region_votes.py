@@ -14,8 +14,8 @@ from slipfold.loci.fan import FanLine
 from slipfold.loci.raster import Raster
 from slipfold.loci.stable_spans import orbit_on, stable_spans
 from slipfold.models.model import Model
-from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.find import hold_parameter
+from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.orbits.limits import broken_limit
 
 __all__ = ["Vote", "agree", "carried_orbits", "collect_votes"]
@@ -176,8 +176,8 @@ def _carried(
             there = model.replace(**dict(zip(plane, map(float, at), strict=True)))
         except InputError:  # on the way lies no model
             return None
-        problem = PeriodicProblem(there, plane[0], period, 1.0, len(nodes))
-        guess = problem.pack(nodes, problem.value_of(there))
+        problem = ForcedOrbits(there, {plane[0]: 1.0}, period, len(nodes))
+        guess = problem.unknown(nodes, there)
         correction = correct(problem, guess, hold_parameter(problem.size), reach=REACH)
         if correction.converged and correction.linearisation is not None:
             multipliers = np.linalg.eigvals(correction.linearisation.monodromy)

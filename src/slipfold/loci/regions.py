@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from slipfold.loci.fan import FanLine
 from slipfold.loci.locus import Locus
 from slipfold.loci.locus_curve import locus_curve
-from slipfold.loci.locus_problem import critical_places
 from slipfold.loci.progress import LocusObserver, LocusProgress
 from slipfold.loci.raster import CELLS, Raster, where_models_exist
 from slipfold.loci.region_check import check_region
@@ -21,6 +20,7 @@ from slipfold.loci.region_map import Region, RegionMap
 from slipfold.loci.region_votes import Vote, agree, carried_orbits, collect_votes
 from slipfold.loci.window import Window
 from slipfold.models.model import Model
+from slipfold.orbits.degeneracy import critical_places
 
 __all__ = ["map_regions"]
 

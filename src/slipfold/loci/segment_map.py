@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from slipfold.flow.flow import Constants
 from slipfold.orbits.linearisation import Linearisation
+from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.shooting import Shooting
 
 __all__ = ["SegmentMap"]
@@ -47,13 +48,14 @@ class SegmentMap:
 
     def __init__(
         self,
-        problem: Shooting,
+        problem: Orbits,
         z: Array,
         constants: Constants,
         linearisation: Linearisation,
         scales: Array | None = None,
     ) -> None:
-        self._problem = problem
+        assert isinstance(problem.by, Shooting)
+        self._shooting = problem.by
         self._nodes = problem.nodes(z)
         self._constants = constants
         self._blocks = linearisation.blocks
@@ -76,7 +78,7 @@ class SegmentMap:
         """
         along = directions / self.rescaling
         forward, bent = self._curvatures(along)
-        cubes = self._problem.cubes(self._nodes, self._constants, forward)
+        cubes = self._shooting.cubes(self._nodes, self._constants, forward)
         second, third = np.zeros_like(along), np.zeros_like(along)
         for j, block in enumerate(self._blocks):
             mixed = np.einsum("rab,rb->ra", bent[:, j], second)
@@ -125,6 +127,6 @@ class SegmentMap:
         for block in self._blocks[:-1]:
             forward.append(block @ forward[-1])
         carried = np.array(forward)[None]
-        bent, _ = self._problem.curvatures(self._nodes, self._constants, carried)
+        bent, _ = self._shooting.curvatures(self._nodes, self._constants, carried)
         self._carried = np.concatenate([self._carried, carried])
         self._bent = np.concatenate([self._bent, bent])

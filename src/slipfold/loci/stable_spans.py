@@ -12,8 +12,8 @@ from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import BIFURCATIONS
 from slipfold.branches.stability import stability_stretches
 from slipfold.continuation.newton import correct
-from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.find import hold_parameter
+from slipfold.orbits.forced_orbits import ForcedOrbits
 
 __all__ = ["StableSpan", "orbit_on", "stable_spans"]
 
@@ -57,9 +57,7 @@ def orbit_on(branch: Branch, span: StableSpan, value: float) -> NDArray[np.float
     rows = np.arange(*span.rows)
     order = rows[np.argsort(np.abs(branch.parameter[rows] - value), kind="stable")]
     width = float(np.ptp(branch.parameter)) or 1.0
-    problem = PeriodicProblem(
-        branch.model, branch.vary, branch.period, width, branch.nodes.shape[1]
-    )
+    problem = ForcedOrbits(branch.model, {branch.vary: width}, branch.period, branch.nodes.shape[1])
     for row in order[:2]:
         guess = problem.pack(branch.nodes[row], value)
         correction = correct(problem, guess, hold_parameter(problem.size), iterations=15)

@@ -8,17 +8,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.closing import asymmetry
-from slipfold.branches.field_map import FieldMap
 from slipfold.branches.settings import Settings
 from slipfold.continuation.follow import BIRTH
 from slipfold.continuation.newton import correct
 from slipfold.continuation.search import Found
 from slipfold.continuation.walk import Failure, walk
 from slipfold.errors import BREAKDOWNS, InputError, breakdown
-from slipfold.loci.cycle_locus import CycleLocus
-from slipfold.loci.equilibrium_locus import EquilibriumLocus
+from slipfold.loci.describe import plane_of
+from slipfold.loci.detection import DOUBLED
 from slipfold.loci.locus_problem import LocusProblem
+from slipfold.orbits.births import Newborn, cycle_of_no_amplitude, passed_twice
+from slipfold.orbits.degeneracy import PAIRED
+from slipfold.orbits.eigenvalues import Cayley
+from slipfold.orbits.equilibria import Equilibria
+from slipfold.orbits.floquet import floquet_multipliers
+from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
+from slipfold.orbits.shooting import Shooting
 
 __all__ = ["Start", "parent_starts", "regular_start", "starts_at"]
 
@@ -36,6 +42,8 @@ CROSSING = {
     "PDNS": ("PD", "NS"),
     "R1": ("LP", "NS"),
     "R2": ("PD", "NS"),
+    "BT": ("LP", "HB"),
+    "ZH": ("LP", "HB"),
 }
 """Types of the loci that pass through a point of codimension two, or end there."""
 
@@ -115,22 +123,24 @@ def _is_singular(problem: LocusProblem, jacobian: Array, z: Array) -> bool:
 
 
 def _no_locus(problem: LocusProblem, z: Array, reason: str) -> InputError:
-    first, second = problem.vary
-    a, b = problem.values(z)
+    first, second = plane_of(problem.orbits)
+    a, b = problem.place(z)
     return InputError(
-        f"the {problem.type} at {first} = {a:.6g}, {second} = {b:.6g} has no locus in {first} and "
-        f"{second}: {reason}; choose other parameters or another special point"
+        f"the {problem.condition} at {first} = {a:.6g}, {second} = {b:.6g} has no locus in {first} "
+        f"and {second}: {reason}; choose other parameters or another special point"
     )
 
 
 def parent_starts(problem: LocusProblem, point: OrbitPoint, settings: Settings) -> list[Start]:
     """Return the period doubling of the orbits that those of a locus are the doubles of."""
-    if problem.period % 2:
-        return _hopf_starts(problem, point, settings)
-    parent = _sibling(problem, "PD", problem.period // 2)
-    m = problem.segments
-    halves = problem.halved(problem.nodes(point.z), problem.constants(point.z))
-    z = parent.join(0.5 * (halves[:m] + halves[m:]), problem.free_values(point.z))
+    orbits = problem.orbits
+    if orbits.period % 2:
+        return _hopf_starts(orbits, point, settings)
+    parent = LocusProblem(orbits.with_period(orbits.period // 2), "PD")
+    m, shooting = orbits.segments, orbits.by
+    assert isinstance(shooting, Shooting)
+    halves = shooting.halved(orbits.nodes(point.z), orbits.constants(point.z))
+    z = orbits.join(0.5 * (halves[:m] + halves[m:]), orbits.free_values(point.z))
     try:
         start = regular_start(parent, z, settings)
     except InputError:
@@ -138,12 +148,12 @@ def parent_starts(problem: LocusProblem, point: OrbitPoint, settings: Settings) 
     return [start, start.reversed()]
 
 
-def _hopf_starts(problem: LocusProblem, point: OrbitPoint, settings: Settings) -> list[Start]:
-    first, second = map(float, problem.widths)
-    parent = EquilibriumLocus(problem.model, "NS", problem.vary, 1, (first, second))
-    middle = problem.nodes(point.z).mean(axis=0)
+def _hopf_starts(orbits: Orbits, point: OrbitPoint, settings: Settings) -> list[Start]:
+    resting = Equilibria(orbits.model, orbits.varied, Cayley())
+    middle = orbits.nodes(point.z).mean(axis=0, keepdims=True)
+    z = resting.pack(middle, orbits.values(point.z))
     try:
-        start = regular_start(parent, parent.pack(middle[None], problem.values(point.z)), settings)
+        start = regular_start(LocusProblem(resting, "HB"), z, settings)
     except InputError:
         return []
     return [start, start.reversed()]
@@ -156,32 +166,26 @@ def starts_at(problem: LocusProblem, found: Found, settings: Settings) -> Iterat
     of two types, that of tori ending at the resonances; at R2 a locus of tori of the doubled orbits
     may be born as well. At a generalised Hopf point folds of cycles are born.
     """
-    z, kind = found.point.z, problem.kind
-    if found.type == "CH" and isinstance(problem, EquilibriumLocus):
-        yield from _folds_of_cycles(problem, found.point, settings)
+    point, orbits, condition = found.point, problem.orbits, problem.condition
+    if found.type == "GH" and isinstance(orbits, Equilibria):
+        yield from _born(cycle_of_no_amplitude(orbits, point.z), "LP", point, settings)
     if found.type == "GPD":
-        yield from _doubled(problem, found.point, "LP", settings)
+        yield from _born(passed_twice(orbits, point.z), "LP", point, settings)
     for other in CROSSING.get(found.type, ()):
-        if other == kind:
+        if other == condition:
             continue
-        crossing = _sibling(problem, other, problem.period)
+        crossing = LocusProblem(orbits, other)
         try:
-            start = regular_start(crossing, z, settings)
+            start = regular_start(crossing, point.z, settings)
         except InputError:
             continue
-        if found.type in ("R1", "R2") and other == "NS":
+        if found.type in DOUBLED and other in PAIRED:
             yield from _complex_side(start, settings)
         else:
             here = Start(crossing, start.point, born=True, crosses=found.type)
             yield from (here, here.reversed())
-    if found.type == "R2" and kind == "PD":
-        yield from _doubled(problem, found.point, "NS", settings)
-
-
-def _sibling(problem: LocusProblem, kind: str, period: int) -> LocusProblem:
-    first, second = problem.widths
-    widths = (float(first), float(second))
-    return type(problem)(problem.model, kind, problem.vary, period, widths, problem.segments)
+    if found.type == "R2" and condition == "PD":
+        yield from _born(passed_twice(orbits, point.z), "NS", point, settings)
 
 
 def _complex_side(start: Start, settings: Settings) -> Iterator[Start]:
@@ -193,97 +197,32 @@ def _complex_side(start: Start, settings: Settings) -> Iterator[Start]:
 
 
 def _is_complex(point: OrbitPoint) -> bool:
-    """Whether the critical pair of a point of a torus locus is complex; R2 is none of a Hopf's."""
-    return point.tests["R1"] > 0 < point.tests.get("R2", 1.0)
+    """Whether the critical pair of a point of a torus locus is complex."""
+    tests = point.tests
+    return tests["BT"] > 0 if "BT" in tests else tests["R1"] > 0 < tests["R2"]
 
 
-def _doubled(
-    problem: LocusProblem, point: OrbitPoint, kind: str, settings: Settings
+def _born(
+    first: Newborn, condition: str, parent: OrbitPoint, settings: Settings
 ) -> Iterator[Start]:
-    """Return a locus of orbits of twice the period that is born where these have no amplitude.
-
-    Its tangent is the critical direction, which changes sign from one period to the next, and the
-    parameters do not change to first order.
-    """
-    m = problem.segments
-    linearised = problem.linearise(point.z)
-    blocks = linearised.blocks
-    values, vectors = np.linalg.eig(linearised.product)
-    direction = vectors[:, np.argmin(np.abs(values + 1))].real
-    along = [direction]
-    for block in blocks[:-1]:
-        along.append(block @ along[-1])
-    child = _sibling(problem, kind, 2 * problem.period)
-    # A segment of the child is two of the parent.
-    every_second = np.arange(0, 2 * m, 2) % m
-    sign = np.where(np.arange(0, 2 * m, 2) < m, 1.0, -1.0)
-    moved = (np.array(along)[every_second] * sign[:, None]).ravel()
-    tangent = np.concatenate([moved, np.zeros(len(problem.units))])
-    tangent *= np.sign(direction[np.abs(direction).argmax()]) / np.linalg.norm(tangent)
-    nodes = problem.nodes(point.z)[every_second]
-    z = child.join(nodes, problem.free_values(point.z))
-    linearisation = child.linearise(z)
+    """Return the locus of orbits that are born at a point, unless it leads to their parents."""
+    curve, z = LocusProblem(first.orbits, condition), first.z
+    linearisation = first.orbits.linearise(z)
     if not np.isfinite(linearisation.blocks).all():
         return
-    multipliers = np.sort_complex(point.multipliers**2)[::-1]
-    multipliers = multipliers[np.argsort(-np.abs(multipliers), kind="stable")]
-    tests = child.tests(z, linearisation, multipliers, tangent)
+    multipliers = floquet_multipliers(first.monodromy)
     start = OrbitPoint(
         z,
-        tangent,
+        first.tangent,
         0.0,
-        tests,
+        curve.tests(z, linearisation, multipliers, first.tangent),
         0,
-        point.residual,
-        monodromy=linearisation.monodromy,
+        parent.residual,
+        monodromy=first.monodromy,
         multipliers=multipliers,
     )
-    first = next(iter(walk(child, [start], BIRTH, (), settings)))
-    if isinstance(first, Failure) or np.linalg.norm(asymmetry(child, first.z)) < 0.5 * BIRTH:
+    after = next(iter(walk(curve, [start], BIRTH, (), settings)))
+    if isinstance(after, Failure) or np.linalg.norm(asymmetry(first.orbits, after.z)) < 0.5 * BIRTH:
         return
-    if kind == "LP" or _is_complex(first):
-        yield Start(child, start, born=True, doubled=True)
-
-
-def _folds_of_cycles(
-    problem: EquilibriumLocus, point: OrbitPoint, settings: Settings
-) -> Iterator[Start]:
-    """Return the locus of folds of cycles that is born at a generalised Hopf point.
-
-    Its tangent is the critical eigenvector turning once; neither the parameters nor the duration
-    change to first order.
-    """
-    jacobian: Array = FieldMap(problem, point.z).jacobian
-    values, vectors = np.linalg.eig(jacobian)
-    critical = int(np.where(values.imag > 0, np.abs(values.real), np.inf).argmin())
-    duration = 2 * np.pi / float(values[critical].imag)
-    first, second = map(float, problem.widths)
-    model = problem.model.replace(duration=duration)
-    child = CycleLocus(model, "LP", problem.vary, 1, (first, second))
-    turns = np.exp(2j * np.pi * np.arange(child.segments) / child.segments)
-    turning = np.real(vectors[:, critical] * turns[:, None]).ravel()
-    tangent = np.concatenate([turning, np.zeros(len(child.units))]) / np.linalg.norm(turning)
-    nodes = np.repeat(problem.nodes(point.z), child.segments, axis=0)
-    z = child.join(nodes, [duration, *problem.values(point.z)])
-    # Of all multipliers of the equilibrium the critical pair is one and one: the fold's, and that
-    # of the flow, which is left out.
-    others = np.delete(values, [critical, int(np.abs(values - values[critical].conj()).argmin())])
-    multipliers = np.append(1.0, np.exp(others * duration)).astype(complex)
-    multipliers = multipliers[np.argsort(-np.abs(multipliers), kind="stable")]
-    linearisation = child.plain(z)
-    tests = child.tests(z, linearisation, multipliers, tangent)
-    start = OrbitPoint(
-        z,
-        tangent,
-        0.0,
-        tests,
-        0,
-        point.residual,
-        monodromy=linearisation.monodromy,
-        multipliers=multipliers,
-    )
-    after = next(iter(walk(child, [start], BIRTH, (), settings)))
-    if isinstance(after, Failure):
-        return
-    if np.linalg.norm((after.z - z)[: child.size]) > 0.5 * BIRTH:
-        yield Start(child, start, born=True, doubled=True)
+    if condition == "LP" or _is_complex(after):
+        yield Start(curve, start, born=True, doubled=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from slipfold.branches.closing import MeetsCopy, Returns, step_beside_parent
+from slipfold.branches.closing import MeetsCopy, Returns, has_copy, step_beside_parent
 from slipfold.branches.ending import Limits, Unresolved, failure_reason
 from slipfold.branches.settings import Settings
 from slipfold.continuation.end import End
@@ -13,6 +13,7 @@ from slipfold.continuation.follow import Endings, follow
 from slipfold.continuation.monitor import Monitor
 from slipfold.continuation.trail import Stop, Trail
 from slipfold.continuation.walk import Failure
+from slipfold.loci.describe import plane_of
 from slipfold.loci.detection import SpecialPoints
 from slipfold.loci.locus_problem import LocusProblem
 from slipfold.loci.window import Window
@@ -34,8 +35,9 @@ def trace_locus(
     watch: Callable[[Trail[OrbitPoint]], None] = lambda trail: None,
 ) -> Trail[OrbitPoint]:
     """Follow a locus in the direction of its tangent, to its end."""
+    orbits = problem.orbits
     monitors: list[Monitor[OrbitPoint]] = [Unresolved(problem)]
-    if problem.ends_at_parent:
+    if has_copy(orbits):
         monitors.append(MeetsCopy(problem, partial(_at_parent, problem)))
     monitors += [
         Returns(problem, "the locus closed on itself"),
@@ -45,12 +47,12 @@ def trace_locus(
     return follow(
         problem,
         start,
-        problem.bounds(window),
+        orbits.bounds(*window),
         monitors,
         settings=settings,
         departs=born,
         first_step=None if born else FIRST,
-        cap=partial(step_beside_parent, problem) if problem.ends_at_parent else None,
+        cap=partial(step_beside_parent, orbits) if has_copy(orbits) else None,
         endings=_LocusEndings(problem, window),
         watch=watch,
     )
@@ -68,23 +70,23 @@ class _LocusEndings(Endings[OrbitPoint]):
         problem, last = self._problem, trail.points[-1]
         gaps = [
             min(abs(last.z[place] - low), abs(high - last.z[place]))
-            for place, low, high in problem.bounds(self._window)
+            for place, low, high in problem.orbits.bounds(*self._window)
         ]
         nearest = gaps.index(min(gaps))
         place = problem.place(last.z)
-        reason = f"left the window at {problem.vary[nearest]} = {place[nearest]:g}"
+        reason = f"left the window at {plane_of(problem.orbits)[nearest]} = {place[nearest]:g}"
         return End("window", reason, place)
 
     def failed(self, trail: Trail[OrbitPoint], failure: Failure) -> End:
         """Return the end of a locus that could not be followed."""
         last = trail.points[-1]
-        reason = failure_reason(self._problem, last, failure)
+        reason = failure_reason(self._problem.orbits, last, failure)
         return End(*reason, self._problem.place(last.z))
 
 
 def _at_parent(problem: LocusProblem, last: OrbitPoint, meeting: object) -> Stop[OrbitPoint]:
     """Return the end of a locus where the halves of its orbits become the same."""
-    doubled = problem.period % 2 == 0
+    doubled = problem.orbits.period % 2 == 0
     what = "become those of half the period" if doubled else "shrink to an equilibrium"
     reason = f"the locus ends where its orbits {what}"
     return Stop(last, End("codimension-2", reason, problem.place(last.z)), reached=last)

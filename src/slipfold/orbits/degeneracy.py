@@ -9,9 +9,12 @@ from numpy.typing import NDArray
 
 from slipfold.orbits.floquet import floquet_multipliers
 
-__all__ = ["Degeneracy", "critical_pair", "degeneracy"]
+__all__ = ["PAIRED", "Degeneracy", "critical_pair", "critical_places", "degeneracy"]
 
 Array = NDArray[np.float64]
+
+PAIRED = ("NS", "HB")
+"""Bifurcations at which a pair is critical: of orbits, and of equilibria."""
 
 APART = 0.5
 """Two real multipliers further apart than this are not a pair that was complex a step before."""
@@ -50,11 +53,13 @@ def degeneracy(kind: str, monodromy: Array) -> Degeneracy:
     with the best borders there are, the singular vectors p and q (Kuznetsov, Elements of Applied
     Bifurcation Theory, section 10.3: minimally augmented systems). NS: the product of the critical
     pair less one, from the matrix restricted to the plane of the pair, so that it stays smooth
-    where the pair meets on the real axis (R1, R2). Both are divided by the size of the matrix.
+    where the pair meets on the real axis (R1, R2). HB: the same of an equilibrium. All are divided
+    by the size of the matrix.
 
     Shapes: monodromy (n, n).
     """
-    found = _pair_degeneracy(monodromy) if kind == "NS" else _real_degeneracy(kind, monodromy)
+    of_a_pair = kind in PAIRED
+    found = _pair_degeneracy(monodromy) if of_a_pair else _real_degeneracy(kind, monodromy)
     if found is UNKNOWN:
         return found
     # The matrix is known to a share of its largest entry, and so is the number.
@@ -78,6 +83,17 @@ def critical_pair(multipliers: NDArray[np.complex128]) -> tuple[int, int] | None
     distance = np.where(possible, np.abs(1 - a * b), np.inf)
     nearest = int(distance.argmin())
     return int(first[nearest]), int(second[nearest])
+
+
+def critical_places(kind: str, multipliers: NDArray[np.complex128]) -> NDArray[np.int64]:
+    """Return the places of the multipliers that make an orbit critical.
+
+    Shapes: multipliers (n,).
+    """
+    if kind in PAIRED:
+        return np.array(critical_pair(multipliers) or (), dtype=np.int64)
+    target = 1.0 if kind == "LP" else -1.0
+    return np.array([np.abs(multipliers - target).argmin()], dtype=np.int64)
 
 
 def _real_degeneracy(kind: str, monodromy: Array) -> Degeneracy:

@@ -12,10 +12,11 @@ from slipfold.errors import InputError
 from slipfold.flow import flow_of
 from slipfold.flow.typical_sizes import measured
 from slipfold.models.model import Model
-from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.find_cycle import find_cycle
 from slipfold.orbits.floquet import floquet_multipliers
+from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.orbits.linear_response import linear_response
+from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
 __all__ = ["guess_orbit", "hold_parameter", "periodic_orbit"]
@@ -39,7 +40,7 @@ def hold_parameter(size: int) -> Array:
     return row
 
 
-def guess_orbit(problem: PeriodicProblem, value: float) -> Correction:
+def guess_orbit(problem: ForcedOrbits, value: float) -> Correction:
     """Correct the linear response to a periodic orbit of one forcing period."""
     vector = problem.model.vector.copy()
     vector[problem.indices[-1]] = value
@@ -120,14 +121,14 @@ def periodic_orbit(
             f"duration = {duration!r} does not fit: {model.name} is forced, its orbits last whole "
             "forcing periods; leave it out, or give period"
         )
-    problem = PeriodicProblem(model, vary, int(period), 1.0)
+    problem = ForcedOrbits(model, {vary: 1.0}, int(period))
     if state is None and period == 1:
         return _as_orbit(problem, model, _response(problem, model, tolerance))
     start = _settled(model, settle) if state is None else _checked_state(model, state)
     constants = problem.flow.constants_of(model)
     zero = np.zeros(1)
     nodes = problem.flow.sample(start[None], zero, zero + period, problem.segments, constants)[0]
-    guess = problem.pack(nodes, problem.value_of(model))
+    guess = problem.unknown(nodes, model)
     row = hold_parameter(problem.size)
     correction = correct(problem, guess, row, tolerance=tolerance, iterations=20)
     orbit = _as_orbit(problem, model, correction)
@@ -173,14 +174,14 @@ def _checked_state(model: Model, state: ArrayLike | Mapping[str, float]) -> Arra
     return checked
 
 
-def _response(problem: PeriodicProblem, model: Model, tolerance: float) -> Correction:
+def _response(problem: ForcedOrbits, model: Model, tolerance: float) -> Correction:
     """Correct the linear response; where that fails, raise the forcing from zero in steps."""
-    correction = guess_orbit(problem, problem.value_of(model))
+    correction = guess_orbit(problem, model.values[problem.vary])
     row = hold_parameter(problem.size)
     if correction.converged or model.quiet is None:
         return correct(problem, correction.z, row, tolerance=tolerance)
     target = model.values[model.quiet]
-    other = PeriodicProblem(model, model.quiet, 1, max(abs(target), 1e-300))
+    other = ForcedOrbits(model, {model.quiet: max(abs(target), 1e-300)})
     reached, step = guess_orbit(other, 0.0), 0.1
     share = 0.0
     while reached.converged and share < 1 and step > SMALLEST_SHARE:
@@ -193,7 +194,7 @@ def _response(problem: PeriodicProblem, model: Model, tolerance: float) -> Corre
             step /= 3
     if share < 1:
         return correction
-    guess = problem.pack(other.nodes(reached.z), problem.value_of(model))
+    guess = problem.unknown(other.nodes(reached.z), model)
     return correct(problem, guess, row, tolerance=tolerance)
 
 
@@ -208,7 +209,7 @@ def _settled(model: Model, periods: int) -> Array:
     return state
 
 
-def _refuse_shorter(problem: PeriodicProblem, orbit: PeriodicOrbit) -> None:
+def _refuse_shorter(problem: ForcedOrbits, orbit: PeriodicOrbit) -> None:
     """Refuse an orbit that repeats within the period asked for."""
     flow, model = problem.flow, orbit.model
     constants = flow.constants_of(model)
@@ -224,7 +225,7 @@ def _refuse_shorter(problem: PeriodicProblem, orbit: PeriodicOrbit) -> None:
             )
 
 
-def _as_orbit(problem: PeriodicProblem, model: Model, correction: Correction) -> PeriodicOrbit:
+def _as_orbit(problem: Orbits, model: Model, correction: Correction) -> PeriodicOrbit:
     if not correction.converged or correction.linearisation is None:
         raise InputError(
             f"no orbit of period {problem.period} was found for {model!r}: {correction.failure}; "
@@ -236,6 +237,6 @@ def _as_orbit(problem: PeriodicProblem, model: Model, correction: Correction) ->
         model,
         problem.period,
         problem.nodes(correction.z),
-        problem.all_multipliers(floquet_multipliers(monodromy)),
+        problem.spectrum.whole(floquet_multipliers(monodromy)),
         correction.residual,
     )

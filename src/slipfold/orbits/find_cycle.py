@@ -11,8 +11,8 @@ from slipfold.flow import flow_of
 from slipfold.flow.typical_sizes import measured
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
-from slipfold.orbits.cycle_problem import CycleProblem
-from slipfold.orbits.equilibrium_problem import unit_of_time
+from slipfold.orbits.cycles import Cycles
+from slipfold.orbits.eigenvalues import unit_of_time
 from slipfold.orbits.shooting import SEGMENTS
 
 __all__ = ["find_cycle"]
@@ -54,7 +54,7 @@ def find_cycle(
     *,
     tolerance: float = 1e-10,
     settle: int = 400,
-) -> tuple[CycleProblem, Correction]:
+) -> tuple[Cycles, Correction]:
     """Return a cycle of an autonomous model near a motion of it."""
     unit = unit_of_time(model, _jacobian(model, model.start if state is None else state))
     paced = model.replace(duration=unit)
@@ -65,8 +65,8 @@ def find_cycle(
     cycle, zero = model.replace(duration=duration), np.zeros(1)
     flow = flow_of(cycle)
     nodes = flow.sample(state[None], zero, zero + 1, SEGMENTS, flow.constants_of(cycle))[0]
-    problem = CycleProblem(measured(cycle, motion=nodes), vary, 1, width)
-    guess = problem.pack_cycle(nodes, duration, problem.value_of(model))
+    problem = Cycles(measured(cycle, motion=nodes), {vary: width})
+    guess = problem.join(nodes, [duration, model.values[vary]])
     row = np.eye(1, len(guess), len(guess) - 1)[0]  # the parameter is held
     return problem, correct(problem, guess, row, tolerance=tolerance, iterations=20)
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.orbits.extrema import refine_minimum
-from slipfold.orbits.shooting import Shooting
+from slipfold.orbits.orbit_curve import Orbits
 
 __all__ = ["broken_limit", "limit_margins"]
 
@@ -16,7 +16,7 @@ SAMPLES = 48
 """Samples a forcing period of the first look."""
 
 
-def limit_margins(problem: Shooting, z: Array) -> Array:
+def limit_margins(orbits: Orbits, z: Array) -> Array:
     """Return by how much each watched output stays above its bound over the orbit.
 
     The first look samples the orbit. Between samples an output may be lower by what its slope
@@ -25,11 +25,11 @@ def limit_margins(problem: Shooting, z: Array) -> Array:
 
     Returns shape (n_limits,).
     """
-    limits = problem.model.limits
+    limits = orbits.model.limits
     if not limits:
         return np.empty(0)
-    flow, constants, nodes = problem.flow, problem.constants(z), problem.nodes(z)
-    m, period = problem.segments, problem.period
+    flow, constants, nodes = orbits.flow, orbits.constants(z), orbits.nodes(z)
+    m, period = orbits.segments, orbits.period
     each = -(-SAMPLES * period // m)
     edges = np.linspace(0.0, period, m + 1)
     samples = flow.sample(nodes, edges[:-1], edges[1:], each, constants).reshape(m * each, -1)
@@ -56,9 +56,9 @@ def limit_margins(problem: Shooting, z: Array) -> Array:
     return lowest - bounds
 
 
-def broken_limit(problem: Shooting, z: Array) -> str | None:
+def broken_limit(orbits: Orbits, z: Array) -> str | None:
     """Return the sentence of a limit that an orbit breaks, None if it breaks none."""
-    for limit, margin in zip(problem.model.limits, limit_margins(problem, z), strict=True):
+    for limit, margin in zip(orbits.model.limits, limit_margins(orbits, z), strict=True):
         if not margin > 0:
             return limit.reason.format(value=margin + limit.bound)
     return None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cache, cached_property, reduce
 from math import isfinite
@@ -60,22 +61,25 @@ class Linearisation:
         Derivatives of the segments' ends with respect to the k scaled parameters, shape (m, n, k).
     conditions
         Further equations.
+    watched
+        Gives the matrix whose eigenvalues are watched; the product of the blocks if None.
     """
 
     residual: Array
     blocks: Array
     along: Array
     conditions: Conditions = NO_CONDITIONS
+    watched: Callable[[Linearisation], Array] | None = None
 
     @cached_property
     def product(self) -> Array:
         """Product of the transition matrices, shape (n, n), in scaled states."""
         return reduce(lambda product, block: block @ product, self.blocks)
 
-    @property
+    @cached_property
     def monodromy(self) -> Array:
         """The matrix whose eigenvalues are watched, in scaled states."""
-        return self.product
+        return self.product if self.watched is None else self.watched(self)
 
     @property
     def defect(self) -> Array:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from slipfold.continuation.newton import Rule, correct_many, solve_each
 from slipfold.flow import Flow
 from slipfold.flow.scaled import power_of_two
-from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.orbits.linearisation import Linearisation
 
 __all__ = ["Corrected", "correct_orbits", "transitions"]
@@ -95,7 +95,7 @@ class Corrected:
 
 
 def correct_orbits(
-    problem: PeriodicProblem, guesses: Array, rows: Array, close: float = CLOSE
+    problem: ForcedOrbits, guesses: Array, rows: Array, close: float = CLOSE
 ) -> Corrected:
     """Find the orbits of one branch nearest guesses, each in the hyperplane through it.
 
@@ -121,7 +121,7 @@ def correct_orbits(
     return Corrected(correct_many(steps, guesses, rule).z, monodromies, tangents)
 
 
-def _linearise(problem: PeriodicProblem, z: Array) -> list[Linearisation]:
+def _linearise(problem: ForcedOrbits, z: Array) -> list[Linearisation]:
     """Return mismatch and derivatives of each orbit."""
     residual, blocks, along = transitions(
         problem.flow,

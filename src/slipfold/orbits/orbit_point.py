@@ -8,10 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.continuation.point import Point
-from slipfold.orbits.floquet import floquet_multipliers
-from slipfold.orbits.test_functions import evaluate_tests
 
-__all__ = ["OrbitPoint", "make_point"]
+__all__ = ["OrbitPoint"]
 
 Array = NDArray[np.float64]
 
@@ -38,17 +36,3 @@ class OrbitPoint(Point):
     def unstable(self) -> int:
         """Number of multipliers outside the unit circle."""
         return int(np.count_nonzero(np.abs(self.multipliers) > 1))
-
-
-def make_point(
-    z: Array, tangent: Array, arclength: float, monodromy: Array, residual: float
-) -> OrbitPoint:
-    """Return a point of a branch whose derivatives follow from those of another branch.
-
-    Shapes: monodromy (n, n).
-    """
-    multipliers = floquet_multipliers(monodromy)
-    tests = {**evaluate_tests(multipliers), "LP": float(tangent[-1])}
-    return OrbitPoint(
-        z, tangent, arclength, tests, 0, residual, monodromy=monodromy, multipliers=multipliers
-    )

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.orbits.shooting import Shooting
+if TYPE_CHECKING:
+    from slipfold.orbits.cycles import Cycles
 
 __all__ = ["begun_nearest"]
 
@@ -21,7 +24,7 @@ CORRECTIONS = 4
 """Newton steps from the nearest of them: each doubles the digits."""
 
 
-def begun_nearest(problem: Shooting, z: Array, reference: Array) -> Array:
+def begun_nearest(problem: Cycles, z: Array, reference: Array) -> Array:
     """Return a cycle begun in the phase in which its nodes lie nearest to those of another."""
     m, period = problem.segments, problem.period
     constants, wanted = problem.constants(z), problem.nodes(reference)

@@ -1,23 +1,16 @@
-"""Multiple shooting: periodic orbits cut into segments that are integrated side by side."""
+"""Multiple shooting: orbits cut into segments that are integrated side by side."""
 
 from __future__ import annotations
 
-from abc import abstractmethod
-from collections.abc import Sequence
-from typing import Self
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.continuation.curve import Curve
-from slipfold.continuation.newton import Correction
-from slipfold.flow import Flow, flow_of
 from slipfold.flow.flow import Constants
-from slipfold.flow.scaled import power_of_two
 from slipfold.models.model import Model
-from slipfold.orbits.floquet import floquet_multipliers
-from slipfold.orbits.linearisation import Linearisation
-from slipfold.orbits.orbit_point import OrbitPoint
+from slipfold.orbits.degeneracy import Degeneracy
+from slipfold.orbits.discretisation import Discretisation
 
 __all__ = ["SEGMENTS", "Shooting"]
 
@@ -27,184 +20,54 @@ SEGMENTS = 8
 """Segments an orbit is split into: one SIMD batch, and growth of 500 a period becomes 2.2 each."""
 
 
-class Shooting(Curve[OrbitPoint]):
-    r"""A curve of orbits of period k, given by their states at m phases.
-
-    A subclass says which equations the orbits meet and what is watched along the curve. An unknown
-    ``z`` begins with the scaled states, :math:`(x_0, ..., x_{m-1}) / (s \sqrt{m})` with the model's
-    state scales s, so that its Euclidean length does not depend on m. The free parameters follow,
-    each over its scale.
+class Shooting(Discretisation):
+    """The flow over m segments of a period: each has to end where the next begins.
 
     Parameters
     ----------
     model
         The model.
+    free
+        The free parameters with their scales, in their own units.
     period
         Period in forcing periods.
-    free
-        Names of the free parameters.
-    units
-        Their scales, in their own units.
     segments
         Number of segments m.
     offset
         Phase of the first node, in segments.
     """
 
-    varied = 1
-    """How many parameters vary: the last ones of those that are free."""
-
     def __init__(
         self,
         model: Model,
-        period: int,
-        free: Sequence[str],
-        units: Sequence[float],
-        segments: int,
+        free: Mapping[str, float],
+        period: int = 1,
+        segments: int = SEGMENTS,
         offset: float = 0.0,
     ) -> None:
-        self.model = model
-        self.period = period
-        self.free = tuple(free)
-        self.units = np.array(units, dtype=float)
-        self.indices = [model.parameter_index(name) for name in free]
-        self._vector = model.vector
-        self._constants: tuple[Array, Constants | None] = np.empty(0), None
-        self.segments = segments
-        self.flow: Flow = flow_of(model)
-        self.scales = model.state_scales()
-        self.flow_scales = power_of_two(self.scales)
-        self.size = segments * len(self.scales)
-        self._node_scales = np.tile(self.scales, segments) * np.sqrt(segments)
+        super().__init__(model, free, period, segments)
         edges: Array = (np.arange(segments + 1, dtype=float) + offset) * (period / segments)
-        self._start, self._end = edges[:-1], edges[1:]
+        self.start, self.end = edges[:-1], edges[1:]
+        self.phase = float(edges[0])
         self._following = (np.arange(segments) + 1) % segments
-        self._ratios = self.scales[None, :] / self.scales[:, None]
 
-    @property
-    def phase(self) -> float:
-        """Phase of the first node."""
-        return float(self._start[0])
+    def shifted(
+        self, nodes: Array, constants: Constants, along: Array, rates: Array
+    ) -> tuple[Shooting, Array, Array]:
+        """Return the same with nodes half a segment later: the integrator's steps fall elsewhere.
 
-    @abstractmethod
-    def begun_later(self) -> Self:
-        """Return the same problem with its nodes half a segment later."""
-
-    @abstractmethod
-    def linearise(self, z: Array) -> Linearisation:
-        """Return the defect with its derivatives."""
-
-    @abstractmethod
-    def tests(
-        self,
-        z: Array,
-        linearisation: Linearisation,
-        multipliers: NDArray[np.complex128],
-        tangent: Array,
-    ) -> dict[str, float]:
-        """Return the functions that change sign at special points of the curve, by name."""
-
-    def residual(self, defect: Array) -> float:
-        """Return the largest mismatch, in scaled states."""
-        return float(np.abs(defect).max()) * float(np.sqrt(self.segments))
-
-    def point(self, correction: Correction, arclength: float) -> OrbitPoint:
-        """Return a converged correction as a point.
-
-        The tangent points along the row of the correction's constraint. The bordered determinant
-        has the same sign for that row as for the tangent, so one matrix gives both.
+        Shapes: nodes, along (m, n); rates (k,); returns nodes and direction (m, n).
         """
-        linearisation, bordered = correction.linearisation, correction.bordered
-        tangent = bordered.tangent()
-        multipliers = floquet_multipliers(linearisation.monodromy)
-        return OrbitPoint(
-            correction.z,
-            tangent,
-            arclength,
-            self.tests(correction.z, linearisation, multipliers, tangent),
-            bordered.sign,
-            correction.residual,
-            self.growth(linearisation) if np.abs(multipliers[0]) < 1 else np.inf,
-            bordered.volume,
-            monodromy=linearisation.monodromy,
-            multipliers=multipliers,
-        )
-
-    def growth(self, linearisation: Linearisation) -> float:
-        """Return an upper bound of the logarithms of the multipliers' moduli.
-
-        It is infinite where one is on the unit circle anyway.
-        """
-        return np.inf
-
-    def begun_near(self, z: Array, reference: Array) -> Array:
-        """Return an orbit as it is compared with another one: forced orbits know their phase."""
-        return z
-
-    # -- what z means --------------------------------------------------------------------------
-
-    def join(self, nodes: Array, values: Sequence[float] | Array) -> Array:
-        """Scale an orbit and the values of the free parameters into an unknown.
-
-        Shapes: nodes (m, n).
-        """
-        return np.concatenate([self.flat(nodes), np.asarray(values) / self.units])
-
-    def free_values(self, z: Array) -> Array:
-        """Return the values of the free parameters."""
-        return z[self.size :] * self.units
-
-    def place(self, z: Array) -> tuple[float, ...]:
-        """Return the values of the parameters that vary."""
-        return tuple(self.free_values(z)[-self.varied :].tolist())
-
-    def vector(self, z: Array) -> Array:
-        """Return the model's parameter vector."""
-        vector = self._vector.copy()
-        vector[self.indices] = self.free_values(z)
-        return vector
-
-    def model_at(self, z: Array) -> Model:
-        """Return the model with the parameter values of an unknown."""
-        return self.model.replace(
-            **dict(zip(self.free, map(float, self.free_values(z)), strict=True))
-        )
-
-    def constants(self, z: Array) -> Constants:
-        """Return the coefficients of the flow, evaluated once for each place in turn."""
-        known, constants = self._constants
-        if constants is None or known is not z:
-            constants = self.flow.constants(self.vector(z), self.flow_scales)
-            self._constants = z, constants
-        return constants
-
-    def flat(self, nodes: Array) -> Array:
-        """Scale states at the nodes, shape (m, n), into the first part of an unknown.
-
-        Shapes: nodes (m, n).
-        """
-        return nodes.ravel() / self._node_scales
-
-    def nodes(self, z: Array) -> Array:
-        """Return the states at the nodes, shape (m, n)."""
-        return (z[: self.size] * self._node_scales).reshape(self.segments, -1)
-
-    # -- derivatives ---------------------------------------------------------------------------
-
-    def halved(self, nodes: Array, constants: Constants) -> Array:
-        """Return the states at twice as many phases, shape (2 m, n).
-
-        Shapes: nodes (m, n).
-        """
-        samples = self.flow.sample(nodes, self._start, self._end, 2, constants)
-        return samples.reshape(2 * len(nodes), -1)
+        other = Shooting(self.model, self.free, self.period, self.segments, 0.5)
+        ends, matrices, vectors = self.carried(nodes, constants, other.start)
+        return other, ends, np.einsum("jab,jb->ja", matrices, along) + vectors @ rates
 
     def mismatch(self, nodes: Array, constants: Constants) -> Array:
         """Return by how much segments end beside the next node, in scaled states, shape (m, n).
 
         Shapes: nodes (m, n).
         """
-        ends = self.flow.advance(nodes, self._start, self._end, constants)
+        ends = self.flow.advance(nodes, self.start, self.end, constants)
         return (ends - nodes[self._following]) / self.scales
 
     def transitions(self, nodes: Array, constants: Constants) -> tuple[Array, Array, Array]:
@@ -212,27 +75,54 @@ class Shooting(Curve[OrbitPoint]):
 
         Shapes: nodes (m, n); returns mismatch (m, n), blocks (m, n, n), along (m, n, k).
         """
-        ends, matrices, vectors = self.flow.linearise(
-            nodes, self._start, self._end, constants, constants.rates[:, self.indices]
-        )
+        ends, matrices, vectors = self.carried(nodes, constants, self.end)
         mismatch = (ends - nodes[self._following]) / self.scales
         units = self.units / np.sqrt(self.segments)
-        return mismatch, matrices * self._ratios, vectors * (units / self.scales[:, None])
+        return mismatch, matrices * self.ratios, vectors * (units / self.scales[:, None])
 
-    def shifted(self, z: Array, tangent: Array) -> tuple[Self, Array, Array]:
-        """Return the same orbit with its nodes half a segment later.
+    def carried(
+        self, nodes: Array, constants: Constants, phases: Array
+    ) -> tuple[Array, Array, Array]:
+        """Return the states at later phases with their derivatives, nothing scaled.
 
-        The steps of the integrator then fall elsewhere, so that what differs is its error.
+        Shapes: nodes (m, n); phases (m,); returns states (m, n), matrices (m, n, n), vectors
+        (m, n, k).
         """
-        other = self.begun_later()
-        constants = self.constants(z)
-        ends, matrices, vectors = self.flow.linearise(
-            self.nodes(z), self._start, other._start, constants, constants.rates[:, self.indices]
-        )
-        moved = np.einsum("jab,jb->ja", matrices, self.nodes(tangent))
-        moved += vectors @ self.free_values(tangent)
-        direction = self.join(moved, self.free_values(tangent))
-        return other, other.join(ends, self.free_values(z)), direction / np.linalg.norm(direction)
+        along = constants.rates[:, self.indices]
+        return self.flow.linearise(nodes, self.start, phases, constants, along)
+
+    def advanced(self, nodes: Array, constants: Constants, turns: float) -> Array:
+        """Return the states some forcing periods later, shape (m, n).
+
+        Shapes: nodes (m, n).
+        """
+        return self.flow.advance(nodes, self.start, self.start + turns, constants)
+
+    def halved(self, nodes: Array, constants: Constants) -> Array:
+        """Return the states at twice as many phases, shape (2 m, n).
+
+        Shapes: nodes (m, n).
+        """
+        samples = self.flow.sample(nodes, self.start, self.end, 2, constants)
+        return samples.reshape(2 * len(nodes), -1)
+
+    def rates(self, nodes: Array, constants: Constants) -> Array:
+        """Return the rates at the nodes a forcing period, in scaled states, shape (m, n).
+
+        Shapes: nodes (m, n).
+        """
+        return self.flow.rates(nodes, self.start, constants) / self.scales
+
+    def first_rates(self, nodes: Array, constants: Constants) -> tuple[Array, Array, Array]:
+        """Return the rates at the first node with their derivatives, in scaled variables.
+
+        Shapes: nodes (m, n); returns rates (n,), slopes (n, n), pulls (n, k).
+        """
+        first, at = nodes[:1], self.start[:1]
+        rates = self.flow.rates(first, at, constants)[0] / self.scales
+        slopes = self.flow.jacobians(first, at, constants)[0] * self.ratios
+        pulls = self.flow.pulls(first[0], constants, constants.rates[:, self.indices])
+        return rates, slopes, pulls * self.pull_units
 
     def curvatures(self, nodes: Array, constants: Constants, vectors: Array) -> tuple[Array, Array]:
         """Return the derivatives of ``blocks @ vectors``, all in scaled states.
@@ -242,14 +132,14 @@ class Shooting(Curve[OrbitPoint]):
         r, m, n = vectors.shape
         matrices, pulls = self.flow.curve(
             np.tile(nodes, (r, 1)),
-            np.tile(self._start, r),
-            np.tile(self._end, r),
+            np.tile(self.start, r),
+            np.tile(self.end, r),
             constants,
             constants.rates[:, self.indices],
             (vectors * self.scales).reshape(-1, n),
         )
-        bent = (matrices * self._ratios).reshape(r, m, n, n)
-        pulled = (pulls * (self.units / self.scales[:, None])).reshape(r, m, n, -1)
+        bent = (matrices * self.ratios).reshape(r, m, n, n)
+        pulled = (pulls * self.pull_units).reshape(r, m, n, -1)
         return bent, pulled
 
     def cubes(self, nodes: Array, constants: Constants, vectors: Array) -> Array:
@@ -260,9 +150,37 @@ class Shooting(Curve[OrbitPoint]):
         r, m, n = vectors.shape
         jets = self.flow.jet(
             np.tile(nodes, (r, 1)),
-            np.tile(self._start, r),
-            np.tile(self._end, r),
+            np.tile(self.start, r),
+            np.tile(self.end, r),
             constants,
             (vectors * self.scales).reshape(-1, n),
         )
         return (jets[:, 2] / self.scales).reshape(r, m, n)
+
+    def slope(
+        self, found: Degeneracy, blocks: Array, nodes: Array, constants: Constants
+    ) -> tuple[Array, Array, Array]:
+        r"""Differentiate a function of the monodromy matrix with respect to the unknown.
+
+        With :math:`M = A_{m-1} ... A_0` a term :math:`p^T dM q` is the sum over the segments of
+        :math:`p_j^T dA_j q_j`, where q is carried forward to segment j and p backward to its end,
+        and a change of :math:`A_j q_j` is a second derivative of the flow along q_j.
+
+        Shapes: blocks (m, n, n); nodes (m, n); returns the gradient (m n + k,), q_j (r, m, n) and
+        the second derivatives along them (r, m, n, n).
+        """
+        forward, backward = _carried(blocks, found.left, found.right)
+        bent, pulled = self.curvatures(nodes, constants, forward)
+        along_nodes = np.einsum("rja,rjab->jb", backward, bent).ravel() * np.sqrt(self.segments)
+        along_free = np.einsum("rja,rjak->k", backward, pulled)
+        return np.concatenate([along_nodes, along_free]), forward, bent
+
+
+def _carried(blocks: Array, left: Array, right: Array) -> tuple[Array, Array]:
+    """Carry r vectors forward to the start of each segment, r backward to each end: (r, m, n)."""
+    forward, backward = [right], [left]
+    for block in blocks[:-1]:
+        forward.append(forward[-1] @ block.T)
+    for block in blocks[:0:-1]:
+        backward.append(backward[-1] @ block)
+    return np.stack(forward, axis=1), np.stack(backward[::-1], axis=1)

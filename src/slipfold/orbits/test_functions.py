@@ -17,13 +17,16 @@ SHRUNK = 0.25
 less where multipliers far inside the circle do, but give less warning before one is on it."""
 
 
-def evaluate_tests(multipliers: NDArray[np.complex128]) -> dict[str, float]:
+def evaluate_tests(
+    multipliers: NDArray[np.complex128], names: tuple[str, ...] = ("PD", "fold", "NS")
+) -> dict[str, float]:
     r"""Evaluate the test functions of period doubling, folds and tori.
 
     ``PD`` has the zeros of det(I + M), ``fold`` those of det(I - M), at folds and branch points
     alike, ``NS`` those of the determinant of I - M (.) M with the bialternate product, the product
     of all :math:`1 - \mu_i \mu_j`: zero at a Neimark-Sacker point and at a neutral saddle, which
-    is none (Kuznetsov, Elements of Applied Bifurcation Theory, section 10.2).
+    is none (Kuznetsov, Elements of Applied Bifurcation Theory, section 10.2). Of equilibria it is
+    called ``HB``.
 
     Each is :math:`N / \sqrt{N^2 + D^2}`, the determinant N beside the same one D of a matrix whose
     multipliers, or their products, are a quarter as large: smooth functions of the matrix both. It
@@ -38,17 +41,26 @@ def evaluate_tests(multipliers: NDArray[np.complex128]) -> dict[str, float]:
     >>> evaluate_tests(np.array([-1.0, 0.5]))["PD"]
     0.0
     """
-    n = len(multipliers)
-    first, second = _pairs(n)
-    products = np.concatenate([-multipliers, multipliers, multipliers[first] * multipliers[second]])
+    first, second = _pairs(len(multipliers))
+    groups = [
+        -multipliers
+        if name == "PD"
+        else multipliers
+        if name == "fold"
+        else multipliers[first] * multipliers[second]
+        for name in names
+    ]
+    products = np.concatenate(groups)
     factors = 1 - products
     sizes = np.abs(factors)
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         ratios = sizes / np.abs(1 - SHRUNK * products)
         turns = factors / sizes
-        parts = slice(n), slice(n, 2 * n), slice(2 * n, None)
-        values = [_compared(sizes[part], ratios[part], turns[part]) for part in parts]
-    return dict(zip(("PD", "fold", "NS"), values, strict=True))
+    tests, begin = {}, 0
+    for name, group in zip(names, groups, strict=True):
+        part = slice(begin, begin := begin + len(group))
+        tests[name] = _compared(sizes[part], ratios[part], turns[part])
+    return tests
 
 
 def _compared(sizes: Array, ratios: Array, turns: NDArray[np.complex128]) -> float:

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from slipfold.continuation.whole_matrix import SquareMatrix
 from slipfold.models.model import Model
-from slipfold.orbits.boundary_value_problem import PeriodicProblem
 from slipfold.orbits.floquet import floquet_multipliers, match_multipliers
+from slipfold.orbits.forced_orbits import ForcedOrbits
 
 __all__ = ["multiplier_change", "multiplier_rounding", "multiplier_uncertainty", "place_rounding"]
 
@@ -77,7 +77,7 @@ def multiplier_uncertainty(
     for i, (vector, orbit) in enumerate(zip(parameters, nodes, strict=True)):
         vary = names[0]
         exact = model.replace(**dict(zip(names, vector, strict=True)))
-        problem = PeriodicProblem(exact, vary, period, 1.0, len(orbit))
+        problem = ForcedOrbits(exact, {vary: 1.0}, period, len(orbit))
         z = problem.pack(orbit, vector[0])
         fixed = np.zeros(len(z))
         fixed[-1] = 1.0

@@ -10,7 +10,7 @@ from slipfold.flow import Flow
 from slipfold.flow.flow import Constants
 from slipfold.flow.scaled import power_of_two
 from slipfold.models.model import Model
-from slipfold.orbits.boundary_value_problem import PeriodicProblem
+from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.orbits.limits import limit_margins
 
 __all__ = ["keep_limits"]
@@ -69,7 +69,7 @@ def _keeps_limits(flow: Flow, model: Model, state: Array, parameters: Array) -> 
     names = [parameter.name for parameter in model.parameters]
     values = dict(zip(names, parameters.tolist(), strict=True))
     try:
-        problem = PeriodicProblem(model.replace(**values), names[0], 1, 1.0)
+        problem = ForcedOrbits(model.replace(**values), {names[0]: 1.0})
     except InputError:  # parameters that contradict each other
         return False
     zero = np.zeros(1)

@@ -11,7 +11,8 @@ from helpers.textbook_models import VanDerPol
 from slipfold.branches import trace_response
 from slipfold.loci.follow import follow_loci
 from slipfold.models import SlidingOscillator
-from slipfold.orbits.critical_problem import CriticalProblem
+from slipfold.orbits.critical import Critical
+from slipfold.orbits.forced_orbits import ForcedOrbits
 
 RNG = np.random.default_rng(20260106)
 SPAN = (0.0, 0.98)
@@ -30,23 +31,15 @@ POINTS = [
 ]
 
 
-class Equations(CriticalProblem):
-    """A locus on which nothing is watched."""
-
-    def tests(self, z, linearisation, multipliers, tangent):
-        return {}
-
-
 def special(kind, period, f):
     branches = response("Nd", SPAN, (("f", f),))
     return next(p for p in bifurcations(branches, kind) if p.period == period)
 
 
-def problem_of(item, plane, offset=0.0):
-    widths = tuple(WIDTHS[name] for name in plane)
-    m = len(item.nodes)
-    problem = Equations(item.model, item.type, plane, item.period, widths, m, offset)
-    return problem, problem.pack(item.nodes, np.array([item.model.values[name] for name in plane]))
+def problem_of(item, plane):
+    vary = {name: WIDTHS[name] for name in plane}
+    orbits = ForcedOrbits(item.model, vary, item.period, len(item.nodes))
+    return Critical(orbits, item.type), orbits.unknown(item.nodes, item.model)
 
 
 def difference(function, z, direction, h):
@@ -59,9 +52,10 @@ def check_jacobian(problem, z, h=1e-4, rel=1e-6):
     linearisation = problem.linearise(z)
     assert np.abs(linearisation.defect).max() < 1e-8
     matrix = linearisation.bordered(np.zeros(len(z))).matrix[:-1]
-    assert matrix.shape == (problem.size + 1, problem.size + 2)
+    size = problem.orbits.size
+    assert matrix.shape == (size + 1, size + 2)
     random = RNG.normal(size=(3, len(z)))
-    along = np.eye(len(z))[[-2, -1, 0, problem.size // 2]]
+    along = np.eye(len(z))[[-2, -1, 0, size // 2]]
     for direction in [*random / np.linalg.norm(random, axis=1)[:, None], *along]:
         expected = difference(problem.defect, z, direction, h)
         found = matrix @ direction
@@ -81,7 +75,7 @@ def test_jacobian_begun_in_another_phase():
     problem, z = problem_of(item, ("f", "Nd"))
     direction = RNG.normal(size=len(z))
     other, shifted, carried = problem.shifted(z, direction / np.linalg.norm(direction))
-    assert other.phase == pytest.approx(item.period / len(item.nodes) / 2)
+    assert other.orbits.phase == pytest.approx(item.period / len(item.nodes) / 2)
     assert np.linalg.norm(carried) == pytest.approx(1.0)
     check_jacobian(other, shifted)
 
@@ -102,8 +96,8 @@ def test_jacobian_at_a_strong_resonance(kind):
     assert resonances
     for item in resonances:
         assert np.abs(item.multipliers - 1).max() < 1e-4  # a double one: the root of 1e-9
-        problem = Equations(item.model, kind, ("w", "a"), 1, (0.2, 0.3), len(item.nodes))
-        check_jacobian(problem, problem.pack(item.nodes, np.array(item.values)))
+        orbits = ForcedOrbits(item.model, {"w": 0.2, "a": 0.3}, 1, len(item.nodes))
+        check_jacobian(Critical(orbits, kind), orbits.pack(item.nodes, np.array(item.values)))
 
 
 @pytest.mark.parametrize(("kind", "period", "f", "plane"), [POINTS[0], POINTS[3], POINTS[5]])
@@ -112,7 +106,7 @@ def test_its_orbits_have_the_critical_multiplier_by_hand(kind, period, f, plane)
     problem, z = problem_of(item, plane)
     assert np.abs(problem.defect(z)).max() < 1e-9
     p = {**BASE, **item.model.values}
-    state, scales = problem.nodes(z)[0], item.model.state_scales()
+    state, scales = problem.orbits.nodes(z)[0], item.model.state_scales()
     assert integrate(state, p, period) / scales == pytest.approx(state / scales, abs=1e-9)
     matrix = np.transpose(
         [integrate(state + 1e-30j * unit, p, period).imag / 1e-30 for unit in np.eye(4)]
@@ -127,24 +121,25 @@ def test_its_orbits_have_the_critical_multiplier_by_hand(kind, period, f, plane)
 def test_unknowns_hold_an_orbit_and_two_parameters():
     item = special("PD", 1, 12.5)
     problem, z = problem_of(item, ("Nd", "f"))
-    assert z.shape == (problem.size + 2,)
-    assert problem.nodes(z) == pytest.approx(item.nodes, rel=1e-14)
-    assert problem.values(z) == pytest.approx([item.value, 12.5], rel=1e-14)
+    orbits = problem.orbits
+    assert z.shape == (orbits.size + 2,)
+    assert orbits.nodes(z) == pytest.approx(item.nodes, rel=1e-14)
+    assert problem.place(z) == pytest.approx([item.value, 12.5], rel=1e-14)
     # What the model says of the two parameters plays no part.
-    other = Equations(
-        SlidingOscillator(f=11, Nd=0.3), "PD", ("Nd", "f"), 1, (0.98, 2.0), len(item.nodes)
+    other = ForcedOrbits(
+        SlidingOscillator(f=11, Nd=0.3), {"Nd": 0.98, "f": 2.0}, 1, len(item.nodes)
     )
-    other_z = other.pack(item.nodes, problem.values(z))
-    assert np.abs(other.defect(other_z)).max() < 1e-8
-    places = {place: ends for place, *ends in problem.bounds(((0, 1), (11, 13)))}
+    other_z = other.pack(item.nodes, orbits.values(z))
+    assert np.abs(Critical(other, "PD").defect(other_z)).max() < 1e-8
+    places = {place: ends for place, *ends in orbits.bounds((0, 1), (11, 13))}
     assert places == {-2: [0, 1 / 0.98], -1: [5.5, 6.5]}
 
 
 def test_an_orbit_that_meets_a_singularity_is_nan():
     item = special("PD", 1, 12.5)
     problem, z = problem_of(item, ("f", "Nd"))
-    nodes = problem.nodes(z)
+    nodes = problem.orbits.nodes(z)
     nodes[3] = [0.0, -1.0, 0.0, 0.0]  # the spring has no length
-    z = problem.pack(nodes, problem.values(z))
+    z = problem.orbits.pack(nodes, problem.orbits.values(z))
     assert np.isnan(problem.defect(z)).any()
     assert np.isnan(problem.linearise(z).defect).any()

@@ -1,0 +1,109 @@
+"""Normal forms along a locus and at its points of codimension two, as its orbits have them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.branches.equilibrium_form import first_lyapunov_coefficient
+from slipfold.branches.field_map import FieldMap
+from slipfold.branches.normal_form import critical_coefficient, mean_coefficient
+from slipfold.branches.return_map import ReturnMap
+from slipfold.loci.equilibrium_forms import equilibrium_coefficients
+from slipfold.loci.normal_forms import codimension_two_coefficients
+from slipfold.loci.quintic import quintic_coefficient
+from slipfold.loci.segment_map import SegmentMap
+from slipfold.orbits.critical import Critical
+from slipfold.orbits.cycles import Cycles
+from slipfold.orbits.degeneracy import critical_places
+from slipfold.orbits.equilibria import Equilibria
+from slipfold.orbits.linearisation import Linearisation
+from slipfold.orbits.orbit_curve import Orbits
+from slipfold.orbits.orbit_point import OrbitPoint
+
+__all__ = ["Forms", "forms_of"]
+
+Array = NDArray[np.float64]
+
+
+class Forms:
+    """Those of forced orbits: of the stroboscopic map."""
+
+    neutral = 1e-8
+    """Least sin(angle)^2 at which the coefficient of a torus still has digits."""
+
+    def coefficient(self, curve: Critical, z: Array, linearisation: Linearisation) -> float:
+        """Return the coefficient of the bifurcation, for a unit critical vector in scaled states.
+
+        An error of linear algebra says that there is none.
+        """
+        map_ = SegmentMap(curve.orbits, z, curve.orbits.constants(z), linearisation)
+        return critical_coefficient(map_, linearisation.monodromy, curve.condition)
+
+    def length(self, curve: Critical, point: OrbitPoint) -> float:
+        """Return the length of the unit critical vector in the scales of the orbit's own model."""
+        places = critical_places(curve.condition, point.multipliers)
+        values, vectors = np.linalg.eig(point.monodromy)
+        vector = vectors[:, np.abs(values - point.multipliers[places[0]]).argmin()]
+        return float(np.linalg.norm(vector * _ratios(curve.orbits, point.z)))
+
+    def codimension_two(self, curve: Critical, point: OrbitPoint, kind: str) -> dict[str, float]:
+        """Return the coefficients that decide what happens near a point of codimension two."""
+        orbits = curve.orbits
+        own = orbits.model_at(point.z).unit_scales()
+        if kind == "GPD":
+            quintic = quintic_coefficient(orbits, point, own)
+            return {} if quintic is None else {"e": quintic}
+        constants, linearisation = orbits.constants(point.z), curve.linearise(point.z)
+        map_ = SegmentMap(orbits, point.z, constants, linearisation, own)
+        return codimension_two_coefficients(map_, map_.rescaled(point.monodromy), kind)
+
+
+class CycleForms(Forms):
+    """Those of cycles: of the return map, for a vector of mean length one round the cycle.
+
+    At points of codimension two no coefficients are computed.
+    """
+
+    def coefficient(self, curve: Critical, z: Array, linearisation: Linearisation) -> float:
+        """Return the coefficient of the bifurcation."""
+        map_ = ReturnMap(curve.orbits, z, curve.orbits.scales)
+        product = linearisation.product
+        ratios = _ratios(curve.orbits, z)
+        return mean_coefficient(map_, map_.rescaled(product), product, curve.condition, ratios)
+
+    def length(self, curve: Critical, point: OrbitPoint) -> float:
+        """Return one: coefficients are for vectors of a mean length already."""
+        return 1.0
+
+    def codimension_two(self, curve: Critical, point: OrbitPoint, kind: str) -> dict[str, float]:
+        """Return no coefficients."""
+        return {}
+
+
+class EquilibriumForms(Forms):
+    """Those of equilibria: of the vector field."""
+
+    neutral = 1e-12
+    """As for orbits; nothing is integrated here, and beside fast decay all angles are small."""
+
+    def coefficient(self, curve: Critical, z: Array, linearisation: Linearisation) -> float:
+        """Return the coefficient of the bifurcation."""
+        return first_lyapunov_coefficient(FieldMap(curve.orbits, z))
+
+    def codimension_two(self, curve: Critical, point: OrbitPoint, kind: str) -> dict[str, float]:
+        """Return the coefficients that decide what happens near a point of codimension two."""
+        own = curve.orbits.model_at(point.z).unit_scales()
+        return equilibrium_coefficients(FieldMap(curve.orbits, point.z, own), kind)
+
+
+def forms_of(orbits: Orbits) -> Forms:
+    """Return the normal forms that orbits have."""
+    if isinstance(orbits, Equilibria):
+        return EquilibriumForms()
+    return CycleForms() if isinstance(orbits, Cycles) else Forms()
+
+
+def _ratios(orbits: Orbits, z: Array) -> Array:
+    """Scales of the unknown over those of the orbit's own model, shape (n,)."""
+    return orbits.scales / orbits.model_at(z).unit_scales()

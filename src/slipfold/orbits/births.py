@@ -1,0 +1,86 @@
+"""Orbits of no amplitude with which others begin: doubled ones, and cycles round an equilibrium."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.orbits.cycles import Cycles
+from slipfold.orbits.eigenvalues import transition
+from slipfold.orbits.equilibria import Equilibria
+from slipfold.orbits.orbit_curve import Orbits
+from slipfold.orbits.spectrum import on_quotient
+
+__all__ = ["Newborn", "cycle_of_no_amplitude", "passed_twice"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Newborn:
+    """The first of the orbits that are born at another.
+
+    Parameters
+    ----------
+    orbits
+        What they are.
+    z
+        The first of them as an unknown.
+    tangent
+        Unit vector in which they leave: to first order no parameter changes.
+    monodromy
+        Matrix whose eigenvalues are watched, in scaled states.
+    """
+
+    orbits: Orbits
+    z: Array
+    tangent: Array
+    monodromy: Array
+
+
+def passed_twice(orbits: Orbits, z: Array) -> Newborn:
+    """Return an orbit at a period doubling, passed twice, with the direction of doubled ones.
+
+    That is the critical direction, which changes sign from one period to the next.
+    """
+    m, part = orbits.segments, orbits.linearise(z)
+    values, vectors = np.linalg.eig(part.product)
+    direction = vectors[:, np.argmin(np.abs(values + 1))].real
+    along = [direction]
+    for block in part.blocks[:-1]:
+        along.append(block @ along[-1])
+    child = orbits.with_period(2 * orbits.period)
+    # A segment of the child is two of the parent.
+    every_second = np.arange(0, 2 * m, 2) % m
+    sign = np.where(np.arange(0, 2 * m, 2) < m, 1.0, -1.0)
+    moved = (np.array(along)[every_second] * sign[:, None]).ravel()
+    tangent = np.concatenate([moved, np.zeros(len(orbits.units))])
+    # The largest component starts positive: of the two copies always the same one.
+    tangent *= np.sign(direction[np.abs(direction).argmax()]) / np.linalg.norm(tangent)
+    doubled = child.join(orbits.nodes(z)[every_second], orbits.free_values(z))
+    return Newborn(child, doubled, tangent, part.monodromy @ part.monodromy)
+
+
+def cycle_of_no_amplitude(orbits: Equilibria, z: Array) -> Newborn:
+    """Return an equilibrium at a Hopf point as a cycle, with the direction of those born there.
+
+    That is the critical eigenvector turning once.
+    """
+    unit, jacobian = orbits.unit(z), orbits.jacobian(z)
+    values, vectors = np.linalg.eig(jacobian)
+    critical = int(np.where(values.imag > 0, np.abs(values.real), np.inf).argmin())
+    turn = 2 * np.pi / float(values[critical].imag)
+    child = Cycles(orbits.model.replace(duration=unit * turn), orbits.varied)
+    q, m = vectors[:, critical], child.segments
+    turns = np.exp(2j * np.pi * np.arange(m) / m)
+    turning = np.real(q * turns[:, None]).ravel()
+    tangent = np.concatenate([turning, np.zeros(len(child.units))])
+    nodes = np.tile(orbits.nodes(z), (m, 1))
+    return Newborn(
+        child,
+        child.join(nodes, [unit * turn, *orbits.values(z)]),
+        tangent / np.linalg.norm(tangent),
+        on_quotient(transition(jacobian * turn), np.real(1j * q)),
+    )

@@ -1,0 +1,78 @@
+"""Orbits at a bifurcation: what a locus consists of."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.orbits.degeneracy import UNKNOWN, Degeneracy, degeneracy
+from slipfold.orbits.linearisation import Conditions, Linearisation, defect_of
+from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
+
+__all__ = ["Critical"]
+
+Array = NDArray[np.float64]
+Values = NDArray[np.complex128]
+
+
+class Critical(OrbitCurve):
+    """Orbits that are at a bifurcation: with two parameters that vary a curve, a locus.
+
+    The equations are those of the orbits and one more, that the matrix of their spectrum has a
+    critical eigenvalue (see `slipfold.orbits.degeneracy`); an unknown is one of the orbits.
+
+    Parameters
+    ----------
+    orbits
+        What is to be at the bifurcation.
+    condition
+        ``"LP"``, ``"PD"``, ``"NS"``, or ``"HB"`` of equilibria.
+    """
+
+    def __init__(self, orbits: Orbits, condition: str) -> None:
+        self.orbits = orbits
+        self.condition = condition
+
+    def defect(self, z: Array) -> Array:
+        """Return what Newton's method brings to zero, one number less than there are unknowns."""
+        plain = self.orbits.linearise(z)
+        value = self._degeneracy(plain).value
+        return defect_of(plain.residual, np.append(plain.conditions.values, value))
+
+    def linearise(self, z: Array) -> Linearisation:
+        """Return the defect with its derivatives."""
+        plain = self.orbits.linearise(z)
+        found = self._degeneracy(plain)
+        value = np.append(plain.conditions.values, found.value)
+        gradient, carried, bent = np.full(len(z), np.nan), None, None
+        if np.isfinite(found.value):
+            gradient, carried, bent = self.orbits.slope(found, plain, z)
+        above = plain.conditions.gradients
+        gradients = gradient[None] if above is None else np.vstack([above, gradient])
+        return replace(plain, conditions=Conditions(value, gradients, carried, bent))
+
+    def _degeneracy(self, plain: Linearisation) -> Degeneracy:
+        if not np.isfinite(plain.blocks).all():
+            return UNKNOWN
+        return degeneracy(self.condition, plain.monodromy)
+
+    def shifted(self, z: Array, tangent: Array) -> tuple[Self, Array, Array]:
+        """Return the same orbit and direction, so described that all errors are others."""
+        orbits, moved, direction = self.orbits.shifted(z, tangent)
+        return type(self)(orbits, self.condition), moved, direction
+
+    def aligned(self, guess: Array, known: Array) -> Array:
+        """Return a guess whose phase is that of an orbit nearby."""
+        return self.orbits.aligned(guess, known)
+
+    def tests(
+        self, z: Array, linearisation: Linearisation, multipliers: Values, tangent: Array
+    ) -> dict[str, float]:
+        """Return no functions: nothing is watched unless someone says what.
+
+        Shapes: multipliers (n,).
+        """
+        return {}

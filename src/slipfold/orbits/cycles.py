@@ -1,0 +1,104 @@
+"""Cycles of an autonomous model: their duration is unknown."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.models.model import Model
+from slipfold.orbits.degeneracy import Degeneracy
+from slipfold.orbits.linearisation import Conditions, Linearisation, defect_of
+from slipfold.orbits.orbit_curve import Orbits
+from slipfold.orbits.phase_alignment import begun_nearest
+from slipfold.orbits.shooting import SEGMENTS, Shooting
+from slipfold.orbits.spectrum import CycleMultipliers
+
+__all__ = ["Cycles"]
+
+Array = NDArray[np.float64]
+
+ALIGNMENTS = 3
+"""Corrections of a phase, each of which leaves the square of what was left before."""
+
+
+class Cycles(Orbits):
+    """Orbits with the duration of one round as a free parameter, and with no phase of their own.
+
+    A cycle may be begun anywhere on it: Newton's steps and tangents are kept orthogonal to the
+    flow, which fixes the phase without a condition to be met.
+
+    Parameters
+    ----------
+    model
+        The model; its ``duration`` sets the scale of the duration.
+    vary
+        The parameters that vary, each with its scale in its own unit.
+    period
+        Rounds until an orbit closes.
+    segments
+        Number of segments m.
+    """
+
+    by: Shooting
+    spectrum: CycleMultipliers
+    free_phase = True
+
+    def __init__(
+        self, model: Model, vary: Mapping[str, float], period: int = 1, segments: int = SEGMENTS
+    ) -> None:
+        free = {"duration": model.values["duration"], **vary}
+        super().__init__(model, vary, Shooting(model, free, period, segments), CycleMultipliers())
+
+    def with_period(self, period: int) -> Cycles:
+        """Return the same for orbits of another period."""
+        return Cycles(self.model, self.varied, period, self.segments)
+
+    def duration(self, z: Array) -> float:
+        """Return the duration of one round in seconds."""
+        return float(self.free_values(z)[0])
+
+    def defect(self, z: Array) -> Array:
+        """Return what Newton's method brings to zero, shape (m n + 1,): nothing for the phase."""
+        residual = self.by.mismatch(self.nodes(z), self.constants(z))
+        return defect_of(residual, np.zeros(1))
+
+    def linearise(self, z: Array) -> Linearisation:
+        """Return the mismatch and its derivatives; that steps are orthogonal to the flow is met."""
+        transitions = self.by.transitions(self.nodes(z), self.constants(z))
+        gauge = Conditions(np.zeros(1), self.flow_direction(z)[None])
+        return Linearisation(*transitions, gauge, self.spectrum.matrix)
+
+    def flow_direction(self, z: Array) -> Array:
+        """Return the unit vector along which beginning later shifts a cycle; zero at rest."""
+        rates = self.by.rates(self.nodes(z), self.constants(z))
+        size = float(np.linalg.norm(rates)) or 1.0
+        return np.concatenate([rates.ravel() / size, np.zeros(len(self.units))])
+
+    def slope(self, found: Degeneracy, part: Linearisation, z: Array) -> tuple[Array, Array, Array]:
+        """Return the gradient of a function of the matrix on the quotient, whose basis turns."""
+        lifted, weights = self.spectrum.lifted(found, part)
+        nodes, constants = self.nodes(z), self.constants(z)
+        gradient, carried, bent = self.by.slope(lifted, part.blocks, nodes, constants)
+        rate, slope, pulls = self.by.first_rates(nodes, constants)
+        turned = weights / np.linalg.norm(rate)
+        gradient[: len(self.scales)] -= turned @ slope * np.sqrt(self.segments)
+        gradient[self.size :] -= turned @ pulls
+        return gradient, carried, bent
+
+    def aligned(self, guess: Array, known: Array) -> Array:
+        """Return a guess whose phase is that of a cycle nearby.
+
+        Corrections leave the phase as it is in the guess, and extrapolation would magnify small
+        differences from one cycle to the next. Between aligned cycles lies no motion along the
+        flow, to the third order of their distance.
+        """
+        for _ in range(ALIGNMENTS):
+            direction = self.flow_direction(0.5 * (guess + known))
+            guess = guess - (direction @ (guess - known)) * direction
+        return guess
+
+    def begun_near(self, z: Array, reference: Array) -> Array:
+        """Return the same cycle begun where it lies nearest to another."""
+        return begun_nearest(self, z, reference)

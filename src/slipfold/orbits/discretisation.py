@@ -1,0 +1,69 @@
+"""What a discretisation of orbits is made of, whatever its equations."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.flow import Flow, flow_of
+from slipfold.flow.flow import Constants
+from slipfold.flow.scaled import power_of_two
+from slipfold.models.model import Model
+
+__all__ = ["Discretisation"]
+
+Array = NDArray[np.float64]
+
+
+class Discretisation(ABC):
+    """How equations of orbits are computed from states at some phases.
+
+    It knows which parameters are free, but no unknown: states and constants go in, and mismatches
+    with their derivatives come out, in scaled variables.
+
+    Parameters
+    ----------
+    model
+        The model.
+    free
+        The free parameters with their scales, in their own units.
+    period
+        Period in forcing periods.
+    segments
+        Number of phases m.
+    """
+
+    phase = 0.0
+    """Phase of the first node."""
+
+    def __init__(
+        self, model: Model, free: Mapping[str, float], period: int = 1, segments: int = 1
+    ) -> None:
+        self.model = model
+        self.free = dict(free)
+        self.period = period
+        self.segments = segments
+        self.units = np.array(list(free.values()), dtype=float)
+        self.indices = [model.parameter_index(name) for name in free]
+        self.flow: Flow = flow_of(model)
+        self.measure_in(model.state_scales())
+        self.flow_scales = power_of_two(self.scales)
+
+    def measure_in(self, scales: Array) -> None:
+        """Take scales of the states, shape (n,)."""
+        self.scales = scales
+        self.ratios = scales[None, :] / scales[:, None]
+        self.pull_units = self.units / scales[:, None]
+
+    @abstractmethod
+    def shifted(
+        self, nodes: Array, constants: Constants, along: Array, rates: Array
+    ) -> tuple[Self, Array, Array]:
+        """Return the same with other errors, and an orbit and a direction in terms of it.
+
+        Shapes: nodes, along (m, n); rates (k,); returns nodes and direction (m, n).
+        """

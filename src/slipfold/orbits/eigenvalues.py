@@ -1,0 +1,152 @@
+"""How the eigenvalues of an equilibrium are seen, as multipliers."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.models.model import Model
+from slipfold.orbits.degeneracy import Degeneracy
+from slipfold.orbits.linearisation import Linearisation
+from slipfold.orbits.spectrum import Multipliers
+
+__all__ = ["Cayley", "Eigenvalues", "Paced", "eigenvalues_of", "transition", "unit_of_time"]
+
+Array = NDArray[np.float64]
+Values = NDArray[np.complex128]
+
+ANGLE = 0.8
+"""What the fastest rate makes in the unit of time: angles far from the half turn that would look
+like a period doubling, growth by little more than two."""
+
+SLOWEST = 1e-3
+"""Decay this much faster than everything else does not set the unit of time."""
+
+
+class Eigenvalues(Multipliers):
+    """Eigenvalues of the Jacobian, mapped: the imaginary axis to the unit circle, zero to one."""
+
+    tests = ("fold", "HB")
+
+    tells_unit = False
+    """Whether results state multipliers over the unit of time; else over the model's duration."""
+
+    @abstractmethod
+    def unit(self, jacobian: Array) -> float:
+        """Return the unit of time, in the model's durations.
+
+        Shapes: jacobian (n, n).
+        """
+
+    @abstractmethod
+    def lifted(self, found: Degeneracy, part: Linearisation) -> tuple[Array, Array]:
+        """Return the vectors of a function of the matrix as those of one of the Jacobian."""
+
+    def growth(self, part: Linearisation) -> float:
+        """Return infinity: no bound is computed."""
+        return np.inf
+
+
+class Paced(Eigenvalues):
+    r"""Multipliers :math:`e^{\lambda \tau}` of the flow over a unit of time that keeps pace.
+
+    Where eigenvalues turn or grow faster than at the beginning of the branch the unit is shorter,
+    so that no angle ever wraps.
+    """
+
+    tells_unit = True
+
+    def unit(self, jacobian: Array) -> float:
+        """Return the unit of time, in the model's durations.
+
+        Shapes: jacobian (n, n).
+        """
+        if not np.isfinite(jacobian).all():
+            return 1.0
+        values = np.linalg.eigvals(jacobian)
+        fastest = max(float(np.abs(values.imag).max()), float(values.real.max()))
+        return ANGLE / max(ANGLE, fastest)
+
+    def matrix(self, part: Linearisation) -> Array:
+        """Return the matrix of the flow over the unit of time."""
+        return transition(part.blocks[0] - np.eye(part.blocks.shape[1]))
+
+    def lifted(self, found: Degeneracy, part: Linearisation) -> tuple[Array, Array]:
+        """Refuse: derivatives of the exponential are not needed."""
+        raise NotImplementedError("bifurcations of equilibria are followed with Cayley's transform")
+
+
+class Cayley(Eigenvalues):
+    r"""The eigenvalues of Cayley's transform, for which no frequency is too high.
+
+    .. math:: M = (I - A)^{-1} (I + A), \quad A = J / (2 \, ||J||)
+
+    with the Jacobian J in scaled states and its Frobenius norm. It has a derivative,
+    :math:`dM = (I - A)^{-1} dA (I + M)`, in which the norm may be taken as constant: multiplied by
+    any number, eigenvalues on the imaginary axis stay there.
+    """
+
+    def unit(self, jacobian: Array) -> float:
+        """Return the unit of time, in the model's durations.
+
+        Shapes: jacobian (n, n).
+        """
+        size = float(np.linalg.norm(jacobian))
+        return 1.0 / size if size else np.nan
+
+    def matrix(self, part: Linearisation) -> Array:
+        """Return Cayley's transform of the Jacobian."""
+        identity, inside = _halved(part)
+        return np.asarray(np.linalg.solve(identity - inside, identity + inside))
+
+    def lifted(self, found: Degeneracy, part: Linearisation) -> tuple[Array, Array]:
+        """Return the vectors of a function of the matrix as those of one of the Jacobian."""
+        identity, inside = _halved(part)
+        left = np.linalg.solve((identity - inside).T, found.left.T).T / 2
+        return left, found.right @ (identity + part.monodromy).T
+
+
+def _halved(part: Linearisation) -> tuple[Array, Array]:
+    """The identity, and half of the Jacobian per unit of time."""
+    identity = np.eye(part.blocks.shape[1])
+    return identity, (part.blocks[0] - identity) / 2
+
+
+def eigenvalues_of(jacobian: Array) -> Values:
+    """Return eigenvalues, largest real part first, the upper one of a pair before the lower.
+
+    Shapes: jacobian (n, n).
+    """
+    values = np.linalg.eigvals(jacobian).astype(complex)
+    # Real parts of a pair differ by rounding.
+    real = np.round(values.real / (np.abs(values).max() or 1.0), 12)
+    return values[np.lexsort((-values.imag, -real))]
+
+
+def transition(jacobian: Array) -> Array:
+    """Return the matrix of the flow over a time, shape (n, n).
+
+    Shapes: jacobian (n, n).
+    """
+    from scipy.linalg import expm  # a tenth of a second to import, for equilibria alone
+
+    if not np.isfinite(jacobian).all():
+        return np.full_like(jacobian, np.nan)
+    return np.asarray(expm(jacobian), dtype=float)
+
+
+def unit_of_time(model: Model, jacobian: Array) -> float:
+    """Return a time over which the multipliers of an equilibrium are well told apart, in s.
+
+    Shapes: jacobian (n, n).
+    """
+    if not np.isfinite(jacobian).all():
+        return 1.0
+    values = np.linalg.eigvals(jacobian)
+    turning, growing = float(np.abs(values.imag).max()), float(values.real.max())
+    rate = max(turning, growing, float(np.sort(np.abs(values))[0]))
+    rate = max(rate, min(float(np.abs(values).max()), rate / SLOWEST))
+    return ANGLE / rate if rate > 0 and math.isfinite(rate) else 1.0

@@ -1,0 +1,68 @@
+"""Periodic orbits of a forced model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.models.model import Model
+from slipfold.orbits.degeneracy import Degeneracy
+from slipfold.orbits.linearisation import NO_CONDITIONS, Linearisation, defect_of
+from slipfold.orbits.orbit_curve import Orbits
+from slipfold.orbits.shooting import SEGMENTS, Shooting
+from slipfold.orbits.spectrum import Multipliers
+
+__all__ = ["ForcedOrbits"]
+
+Array = NDArray[np.float64]
+
+
+class ForcedOrbits(Orbits):
+    """Orbits whose duration is known, as the forcing's period is.
+
+    Parameters
+    ----------
+    model
+        The model.
+    vary
+        The parameters that vary, each with its scale in its own unit.
+    period
+        Period in forcing periods.
+    segments
+        Number of segments m.
+    """
+
+    by: Shooting
+
+    def __init__(
+        self, model: Model, vary: Mapping[str, float], period: int = 1, segments: int = SEGMENTS
+    ) -> None:
+        super().__init__(model, vary, Shooting(model, vary, period, segments), Multipliers())
+
+    def with_period(self, period: int) -> ForcedOrbits:
+        """Return the same for orbits of another period."""
+        return ForcedOrbits(self.model, self.varied, period, self.segments)
+
+    def defect(self, z: Array) -> Array:
+        """Return what Newton's method brings to zero, shape (m n,)."""
+        residual = self.by.mismatch(self.nodes(z), self.constants(z))
+        return defect_of(residual, NO_CONDITIONS.values)
+
+    def linearise(self, z: Array) -> Linearisation:
+        """Return the mismatch and its derivatives."""
+        return Linearisation(*self.by.transitions(self.nodes(z), self.constants(z)))
+
+    def slope(self, found: Degeneracy, part: Linearisation, z: Array) -> tuple[Array, Array, Array]:
+        """Return the gradient of a function of the monodromy matrix."""
+        return self.by.slope(found, part.blocks, self.nodes(z), self.constants(z))
+
+    def in_phase(self, z: Array, like: Array) -> Array:
+        """Return the same orbit begun in that forcing period in which it lies nearest another."""
+        nodes, constants = self.nodes(z), self.constants(z)
+        begun = [z]
+        for turn in range(1, self.period):
+            moved = self.by.advanced(nodes, constants, turn)
+            begun.append(np.concatenate([self.flat(moved), z[self.size :]]))
+        return min(begun, key=lambda copy: float(np.linalg.norm(copy - like)))

@@ -1,0 +1,297 @@
+"""Curves of orbits: what an unknown means, and how a solution becomes a point."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
+from copy import copy
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.continuation.curve import Curve
+from slipfold.continuation.newton import Correction
+from slipfold.flow.flow import Constants
+from slipfold.models.model import Model
+from slipfold.orbits.degeneracy import Degeneracy
+from slipfold.orbits.discretisation import Discretisation
+from slipfold.orbits.floquet import floquet_multipliers
+from slipfold.orbits.linearisation import Linearisation
+from slipfold.orbits.orbit_point import OrbitPoint
+from slipfold.orbits.spectrum import Multipliers
+from slipfold.orbits.test_functions import evaluate_tests
+
+__all__ = ["OrbitCurve", "Orbits"]
+
+Array = NDArray[np.float64]
+Values = NDArray[np.complex128]
+
+
+class OrbitCurve(Curve[OrbitPoint]):
+    """A curve whose solutions are orbits: by themselves, or at a bifurcation."""
+
+    orbits: Orbits
+    """What the orbits are, and what an unknown means."""
+
+    @abstractmethod
+    def linearise(self, z: Array) -> Linearisation:
+        """Return the defect with its derivatives."""
+
+    @abstractmethod
+    def shifted(self, z: Array, tangent: Array) -> tuple[Self, Array, Array]:
+        """Return the same orbit and direction, so described that all errors are others."""
+
+    @abstractmethod
+    def tests(
+        self, z: Array, linearisation: Linearisation, multipliers: Values, tangent: Array
+    ) -> dict[str, float]:
+        """Return the functions that change sign at special points of the curve, by name.
+
+        Shapes: multipliers (n,).
+        """
+
+    def growth(self, linearisation: Linearisation) -> float:
+        """Return an upper bound of the logarithms of the multipliers' moduli."""
+        return np.inf
+
+    def residual(self, defect: Array) -> float:
+        """Return the largest mismatch, in scaled states."""
+        return float(np.abs(defect).max()) * float(np.sqrt(self.orbits.segments))
+
+    def place(self, z: Array) -> tuple[float, ...]:
+        """Return the values of the parameters that vary."""
+        return tuple(self.orbits.values(z).tolist())
+
+    def point(self, correction: Correction, arclength: float) -> OrbitPoint:
+        """Return a converged correction as a point.
+
+        The tangent points along the row of the correction's constraint. The bordered determinant
+        has the same sign for that row as for the tangent, so one matrix gives both.
+        """
+        linearisation, bordered = correction.linearisation, correction.bordered
+        tangent = bordered.tangent()
+        multipliers = floquet_multipliers(linearisation.monodromy)
+        return OrbitPoint(
+            correction.z,
+            tangent,
+            arclength,
+            self.tests(correction.z, linearisation, multipliers, tangent),
+            bordered.sign,
+            correction.residual,
+            self.growth(linearisation) if np.abs(multipliers[0]) < 1 else np.inf,
+            bordered.volume,
+            monodromy=linearisation.monodromy,
+            multipliers=multipliers,
+        )
+
+
+class Orbits(OrbitCurve):
+    r"""Orbits of a model in free parameters: with one of them a curve, a branch.
+
+    What the orbits are is composed: of a discretisation, which has the equations, and of a
+    spectrum, which says how perturbations grow. An unknown ``z`` begins with the scaled states,
+    :math:`(x_0, ..., x_{m-1}) / (s \sqrt{m})` with the model's state scales s, so that its
+    Euclidean length does not depend on the number of phases m. The free parameters follow, each
+    over its scale, last those that vary.
+
+    Parameters
+    ----------
+    model
+        The model; its values of what is free play no part.
+    vary
+        The parameters that vary, each with its scale in its own unit.
+    by
+        The discretisation.
+    spectrum
+        The spectrum.
+    """
+
+    odd = ("LP",)
+
+    kind = "periodic"
+    """What results call them, ``"periodic"`` or ``"equilibrium"``."""
+
+    free_phase = False
+    """Whether an orbit may be begun anywhere, as a cycle may."""
+
+    def __init__(
+        self, model: Model, vary: Mapping[str, float], by: Discretisation, spectrum: Multipliers
+    ) -> None:
+        self.orbits = self
+        self.model = model
+        self.varied = dict(vary)
+        self.spectrum = spectrum
+        self.widths = np.array(list(vary.values()), dtype=float)
+        self.vary, self.width = list(vary)[-1], float(self.widths[-1])  # of a branch, the one
+        self._vector = model.vector
+        self._describe_by(by)
+
+    def _describe_by(self, by: Discretisation) -> None:
+        self.by = by
+        self.period, self.segments, self.phase = by.period, by.segments, by.phase
+        self.flow, self.scales, self.flow_scales = by.flow, by.scales, by.flow_scales
+        self.free, self.units, self.indices = tuple(by.free), by.units, by.indices
+        self.size = self.segments * len(self.scales)
+        self._node_scales = np.tile(self.scales, self.segments) * np.sqrt(self.segments)
+        self._constants: tuple[Array | None, Constants | None] = None, None
+
+    def shifted(self, z: Array, tangent: Array) -> tuple[Self, Array, Array]:
+        """Return the same orbit and direction, so described that all errors are others."""
+        nodes, along, rates = self.nodes(z), self.nodes(tangent), self.free_values(tangent)
+        by, nodes, along = self.by.shifted(nodes, self.constants(z), along, rates)
+        other = copy(self)
+        other.orbits = other
+        other._describe_by(by)
+        direction = other.join(along, rates)
+        moved = other.join(nodes, self.free_values(z))
+        return other, moved, direction / np.linalg.norm(direction)
+
+    @abstractmethod
+    def with_period(self, period: int) -> Orbits:
+        """Return the same for orbits of another period."""
+
+    @abstractmethod
+    def slope(
+        self, found: Degeneracy, part: Linearisation, z: Array
+    ) -> tuple[Array, Array | None, Array | None]:
+        """Return the gradient of a function of the watched matrix where it is zero.
+
+        Also along what second derivatives were taken for it, and these, if they were.
+        """
+
+    # -- what z means --------------------------------------------------------------------------
+
+    def join(self, nodes: Array, values: Sequence[float] | Array) -> Array:
+        """Scale an orbit and the values of the free parameters into an unknown.
+
+        Shapes: nodes (m, n).
+        """
+        return np.concatenate([self.flat(nodes), np.asarray(values) / self.units])
+
+    def pack(self, nodes: Array, values: float | Array) -> Array:
+        """Return the unknown of an orbit of which nothing but what varies is free.
+
+        Shapes: nodes (m, n).
+        """
+        return self.join(nodes, np.atleast_1d(values))
+
+    def unknown(self, nodes: Array, model: Model) -> Array:
+        """Return the unknown of an orbit of a model.
+
+        Shapes: nodes (m, n).
+        """
+        return self.join(nodes, [model.values[name] for name in self.free])
+
+    def adopt(self, other: Orbits, z: Array) -> Array:
+        """Return the unknown of an orbit that is described in other scales."""
+        return self.join(other.nodes(z), other.vector(z)[self.indices])
+
+    def free_values(self, z: Array) -> Array:
+        """Return the values of the free parameters."""
+        return z[self.size :] * self.units
+
+    def values(self, z: Array) -> Array:
+        """Return the values of the parameters that vary."""
+        return z[-len(self.widths) :] * self.widths
+
+    def value(self, z: Array) -> float:
+        """Return the value of the one parameter that varies along a branch."""
+        return float(z[-1] * self.width)
+
+    def vector(self, z: Array) -> Array:
+        """Return the model's parameter vector."""
+        vector = self._vector.copy()
+        vector[self.indices] = self.free_values(z)
+        return vector
+
+    def model_at(self, z: Array) -> Model:
+        """Return the model with the parameter values of an unknown."""
+        return self.model.replace(
+            **dict(zip(self.free, map(float, self.free_values(z)), strict=True))
+        )
+
+    def duration(self, z: Array) -> float | None:
+        """Return the duration in seconds where it belongs to the orbit, not to the case."""
+        return None
+
+    def constants(self, z: Array) -> Constants:
+        """Return the coefficients of the flow, evaluated once for each place in turn."""
+        known, constants = self._constants
+        if constants is None or known is not z:
+            constants = self.flow.constants(self.vector(z), self.flow_scales)
+            self._constants = z, constants
+        return constants
+
+    def flat(self, nodes: Array) -> Array:
+        """Scale states at the nodes, shape (m, n), into the first part of an unknown.
+
+        Shapes: nodes (m, n).
+        """
+        return nodes.ravel() / self._node_scales
+
+    def nodes(self, z: Array) -> Array:
+        """Return the states at the nodes, shape (m, n)."""
+        return (z[: self.size] * self._node_scales).reshape(self.segments, -1)
+
+    def bounds(self, *spans: tuple[float, float]) -> list[tuple[int, float, float]]:
+        """Return the places of the parameters that vary in the unknown, with scaled bounds."""
+        ends = zip(spans, self.widths.tolist(), strict=True)
+        return [
+            (place, min(span) / width, max(span) / width)
+            for place, (span, width) in enumerate(ends, -len(spans))
+        ]
+
+    # -- one orbit and another -----------------------------------------------------------------
+
+    def begun_near(self, z: Array, reference: Array) -> Array:
+        """Return an orbit as it is compared with another one: forced orbits know their phase."""
+        return z
+
+    def in_phase(self, z: Array, like: Array) -> Array:
+        """Return the same orbit begun where it lies nearest to another."""
+        return self.begun_near(z, like)
+
+    def distance(self, z: Array, like: Array) -> float:
+        """Return how far apart two orbits are, wherever they are begun, in scaled variables."""
+        return float(np.linalg.norm(self.in_phase(z, like) - like))
+
+    # -- perturbations -------------------------------------------------------------------------
+
+    def growth(self, linearisation: Linearisation) -> float:
+        """Return an upper bound of the logarithms of the multipliers' moduli."""
+        return self.spectrum.growth(linearisation)
+
+    def multipliers(self, point: OrbitPoint) -> Values:
+        """Return the multipliers that results list, shape (n,)."""
+        return self.spectrum.whole(point.multipliers)
+
+    def tests(
+        self, z: Array, linearisation: Linearisation, multipliers: Values, tangent: Array
+    ) -> dict[str, float]:
+        """Return the functions that change sign at a bifurcation of a branch.
+
+        Shapes: multipliers (n,).
+        """
+        return self.branch_tests(multipliers, tangent)
+
+    def branch_tests(self, multipliers: Values, tangent: Array) -> dict[str, float]:
+        """Return the same: no more than this is needed for it.
+
+        Shapes: multipliers (n,).
+        """
+        tests = evaluate_tests(multipliers, self.spectrum.tests)
+        return {**tests, "LP": float(tangent[-1])}
+
+    def known_point(
+        self, z: Array, tangent: Array, arclength: float, monodromy: Array, residual: float
+    ) -> OrbitPoint:
+        """Return a point of a branch whose derivatives follow from those of another branch.
+
+        Shapes: monodromy (n, n).
+        """
+        multipliers = floquet_multipliers(monodromy)
+        tests = self.branch_tests(multipliers, tangent)
+        return OrbitPoint(
+            z, tangent, arclength, tests, 0, residual, monodromy=monodromy, multipliers=multipliers
+        )

@@ -1,0 +1,90 @@
+"""Which eigenvalues say whether perturbations of an orbit grow, and what changes sign with them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.orbits.contraction import growth_bound
+from slipfold.orbits.degeneracy import Degeneracy
+from slipfold.orbits.linearisation import Linearisation
+
+__all__ = ["CycleMultipliers", "Multipliers", "on_quotient"]
+
+Array = NDArray[np.float64]
+Values = NDArray[np.complex128]
+
+
+class Multipliers:
+    """The Floquet multipliers of a forced orbit: the eigenvalues of its monodromy matrix."""
+
+    tests: tuple[str, ...] = ("PD", "fold", "NS")
+    """Test functions along a branch, as `slipfold.orbits.test_functions` names them."""
+
+    def matrix(self, part: Linearisation) -> Array:
+        """Return the matrix whose eigenvalues are watched, in scaled states."""
+        return part.product
+
+    def growth(self, part: Linearisation) -> float:
+        """Return an upper bound of the logarithms of the multipliers' moduli."""
+        return growth_bound(part.blocks)
+
+    def whole(self, multipliers: Values) -> Values:
+        """Return the multipliers with those that are the same for all orbits, shape (n,)."""
+        return multipliers
+
+
+class CycleMultipliers(Multipliers):
+    """The multipliers of a cycle besides that of the flow's own direction, which is one.
+
+    They are those of the monodromy matrix on the quotient of the space by that direction.
+    """
+
+    def matrix(self, part: Linearisation) -> Array:
+        """Return the monodromy matrix on the quotient, shape (n - 1, n - 1)."""
+        return on_quotient(part.product, _direction(part))
+
+    def growth(self, part: Linearisation) -> float:
+        """Return infinity: along a cycle perturbations neither grow nor shrink."""
+        return np.inf
+
+    def whole(self, multipliers: Values) -> Values:
+        """Return the multipliers with that of the flow's own direction, shape (n,).
+
+        Shapes: multipliers (n - 1,).
+        """
+        return np.insert(multipliers, int(np.count_nonzero(np.abs(multipliers) > 1)), 1.0)
+
+    def lifted(self, found: Degeneracy, part: Linearisation) -> tuple[Degeneracy, Array]:
+        r"""Return a function of the quotient's matrix as one of M, and what else changes it.
+
+        The basis B of what is orthogonal to the flow's direction f turns with it: where
+        :math:`M f = f`, the derivative of :math:`p^T B^T M B q` is
+        :math:`(B p)^T dM (B q) - (B p)^T df \; (f^T M B q)`. Returned are the first term, and the
+        factor of :math:`-df` in the second, shape (n,).
+        """
+        direction = _direction(part)
+        direction = direction / np.linalg.norm(direction)
+        basis = _quotient_basis(direction)
+        lifted = Degeneracy(found.value, found.left @ basis.T, found.right @ basis.T)
+        return lifted, (direction @ part.product @ lifted.right.T) @ lifted.left
+
+
+def _direction(part: Linearisation) -> Array:
+    """Direction of the flow at the first node, shape (n,)."""
+    assert part.conditions.gradients is not None
+    return part.conditions.gradients[0, : part.blocks.shape[1]]
+
+
+def on_quotient(matrix: Array, direction: Array) -> Array:
+    """Return a matrix on the quotient of the space by one of its eigenvectors.
+
+    Shapes: matrix (n, n); direction (n,); returns (n - 1, n - 1).
+    """
+    basis = _quotient_basis(direction)
+    return np.asarray(basis.T @ matrix @ basis)
+
+
+def _quotient_basis(direction: Array) -> Array:
+    """Return an orthonormal basis of what is orthogonal to a direction, shape (n, n - 1)."""
+    return np.asarray(np.linalg.qr(direction[:, None], mode="complete")[0][:, 1:])

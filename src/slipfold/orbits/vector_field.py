@@ -1,0 +1,66 @@
+"""Equilibria by the vector field itself: nothing is integrated."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.flow.flow import Constants
+from slipfold.orbits.discretisation import Discretisation
+
+__all__ = ["VectorField"]
+
+Array = NDArray[np.float64]
+
+OTHER = 1.3
+"""Neighbouring states differ by this much more in scale where a result is computed anew: no power
+of two, so that all rounding differs."""
+
+
+class VectorField(Discretisation):
+    """The rates of one state, per unit of time in scaled states, and their derivatives."""
+
+    def shifted(
+        self, nodes: Array, constants: Constants, along: Array, rates: Array
+    ) -> tuple[VectorField, Array, Array]:
+        """Return the same in other scales of the states, so that all rounding differs.
+
+        Shapes: nodes, along (1, n); rates (k,); returns nodes and direction (1, n).
+        """
+        other = VectorField(self.model, self.free)
+        other.measure_in(self.scales * OTHER ** np.arange(len(self.scales)))
+        return other, nodes, along
+
+    def rates(self, nodes: Array, constants: Constants) -> Array:
+        """Return the rates, shape (1, n).
+
+        Shapes: nodes (1, n).
+        """
+        return self.flow.rates(nodes, np.zeros(1), constants) / self.scales
+
+    def jacobian(self, nodes: Array, constants: Constants) -> Array:
+        """Return their derivatives with respect to the scaled states, shape (n, n).
+
+        Shapes: nodes (1, n).
+        """
+        return self.flow.jacobians(nodes, np.zeros(1), constants)[0] * self.ratios
+
+    def pulls(self, nodes: Array, constants: Constants) -> Array:
+        """Return their derivatives with respect to the k scaled parameters, shape (n, k).
+
+        Shapes: nodes (1, n).
+        """
+        found = self.flow.pulls(nodes[0], constants, constants.rates[:, self.indices])
+        return found * self.pull_units
+
+    def curvatures(self, nodes: Array, constants: Constants, vectors: Array) -> tuple[Any, Any]:
+        """Return the derivatives of ``jacobian @ vectors``, shapes (r, n, n) and (r, n, k).
+
+        Shapes: nodes (1, n); vectors (r, n).
+        """
+        second, mixed = self.flow.curvatures(
+            nodes[0], constants, vectors * self.scales, constants.rates[:, self.indices]
+        )
+        return second * self.ratios, mixed * self.pull_units
