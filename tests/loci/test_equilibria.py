@@ -271,3 +271,13 @@ def test_lines_of_a_window_do_not_cross_zero_where_the_window_does_not():
     )
     assert {locus.type for locus in found.loci} == {"HB", "LP"}
     assert min(seen) > 0
+
+
+def test_an_equilibrium_that_branched_off_outside_the_window_is_looked_for():
+    # The pitchfork of the Lorenz system is at rho = 1, its Hopf point at
+    # s (s + b + 3) / (s - b - 1) with b = 8/3 (Sparrow, The Lorenz Equations, 1982).
+    plane, window = ("rho", "sigma"), ((20, 28), (8, 12))
+    (locus,) = sf.bifurcation_set(model_named("lorenz"), plane, window, regions=False).loci
+    assert locus.type == "HB"
+    rho, s = locus.values.T
+    np.testing.assert_allclose(rho, s * (s + 8 / 3 + 3) / (s - 8 / 3 - 1), rtol=1e-10)

@@ -3,6 +3,7 @@
 import csv
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from helpers.locus_diagrams import (
     torus_locus,
 )
 from slipfold.loci.locus import LocusEnd
+from slipfold.models import model_named
 from slipfold.results.criticality import criticalities, point_criticality
 
 
@@ -90,6 +92,12 @@ def test_summary_without_loci_and_regions():
     parts = parts_of(made_locus_diagram(loci=(), regions=None))
     assert len(parts) == 3
     assert parts[2] == ["No locus was found in this window."]
+
+
+def test_summary_says_where_else_an_autonomous_model_may_have_loci():
+    made = made_locus_diagram(loci=(), regions=None)
+    diagram = replace(made, model=model_named("lorenz"), vary=("rho", "sigma"))
+    assert "cycles born on them" in diagram.summary()
 
 
 def test_summary_of_what_was_interrupted():

@@ -9,7 +9,7 @@ from itertools import product
 from slipfold.branches.settings import Settings
 from slipfold.errors import InputError
 from slipfold.flow.typical_sizes import measured_within
-from slipfold.loci.fan import follow_fan, largest_period
+from slipfold.loci.fan import follow_fan, follow_settled, largest_period
 from slipfold.loci.follow import LOCUS_TYPES, follow_loci
 from slipfold.loci.locus import Locus
 from slipfold.loci.progress import LocusObserver, LocusProgress
@@ -77,6 +77,8 @@ def find_bifurcation_set(
     if model.found_sizes is None:
         model = measured_across(model, plane, window)
     lines = follow_fan(model, plane, window, LINES, settings, observer)
+    if not model.forced:
+        lines += follow_settled(model, plane, window, settings, observer)
     if not any(line.branches for line in lines):
         raise InputError(
             f"no response exists on any of {len(lines)} lines across the window: {lines[0].failure}"

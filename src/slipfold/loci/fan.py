@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
+from numpy.typing import NDArray
 
+from slipfold.branches.begin import Begin
 from slipfold.branches.branch import Branch
 from slipfold.branches.progress import Observer, Progress
 from slipfold.branches.response import trace_response
@@ -13,9 +17,11 @@ from slipfold.branches.settings import Settings
 from slipfold.errors import InputError
 from slipfold.loci.progress import LocusObserver, LocusProgress
 from slipfold.loci.window import Window
+from slipfold.models.equilibrium_search import search_equilibrium
 from slipfold.models.model import Model
+from slipfold.orbits.orbit_near import settled_on
 
-__all__ = ["FanLine", "follow_fan", "follow_line", "largest_period"]
+__all__ = ["FanLine", "follow_fan", "follow_line", "follow_settled", "largest_period"]
 
 BEYOND = 0.25
 """How far a response is followed beyond the window, in its widths."""
@@ -23,6 +29,13 @@ BEYOND = 0.25
 BEYOND_QUIET = 4.0
 """The same where the parameter scales the forcing: a period doubling above the window may send its
 branch back below itself."""
+
+
+SHARES = ((0.5, 0.5), *product((0.25, 0.75), repeat=2))
+"""Places in the window, in its widths, where motions may settle on another equilibrium."""
+
+SAME = 1e-6
+"""Distance of equilibria, in sizes of the states, that are one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,6 +124,56 @@ def follow_line(
         else:
             return FanLine(vary, fixed, value, branches)
     return FanLine(vary, fixed, value, (), failure)
+
+
+def follow_settled(
+    model: Model,
+    plane: tuple[str, str],
+    window: Window,
+    settings: Settings,
+    observer: LocusObserver | None = None,
+) -> list[FanLine]:
+    """Follow an equilibrium that motions settle on and that is not the one near the start.
+
+    Where it branched off outside the window, no line across the window leads to it.
+    """
+    for shares in SHARES:
+        place = [
+            low + part * (high - low) for part, (low, high) in zip(shares, window, strict=True)
+        ]
+        there = model.replace(**dict(zip(plane, place, strict=True)))
+        if observer is not None:
+            text = "a motion that may settle on another equilibrium"
+            observer(LocusProgress("responses", 0, None, (place[0], place[1]), text))
+        with suppress(InputError):
+            state = settled_on(there)
+            if isinstance(state, np.ndarray) and _is_another(there, state):
+                return [
+                    _through(there, state, plane[i], window[i], plane[1 - i], settings)
+                    for i in (1, 0)
+                ]
+    return []
+
+
+def _is_another(model: Model, state: NDArray[np.float64]) -> bool:
+    """Whether an equilibrium is not the one found from the model's start."""
+    known = search_equilibrium(model, model.start)
+    return known is None or bool((np.abs(known - state) > SAME * model.state_scales()).any())
+
+
+def _through(
+    model: Model,
+    state: NDArray[np.float64],
+    vary: str,
+    along: tuple[float, float],
+    fixed: str,
+    settings: Settings,
+) -> FanLine:
+    """Follow an equilibrium across the window in one parameter."""
+    begin = Begin(model.values[vary], state=state)
+    span = _extended(model, vary, along)
+    branches = trace_response(model, vary, span, settings=settings, begin=begin)
+    return FanLine(vary, fixed, model.values[fixed], branches)
 
 
 def _extended(model: Model, vary: str, span: tuple[float, float]) -> tuple[float, float]:

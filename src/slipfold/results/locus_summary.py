@@ -24,6 +24,12 @@ NOTED = ("limit", "closed", "codimension-2", "unresolved", "interrupted", "point
 ROUNDING = 1e-14
 """What is smaller than this share of the window is rounding, and shown as zero."""
 
+FROM_A_CYCLE = (
+    "The equilibria found were followed across it, and cycles born on them there; for loci of another "
+    "cycle save a response that has it (--settled) and give that file."
+)
+"""What else can be done for an autonomous model."""
+
 
 @dataclass(frozen=True, eq=False)
 class LocusSummary:
@@ -73,6 +79,8 @@ class LocusSummary:
         sentences = [sentence for locus in self.loci for sentence in self._endings(locus)]
         if not self.loci:
             sentences.append("No locus was found in this window.")
+            if not self.model.forced:
+                sentences.append(FROM_A_CYCLE)
         if self.interrupted:
             sentences.append("Interrupted: some of the set is missing.")
         return [*sentences, *self._uncertain(), *self.remarks]
