@@ -14,8 +14,7 @@ from scipy.interpolate import CubicSpline
 
 from slipfold.branches import Settings, Steps, trace_response
 from slipfold.branches.describe import describe_bifurcation
-from slipfold.branches.normal_form import criticality_of
-from slipfold.branches.trace import trace_branch
+from slipfold.branches.one_branch import trace_branch
 from slipfold.continuation.newton import correct
 from slipfold.errors import InputError
 from slipfold.loci.bifurcation_set import find_bifurcation_set
@@ -23,6 +22,7 @@ from slipfold.loci.describe import coefficient_at
 from slipfold.loci.follow import follow_loci
 from slipfold.loci.locus_problem import LocusProblem
 from slipfold.models import SlidingOscillator
+from slipfold.normal_forms.normal_form import criticality_of
 from slipfold.orbits.find import hold_parameter
 from slipfold.orbits.forced_orbits import ForcedOrbits
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from slipfold.orbits.floquet import floquet_multipliers
-from slipfold.orbits.test_functions import evaluate_tests
+from slipfold.orbits.spectrum.floquet import floquet_multipliers
+from slipfold.orbits.spectrum.test_functions import evaluate_tests
 
 
 def bialternate(matrix):

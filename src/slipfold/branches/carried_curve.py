@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.orbits.floquet import floquet_multipliers
 from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.orbits.many_orbits import Corrected
-from slipfold.orbits.test_functions import evaluate_tests
+from slipfold.orbits.spectrum.floquet import floquet_multipliers
+from slipfold.orbits.spectrum.test_functions import evaluate_tests
 
 __all__ = ["CarriedCurve", "curve_through"]
 

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.carried_curve import CarriedCurve, curve_through
-from slipfold.branches.normal_form import normal_form
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.continuation.interpolation import polynomial
+from slipfold.normal_forms.normal_form import normal_form
 from slipfold.orbits.many_orbits import correct_orbits
 
 __all__ = ["TESTS", "CarriedPoints", "carried_points"]

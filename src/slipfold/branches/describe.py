@@ -5,21 +5,21 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.crossing import find_crossing
-from slipfold.branches.detection import TURNING
-from slipfold.branches.equilibrium_form import equilibrium_form
+from slipfold.branches.bifurcations import TURNING
+from slipfold.branches.branch_point import find_crossing
 from slipfold.branches.event import Event
-from slipfold.branches.normal_form import normal_form
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.continuation.locate import CLOSE
 from slipfold.continuation.newton import correct
 from slipfold.continuation.search import Found
 from slipfold.errors import BREAKDOWNS
+from slipfold.normal_forms.equilibrium_form import equilibrium_form
+from slipfold.normal_forms.normal_form import normal_form
 from slipfold.orbits.equilibria import Equilibria
-from slipfold.orbits.floquet import floquet_multipliers, match_multipliers
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
-from slipfold.orbits.test_functions import evaluate_tests
+from slipfold.orbits.spectrum.floquet import floquet_multipliers, match_multipliers
+from slipfold.orbits.spectrum.test_functions import evaluate_tests
 from slipfold.orbits.uncertainty import SPREAD, multiplier_change, place_rounding
 
 __all__ = ["describe_bifurcation", "describe_event"]

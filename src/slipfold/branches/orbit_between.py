@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 from slipfold.branches.branch import Branch
 from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import InputError
-from slipfold.orbits.floquet import floquet_multipliers
 from slipfold.orbits.kinds import orbits_of
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.orbits.spectrum.floquet import floquet_multipliers
 
 __all__ = ["orbit_between"]
 

@@ -5,16 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from slipfold.branches.assembly import assemble
-from slipfold.branches.begin import Begin
 from slipfold.branches.branch import Branch
 from slipfold.branches.event import Event
 from slipfold.branches.events import Happened
-from slipfold.branches.junction import Junction, find_meeting, junctions_on
+from slipfold.branches.make_branch import assemble
+from slipfold.branches.one_branch import trace_branch
 from slipfold.branches.progress import Observer, Progress
 from slipfold.branches.settings import Settings
-from slipfold.branches.start import equilibrium_start, orbit_start, response_start
-from slipfold.branches.trace import trace_branch
+from slipfold.branches.start import Begin, equilibrium_start, orbit_start, response_start
+from slipfold.branches.switching import Junction, find_meeting, junctions_on
 from slipfold.continuation.atlas import Atlas, Chart, Start
 from slipfold.continuation.end import End
 from slipfold.continuation.trail import Trail

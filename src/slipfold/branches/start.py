@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,7 +14,6 @@ from slipfold.errors import InputError
 from slipfold.models.equilibrium_search import search_equilibrium
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
-from slipfold.orbits.eigenvalues import unit_of_time
 from slipfold.orbits.equilibria import Equilibria
 from slipfold.orbits.find import guess_orbit, hold_parameter
 from slipfold.orbits.forced_orbits import ForcedOrbits
@@ -21,8 +22,9 @@ from slipfold.orbits.limits import broken_limit
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.orbits.spectrum.eigenvalues import unit_of_time
 
-__all__ = ["equilibrium_start", "orbit_start", "response_start"]
+__all__ = ["Begin", "equilibrium_start", "orbit_start", "response_start"]
 
 Array = NDArray[np.float64]
 
@@ -32,6 +34,35 @@ or branch point."""
 
 NEAR = 0.3
 """An orbit this far from the linear response, in scaled states, may belong to another branch."""
+
+
+@dataclass(frozen=True, eq=False)
+class Begin:
+    """A value of the parameter, and what is there.
+
+    Parameters
+    ----------
+    value
+        The value; inside the span the branch is followed from it in both directions.
+    orbit
+        An orbit at that value, or None for an equilibrium of an autonomous model.
+    state
+        State near that equilibrium, shape (n,); None with an orbit.
+    """
+
+    value: float
+    orbit: PeriodicOrbit | None = None
+    state: NDArray[np.float64] | None = None
+
+    def measured_in(self, sizes: NDArray[np.float64] | None) -> Begin:
+        """Return the same in other typical sizes of the states.
+
+        Shapes: sizes (n,).
+        """
+        if self.orbit is None:
+            return self
+        model = self.orbit.model.measured_in(sizes)
+        return replace(self, orbit=replace(self.orbit, model=model))
 
 
 def response_start(problem: ForcedOrbits, value: float, forward: float) -> OrbitPoint:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from time import perf_counter
 
-from slipfold.branches.begin import Begin
 from slipfold.branches.event import Event
 from slipfold.branches.progress import Observer
 from slipfold.branches.response import measured_over, trace_response
 from slipfold.branches.settings import Settings
+from slipfold.branches.start import Begin
 from slipfold.checks.of_branches import check_branches
 from slipfold.computations.given_settings import checked_settings
 from slipfold.errors import InputError

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from slipfold.continuation.newton import correct
 from slipfold.continuation.search import Found
 from slipfold.errors import BREAKDOWNS
-from slipfold.loci.detection import CUSPS
 from slipfold.loci.locus import CODIMENSION_TWO, COEFFICIENT, LocusPoint
 from slipfold.loci.locus_problem import LocusProblem
+from slipfold.loci.special_points import CUSPS
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 

@@ -9,11 +9,11 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.begin import Begin
 from slipfold.branches.branch import Branch
 from slipfold.branches.progress import Observer, Progress
 from slipfold.branches.response import trace_response
 from slipfold.branches.settings import Settings
+from slipfold.branches.start import Begin
 from slipfold.errors import InputError
 from slipfold.loci.progress import LocusObserver, LocusProgress
 from slipfold.loci.window import Window

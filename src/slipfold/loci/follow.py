@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.assembly import durations_along
+from slipfold.branches.make_branch import durations_along
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.continuation.atlas import Atlas, Chart, Start
@@ -20,18 +20,18 @@ from slipfold.loci.describe import coefficient_at, describe_point, pair_of, plan
 from slipfold.loci.known_loci import begins_or_ends_at, lies_on
 from slipfold.loci.locus import Locus, locus_title
 from slipfold.loci.locus_problem import LocusProblem
+from slipfold.loci.one_locus import trace_locus
 from slipfold.loci.progress import LocusLine, LocusObserver, LocusProgress
 from slipfold.loci.start import Start as LocusStart
 from slipfold.loci.start import parent_starts, regular_start, starts_at
-from slipfold.loci.trace import trace_locus
 from slipfold.loci.window import Window, check_window
 from slipfold.models.model import Model
-from slipfold.orbits.eigenvalues import Cayley
 from slipfold.orbits.equilibria import Equilibria
 from slipfold.orbits.kinds import orbits_of
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.shooting import SEGMENTS
+from slipfold.orbits.spectrum.eigenvalues import Cayley
 
 __all__ = ["LOCUS_TYPES", "follow_loci"]
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.closing import asymmetry
+from slipfold.branches.closed_branches import asymmetry
 from slipfold.continuation.interpolation import hermite
 from slipfold.continuation.newton import correct
 from slipfold.loci.locus_problem import LocusProblem

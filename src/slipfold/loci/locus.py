@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from slipfold.continuation.end import End
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
-from slipfold.orbits.eigenvalues import eigenvalues_of
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.orbits.spectrum.eigenvalues import eigenvalues_of
 from slipfold.text.one_line import OneLine, certain, headed, listed, number_text, parameter_text
 from slipfold.text.printed_table import PrintedTable
 

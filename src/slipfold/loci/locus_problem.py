@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.loci.forms import forms_of
+from slipfold.normal_forms.locus_forms import forms_of
 from slipfold.orbits.critical import Critical
-from slipfold.orbits.degeneracy import PAIRED, critical_places
 from slipfold.orbits.linearisation import Linearisation
 from slipfold.orbits.orbit_curve import Orbits
+from slipfold.orbits.spectrum.degeneracy import PAIRED, critical_places
 
 __all__ = ["LocusProblem"]
 

@@ -20,7 +20,7 @@ from slipfold.loci.region_map import Region, RegionMap
 from slipfold.loci.region_votes import Vote, agree, carried_orbits, collect_votes
 from slipfold.loci.window import Window
 from slipfold.models.model import Model
-from slipfold.orbits.degeneracy import critical_places
+from slipfold.orbits.spectrum.degeneracy import critical_places
 
 __all__ = ["map_regions"]
 

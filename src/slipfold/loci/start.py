@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.closing import asymmetry
+from slipfold.branches.closed_branches import asymmetry
 from slipfold.branches.settings import Settings
 from slipfold.continuation.follow import BIRTH
 from slipfold.continuation.newton import correct
@@ -15,16 +15,16 @@ from slipfold.continuation.search import Found
 from slipfold.continuation.walk import Failure, walk
 from slipfold.errors import BREAKDOWNS, InputError, breakdown
 from slipfold.loci.describe import plane_of
-from slipfold.loci.detection import DOUBLED
 from slipfold.loci.locus_problem import LocusProblem
+from slipfold.loci.special_points import DOUBLED
 from slipfold.orbits.births import Newborn, cycle_of_no_amplitude, passed_twice
-from slipfold.orbits.degeneracy import PAIRED
-from slipfold.orbits.eigenvalues import Cayley
 from slipfold.orbits.equilibria import Equilibria
-from slipfold.orbits.floquet import floquet_multipliers
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.shooting import Shooting
+from slipfold.orbits.spectrum.degeneracy import PAIRED
+from slipfold.orbits.spectrum.eigenvalues import Cayley
+from slipfold.orbits.spectrum.floquet import floquet_multipliers
 
 __all__ = ["Start", "parent_starts", "regular_start", "starts_at"]
 

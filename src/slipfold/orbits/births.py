@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.orbits.cycles import Cycles
-from slipfold.orbits.eigenvalues import transition
 from slipfold.orbits.equilibria import Equilibria
 from slipfold.orbits.orbit_curve import Orbits
-from slipfold.orbits.spectrum import on_quotient
+from slipfold.orbits.spectrum.eigenvalues import transition
+from slipfold.orbits.spectrum.multipliers import on_quotient
 
 __all__ = ["Newborn", "cycle_of_no_amplitude", "passed_twice"]
 

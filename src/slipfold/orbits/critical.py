@@ -8,9 +8,9 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.orbits.degeneracy import UNKNOWN, Degeneracy, degeneracy
 from slipfold.orbits.linearisation import Conditions, Linearisation, defect_of
 from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
+from slipfold.orbits.spectrum.degeneracy import UNKNOWN, Degeneracy, degeneracy
 
 __all__ = ["Critical"]
 
@@ -22,7 +22,7 @@ class Critical(OrbitCurve):
     """Orbits that are at a bifurcation: with two parameters that vary a curve, a locus.
 
     The equations are those of the orbits and one more, that the matrix of their spectrum has a
-    critical eigenvalue (see `slipfold.orbits.degeneracy`); an unknown is one of the orbits.
+    critical eigenvalue (see `slipfold.orbits.spectrum.degeneracy`); an unknown is that of an orbit.
 
     Parameters
     ----------

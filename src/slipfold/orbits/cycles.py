@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.models.model import Model
-from slipfold.orbits.degeneracy import Degeneracy
 from slipfold.orbits.linearisation import Conditions, Linearisation, defect_of
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.phase_alignment import begun_nearest
 from slipfold.orbits.shooting import SEGMENTS, Shooting
-from slipfold.orbits.spectrum import CycleMultipliers
+from slipfold.orbits.spectrum.degeneracy import Degeneracy
+from slipfold.orbits.spectrum.multipliers import CycleMultipliers
 
 __all__ = ["Cycles"]
 

@@ -13,11 +13,11 @@ from slipfold.flow import flow_of
 from slipfold.flow.typical_sizes import measured
 from slipfold.models.model import Model
 from slipfold.orbits.find_cycle import find_cycle
-from slipfold.orbits.floquet import floquet_multipliers
 from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.orbits.linear_response import linear_response
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.orbits.spectrum.floquet import floquet_multipliers
 
 __all__ = ["guess_orbit", "hold_parameter", "periodic_orbit"]
 

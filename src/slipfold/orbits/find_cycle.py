@@ -12,8 +12,8 @@ from slipfold.flow.typical_sizes import measured
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
 from slipfold.orbits.cycles import Cycles
-from slipfold.orbits.eigenvalues import unit_of_time
 from slipfold.orbits.shooting import SEGMENTS
+from slipfold.orbits.spectrum.eigenvalues import unit_of_time
 
 __all__ = ["find_cycle"]
 

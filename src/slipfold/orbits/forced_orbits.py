@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.models.model import Model
-from slipfold.orbits.degeneracy import Degeneracy
 from slipfold.orbits.linearisation import NO_CONDITIONS, Linearisation, defect_of
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.shooting import SEGMENTS, Shooting
-from slipfold.orbits.spectrum import Multipliers
+from slipfold.orbits.spectrum.degeneracy import Degeneracy
+from slipfold.orbits.spectrum.multipliers import Multipliers
 
 __all__ = ["ForcedOrbits"]
 

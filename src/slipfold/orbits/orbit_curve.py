@@ -14,13 +14,13 @@ from slipfold.continuation.curve import Curve
 from slipfold.continuation.newton import Correction
 from slipfold.flow.flow import Constants
 from slipfold.models.model import Model
-from slipfold.orbits.degeneracy import Degeneracy
 from slipfold.orbits.discretisation import Discretisation
-from slipfold.orbits.floquet import floquet_multipliers
 from slipfold.orbits.linearisation import Linearisation
 from slipfold.orbits.orbit_point import OrbitPoint
-from slipfold.orbits.spectrum import Multipliers
-from slipfold.orbits.test_functions import evaluate_tests
+from slipfold.orbits.spectrum.degeneracy import Degeneracy
+from slipfold.orbits.spectrum.floquet import floquet_multipliers
+from slipfold.orbits.spectrum.multipliers import Multipliers
+from slipfold.orbits.spectrum.test_functions import evaluate_tests
 
 __all__ = ["OrbitCurve", "Orbits"]
 

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from slipfold.flow.flow import Constants
 from slipfold.models.model import Model
-from slipfold.orbits.degeneracy import Degeneracy
 from slipfold.orbits.discretisation import Discretisation
+from slipfold.orbits.spectrum.degeneracy import Degeneracy
 
 __all__ = ["SEGMENTS", "Shooting"]
 

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from slipfold.continuation.whole_matrix import SquareMatrix
 from slipfold.models.model import Model
-from slipfold.orbits.floquet import floquet_multipliers, match_multipliers
 from slipfold.orbits.forced_orbits import ForcedOrbits
+from slipfold.orbits.spectrum.floquet import floquet_multipliers, match_multipliers
 
 __all__ = ["multiplier_change", "multiplier_rounding", "multiplier_uncertainty", "place_rounding"]
 

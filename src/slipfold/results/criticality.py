@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from slipfold.branches.normal_form import criticality_of
 from slipfold.loci.locus import CODIMENSION_TWO, COEFFICIENT, Locus, LocusPoint
+from slipfold.normal_forms.normal_form import criticality_of
 
 __all__ = ["criticalities", "point_criticality"]
 

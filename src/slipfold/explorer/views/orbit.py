@@ -12,8 +12,8 @@ from slipfold.explorer.views.numbers import number, short
 from slipfold.flow import flow_of
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.sliding_oscillator import SlidingOscillator
-from slipfold.orbits.eigenvalues import eigenvalues_of
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.orbits.spectrum.eigenvalues import eigenvalues_of
 
 __all__ = ["orbit_view"]
 

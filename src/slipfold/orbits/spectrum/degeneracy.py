@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.orbits.floquet import floquet_multipliers
+from slipfold.orbits.spectrum.floquet import floquet_multipliers
 
 __all__ = ["PAIRED", "Degeneracy", "critical_pair", "critical_places", "degeneracy"]
 

@@ -7,15 +7,15 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.detection import ON_CIRCLE, is_torus
+from slipfold.branches.bifurcations import ON_CIRCLE, is_torus
 from slipfold.continuation.contraction import contracts_between
 from slipfold.continuation.end import End
 from slipfold.continuation.monitor import Zeros
 from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Sight, Stop, Stretch
 from slipfold.loci.locus_problem import LocusProblem
-from slipfold.orbits.degeneracy import PAIRED, critical_places
 from slipfold.orbits.orbit_point import OrbitPoint
+from slipfold.orbits.spectrum.degeneracy import PAIRED, critical_places
 
 __all__ = ["CUSPS", "DOUBLED", "SpecialPoints"]
 

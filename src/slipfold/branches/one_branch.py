@@ -7,7 +7,8 @@ from functools import partial
 
 import numpy as np
 
-from slipfold.branches.closing import (
+from slipfold.branches.bifurcations import CLOSED, Bifurcations
+from slipfold.branches.closed_branches import (
     Birth,
     MeetsCopy,
     Returns,
@@ -15,12 +16,12 @@ from slipfold.branches.closing import (
     has_copy,
     step_beside_parent,
 )
-from slipfold.branches.detection import CLOSED, Bifurcations
-from slipfold.branches.ending import BranchEndings, Families, Limits, Unresolved
+from slipfold.branches.ends import BranchEndings
 from slipfold.branches.event import Event
 from slipfold.branches.events import Events
 from slipfold.branches.homoclinic import Homoclinic, nears_homoclinic
 from slipfold.branches.settings import Settings
+from slipfold.branches.stops import Families, Limits, Unresolved
 from slipfold.continuation.follow import BIRTH, follow
 from slipfold.continuation.monitor import Monitor
 from slipfold.continuation.trail import Trail

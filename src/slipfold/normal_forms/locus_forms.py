@@ -5,21 +5,21 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.equilibrium_form import first_lyapunov_coefficient
-from slipfold.branches.field_map import FieldMap
-from slipfold.branches.normal_form import critical_coefficient, mean_coefficient
-from slipfold.branches.return_map import ReturnMap
-from slipfold.loci.equilibrium_forms import equilibrium_coefficients
-from slipfold.loci.normal_forms import codimension_two_coefficients
-from slipfold.loci.quintic import quintic_coefficient
-from slipfold.loci.segment_map import SegmentMap
+from slipfold.normal_forms.codimension_two import codimension_two_coefficients
+from slipfold.normal_forms.equilibrium_codimension_two import equilibrium_coefficients
+from slipfold.normal_forms.equilibrium_form import first_lyapunov_coefficient
+from slipfold.normal_forms.field_map import FieldMap
+from slipfold.normal_forms.normal_form import critical_coefficient, mean_coefficient
+from slipfold.normal_forms.quintic import quintic_coefficient
+from slipfold.normal_forms.return_map import ReturnMap
+from slipfold.normal_forms.segment_map import SegmentMap
 from slipfold.orbits.critical import Critical
 from slipfold.orbits.cycles import Cycles
-from slipfold.orbits.degeneracy import critical_places
 from slipfold.orbits.equilibria import Equilibria
 from slipfold.orbits.linearisation import Linearisation
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
+from slipfold.orbits.spectrum.degeneracy import critical_places
 
 __all__ = ["Forms", "forms_of"]
 

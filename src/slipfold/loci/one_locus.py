@@ -5,17 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from slipfold.branches.closing import MeetsCopy, Returns, has_copy, step_beside_parent
-from slipfold.branches.ending import Limits, Unresolved, failure_reason
+from slipfold.branches.closed_branches import MeetsCopy, Returns, has_copy, step_beside_parent
+from slipfold.branches.ends import failure_reason
 from slipfold.branches.settings import Settings
+from slipfold.branches.stops import Limits, Unresolved
 from slipfold.continuation.end import End
 from slipfold.continuation.follow import Endings, follow
 from slipfold.continuation.monitor import Monitor
 from slipfold.continuation.trail import Stop, Trail
 from slipfold.continuation.walk import Failure
 from slipfold.loci.describe import plane_of
-from slipfold.loci.detection import SpecialPoints
 from slipfold.loci.locus_problem import LocusProblem
+from slipfold.loci.special_points import SpecialPoints
 from slipfold.loci.window import Window
 from slipfold.orbits.orbit_point import OrbitPoint
 

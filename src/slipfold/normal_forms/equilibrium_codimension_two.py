@@ -11,9 +11,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from slipfold.branches.field_map import FieldMap
-from slipfold.branches.normal_form import critical_vectors
-from slipfold.loci.normal_forms import cusp_form, double_form, eigenvectors
+from slipfold.normal_forms.codimension_two import cusp_form, double_form, eigenvectors
+from slipfold.normal_forms.field_map import FieldMap
+from slipfold.normal_forms.normal_form import critical_vectors
 
 __all__ = ["equilibrium_coefficients"]
 

@@ -13,8 +13,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.jet_map import JetMap
-from slipfold.branches.return_map import ReturnMap
+from slipfold.normal_forms.jet_map import JetMap
+from slipfold.normal_forms.return_map import ReturnMap
 from slipfold.orbits.cycles import Cycles
 from slipfold.orbits.linearisation import Linearisation
 from slipfold.orbits.orbit_curve import Orbits

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.normal_form import MapDerivatives
+from slipfold.normal_forms.normal_form import MapDerivatives
 
 __all__ = ["pair_cubic", "third_form"]
 

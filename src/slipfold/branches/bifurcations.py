@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.closing import SAME
-from slipfold.branches.crossing import find_crossing
+from slipfold.branches.branch_point import find_crossing
+from slipfold.branches.closed_branches import SAME
 from slipfold.continuation.contraction import contracts_between
 from slipfold.continuation.end import End
 from slipfold.continuation.interpolation import hermite

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.jet_map import polarised
+from slipfold.normal_forms.jet_map import polarised
 from slipfold.orbits.orbit_curve import Orbits
 
 __all__ = ["ReturnMap"]

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.orbits.floquet import floquet_multipliers
 from slipfold.orbits.linearisation import Linearisation
 from slipfold.orbits.orbit_curve import OrbitCurve
 from slipfold.orbits.orbit_point import OrbitPoint
+from slipfold.orbits.spectrum.floquet import floquet_multipliers
 
 __all__ = ["Crossing", "find_crossing"]
 

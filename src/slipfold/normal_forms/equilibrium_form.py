@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.field_map import FieldMap
-from slipfold.branches.normal_form import (
+from slipfold.normal_forms.field_map import FieldMap
+from slipfold.normal_forms.normal_form import (
     critical_coefficient,
     critical_length,
     critical_vectors,
@@ -16,7 +16,7 @@ from slipfold.branches.normal_form import (
     declared,
     fold_coefficient,
 )
-from slipfold.branches.pair_form import pair_cubic
+from slipfold.normal_forms.pair_form import pair_cubic
 from slipfold.orbits.equilibria import Equilibria
 from slipfold.orbits.orbit_point import OrbitPoint
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.orbits.contraction import growth_bound
-from slipfold.orbits.degeneracy import Degeneracy
 from slipfold.orbits.linearisation import Linearisation
+from slipfold.orbits.spectrum.contraction import growth_bound
+from slipfold.orbits.spectrum.degeneracy import Degeneracy
 
 __all__ = ["CycleMultipliers", "Multipliers", "on_quotient"]
 
@@ -19,7 +19,7 @@ class Multipliers:
     """The Floquet multipliers of a forced orbit: the eigenvalues of its monodromy matrix."""
 
     tests: tuple[str, ...] = ("PD", "fold", "NS")
-    """Test functions along a branch, as `slipfold.orbits.test_functions` names them."""
+    """Test functions along a branch, as `slipfold.orbits.spectrum.test_functions` names them."""
 
     def matrix(self, part: Linearisation) -> Array:
         """Return the matrix whose eigenvalues are watched, in scaled states."""

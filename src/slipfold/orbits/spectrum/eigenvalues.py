@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.models.model import Model
-from slipfold.orbits.degeneracy import Degeneracy
 from slipfold.orbits.linearisation import Linearisation
-from slipfold.orbits.spectrum import Multipliers
+from slipfold.orbits.spectrum.degeneracy import Degeneracy
+from slipfold.orbits.spectrum.multipliers import Multipliers
 
 __all__ = ["Cayley", "Eigenvalues", "Paced", "eigenvalues_of", "transition", "unit_of_time"]
 

@@ -1,4 +1,4 @@
-"""Where a curve of orbits has to end: limits of the model, the span, a failure."""
+"""What ends a curve of orbits early: limits of the model, too little left to see, a family."""
 
 from __future__ import annotations
 
@@ -6,30 +6,20 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from slipfold.branches.detection import span_end
-from slipfold.branches.edge import end_on_edge
-from slipfold.branches.homoclinic import nears_homoclinic
 from slipfold.continuation.end import End
-from slipfold.continuation.follow import Endings
 from slipfold.continuation.locate import locate
-from slipfold.continuation.settings import Stepping
-from slipfold.continuation.trail import Sight, Stop, Stretch, Trail
-from slipfold.continuation.walk import Failure
-from slipfold.errors import BREAKDOWNS
+from slipfold.continuation.trail import Sight, Stop, Stretch
 from slipfold.orbits.limits import limit_margins
 from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
-__all__ = ["BranchEndings", "Families", "Limits", "Unresolved", "failure_reason"]
+__all__ = ["Families", "Limits", "Unresolved"]
 
 FAMILY = 200
 """Orbits with one value of the parameter after which a family is followed no farther."""
 
 STANDS_STILL = 1e-9
 """Change of the parameter, in spans, that is none: special points are located to less."""
-
-CLOSE_TO_LIMIT = 5.0
-"""A curve lost with an output within this factor of its bound ends because of that limit."""
 
 LIMIT_CLOSE = 1e-9
 """Arclength to which the end of the model is found: it is a convention within 1e-4 anyway."""
@@ -118,62 +108,3 @@ class Families:
             "round a centre, that goes on; stop it at an amplitude by an event"
         )
         return Sight(stop=Stop(stretch.point, End("family", reason, (value,))))
-
-
-class BranchEndings(Endings[OrbitPoint]):
-    """The ends of branches in words."""
-
-    def __init__(self, problem: Orbits, span: tuple[float, float], settings: Stepping) -> None:
-        self._problem = problem
-        self._span = span
-        self._settings = settings
-
-    def left(self, trail: Trail[OrbitPoint]) -> End:
-        """Return the end of a branch that reached the end of the span."""
-        return span_end(self._problem, trail.points[-1])
-
-    def failed(self, trail: Trail[OrbitPoint], failure: Failure) -> End:
-        """Return the end of a branch that cannot be followed: there, or on the end of the span."""
-        problem = self._problem
-        try:
-            on_edge = end_on_edge(problem, trail.points, self._span, self._settings)
-        except BREAKDOWNS:
-            on_edge = None
-        if failure.kind == "failed" and on_edge is not None:
-            trail.points, found = on_edge
-            sure = trail.points[-2].arclength
-            trail.found = [item for item in trail.found if item.point.arclength <= sure] + found
-            return span_end(problem, trail.points[-1])
-        last, clause = trail.points[-1], nears_homoclinic(problem, trail.points)
-        kind, reason = failure_reason(problem, last, failure)
-        if kind == "failed" and clause:
-            kind, reason = "homoclinic", f"{clause} (no cycle was found any nearer to it)"
-        elif clause:
-            reason = f"{reason}; {clause}"
-        return End(kind, reason, problem.place(last.z))
-
-    def interrupted(self, trail: Trail[OrbitPoint]) -> End:
-        """Return the end of a branch that whoever watches stopped."""
-        value = self._problem.value(trail.points[-1].z)
-        reason = f"interrupted at {self._problem.vary} = {value:.6g}; what was found before is kept"
-        return End("interrupted", reason, (value,))
-
-
-def failure_reason(problem: Orbits, last: OrbitPoint, failure: Failure) -> tuple[str, str]:
-    """Return the kind and the sentence of a failure, with how far the model's limits are."""
-    if failure.kind != "failed":
-        return failure.kind, failure.reason
-    try:
-        margins = limit_margins(problem, last.z)
-    except BREAKDOWNS:
-        return failure.kind, failure.reason
-    for limit, margin in zip(problem.model.limits, margins, strict=True):
-        if margin < (CLOSE_TO_LIMIT - 1) * limit.bound:
-            reason = limit.reason.format(value=margin + limit.bound)
-            return "limit", f"{reason} (no orbit was found any nearer to the limit)"
-    limits = ", ".join(
-        f"{limit.output} = {margin + limit.bound:.3g} (limit {limit.bound:g})"
-        for limit, margin in zip(problem.model.limits, margins, strict=True)
-    )
-    there = f"; there {limits}" if limits else ""
-    return "failed", f"{failure.reason}{there}"

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.closing import SAME, Birth
+from slipfold.branches.closed_branches import SAME, Birth
 from slipfold.continuation.atlas import Chart, Start
 from slipfold.continuation.search import Found
 from slipfold.errors import BREAKDOWNS

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.normal_form import MapDerivatives, critical_vectors
-from slipfold.branches.pair_form import pair_cubic, third_form
+from slipfold.normal_forms.normal_form import MapDerivatives, critical_vectors
+from slipfold.normal_forms.pair_form import pair_cubic, third_form
 
 __all__ = [
     "codimension_two_coefficients",

@@ -1,0 +1,132 @@
+"""How branches and loci end, in words: at the span, beside a limit, near a homoclinic orbit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import takewhile
+
+from slipfold.branches.bifurcations import Bifurcations, span_end
+from slipfold.branches.homoclinic import nears_homoclinic
+from slipfold.continuation.end import End
+from slipfold.continuation.follow import EDGE, Endings
+from slipfold.continuation.locate import LostCurveError
+from slipfold.continuation.search import Found
+from slipfold.continuation.settings import Stepping
+from slipfold.continuation.trail import Trail
+from slipfold.continuation.walk import Failure, walk
+from slipfold.errors import BREAKDOWNS
+from slipfold.orbits.limits import limit_margins
+from slipfold.orbits.orbit_curve import Orbits
+from slipfold.orbits.orbit_point import OrbitPoint
+
+__all__ = ["BranchEndings", "failure_reason"]
+
+NEAR_EDGE = 0.01
+"""Distance from the end of the span, in spans, within which a failure may be due to it."""
+
+CLEAR = 1e-3
+"""Points nearer to the end are taken back: beside a branch point their tangents say little."""
+
+LONGEST_OVER = 0.1
+"""Longest step over the end, in scaled variables."""
+
+CLOSE_TO_LIMIT = 5.0
+"""A curve lost with an output within this factor of its bound ends because of that limit."""
+
+
+class BranchEndings(Endings[OrbitPoint]):
+    """The ends of branches in words."""
+
+    def __init__(self, problem: Orbits, span: tuple[float, float], settings: Stepping) -> None:
+        self._problem = problem
+        self._span = span
+        self._settings = settings
+
+    def left(self, trail: Trail[OrbitPoint]) -> End:
+        """Return the end of a branch that reached the end of the span."""
+        return span_end(self._problem, trail.points[-1])
+
+    def failed(self, trail: Trail[OrbitPoint], failure: Failure) -> End:
+        """Return the end of a branch that cannot be followed: there, or on the end of the span."""
+        problem = self._problem
+        try:
+            on_edge = _end_on_edge(problem, trail.points, self._span, self._settings)
+        except BREAKDOWNS:
+            on_edge = None
+        if failure.kind == "failed" and on_edge is not None:
+            trail.points, found = on_edge
+            sure = trail.points[-2].arclength
+            trail.found = [item for item in trail.found if item.point.arclength <= sure] + found
+            return span_end(problem, trail.points[-1])
+        last, clause = trail.points[-1], nears_homoclinic(problem, trail.points)
+        kind, reason = failure_reason(problem, last, failure)
+        if kind == "failed" and clause:
+            kind, reason = "homoclinic", f"{clause} (no cycle was found any nearer to it)"
+        elif clause:
+            reason = f"{reason}; {clause}"
+        return End(kind, reason, problem.place(last.z))
+
+    def interrupted(self, trail: Trail[OrbitPoint]) -> End:
+        """Return the end of a branch that whoever watches stopped."""
+        value = self._problem.value(trail.points[-1].z)
+        reason = f"interrupted at {self._problem.vary} = {value:.6g}; what was found before is kept"
+        return End("interrupted", reason, (value,))
+
+
+def failure_reason(problem: Orbits, last: OrbitPoint, failure: Failure) -> tuple[str, str]:
+    """Return the kind and the sentence of a failure, with how far the model's limits are."""
+    if failure.kind != "failed":
+        return failure.kind, failure.reason
+    try:
+        margins = limit_margins(problem, last.z)
+    except BREAKDOWNS:
+        return failure.kind, failure.reason
+    for limit, margin in zip(problem.model.limits, margins, strict=True):
+        if margin < (CLOSE_TO_LIMIT - 1) * limit.bound:
+            reason = limit.reason.format(value=margin + limit.bound)
+            return "limit", f"{reason} (no orbit was found any nearer to the limit)"
+    limits = ", ".join(
+        f"{limit.output} = {margin + limit.bound:.3g} (limit {limit.bound:g})"
+        for limit, margin in zip(problem.model.limits, margins, strict=True)
+    )
+    there = f"; there {limits}" if limits else ""
+    return "failed", f"{failure.reason}{there}"
+
+
+def _end_on_edge(
+    problem: Orbits,
+    points: list[OrbitPoint],
+    span: tuple[float, float],
+    settings: Stepping,
+) -> tuple[list[OrbitPoint], list[Found]] | None:
+    """Return how a branch ends that failed since a branch point lies on the end of the span.
+
+    With the parameter held Newton's method is singular there. So a step is taken over the end, and
+    the branch point is located between.
+    """
+    edge = min(problem.bounds(span)[0][1:], key=lambda bound: abs(points[-1].z[-1] - bound))
+
+    def away(point: OrbitPoint) -> float:
+        return abs(float(point.z[-1]) - edge)
+
+    close = len(list(takewhile(lambda point: away(point) < CLEAR, reversed(points))))
+    kept = points[: len(points) - close]
+    if away(points[-1]) > NEAR_EDGE or not kept:
+        return None
+    before = kept[-1]
+    step = min(2 * away(before) / max(abs(before.tangent[-1]), EDGE), LONGEST_OVER)
+    beyond = next(iter(walk(problem, kept, step, (), settings)))
+    if isinstance(beyond, Failure):
+        return None
+    try:
+        found = Bifurcations(problem, span).between([*kept, beyond], before, beyond)
+    except LostCurveError:
+        return None
+    place = next((i for i, item in enumerate(found) if away(item.point) < EDGE), None)
+    if place is None:
+        return None
+    z = found[place].point.z.copy()
+    z[-1] = edge  # exactly, whatever rounding did
+    last = replace(found[place].point, z=z)
+    found[place] = replace(found[place], point=last)
+    return [*kept, last], found[: place + 1]

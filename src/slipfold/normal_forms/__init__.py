@@ -1,0 +1,1 @@
+"""Normal forms: what happens near a bifurcation, from higher derivatives of maps and fields."""

@@ -1,0 +1,1 @@
+"""How perturbations of an orbit grow: multipliers, eigenvalues, and functions of them."""
