@@ -25,8 +25,8 @@ ROUNDING = 1e-14
 """What is smaller than this share of the window is rounding, and shown as zero."""
 
 FROM_A_CYCLE = (
-    "The equilibria found were followed across it, and cycles born on them there; for loci of another "
-    "cycle save a response that has it (--settled) and give that file."
+    "The equilibria found were followed across it, and cycles born on them there; for loci of "
+    "another cycle save a response that has it (--settled) and give that file."
 )
 """What else can be done for an autonomous model."""
 
