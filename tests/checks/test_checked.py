@@ -11,6 +11,7 @@ import slipfold as sf
 from slipfold.checks import choice
 from slipfold.checks.checked import Check, Checked
 from slipfold.checks.choice import Candidate, check_some
+from slipfold.checks.of_thresholds import check_thresholds
 from slipfold.models import model_named
 
 GOOD = Check("PD of branch 1 at Nd = 0.0436 N", "collocation", 2e-14, 1e-8)
@@ -33,6 +34,12 @@ def locus(diagram):
 @pytest.fixture(scope="module")
 def motion():
     return sf.simulate(sf.SlidingOscillator(), 700, f=12.2, Nd=0.15)
+
+
+@pytest.fixture(scope="module")
+def thresholds():
+    over = {"Vd": np.linspace(0.5, 0.8, 12), "alpha": np.linspace(0.9, 1.1, 12)}
+    return sf.threshold_map(sf.SlidingOscillator(), "Nd", over=over, span=(0, 0.9))
 
 
 def test_sentence():
@@ -85,7 +92,44 @@ def test_a_simulation_checks_parts_of_the_motion(motion):
     assert motion.summary().splitlines()[-1] == "checked: 3 of 3 agree to 1e-12"
 
 
-@pytest.mark.parametrize("kind", ["diagram", "locus", "motion"])
+def test_a_short_simulation_checks_less():
+    checks = sf.simulate(sf.SlidingOscillator(), 100, f=12.5).checked.checks
+    assert [check.name for check in checks] == [
+        "the motion from 7.92 s on",
+        "repetition of 8 of 100 forcing periods",
+    ]
+
+
+def test_a_map_checks_some_thresholds(thresholds):
+    checks = thresholds.checked.checks
+    highest, lowest = np.nanmax(thresholds.values), np.nanmin(thresholds.values)
+    assert checks[0].name.startswith(f"PD at Nd = {highest:.6g} N, Vd = ")
+    assert checks[1].name.startswith(f"PD at Nd = {lowest:.6g} N, Vd = ")
+    assert all(check.method == "collocation" for check in checks)
+    assert thresholds.checked.agree
+    assert thresholds.summary().splitlines()[-1] == str(thresholds.checked)
+    assert str(thresholds.checked) in thresholds._repr_html_()
+
+
+@pytest.mark.parametrize("moved", [1e-6, -1e-3])
+def test_a_wrong_threshold_does_not_agree(thresholds, moved):
+    wrong = dataclasses.replace(thresholds, values=thresholds.values * (1 + moved))
+    assert check_thresholds(wrong).agreeing == 0
+
+
+@pytest.mark.parametrize("moved", [1e-6, -1e-3])
+def test_the_right_orbit_at_a_wrong_threshold_does_not_agree(moved):
+    over = {"Vd": [0.6, 0.7], "alpha": [1.0]}
+    found = sf.threshold_map(sf.SlidingOscillator(), "Nd", over=over, span=(0, 0.9))
+    wrong = dataclasses.replace(found, values=found.values * (1 + moved))
+    orbits = [sf.periodic_orbit(wrong.model_at(*at)) for at in np.ndindex(found.values.shape)]
+    states = np.reshape([orbit.state for orbit in orbits], found.states.shape)
+    (one,) = check_thresholds(dataclasses.replace(wrong, states=states)).checks
+    assert (one.method, one.agrees) == ("collocation", False)
+    assert one.difference < 1e-2
+
+
+@pytest.mark.parametrize("kind", ["diagram", "locus", "motion", "thresholds"])
 def test_what_was_checked_is_kept(kind, request, tmp_path):
     result = request.getfixturevalue(kind)
     result.save(tmp_path / "result.nc")

@@ -16,7 +16,7 @@ from slipfold.checks.orbit_difference import (
 )
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
-__all__ = ["Candidate", "check_some"]
+__all__ = ["Candidate", "check_some", "spread"]
 
 SHARE = 0.1
 """Share of the work for a result that goes into its checks."""
@@ -31,6 +31,10 @@ LOOSEST = 1e-6
 
 QUICK = 0.1
 """The same of an equilibrium."""
+
+
+LEVELS = 4
+"""Halvings in `spread`: 17 places at most."""
 
 
 class Candidate(NamedTuple):
@@ -58,6 +62,20 @@ def check_some(candidates: Iterable[Candidate], points: float) -> Checked:
     except KeyboardInterrupt:
         pass
     return Checked(tuple(checks))
+
+
+def spread(count: int) -> list[int]:
+    """Choose some of a row in their order: the last, the first, then halfway between others.
+
+    Examples
+    --------
+    >>> spread(100)[:5]
+    [99, 0, 49, 24, 74]
+    """
+    shares = [1.0, 0.0]
+    for level in range(1, LEVELS + 1):
+        shares += [odd / 2**level for odd in range(1, 2**level, 2)]
+    return list(dict.fromkeys(int(share * (count - 1)) for share in shares))
 
 
 def _check(candidate: Candidate, left: float, *, first: bool) -> tuple[float, Check | None]:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.checks.checked import Check, Checked
+from slipfold.checks.choice import spread
 from slipfold.checks.orbit_difference import ALLOWED, PIECES
 from slipfold.checks.retraced import Motion, retrace
 from slipfold.flow.equilibrium import PUSH
@@ -25,8 +26,10 @@ period, in its ten to twenty steps, is integrated."""
 FEW, CHEAP = 2, 240
 """Forcing periods that are retraced in any case, as long as that takes no more pieces than this."""
 
-LEVELS = 4
-"""Halvings of the motion: it is retraced at 17 places at most."""
+SHORT, BATCH = 600, 8
+"""Of a motion of fewer forcing periods than the first, one is retraced and so many are integrated
+again, which takes no longer than one. Less would be no check: a millisecond, a tenth of what two
+hundred periods take."""
 
 
 def check_motion(motion: Trajectory) -> Checked:
@@ -45,7 +48,7 @@ def check_motion(motion: Trajectory) -> Checked:
 
 def _again(motion: Trajectory) -> Check:
     flow, scales = flow_of(motion.model), motion.model.state_scales()
-    count = min(motion.periods, max(AGAIN, motion.periods // ONE_IN))
+    count = min(motion.periods, max(BATCH if _short(motion) else AGAIN, motion.periods // ONE_IN))
     chosen = np.linspace(0, motion.periods - 1, count).astype(int)
     chosen = chosen[~_pushed(motion)[chosen]]
     start = np.zeros(len(chosen))
@@ -67,8 +70,8 @@ def _retraced(motion: Trajectory) -> list[Check]:
     constants = flow.constants_of(motion.model)
     checks, tried = list[Check](), 0
     pushed = _pushed(motion)
-    for place in (place for place in _places(motion.periods) if not pushed[place]):
-        few = len(checks) < FEW and tried < CHEAP
+    for place in (place for place in spread(motion.periods) if not pushed[place]):
+        few = len(checks) < FEW and tried < CHEAP and not _short(motion)
         if checks and not few and tried + PIECES > PIECES_A_PERIOD * motion.periods:
             break
         one = Motion(np.array([0.0, 1.0]), motion.strobe[place : place + 2], constants, PIECES)
@@ -85,9 +88,5 @@ def _pushed(motion: Trajectory) -> NDArray[np.bool_]:
     return np.asarray((moved < 2 * PUSH) & (moved > PUSH / 10) & (not motion.model.forced))
 
 
-def _places(periods: int) -> list[int]:
-    """Return forcing periods in their order: the last, the first, then halfway between others."""
-    shares = [1.0, 0.0]
-    for level in range(1, LEVELS + 1):
-        shares += [odd / 2**level for odd in range(1, 2**level, 2)]
-    return list(dict.fromkeys(int(share * (periods - 1)) for share in shares))
+def _short(motion: Trajectory) -> bool:
+    return motion.periods < SHORT

@@ -7,6 +7,7 @@ from time import perf_counter
 
 from numpy.typing import ArrayLike
 
+from slipfold.checks.of_thresholds import check_thresholds
 from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.models.parameter import Parameter
@@ -97,7 +98,9 @@ def threshold_map(
         span=_ends(model.variable_parameter(threshold), span),
         observer=observer,
     )
-    return ThresholdMap(**vars(found), provenance=provenance(perf_counter() - started))
+    checked = check_thresholds(found)
+    origin = provenance(perf_counter() - started)
+    return ThresholdMap(**vars(found), provenance=origin, checked=checked)
 
 
 def _ends(parameter: Parameter, span: tuple[float | str, float | str]) -> tuple[float, float]:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from slipfold.checks.checked import Checked
 from slipfold.drawing import draw
 from slipfold.models.model import Model
 from slipfold.results.column import COMPLEX, REAL, TEXT, TRUTH, Column
@@ -106,6 +107,8 @@ class ThresholdMap(GridThresholds, Result):
         at four places.
     provenance
         Versions and time.
+    checked
+        Thresholds that were computed again by other means; None if nothing was.
 
     Notes
     -----
@@ -127,10 +130,11 @@ class ThresholdMap(GridThresholds, Result):
     schema = "slipfold.threshold_map/1"
 
     provenance: Provenance
+    checked: Checked | None = None
 
     def summary(self) -> str:
         """Return how many thresholds were found, their range, and why points have none."""
-        return threshold_summary(self)
+        return threshold_summary(self, self._remarks())
 
     def plot(self, **options: Any) -> Any:
         """Draw the thresholds as colours over the plane of the grid's parameters.
@@ -224,6 +228,7 @@ class ThresholdMap(GridThresholds, Result):
             over=MappingProxyType(over),
             span=(float(begin), float(end)),
             provenance=saved.provenance,
+            checked=saved.checked,
             **fields,
         )
 
@@ -237,4 +242,4 @@ class ThresholdMap(GridThresholds, Result):
         self.__post_init__()
 
     def _repr_html_(self) -> str:
-        return threshold_html(self)
+        return threshold_html(self, self._remarks())

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from slipfold.results.sentences import without_defaults
@@ -11,17 +13,19 @@ from slipfold.thresholds.threshold_map import GridThresholds
 __all__ = ["threshold_html", "threshold_summary"]
 
 
-def threshold_summary(found: GridThresholds) -> str:
+def threshold_summary(found: GridThresholds, remarks: Sequence[str] = ()) -> str:
     """Return the lowest and the highest threshold, with counts above and failures below."""
-    parts = [[_title(found), _count(found)], _range_table(found).text(), _failures(found)]
+    below = [*_failures(found), *remarks]
+    parts = [[_title(found), _count(found)], _range_table(found).text(), below]
     if not np.isfinite(found.values).any():
         del parts[1]
     return "\n\n".join("\n".join(lines) for lines in parts if lines)
 
 
-def threshold_html(found: GridThresholds) -> str:
+def threshold_html(found: GridThresholds, remarks: Sequence[str] = ()) -> str:
     """Return the same as HTML, for notebooks."""
-    return _range_table(found).html(_title(found)) + html_list([_count(found), *_failures(found)])
+    said = [_count(found), *_failures(found), *remarks]
+    return _range_table(found).html(_title(found)) + html_list(said)
 
 
 def _title(found: GridThresholds) -> str:
