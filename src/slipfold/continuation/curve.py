@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import Generic
+from typing import Any, Generic
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +35,10 @@ class Curve(ABC, Generic[P]):
     @abstractmethod
     def point(self, correction: Correction, arclength: float) -> P:
         """Return a converged correction as a point, with its test functions."""
+
+    def blended(self, known: Sequence[Any], weights: Array) -> Linearised | None:
+        """Return a weighted sum of derivatives at several points, None if they are not kept."""
+        return None
 
     def residual(self, defect: Array) -> float:
         """Return by how much an unknown fails, as tolerances are meant."""

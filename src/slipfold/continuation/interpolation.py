@@ -7,9 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.continuation.curve import Curve
+from slipfold.continuation.newton import Linearised
 from slipfold.continuation.point import P, Point
 
-__all__ = ["arc_between", "hermite", "polynomial", "well_spaced"]
+__all__ = ["arc_between", "derivatives", "hermite", "polynomial", "well_spaced"]
 
 Array = NDArray[np.float64]
 
@@ -74,6 +76,16 @@ def _hermite_weights(where: list[float], target: float) -> tuple[Array, Array]:
         d_values.append(-2 * d_node * square + factor * d_square)
         d_slopes.append(square + away * d_square)
     return np.array(of_values + of_slopes), np.array(d_values + d_slopes)
+
+
+def derivatives(curve: Curve[P], points: Sequence[P], arclength: float) -> Linearised | None:
+    """Return what the derivatives at points let expect in between or beyond."""
+    known = [point for point in points if point.linearisation is not None]
+    if not known:
+        return None
+    where = np.array([point.arclength for point in known])
+    weights = polynomial(where, np.eye(len(known)), np.array([arclength]))[0]
+    return curve.blended([point.linearisation for point in known], weights)
 
 
 def polynomial(where: Array, values: Array, targets: Array) -> Array:

@@ -10,7 +10,13 @@ from typing import Generic
 import numpy as np
 
 from slipfold.continuation.curve import Curve
-from slipfold.continuation.interpolation import POINTS, arc_between, hermite, well_spaced
+from slipfold.continuation.interpolation import (
+    POINTS,
+    arc_between,
+    derivatives,
+    hermite,
+    well_spaced,
+)
 from slipfold.continuation.newton import correct
 from slipfold.continuation.point import P
 from slipfold.errors import breakdown
@@ -51,7 +57,8 @@ def point_at(curve: Curve[P], known: Sequence[P], arclength: float) -> P:
     """Return the point at a place between known points of a curve."""
     near = well_spaced(known, arclength, arclength, POINTS)
     guess, row = hermite(near, arclength)
-    correction = correct(curve, curve.aligned(guess, near[0].z), row)
+    expected = derivatives(curve, near, arclength)
+    correction = correct(curve, curve.aligned(guess, near[0].z), row, expected=expected)
     if not correction.converged:
         raise LostCurveError(correction.failure)
     return _placed(known, curve.point(correction, arclength))
@@ -159,9 +166,11 @@ class _Chord(Generic[P]):
 
     def point_at(self, place: float) -> P:
         """Return the point at a place along the chord."""
-        guess, _ = hermite(well_spaced(self._known, place, place, POINTS), place)
+        near = well_spaced(self._known, place, place, POINTS)
+        guess, _ = hermite(near, place)
         guess = guess + (place - float((guess - self._a.z) @ self._row)) * self._row
-        correction = correct(self._curve, guess, self._row)
+        expected = derivatives(self._curve, near, place)
+        correction = correct(self._curve, guess, self._row, expected=expected)
         if not correction.converged:
             raise LostCurveError(correction.failure)
         point = self._curve.point(correction, place)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, Protocol
 
 import numpy as np
@@ -28,18 +29,25 @@ STILL = 1e-10
 """Derivatives are those of the solution once it has moved by less than this since they were taken:
 multipliers, which may move a hundred times as far, are then right to 1e-8."""
 
+EXACT = 1e-13
+"""A solution at most this far away by estimate is met: it is rounding that is left."""
+
 GROWTH = 10.0
 """A correction this many times the one before means divergence."""
 
 CHORD = 0.03
-"""Corrections below this are followed by chord steps."""
+"""Corrections below this are followed by chord steps, or may be ones themselves."""
 
-CHORD_STEPS = 3
+CHORD_STEPS = 8
 
-CHORD_GAIN = 0.1
+CHORD_GAIN = 0.5
 """A chord step must be this much shorter than the one before, or derivatives are renewed."""
 
+HOPELESS = 100.0
+"""A first chord step this many times as long as a solution may be away tells that there is none."""
+
 SINGULAR = "the equations met a singularity of the model"
+TOO_SHARP = "the curve turns too sharply"
 
 ROUNDING = 1e-5
 """Corrections below this that no longer shrink are rounding errors, magnified by the multipliers:
@@ -138,12 +146,21 @@ def correct(
     tolerance: float = 1e-10,
     iterations: int = 8,
     reach: float = np.inf,
+    expected: Linearised | None = None,
 ) -> Correction:
     """Find the solution nearest a guess in the hyperplane through it.
 
+    Where its derivatives are expected from those of its neighbours, they bring the guess so near to
+    it that new ones are taken once only.
+
     Shapes: guess, row (n,).
     """
-    z = guess
+    z, left = guess, np.inf
+    if expected is not None:
+        longest = min(CHORD, reach) / CHORD_GAIN
+        z, _, left = _chord_steps(equations, expected.bordered(row), z, 0.0, longest)
+        if left > HOPELESS * reach:
+            return Correction(z, None, None, np.inf, 0.0, left, 0, TOO_SHARP)
     linearisation, bordered = None, None
     moved, mismatch = np.inf, np.inf
     failure = f"no convergence in {iterations} corrections"
@@ -156,15 +173,18 @@ def correct(
             break
         defect = linearisation.defect
         bordered = linearisation.bordered(row)
+        if left <= EXACT and (mismatch := equations.residual(defect)) <= tolerance:
+            moved, failure = 0.0, ""
+            break
         step = bordered.solve(np.append(-defect, row @ (guess - z)))
         previous, moved = moved, float(np.linalg.norm(step))
         if not moved < max(GROWTH * previous, ROUNDING):
             failure = "Newton's method diverged"
             break
         if moved > reach:
-            failure = "the curve turns too sharply"
+            failure = TOO_SHARP
             break
-        z = z + step
+        z, left = z + step, np.inf
         at_rounding = moved < ROUNDING and moved > 0.3 * previous
         if moved <= STILL or at_rounding:
             mismatch = equations.residual(equations.defect(z))
@@ -178,7 +198,7 @@ def correct(
                     bordered, moved = linearisation.bordered(row), 0.0
                 break
         elif moved < CHORD:
-            z, moved = _chord_steps(equations, bordered, z, float(row @ (guess - z)), moved)
+            z, moved, left = _chord_steps(equations, bordered, z, float(row @ (guess - z)), moved)
     return Correction(
         z,
         linearisation,
@@ -206,23 +226,34 @@ def _chord_steps(
     z: Array,
     constraint: float,
     moved: float,
-) -> tuple[Array, float]:
+) -> tuple[Array, float, float]:
     """Go on with the old derivatives, which cost a third of new ones, while that gains digits.
 
-    The next derivatives are then taken so near the solution that they are the last.
+    What each step tells of the true derivatives serves the next ones (Broyden's method, in the form
+    that keeps steps instead of matrices). The next derivatives are then taken so near the solution
+    that they are the last. Also return the length of the last step and what is left by estimate.
     """
+    steps: list[Array] = []
+    left = np.inf
     for _ in range(CHORD_STEPS):
         defect = equations.defect(z)
         if not np.isfinite(defect).all():
             break
         step = bordered.solve(np.append(-defect, constraint))
+        for one, next_one in pairwise(steps):
+            step = step + next_one * (one @ step) / (one @ one)
+        if steps:
+            step = step / (1 - (steps[-1] @ step) / (steps[-1] @ steps[-1]))
         length = float(np.linalg.norm(step))
-        if length > CHORD_GAIN * moved:
+        left = length
+        if not length <= CHORD_GAIN * moved:
             break
+        left *= length / moved if steps else CHORD_GAIN
         z, moved, constraint = z + step, length, 0.0
-        if moved <= STILL:
+        steps.append(step)
+        if left <= EXACT:
             break
-    return z, moved
+    return z, moved, left
 
 
 # -- many systems side by side -------------------------------------------------------------------

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,8 @@ class Point:
         does. Infinite where none is known.
     volume
         Logarithm of that determinant's size; minus infinity where it is not known.
+    linearisation
+        Derivatives of the equations there; None where they are not known any more.
     """
 
     z: NDArray[np.float64]
@@ -45,6 +47,7 @@ class Point:
     residual: float
     growth: float = np.inf
     volume: float = -np.inf
+    linearisation: Any = None
 
 
 P = TypeVar("P", bound=Point)

@@ -10,8 +10,14 @@ from numpy.typing import NDArray
 
 from slipfold.continuation.contraction import contraction_drift
 from slipfold.continuation.curve import Curve
-from slipfold.continuation.interpolation import POINTS, arc_between, hermite, polynomial
-from slipfold.continuation.newton import Correction, correct
+from slipfold.continuation.interpolation import (
+    POINTS,
+    arc_between,
+    derivatives,
+    hermite,
+    polynomial,
+)
+from slipfold.continuation.newton import Correction, Linearised, correct
 from slipfold.continuation.point import P
 from slipfold.continuation.settings import Stepping
 from slipfold.errors import BREAKDOWNS, breakdown
@@ -158,7 +164,8 @@ def _try(
     held = _first_bound_beyond(recent, guess, bounds, target, SLACK)
     if held is None:
         guess = curve.aligned(guess, last.z)
-        correction = _correct(curve, guess, row, settings)
+        expected = derivatives(curve, recent, target)
+        correction = _correct(curve, guess, row, settings, expected)
         if not correction.converged:
             return correction, None
         held = _first_bound_beyond(recent, correction.z, bounds, target)
@@ -167,12 +174,14 @@ def _try(
         if held is None:
             break
         index, bound = held
-        guess = hermite(recent, _arclength_at(recent, index, bound, target))[0]
+        place = _arclength_at(recent, index, bound, target)
+        guess = hermite(recent, place)[0]
         guess = curve.aligned(guess, last.z)
         guess[index] = bound
         row = np.zeros_like(row)
         row[index] = np.sign(bound - last.z[index]) or 1.0
-        correction = _correct(curve, guess, row, settings)
+        expected = derivatives(curve, recent, place)
+        correction = _correct(curve, guess, row, settings, expected)
         if not correction.converged:
             return correction, None
         correction.z[index] = bound  # exactly, whatever rounding did
@@ -199,9 +208,11 @@ def _first_bound_beyond(
     )
 
 
-def _correct(curve: Curve[P], guess: Array, row: Array, settings: Stepping) -> Correction:
-    newton = settings.newton
-    return correct(curve, guess, row, newton.tolerance, newton.iterations, reach=2 * REJECT * ERROR)
+def _correct(
+    curve: Curve[P], guess: Array, row: Array, settings: Stepping, expected: Linearised | None
+) -> Correction:
+    tolerance, iterations = settings.newton.tolerance, settings.newton.iterations
+    return correct(curve, guess, row, tolerance, iterations, 2 * REJECT * ERROR, expected)
 
 
 def _arclength_at(recent: list[P], index: int, bound: float, beyond: float) -> float:

@@ -29,6 +29,8 @@ Array = NDArray[np.float64]
 FAR = 16.0
 """Length of a direction beyond which its third power hides the first one from the tolerance."""
 
+ARRIVED = hy.taylor_outcome.time_limit
+
 TINY = 1e-300
 """Length of a step that is taken for what is known before it."""
 
@@ -337,7 +339,7 @@ class Flow:
         for number, state in enumerate(passed, 1):
             share = number / (len(passed) + 1)
             arrive(batch, _pad((start + share * (end - start))[some]))
-            if any(item[0] != hy.taylor_outcome.time_limit for item in batch.propagate_res):
+            if any(item[0] != ARRIVED for item in batch.propagate_res):
                 batch.state[:] = np.nan
             batch.state[:n] = state[:, None]
         arrive(batch, _pad(end[some]))
@@ -531,7 +533,7 @@ def _forget(integrator: Any) -> None:
 def _finished(batch: Any, state: Array, count: int) -> Array:
     """Return one row per lane; NaN where the integrator did not arrive."""
     result = state.T[:count].copy()
-    for lane, outcome in enumerate(batch.propagate_res[:count]):
-        if outcome[0] != hy.taylor_outcome.time_limit:
-            result[lane] = np.nan
+    outcomes = [item[0] for item in batch.propagate_res[:count]]
+    if outcomes.count(ARRIVED) < count:  # one comparison costs more than a look at all of them
+        result[[outcome != ARRIVED for outcome in outcomes]] = np.nan
     return result

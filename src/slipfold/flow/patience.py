@@ -31,7 +31,8 @@ HOPELESS = 1e-5
 """Share of what is left of a motion that `CALL` steps must gain: less is a singularity, however
 steep the formulas are."""
 
-STEP_LIMIT = int(hy.taylor_outcome.step_limit)
+STOPPED = hy.taylor_outcome.step_limit
+STEP_LIMIT = int(STOPPED)
 
 
 def arrive(batch: Any, ends: Array) -> None:
@@ -40,7 +41,7 @@ def arrive(batch: Any, ends: Array) -> None:
     while True:
         before = np.array(batch.time)
         batch.propagate_until(ends, max_steps=CALL)
-        if not any(int(item[0]) == STEP_LIMIT for item in batch.propagate_res):
+        if STOPPED not in [item[0] for item in batch.propagate_res]:
             return
         taken += CALL
         left, gained = np.abs(ends - batch.time), np.abs(batch.time - before)
@@ -57,7 +58,7 @@ def sampled(batch: Any, times: Array) -> Array:
     """
     start, states = np.array(batch.state), np.empty((len(times), *batch.state.shape))
     found = batch.propagate_grid(times, max_steps=STEEP if batch.with_events else CALL)[1]
-    if not any(int(item[0]) == STEP_LIMIT for item in batch.propagate_res):
+    if STOPPED not in [item[0] for item in batch.propagate_res]:
         return np.asarray(found)
     batch.set_time(times[0])
     batch.state[:] = start

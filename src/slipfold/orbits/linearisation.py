@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cache, cached_property, reduce
 from math import isfinite
 
@@ -70,6 +70,25 @@ class Linearisation:
     along: Array
     conditions: Conditions = NO_CONDITIONS
     watched: Callable[[Linearisation], Array] | None = None
+
+    @staticmethod
+    def blend(parts: Sequence[Linearisation], weights: Array) -> Linearisation:
+        """Return what is the weighted sum of several in its Jacobian, and the first in all else."""
+
+        def total(arrays: Sequence[Array | None]) -> Array:
+            return np.tensordot(weights, np.array(arrays), axes=1)
+
+        first = parts[0]
+        conditions = first.conditions
+        if conditions.gradients is not None:
+            gradients = total([part.conditions.gradients for part in parts])
+            conditions = Conditions(conditions.values, gradients)
+        return replace(
+            first,
+            blocks=total([part.blocks for part in parts]),
+            along=total([part.along for part in parts]),
+            conditions=conditions,
+        )
 
     @cached_property
     def product(self) -> Array:

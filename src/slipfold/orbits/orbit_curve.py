@@ -63,6 +63,10 @@ class OrbitCurve(Curve[OrbitPoint]):
         """Return the values of the parameters that vary."""
         return tuple(self.orbits.values(z).tolist())
 
+    def blended(self, known: Sequence[Linearisation], weights: Array) -> Linearisation:
+        """Return a weighted sum of derivatives at several points."""
+        return Linearisation.blend(known, weights)
+
     def point(self, correction: Correction, arclength: float) -> OrbitPoint:
         """Return a converged correction as a point.
 
@@ -81,6 +85,7 @@ class OrbitCurve(Curve[OrbitPoint]):
             correction.residual,
             self.growth(linearisation) if np.abs(multipliers[0]) < 1 else np.inf,
             bordered.volume,
+            linearisation,
             monodromy=linearisation.monodromy,
             multipliers=multipliers,
         )
