@@ -10,17 +10,14 @@ from slipfold.branches.branch_point import find_crossing
 from slipfold.branches.event import Event
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.continuation.locate import CLOSE
-from slipfold.continuation.newton import correct
 from slipfold.continuation.search import Found
 from slipfold.errors import BREAKDOWNS
-from slipfold.normal_forms.equilibrium_form import equilibrium_form
-from slipfold.normal_forms.normal_form import normal_form
-from slipfold.orbits.equilibria import Equilibria
+from slipfold.normal_forms.forms import forms_of
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.spectrum.floquet import floquet_multipliers, match_multipliers
 from slipfold.orbits.spectrum.test_functions import evaluate_tests
-from slipfold.orbits.uncertainty import SPREAD, multiplier_change, place_rounding
+from slipfold.orbits.uncertainty import SPREAD, computed_anew, multiplier_change
 
 __all__ = ["describe_bifurcation", "describe_event"]
 
@@ -65,9 +62,7 @@ def _coefficient(
     if form is None:
         return None, None
     try:
-        if isinstance(problem, Equilibria):
-            return equilibrium_form(problem, point, form)
-        return normal_form(problem, point, form)
+        return forms_of(problem).special(problem, point, form)
     except BREAKDOWNS:
         return None, None
 
@@ -88,7 +83,7 @@ def _form_of(found: Found) -> str | None:
 def describe_event(problem: Orbits, event: Event, point: OrbitPoint) -> SpecialPoint:
     """Return a located user's event."""
     name = f"{event.measure} {event.name} = {event.value:g}"
-    again, rounding = _anew(problem, point)
+    again, rounding = computed_anew(problem, point)
     moved, multiplier_uncertainty = np.inf, np.full(len(point.multipliers), np.inf)
     if again is not None:
         moved = abs(again.z[-1] - point.z[-1]) + CLOSE * abs(point.tangent[-1]) + rounding
@@ -138,22 +133,6 @@ def _padded(problem: Orbits, point: OrbitPoint, uncertainty: Array) -> Array:
     return np.insert(uncertainty, [certain] * missing, 0.0)
 
 
-def _anew(problem: Orbits, point: OrbitPoint) -> tuple[OrbitPoint | None, float]:
-    """Compute the same orbit with its nodes, and so every integration step, elsewhere.
-
-    Also what rounding can do to its parameter. None if that fails: nothing is known then.
-    """
-    other, guess, row = problem.shifted(point.z, point.tangent)
-    try:
-        correction = correct(other, guess, row)
-        if not correction.converged:
-            return None, np.inf
-        again = other.point(correction, point.arclength)
-        return again, place_rounding(correction.bordered, correction.z)
-    except BREAKDOWNS:
-        return None, np.inf
-
-
 def _crossing_anew(problem: Orbits, point: OrbitPoint) -> tuple[OrbitPoint | None, float]:
     """Find the same branch point with its nodes elsewhere: along one branch it is singular."""
     other, guess, row = problem.shifted(point.z, point.tangent)
@@ -178,7 +157,7 @@ def _found_anew(problem: Orbits, found: Found) -> tuple[float, Array]:
     the test function counts as well. A branch point where two branches cross is found anew.
     """
     point = found.point
-    compute = _anew if found.other is None else _crossing_anew
+    compute = computed_anew if found.other is None else _crossing_anew
     again, rounding = compute(problem, point)
     if again is None:
         return np.inf, np.full(len(point.multipliers), np.inf)

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipfold.branches.branch import Branch
 from slipfold.branches.describe import describe_bifurcation, describe_event
@@ -19,7 +18,7 @@ from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.text.one_line import certain
 
-__all__ = ["assemble", "durations_along"]
+__all__ = ["assemble"]
 
 
 def assemble(atlas: Atlas[OrbitPoint], begun: End) -> tuple[Branch, ...]:
@@ -47,7 +46,7 @@ def assemble(atlas: Atlas[OrbitPoint], begun: End) -> tuple[Branch, ...]:
 def _branch(chart: Chart[OrbitPoint], begun: End, special: Sequence[SpecialPoint]) -> Branch:
     problem, points = chart.trail.curve, chart.trail.points
     assert chart.trail.end is not None  # every trail ends
-    durations, model = durations_along(problem, points), problem.model
+    durations, model = problem.durations(points), problem.model
     return Branch(
         id=chart.number,
         kind=problem.kind,
@@ -71,9 +70,3 @@ def _described(problem: Orbits, found: Found) -> SpecialPoint:
     if isinstance(found, Happened) and found.event is not None:
         return describe_event(problem, found.event, found.point)
     return describe_bifurcation(problem, found)
-
-
-def durations_along(orbits: Orbits, points: Sequence[OrbitPoint]) -> NDArray[np.float64] | None:
-    """Return durations in seconds, None where they are not the orbits' own."""
-    durations = [orbits.duration(point.z) for point in points]
-    return None if durations[0] is None else np.array(durations)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.continuation.newton import correct
 from slipfold.continuation.search import Found
 from slipfold.errors import BREAKDOWNS
 from slipfold.loci.locus import CODIMENSION_TWO, COEFFICIENT, LocusPoint
@@ -13,6 +12,7 @@ from slipfold.loci.locus_problem import LocusProblem
 from slipfold.loci.special_points import CUSPS
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
+from slipfold.orbits.uncertainty import computed_anew
 
 __all__ = ["coefficient_at", "describe_point", "pair_of", "plane_of"]
 
@@ -87,13 +87,8 @@ def _coefficients(problem: LocusProblem, point: OrbitPoint, kind: str) -> dict[s
 def _uncertainty(problem: LocusProblem, found: Found) -> tuple[float, float]:
     """How far the point moves when orbit and derivatives are integrated anew with other steps."""
     point = found.point
-    other, guess, row = problem.shifted(point.z, point.tangent)
-    try:
-        correction = correct(other, guess, row)
-        if not correction.converged:
-            return np.inf, np.inf
-        again = other.point(correction, point.arclength)
-    except BREAKDOWNS:
+    again, _ = computed_anew(problem, point)
+    if again is None:
         return np.inf, np.inf
     tests = ("first", "second") if found.type in CUSPS else (found.type,)
     change = max(

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.make_branch import durations_along
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.continuation.atlas import Atlas, Chart, Start
@@ -16,14 +15,14 @@ from slipfold.continuation.end import End
 from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Trail
 from slipfold.errors import BREAKDOWNS, InputError
-from slipfold.loci.describe import coefficient_at, describe_point, pair_of, plane_of
+from slipfold.loci.describe import pair_of
 from slipfold.loci.known_loci import begins_or_ends_at, lies_on
 from slipfold.loci.locus import Locus, locus_title
 from slipfold.loci.locus_problem import LocusProblem
+from slipfold.loci.make_locus import as_locus
 from slipfold.loci.one_locus import trace_locus
 from slipfold.loci.progress import LocusLine, LocusObserver, LocusProgress
-from slipfold.loci.start import Start as LocusStart
-from slipfold.loci.start import parent_starts, regular_start, starts_at
+from slipfold.loci.start import LocusStart, parent_start, regular_start, starts_at
 from slipfold.loci.window import Window, check_window
 from slipfold.models.model import Model
 from slipfold.orbits.equilibria import Equilibria
@@ -76,12 +75,12 @@ def follow_loci(
             except InputError as error:
                 refusals.append(error)
                 continue
-            work.explore(_begin([start, start.reversed()]))
+            work.explore(start)
         if work.interrupted:
             break
     if len(refusals) == len(points):  # one point among many may be known too badly to start from
         raise refusals[0]
-    return tuple(_as_locus(chart, work.leads) for chart in work.charts)
+    return tuple(as_locus(chart, work.leads) for chart in work.charts)
 
 
 def _check_point(point: SpecialPoint, base: Model, vary: tuple[str, str], window: Window) -> None:
@@ -105,27 +104,6 @@ def _check_point(point: SpecialPoint, base: Model, vary: tuple[str, str], window
                 f"the special point at {name} = {value:.6g} is outside the window from {low:g} to "
                 f"{high:g}; give a window that holds it"
             )
-
-
-@dataclass(frozen=True, eq=False)
-class _Begin(Start[OrbitPoint]):
-    """Where a locus is to be followed from."""
-
-    doubled: bool = False
-    crosses: str = ""
-
-
-def _begin(
-    group: Sequence[LocusStart],
-    rank: tuple[int, ...] = (),
-    parent: int | None = None,
-    found: Found[OrbitPoint] | None = None,
-) -> _Begin:
-    """Return both directions of a locus as one start."""
-    first = group[0]
-    points = tuple(start.point for start in group)
-    places = rank, first.born, parent, found
-    return _Begin(first.problem, points, *places, doubled=first.doubled, crosses=first.crosses)
 
 
 class _Loci(Atlas[OrbitPoint]):
@@ -167,7 +145,8 @@ class _Loci(Atlas[OrbitPoint]):
         watch = self._tell
         trail = trace_locus(start.curve, point, self._window, settings, born=born, watch=watch)
         self._lines += 1
-        if isinstance(start, _Begin) and start.crosses and point is start.points[0]:
+        assert isinstance(start, LocusStart)
+        if start.crosses and point is start.points[0]:
             trail.found[:0] = _crossed(trail, start.crosses)
         return trail
 
@@ -176,29 +155,27 @@ class _Loci(Atlas[OrbitPoint]):
         problem, number = chart.trail.curve, chart.number
         if chart.interrupted:
             return ()
-        groups = [
-            (group, found)
+        starts = [
+            replace(start, found=found)
             for found in chart.trail.found
-            for group in _groups(problem, found, self._settings)
+            for start in _starts(problem, found, self._settings)
         ]
-        at_ends: list[tuple[list[LocusStart], Found | None]] = [
-            (parent_starts(problem, last, self._settings), None) for last in chart.trail.reached
-        ]
-        wanted = [pair for pair in [*groups, *at_ends] if pair[0] and self._is_wanted(pair[0])]
+        ends = [parent_start(problem, last, self._settings) for last in chart.trail.reached]
+        starts += [start for start in ends if start is not None]
         return [
-            _begin(group, (*chart.start.rank, i), number, found)
-            for i, (group, found) in enumerate(wanted)
+            replace(start, rank=(*chart.start.rank, i), parent=number)
+            for i, start in enumerate(filter(self._is_wanted, starts))
         ]
 
-    def _is_wanted(self, group: Sequence[LocusStart]) -> bool:
-        problem = group[0].problem
-        return problem.condition in self._types and problem.orbits.period <= self._largest_period
+    def _is_wanted(self, start: LocusStart) -> bool:
+        curve = start.curve
+        return curve.condition in self._types and curve.orbits.period <= self._largest_period
 
     def known(self, start: Start[OrbitPoint]) -> int | None:
         """Return the number of the locus that passes a start, if it was followed already."""
-        doubled = isinstance(start, _Begin) and start.doubled
-        number = self.passing(start.curve, start.points[0].z, doubled)
-        if number is not None and doubled:
+        assert isinstance(start, LocusStart)
+        number = self.passing(start.curve, start.points[0].z, start.doubled)
+        if number is not None and start.doubled:
             self._place_end(self.charts[number - 1], start)
         return number
 
@@ -274,71 +251,14 @@ def _crossed(trace: Trail[OrbitPoint], kind: str) -> list[Found]:
     return [Found(kind, first, slope)]
 
 
-def _groups(problem: LocusProblem, found: Found, settings: Settings) -> list[list[LocusStart]]:
+def _starts(problem: LocusProblem, found: Found, settings: Settings) -> list[LocusStart]:
     """Return the loci that start at a point; none where what they start from breaks down."""
     try:
-        return list(_grouped(starts_at(problem, found, settings)))
+        return list(starts_at(problem, found, settings))
     except BREAKDOWNS:
         return []
-
-
-def _grouped(starts: Iterator[LocusStart]) -> Iterator[list[LocusStart]]:
-    """Put both directions of one locus together."""
-    group: list[LocusStart] = []
-    for start in starts:
-        if group and (start.problem is not group[0].problem):
-            yield group
-            group = []
-        group.append(start)
-    if group:
-        yield group
-
-
-def _as_locus(chart: Chart[OrbitPoint], leads: Mapping[Found, Sequence[int]]) -> Locus:
-    """Return a locus as data."""
-    trail = chart.trail
-    problem, points = trail.curve, trail.points
-    orbits = problem.orbits
-    assert trail.end is not None
-    arclength = np.array([point.arclength for point in points])
-    durations = durations_along(orbits, points)
-    return Locus(
-        id=chart.number,
-        type=problem.condition,
-        kind=orbits.kind,
-        period=orbits.period,
-        parent=chart.start.parent,
-        model=orbits.model if durations is None else orbits.model.replace(duration=durations[0]),
-        vary=plane_of(orbits),
-        values=np.array([orbits.values(point.z) for point in points]),
-        nodes=np.array([orbits.nodes(point.z) for point in points]),
-        multipliers=np.array([orbits.multipliers(point) for point in points]),
-        coefficient=np.array([coefficient_at(problem, point) for point in points]),
-        residual=np.array([point.residual for point in points]),
-        arclength=arclength - arclength[0],
-        special=tuple(
-            replace(
-                describe_point(problem, found),
-                arclength=found.point.arclength - arclength[0],
-                leads_to=tuple(leads.get(found, ())),
-            )
-            for found in trail.found
-        ),
-        begun=chart.begun or _first_end(trail),
-        stopped=trail.end,
-        durations=durations,
-    )
 
 
 def _own(model: Model) -> dict[str, float]:
     """What belongs to an orbit of an autonomous model, not to the case."""
     return {name: model.values[name] for name in OWN if not model.forced}
-
-
-def _first_end(trace: Trail[OrbitPoint]) -> End:
-    """Say why a locus that was followed in one direction only begins where it does."""
-    assert trace.end is not None
-    if trace.end.kind in ("closed", "interrupted"):
-        return trace.end
-    place = trace.curve.place(trace.points[0].z)
-    return End("codimension-2", "born at a point of codimension two", place)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.normal_forms.locus_forms import forms_of
+from slipfold.normal_forms.forms import forms_of
 from slipfold.orbits.critical import Critical
 from slipfold.orbits.linearisation import Linearisation
 from slipfold.orbits.orbit_curve import Orbits

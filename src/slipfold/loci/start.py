@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.closed_branches import asymmetry
 from slipfold.branches.settings import Settings
+from slipfold.continuation.atlas import Start
 from slipfold.continuation.follow import BIRTH
 from slipfold.continuation.newton import correct
 from slipfold.continuation.search import Found
@@ -19,14 +21,13 @@ from slipfold.loci.locus_problem import LocusProblem
 from slipfold.loci.special_points import DOUBLED
 from slipfold.orbits.births import Newborn, cycle_of_no_amplitude, passed_twice
 from slipfold.orbits.equilibria import Equilibria
-from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.shooting import Shooting
 from slipfold.orbits.spectrum.degeneracy import PAIRED
 from slipfold.orbits.spectrum.eigenvalues import Cayley
 from slipfold.orbits.spectrum.floquet import floquet_multipliers
 
-__all__ = ["Start", "parent_starts", "regular_start", "starts_at"]
+__all__ = ["LocusStart", "parent_start", "regular_start", "starts_at"]
 
 Array = NDArray[np.float64]
 
@@ -48,54 +49,37 @@ CROSSING = {
 """Types of the loci that pass through a point of codimension two, or end there."""
 
 
-class Start:
+@dataclass(frozen=True, eq=False)
+class LocusStart(Start[OrbitPoint]):
     """Where a locus is to be followed from.
 
     Parameters
     ----------
-    problem
-        Its equations.
-    point
-        The first point.
-    born
-        Whether the locus begins there, at a point of codimension two.
     doubled
         Whether its orbits are there those of half the period, passed twice, or equilibria.
     crosses
         Type of the point of codimension two that it passes there; empty if it passes none.
     """
 
-    def __init__(
-        self,
-        problem: LocusProblem,
-        point: OrbitPoint,
-        born: bool = False,
-        doubled: bool = False,
-        crosses: str = "",
-    ) -> None:
-        self.problem = problem
-        self.point = point
-        self.born = born
-        self.doubled = doubled
-        self.crosses = crosses
-
-    def reversed(self) -> Start:
-        """Return the same place with the opposite direction."""
-        turned = self.problem.turned(self.point)
-        return Start(self.problem, turned, self.born, self.doubled, self.crosses)
+    doubled: bool = False
+    crosses: str = ""
 
 
-def regular_start(problem: LocusProblem, z: Array, settings: Settings) -> Start:
-    """Return a point of a locus with its direction."""
+def regular_start(
+    problem: LocusProblem, z: Array, settings: Settings, crosses: str = ""
+) -> LocusStart:
+    """Return a point of a locus with both its directions."""
     try:
-        return _regular_start(problem, z, settings)
+        point = _regular_point(problem, z, settings)
     except InputError:
         raise
     except BREAKDOWNS as error:
         raise _no_locus(problem, z, breakdown(error)) from None
+    both = point, problem.turned(point)
+    return LocusStart(problem, both, departs=bool(crosses), crosses=crosses)
 
 
-def _regular_start(problem: LocusProblem, z: Array, settings: Settings) -> Start:
+def _regular_point(problem: LocusProblem, z: Array, settings: Settings) -> OrbitPoint:
     linearised = problem.linearise(z)
     if not np.isfinite(linearised.jacobian).all():
         raise _no_locus(problem, z, "its orbit cannot be integrated")
@@ -108,7 +92,7 @@ def _regular_start(problem: LocusProblem, z: Array, settings: Settings) -> Start
     if not correction.converged or correction.distance > NEAR:
         reason = correction.failure or "Newton's method leads to another orbit"
         raise _no_locus(problem, z, reason)
-    return Start(problem, problem.point(correction, 0.0))
+    return problem.point(correction, 0.0)
 
 
 def _is_singular(problem: LocusProblem, jacobian: Array, z: Array) -> bool:
@@ -131,35 +115,27 @@ def _no_locus(problem: LocusProblem, z: Array, reason: str) -> InputError:
     )
 
 
-def parent_starts(problem: LocusProblem, point: OrbitPoint, settings: Settings) -> list[Start]:
-    """Return the period doubling of the orbits that those of a locus are the doubles of."""
+def parent_start(problem: LocusProblem, point: OrbitPoint, settings: Settings) -> LocusStart | None:
+    """Return the period doubling or Hopf point at which a locus of orbits born there ends."""
     orbits = problem.orbits
+    nodes = orbits.nodes(point.z)
     if orbits.period % 2:
-        return _hopf_starts(orbits, point, settings)
-    parent = LocusProblem(orbits.with_period(orbits.period // 2), "PD")
-    m, shooting = orbits.segments, orbits.by
-    assert isinstance(shooting, Shooting)
-    halves = shooting.halved(orbits.nodes(point.z), orbits.constants(point.z))
-    z = orbits.join(0.5 * (halves[:m] + halves[m:]), orbits.free_values(point.z))
+        resting = Equilibria(orbits.model, orbits.varied, Cayley())
+        z = resting.pack(nodes.mean(axis=0, keepdims=True), orbits.values(point.z))
+        parent = LocusProblem(resting, "HB")
+    else:
+        m, shooting = orbits.segments, orbits.by
+        assert isinstance(shooting, Shooting)
+        halves = shooting.halved(nodes, orbits.constants(point.z))
+        z = orbits.join(0.5 * (halves[:m] + halves[m:]), orbits.free_values(point.z))
+        parent = LocusProblem(orbits.with_period(orbits.period // 2), "PD")
     try:
-        start = regular_start(parent, z, settings)
+        return regular_start(parent, z, settings)
     except InputError:
-        return []
-    return [start, start.reversed()]
+        return None
 
 
-def _hopf_starts(orbits: Orbits, point: OrbitPoint, settings: Settings) -> list[Start]:
-    resting = Equilibria(orbits.model, orbits.varied, Cayley())
-    middle = orbits.nodes(point.z).mean(axis=0, keepdims=True)
-    z = resting.pack(middle, orbits.values(point.z))
-    try:
-        start = regular_start(LocusProblem(resting, "HB"), z, settings)
-    except InputError:
-        return []
-    return [start, start.reversed()]
-
-
-def starts_at(problem: LocusProblem, found: Found, settings: Settings) -> Iterator[Start]:
+def starts_at(problem: LocusProblem, found: Found, settings: Settings) -> Iterator[LocusStart]:
     """Return the loci that begin or pass at a point of codimension two, but its own.
 
     At GPD the folds of the doubled orbits are born; through LPPD, LPNS, PDNS, R1 and R2 pass loci
@@ -174,26 +150,27 @@ def starts_at(problem: LocusProblem, found: Found, settings: Settings) -> Iterat
     for other in CROSSING.get(found.type, ()):
         if other == condition:
             continue
-        crossing = LocusProblem(orbits, other)
         try:
-            start = regular_start(crossing, point.z, settings)
+            start = regular_start(LocusProblem(orbits, other), point.z, settings, found.type)
         except InputError:
             continue
         if found.type in DOUBLED and other in PAIRED:
             yield from _complex_side(start, settings)
         else:
-            here = Start(crossing, start.point, born=True, crosses=found.type)
-            yield from (here, here.reversed())
+            yield start
     if found.type == "R2" and condition == "PD":
         yield from _born(passed_twice(orbits, point.z), "NS", point, settings)
 
 
-def _complex_side(start: Start, settings: Settings) -> Iterator[Start]:
+def _complex_side(start: LocusStart, settings: Settings) -> Iterator[LocusStart]:
     """Return the direction in which a pair that meets on the real axis is complex."""
-    for side in (start, start.reversed()):
-        first = next(iter(walk(side.problem, [side.point], BIRTH, (), settings)))
+    sides = []
+    for point in start.points:
+        first = next(iter(walk(start.curve, [point], BIRTH, (), settings)))
         if not isinstance(first, Failure) and _is_complex(first):
-            yield Start(side.problem, side.point, born=True)
+            sides.append(point)
+    if sides:
+        yield replace(start, points=tuple(sides), crosses="")
 
 
 def _is_complex(point: OrbitPoint) -> bool:
@@ -204,7 +181,7 @@ def _is_complex(point: OrbitPoint) -> bool:
 
 def _born(
     first: Newborn, condition: str, parent: OrbitPoint, settings: Settings
-) -> Iterator[Start]:
+) -> Iterator[LocusStart]:
     """Return the locus of orbits that are born at a point, unless it leads to their parents."""
     curve, z = LocusProblem(first.orbits, condition), first.z
     linearisation = first.orbits.linearise(z)
@@ -225,4 +202,4 @@ def _born(
     if isinstance(after, Failure) or np.linalg.norm(asymmetry(first.orbits, after.z)) < 0.5 * BIRTH:
         return
     if condition == "LP" or _is_complex(after):
-        yield Start(curve, start, born=True, doubled=True)
+        yield LocusStart(curve, (start,), departs=True, doubled=True)

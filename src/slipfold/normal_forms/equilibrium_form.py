@@ -17,7 +17,7 @@ from slipfold.normal_forms.normal_form import (
     fold_coefficient,
 )
 from slipfold.normal_forms.pair_form import pair_cubic
-from slipfold.orbits.equilibria import Equilibria
+from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["equilibrium_form", "first_lyapunov_coefficient"]
@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 Vector = NDArray[Any]
 
 
-def equilibrium_form(problem: Equilibria, point: OrbitPoint, kind: str) -> tuple[float, str | None]:
+def equilibrium_form(problem: Orbits, point: OrbitPoint, kind: str) -> tuple[float, str | None]:
     """Return the coefficient of an equilibrium's bifurcation and its criticality."""
     field = FieldMap(problem, point.z)
     ratios = problem.scales / problem.model_at(point.z).unit_scales()
@@ -37,8 +37,7 @@ def equilibrium_form(problem: Equilibria, point: OrbitPoint, kind: str) -> tuple
     # The map x -> x + f(x) has the equilibrium as its fixed point and the field's derivatives.
     matrix = np.eye(len(problem.scales)) + field.jacobian
     if kind == "LP":
-        pull = problem.by.pulls(problem.nodes(point.z), problem.constants(point.z))[:, -1]
-        coefficient = fold_coefficient(field, matrix, field.carried(pull))
+        coefficient = fold_coefficient(field, matrix, field.pull)
     else:
         coefficient = critical_coefficient(field, matrix, kind)
     size = critical_length(matrix, kind, ratios)

@@ -34,6 +34,7 @@ class FieldMap:
         self._constants = problem.constants(z)
         self._scales = problem.scales if scales is None else scales
         self._time = self._constants.period
+        self._along = self._constants.rates[:, problem.indices[-1:]]
         self.rescaling = problem.scales / self._scales
 
     @property
@@ -41,6 +42,12 @@ class FieldMap:
         """Derivative of the rates, shape (n, n)."""
         found = self._flow.jacobians(self._state[None], np.zeros(1), self._constants)[0]
         return found * self._scales / self._scales[:, None] / self._time
+
+    @property
+    def pull(self) -> Array:
+        """Derivative of the rates with respect to the last free parameter, shape (n,)."""
+        found = self._flow.pulls(self._state, self._constants, self._along)[:, 0]
+        return np.asarray(found / self._scales / self._time)
 
     def rescaled(self, monodromy: Array) -> Array:
         """Return a matrix in these scales.
@@ -57,13 +64,6 @@ class FieldMap:
         units = self._scales * self._time
         found = self._flow.powers(self._state, self._constants, directions * self._scales)
         return found[0] / units, found[1] / units
-
-    def carried(self, vector: Array) -> Array:
-        """Return a displacement in these scales.
-
-        Shapes: vector (n,).
-        """
-        return vector * self.rescaling
 
     def second(self, pairs: list[tuple[Vector, Vector]]) -> list[Vector]:
         """Return B(u, v) for complex vectors.

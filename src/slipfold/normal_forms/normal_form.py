@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from slipfold.normal_forms.jet_map import JetMap
 from slipfold.normal_forms.return_map import ReturnMap
-from slipfold.orbits.cycles import Cycles
 from slipfold.orbits.linearisation import Linearisation
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
@@ -80,7 +79,7 @@ def normal_form(problem: Orbits, point: OrbitPoint, kind: str) -> tuple[float, s
     linearisation = problem.linearise(point.z)
     map_: JetMap | ReturnMap = (
         ReturnMap(problem, point.z, problem.scales)
-        if isinstance(problem, Cycles)
+        if problem.free_phase
         else JetMap(problem, point.z, problem.constants(point.z))
     )
     matrix = map_.rescaled(linearisation.product)

@@ -220,6 +220,11 @@ class Orbits(OrbitCurve):
         """Return the duration in seconds where it belongs to the orbit, not to the case."""
         return None
 
+    def durations(self, points: Sequence[OrbitPoint]) -> Array | None:
+        """Return the durations along a curve, None where the parameters give them."""
+        found = [self.duration(point.z) for point in points]
+        return None if None in found else np.array(found, dtype=float)
+
     def constants(self, z: Array) -> Constants:
         """Return the coefficients of the flow, evaluated once for each place in turn."""
         known, constants = self._constants

@@ -5,12 +5,21 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.continuation.newton import correct
 from slipfold.continuation.whole_matrix import SquareMatrix
+from slipfold.errors import BREAKDOWNS
 from slipfold.models.model import Model
 from slipfold.orbits.forced_orbits import ForcedOrbits
+from slipfold.orbits.orbit_curve import OrbitCurve
+from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.spectrum.floquet import floquet_multipliers, match_multipliers
 
-__all__ = ["multiplier_change", "multiplier_rounding", "multiplier_uncertainty", "place_rounding"]
+__all__ = [
+    "computed_anew",
+    "multiplier_change",
+    "multiplier_rounding",
+    "multiplier_uncertainty",
+]
 
 Array = NDArray[np.float64]
 
@@ -55,6 +64,22 @@ def place_rounding(bordered: SquareMatrix, z: Array) -> float:
     unit[-1] = 1.0
     weights = np.abs(np.linalg.solve(bordered.matrix.T, unit))
     return float(weights @ (ROUNDING * np.maximum(1.0, np.abs(z))))
+
+
+def computed_anew(curve: OrbitCurve, point: OrbitPoint) -> tuple[OrbitPoint | None, float]:
+    """Compute a point of a curve with other errors in every step.
+
+    Also what rounding can do to its last parameter. None if that fails: nothing is known then.
+    """
+    other, guess, row = curve.shifted(point.z, point.tangent)
+    try:
+        correction = correct(other, guess, row)
+        if not correction.converged:
+            return None, np.inf
+        again = other.point(correction, point.arclength)
+        return again, place_rounding(correction.bordered, correction.z)
+    except BREAKDOWNS:
+        return None, np.inf
 
 
 def multiplier_uncertainty(

@@ -1,4 +1,4 @@
-"""Normal forms along a locus and at its points of codimension two, as its orbits have them."""
+"""The normal forms that orbits have: which maps and formulas serve which kind of orbits."""
 
 from __future__ import annotations
 
@@ -7,15 +7,13 @@ from numpy.typing import NDArray
 
 from slipfold.normal_forms.codimension_two import codimension_two_coefficients
 from slipfold.normal_forms.equilibrium_codimension_two import equilibrium_coefficients
-from slipfold.normal_forms.equilibrium_form import first_lyapunov_coefficient
+from slipfold.normal_forms.equilibrium_form import equilibrium_form, first_lyapunov_coefficient
 from slipfold.normal_forms.field_map import FieldMap
-from slipfold.normal_forms.normal_form import critical_coefficient, mean_coefficient
+from slipfold.normal_forms.normal_form import critical_coefficient, mean_coefficient, normal_form
 from slipfold.normal_forms.quintic import quintic_coefficient
 from slipfold.normal_forms.return_map import ReturnMap
 from slipfold.normal_forms.segment_map import SegmentMap
 from slipfold.orbits.critical import Critical
-from slipfold.orbits.cycles import Cycles
-from slipfold.orbits.equilibria import Equilibria
 from slipfold.orbits.linearisation import Linearisation
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
@@ -32,8 +30,12 @@ class Forms:
     neutral = 1e-8
     """Least sin(angle)^2 at which the coefficient of a torus still has digits."""
 
+    def special(self, orbits: Orbits, point: OrbitPoint, kind: str) -> tuple[float, str | None]:
+        """Return the coefficient of a bifurcation of a branch, and its criticality."""
+        return normal_form(orbits, point, kind)
+
     def coefficient(self, curve: Critical, z: Array, linearisation: Linearisation) -> float:
-        """Return the coefficient of the bifurcation, for a unit critical vector in scaled states.
+        """Return the coefficient along a locus, for a unit critical vector in scaled states.
 
         An error of linear algebra says that there is none.
         """
@@ -66,7 +68,7 @@ class CycleForms(Forms):
     """
 
     def coefficient(self, curve: Critical, z: Array, linearisation: Linearisation) -> float:
-        """Return the coefficient of the bifurcation."""
+        """Return the coefficient along a locus."""
         map_ = ReturnMap(curve.orbits, z, curve.orbits.scales)
         product = linearisation.product
         ratios = _ratios(curve.orbits, z)
@@ -87,8 +89,12 @@ class EquilibriumForms(Forms):
     neutral = 1e-12
     """As for orbits; nothing is integrated here, and beside fast decay all angles are small."""
 
+    def special(self, orbits: Orbits, point: OrbitPoint, kind: str) -> tuple[float, str | None]:
+        """Return the coefficient of a bifurcation of a branch, and its criticality."""
+        return equilibrium_form(orbits, point, kind)
+
     def coefficient(self, curve: Critical, z: Array, linearisation: Linearisation) -> float:
-        """Return the coefficient of the bifurcation."""
+        """Return the coefficient along a locus."""
         return first_lyapunov_coefficient(FieldMap(curve.orbits, z))
 
     def codimension_two(self, curve: Critical, point: OrbitPoint, kind: str) -> dict[str, float]:
@@ -99,9 +105,9 @@ class EquilibriumForms(Forms):
 
 def forms_of(orbits: Orbits) -> Forms:
     """Return the normal forms that orbits have."""
-    if isinstance(orbits, Equilibria):
+    if orbits.kind == "equilibrium":
         return EquilibriumForms()
-    return CycleForms() if isinstance(orbits, Cycles) else Forms()
+    return CycleForms() if orbits.free_phase else Forms()
 
 
 def _ratios(orbits: Orbits, z: Array) -> Array:
