@@ -23,7 +23,7 @@ from slipfold.loci.follow import follow_loci
 from slipfold.loci.locus_problem import LocusProblem
 from slipfold.models import SlidingOscillator
 from slipfold.normal_forms.normal_form import criticality_of
-from slipfold.orbits.find import hold_parameter
+from slipfold.orbits.carry_to import hold_parameter
 from slipfold.orbits.forced_orbits import ForcedOrbits
 
 PLANES = {

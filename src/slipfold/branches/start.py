@@ -7,15 +7,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.settings import Settings
 from slipfold.continuation.newton import correct
-from slipfold.continuation.walk import Failure, walk
 from slipfold.errors import InputError
 from slipfold.models.equilibrium_search import search_equilibrium
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
+from slipfold.orbits.carry_to import hold_parameter
 from slipfold.orbits.equilibria import Equilibria
-from slipfold.orbits.find import guess_orbit, hold_parameter
+from slipfold.orbits.find_response import find_response
 from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.orbits.kinds import orbits_of
 from slipfold.orbits.limits import broken_limit
@@ -31,9 +30,6 @@ Array = NDArray[np.float64]
 SINGULAR = 1e8
 """Newton's method at a worse condition leaves half of all digits: the value held is that of a fold
 or branch point."""
-
-NEAR = 0.3
-"""An orbit this far from the linear response, in scaled states, may belong to another branch."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,65 +61,20 @@ class Begin:
         return replace(self, orbit=replace(self.orbit, model=model))
 
 
-def response_start(problem: ForcedOrbits, value: float, forward: float) -> OrbitPoint:
-    """Return the response of period 1 at a value of the parameter.
-
-    The linear response is corrected by Newton's method. Where that fails or leads far away, the
-    response is followed from the model's quiet state, in the parameter that scales the forcing.
-    """
-    row = hold_parameter(problem.size) * forward
-    correction = guess_orbit(problem, value)
-    if not correction.converged or correction.distance > NEAR:
-        nodes = _nodes_from_quiet(problem, value)
-        correction = correct(problem, problem.pack(nodes, value), row)
-    else:
-        correction = correct(problem, correction.z, row)
+def response_start(orbits: ForcedOrbits, value: float, forward: float) -> OrbitPoint:
+    """Return the response of period 1 at a value of the parameter."""
+    correction = find_response(orbits, value)
+    if correction.converged:
+        correction = correct(orbits, correction.z, hold_parameter(orbits.size) * forward)
     if not correction.converged:
         raise InputError(
-            f"no response of period 1 was found at {problem.vary} = {value:g}: "
+            f"no response of period 1 was found at {orbits.vary} = {value:g}: "
             f"{correction.failure}; start the span elsewhere"
         )
-    broken = broken_limit(problem, correction.z)
+    broken = broken_limit(orbits, correction.z)
     if broken is not None:
-        raise InputError(f"the span cannot start at {problem.vary} = {value:g}: {broken}")
-    return problem.point(correction, 0.0)
-
-
-def _nodes_from_quiet(problem: ForcedOrbits, value: float) -> Array:
-    """Follow the response from the quiet state at the given value of the other parameter."""
-    model = problem.model.replace(**{problem.vary: value})
-    quiet = model.quiet
-    if quiet is None or not model.values[quiet]:
-        raise InputError(
-            f"no response of period 1 was found at {problem.vary} = {value:g}: Newton's method "
-            "does not converge from the linear response; start the span elsewhere"
-        )
-    target = model.values[quiet]
-    other = ForcedOrbits(model, {quiet: abs(target)}, 1, problem.segments)
-    correction = guess_orbit(other, 0.0)
-    if not correction.converged:
-        raise InputError(
-            f"no rest state was found at {problem.vary} = {value:g} with {quiet} = 0: "
-            f"{correction.failure}; start the span elsewhere"
-        )
-    row = hold_parameter(other.size) * np.sign(target)
-    start = other.point(correct(other, correction.z, row), 0.0)
-    point: OrbitPoint | Failure = start
-    for point in walk(other, [start], 0.01, other.bounds((0.0, target)), Settings()):
-        if isinstance(point, Failure):
-            break
-        broken = broken_limit(other, point.z)
-        if broken is not None:
-            point = Failure("limit", broken)
-            break
-    if isinstance(point, Failure) or other.value(point.z) != target:
-        reason = point.reason if isinstance(point, Failure) else "the response turns back before"
-        raise InputError(
-            f"no response of period 1 was found at {problem.vary} = {value:g}: followed from "
-            f"{quiet} = 0 it does not reach {quiet} = {target:g} ({reason}); start the span "
-            f"elsewhere or lower {quiet}"
-        )
-    return other.nodes(point.z)
+        raise InputError(f"the span cannot start at {orbits.vary} = {value:g}: {broken}")
+    return orbits.point(correction, 0.0)
 
 
 def equilibrium_start(

@@ -8,31 +8,26 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.continuation.newton import correct
+from slipfold.continuation.walk import Failure
 from slipfold.errors import InputError
 from slipfold.loci.fan import FanLine
 from slipfold.loci.raster import Raster
 from slipfold.loci.stable_spans import orbit_on, stable_spans
 from slipfold.models.model import Model
-from slipfold.orbits.find import hold_parameter
+from slipfold.orbits.carry_to import Straight, carry_to
 from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.orbits.limits import broken_limit
+from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["Vote", "agree", "carried_orbits", "collect_votes"]
 
 Array = NDArray[np.float64]
-
-STEPS = 8
-"""Steps in which an orbit is carried from one place to another, and halvings of a step."""
 
 SEEDS = 3
 """Orbits tried, the nearest first, where one is to be carried to a place."""
 
 SAME = 1e-4
 """Two stable orbits this close in scaled states are one."""
-
-REACH = 0.5
-"""An orbit this far from the one before, in scaled states, may be another."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,8 +138,12 @@ def carried_orbits(
     best: list[Array] = []
     for seed in near[:SEEDS]:
         found: list[Array] = []
+        # The parameter that changes most says where on the way an orbit is.
+        order = np.argsort(np.abs(np.array(place) - seed.place) / size)
+        names = [plane[i] for i in order]
+        begin, end = np.array(seed.place)[order], np.array(place)[order]
         for start in seed.nodes.get(period, ()):
-            nodes = _carried(model, plane, start, seed.place, place, period)
+            nodes = _carried(model, names, start, begin, end, size[order], period)
             scales = model.state_scales()
             if nodes is not None and not _is_among(nodes, found, period, scales):
                 found.append(nodes)
@@ -160,32 +159,29 @@ def _distance(a: tuple[float, float], b: tuple[float, float], size: Array) -> fl
 
 def _carried(
     model: Model,
-    plane: tuple[str, str],
+    names: Sequence[str],
     nodes: Array,
-    origin: tuple[float, float],
-    place: tuple[float, float],
+    begin: Array,
+    end: Array,
+    size: Array,
     period: int,
 ) -> Array | None:
-    """Follow a stable orbit on the straight way from one place to another."""
-    start, end = np.array(origin), np.array(place)
-    share, step = 0.0, 1.0 / STEPS
-    while share < 1:
-        trial = min(share + step, 1.0)
-        at = start + trial * (end - start)
+    """Follow a stable orbit on the straight way from one place to another, the second named most.
+
+    Shapes: nodes (m, n_states); begin, end, size (2,); returns (m, n_states).
+    """
+    if (begin == end).all():
+        return nodes
+    orbits = ForcedOrbits(model, dict(zip(names, size.tolist(), strict=True)), period, len(nodes))
+
+    def refuse(point: OrbitPoint) -> str | None:
+        if np.abs(point.multipliers).max() > 1:
+            return "it is unstable on the way"
         try:
-            there = model.replace(**dict(zip(plane, map(float, at), strict=True)))
-        except InputError:  # on the way lies no model
-            return None
-        problem = ForcedOrbits(there, {plane[0]: 1.0}, period, len(nodes))
-        guess = problem.unknown(nodes, there)
-        correction = correct(problem, guess, hold_parameter(problem.size), reach=REACH)
-        if correction.converged and correction.linearisation is not None:
-            multipliers = np.linalg.eigvals(correction.linearisation.monodromy)
-            if np.abs(multipliers).max() > 1 or broken_limit(problem, correction.z) is not None:
-                return None
-            nodes, share = problem.nodes(correction.z), trial
-        else:
-            step /= 2
-            if step < 2.0**-STEPS:
-                return None
-    return nodes
+            orbits.model_at(point.z)
+        except InputError as error:  # on the way lies no model
+            return str(error)
+        return broken_limit(orbits, point.z)
+
+    reached = carry_to(Straight(orbits, begin, end), orbits.pack(nodes, begin), end[-1], refuse)
+    return None if isinstance(reached, Failure) else orbits.nodes(reached.z)

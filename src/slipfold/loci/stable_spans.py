@@ -12,7 +12,7 @@ from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import BIFURCATIONS
 from slipfold.branches.stability import stability_stretches
 from slipfold.continuation.newton import correct
-from slipfold.orbits.find import hold_parameter
+from slipfold.orbits.carry_to import hold_parameter
 from slipfold.orbits.forced_orbits import ForcedOrbits
 
 __all__ = ["StableSpan", "orbit_on", "stable_spans"]

@@ -12,43 +12,20 @@ from slipfold.errors import InputError
 from slipfold.flow import flow_of
 from slipfold.flow.typical_sizes import measured
 from slipfold.models.model import Model
+from slipfold.orbits.carry_to import hold_parameter
 from slipfold.orbits.find_cycle import find_cycle
+from slipfold.orbits.find_response import find_response
 from slipfold.orbits.forced_orbits import ForcedOrbits
-from slipfold.orbits.linear_response import linear_response
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.orbits.spectrum.floquet import floquet_multipliers
 
-__all__ = ["guess_orbit", "hold_parameter", "periodic_orbit"]
+__all__ = ["periodic_orbit"]
 
 Array = NDArray[np.float64]
 
 LONGEST = 64
 """Longest period that can be asked for, in forcing periods."""
-
-REACH = 0.5
-"""An orbit this far from the one before, in scaled states, may belong to another branch."""
-
-SMALLEST_SHARE = 1e-4
-"""Smallest step in which the forcing is raised, as a share of it."""
-
-
-def hold_parameter(size: int) -> Array:
-    """Return the constraint that keeps the parameter at its guess."""
-    row = np.zeros(size + 1)
-    row[-1] = 1.0
-    return row
-
-
-def guess_orbit(problem: ForcedOrbits, value: float) -> Correction:
-    """Correct the linear response to a periodic orbit of one forcing period."""
-    vector = problem.model.vector.copy()
-    vector[problem.indices[-1]] = value
-    constants = problem.flow.constants(vector, problem.flow_scales)
-    start = problem.model.replace(**{problem.vary: value}).start
-    nodes = linear_response(problem.flow, constants, problem.scales, problem.segments, start)
-    guess = problem.pack(nodes, value)
-    return correct(problem, guess, hold_parameter(problem.size), iterations=15)
 
 
 def periodic_orbit(
@@ -123,7 +100,10 @@ def periodic_orbit(
         )
     problem = ForcedOrbits(model, {vary: 1.0}, int(period))
     if state is None and period == 1:
-        return _as_orbit(problem, model, _response(problem, model, tolerance))
+        found = find_response(problem, model.values[vary])
+        if found.converged and tolerance < found.residual:
+            found = correct(problem, found.z, hold_parameter(problem.size), tolerance=tolerance)
+        return _as_orbit(problem, model, found)
     start = _settled(model, settle) if state is None else _checked_state(model, state)
     constants = problem.flow.constants_of(model)
     zero = np.zeros(1)
@@ -172,30 +152,6 @@ def _checked_state(model: Model, state: ArrayLike | Mapping[str, float]) -> Arra
             f"state = {state!r} does not fit; give finite numbers for {' '.join(names)}"
         )
     return checked
-
-
-def _response(problem: ForcedOrbits, model: Model, tolerance: float) -> Correction:
-    """Correct the linear response; where that fails, raise the forcing from zero in steps."""
-    correction = guess_orbit(problem, model.values[problem.vary])
-    row = hold_parameter(problem.size)
-    if correction.converged or model.quiet is None:
-        return correct(problem, correction.z, row, tolerance=tolerance)
-    target = model.values[model.quiet]
-    other = ForcedOrbits(model, {model.quiet: max(abs(target), 1e-300)})
-    reached, step = guess_orbit(other, 0.0), 0.1
-    share = 0.0
-    while reached.converged and share < 1 and step > SMALLEST_SHARE:
-        guess = reached.z.copy()
-        guess[-1] = min(share + step, 1.0) * np.sign(target)
-        tried = correct(other, guess, hold_parameter(other.size), reach=REACH)
-        if tried.converged:
-            reached, share, step = tried, min(share + step, 1.0), 1.5 * step
-        else:
-            step /= 3
-    if share < 1:
-        return correction
-    guess = problem.unknown(other.nodes(reached.z), model)
-    return correct(problem, guess, row, tolerance=tolerance)
 
 
 def _settled(model: Model, periods: int) -> Array:

@@ -1,0 +1,97 @@
+"""Orbits carried to other values of parameters, and responses that are begun from afar."""
+
+import numpy as np
+import pytest
+
+import slipfold as sf
+from slipfold.continuation.walk import Failure
+from slipfold.flow import patience
+from slipfold.flow.typical_sizes import measured
+from slipfold.orbits.carry_to import Straight, carry_to
+from slipfold.orbits.find_response import guess_orbit
+from slipfold.orbits.forced_orbits import ForcedOrbits
+
+
+def anything(point):
+    return None
+
+
+def duffing(**values):
+    """Beyond its resonance a weak force has a small response, and a strong one only a large one."""
+    parameters = {"W": 2.0, "F": 1.0, **values}
+    rates = {"q": "v", "v": "F*cos(W*t) - q - q^3 - 0.1*v"}
+    forcing = {"period": "2*pi/W", "quiet": "F"}
+    return measured(sf.System(parameters=parameters, states=rates, forcing=forcing))
+
+
+def rising(model):
+    orbits = ForcedOrbits(model, {"F": 1.0})
+    return orbits, guess_orbit(orbits, 0.0).z
+
+
+def test_an_orbit_is_carried_round_the_folds_on_its_way():
+    orbits, rest = rising(duffing())
+    places = []
+    reached = carry_to(orbits, rest, 4.0, lambda point: places.append(point.z[-1]))
+    assert orbits.value(reached.z) == 4.0
+    assert (np.diff(places) < 0).any()  # back between two folds
+    other = carry_to(orbits, reached.z, 0.0, anything)
+    assert other.z == pytest.approx(rest, abs=1e-9)
+
+
+def test_an_orbit_that_is_there_stays():
+    orbits, rest = rising(duffing())
+    assert carry_to(orbits, rest, 0.0, anything).z == pytest.approx(rest, abs=1e-12)
+
+
+def test_it_is_said_why_an_orbit_does_not_arrive():
+    orbits, rest = rising(duffing())
+    refused = carry_to(orbits, rest, 1.0, lambda point: "too much" if point.z[-1] > 0.1 else None)
+    assert refused == Failure("limit", "too much")
+    start = np.full_like(rest, np.nan)
+    assert isinstance(carry_to(orbits, start, 1.0, anything), Failure)
+
+
+def test_the_straight_way_is_straight_and_ends_where_either_parameter_alone_would():
+    model = duffing(F=0.05)
+    begin, end = np.array([2.0, 0.05]), np.array([2.3, 0.1])
+    orbits = ForcedOrbits(model, {"W": 0.5, "F": 0.1})
+    alone = ForcedOrbits(model, {"W": 1.0})
+    start = alone.nodes(guess_orbit(alone, 2.0).z)
+    seen = []
+    way = Straight(orbits, begin, end)
+    reached = carry_to(
+        way, orbits.pack(start, begin), 0.1, lambda point: seen.append(orbits.values(point.z))
+    )
+    beside = (np.array(seen) - begin) @ [0.05, -0.3]
+    assert beside == pytest.approx(0, abs=1e-9)
+    expected = sf.periodic_orbit(duffing(W=2.3, F=0.1))
+    assert orbits.values(reached.z) == pytest.approx(end, rel=1e-12)
+    assert orbits.nodes(reached.z)[0] == pytest.approx(expected.state, abs=1e-9)
+
+
+def friction(**values):
+    """An oscillator held by dry friction that is 500 times as stiff at rest as it moves."""
+    return sf.System(
+        parameters={"W": 0.5, **values},
+        states={"x": "v", "v": "cos(W*t) - x - 0.5*tanh(v/1e-3)"},
+        forcing={"period": "2*pi/W"},
+    )
+
+
+def test_where_the_linear_response_is_far_off_the_motion_is_given_time_to_settle():
+    (branch, *_) = sf.response(friction(), "W", (0.5, 0.8)).branches
+    assert branch.parameter[[0, -1]] == pytest.approx([0.5, 0.8])
+    settled = sf.response(friction(), "W", (0.5, 0.8), settled=True).branches[0]
+    assert branch.states[0] == pytest.approx(settled.states[0], abs=1e-8)
+    assert sf.periodic_orbit(friction()).state == pytest.approx(settled.states[0], abs=1e-8)
+
+
+def test_a_hopeless_start_is_given_up_soon(monkeypatch):
+    """So slow a plate that the tip would stick at once: orbits found by creeping lead nowhere."""
+    calls = []
+    arrive = patience.arrive
+    monkeypatch.setattr("slipfold.flow.flow.arrive", lambda *some: calls.append(arrive(*some)))
+    with pytest.raises(sf.InputError, match=r"no response of period 1 was found at Nd = 0\.9"):
+        sf.response(sf.SlidingOscillator(Vd=1e-6), "Nd", (0.9, 0.1))
+    assert len(calls) < 50
