@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from slipfold.models.expression_functions import FUNCTIONS
-from slipfold.models.expression_grammar import parse_formula
-from slipfold.models.expression_tokens import FormulaError
-from slipfold.models.expression_tree import (
+from slipfold.models.formulas.functions import FUNCTIONS
+from slipfold.models.formulas.grammar import parse_formula
+from slipfold.models.formulas.tokens import FormulaError
+from slipfold.models.formulas.tree import (
     Binary,
     Call,
     Name,
@@ -23,7 +23,7 @@ from slipfold.models.expression_tree import (
     format_tree,
     names_in,
 )
-from slipfold.models.expression_values import value_of
+from slipfold.models.formulas.values import value_of
 
 VALUES = {"a": 1.7, "b": 0.6, "q_1": -2.3}
 

@@ -8,7 +8,7 @@ import pytest
 
 import slipfold as sf
 from slipfold.flow import flow_of
-from slipfold.models.expression_functions import FUNCTIONS
+from slipfold.models.formulas.functions import FUNCTIONS
 
 EXPREL = FUNCTIONS["exprel"]
 PLACES = [

@@ -15,10 +15,10 @@ import slipfold.branches.event
 from helpers.textbook_models import Duffing
 from slipfold.errors import InputError
 from slipfold.flow import flow_of
-from slipfold.models.definition_reader import MEASURES
+from slipfold.models.definitions.names import _TAKEN
+from slipfold.models.definitions.reader import MEASURES
 from slipfold.models.evaluation import evaluation_of
-from slipfold.models.expression_tree import format_tree
-from slipfold.models.system_names import _TAKEN
+from slipfold.models.formulas.tree import format_tree
 
 TEXT = """\
 name = "Duffing"

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 
 import slipfold as sf
 from slipfold.errors import InputError
-from slipfold.models.expression_functions import FUNCTIONS
-from slipfold.models.expression_grammar import parse_formula
-from slipfold.models.expression_tokens import FormulaError
-from slipfold.models.expression_tree import format_tree
+from slipfold.models.formulas.functions import FUNCTIONS
+from slipfold.models.formulas.grammar import parse_formula
+from slipfold.models.formulas.tokens import FormulaError
+from slipfold.models.formulas.tree import format_tree
 from slipfold.models.registry import built_in_models, built_in_text, model_named
 
 FEW, MANY = 300, 10_000

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 from slipfold.errors import InputError
 
 if TYPE_CHECKING:
+    from slipfold.models.definitions.source import Source
     from slipfold.models.friction import FrictionLaw
     from slipfold.models.model import Model
-    from slipfold.models.system_source import Source
 
 __all__ = ["equations_file", "find_model"]
 
@@ -93,9 +93,9 @@ def _named_model(path: Path) -> Model:
 
 def _law_named(name: str) -> FrictionLaw:
     """Return the law of a name, with its default values."""
+    from slipfold.models.definitions.source import source_of_tables
     from slipfold.models.friction import friction_laws
     from slipfold.models.friction.law_reader import read_law
-    from slipfold.models.system_source import source_of_tables
 
     exact = {law.lower(): law for law in friction_laws()}
     value = exact.get(name.lower(), name)
@@ -117,7 +117,7 @@ def _with_law(name: str, law: FrictionLaw | None) -> dict[str, Any]:
 
 
 def _source(given: str) -> Source:
-    from slipfold.models.system_source import source_of_text
+    from slipfold.models.definitions.source import source_of_text
 
     return source_of_text(_read(given), given)
 

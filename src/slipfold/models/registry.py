@@ -9,13 +9,13 @@ from importlib.resources.abc import Traversable
 from typing import Any
 
 from slipfold.errors import InputError
+from slipfold.models.definitions.source import source_of_text
 from slipfold.models.friction import FrictionLaw
 from slipfold.models.model import Model
 from slipfold.models.sliding_oscillator import SlidingOscillator
 from slipfold.models.structures import Structure
 from slipfold.models.suggestion import suggest
 from slipfold.models.system import System
-from slipfold.models.system_source import source_of_text
 
 __all__ = ["built_in_models", "built_in_text", "model_named"]
 

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.errors import InputError
-from slipfold.models.built_system import BuiltSystem, build_system, build_system_of_text
-from slipfold.models.definition import WatchedValue
+from slipfold.models.definitions.built_system import BuiltSystem, build_system, build_system_of_text
+from slipfold.models.definitions.definition import WatchedValue
+from slipfold.models.definitions.source import source_of_file, source_of_tables, source_of_text
 from slipfold.models.model import Model
 from slipfold.models.output import Expression, Output, Symbols
-from slipfold.models.system_source import source_of_file, source_of_tables, source_of_text
 
 __all__ = ["System"]
 

@@ -15,11 +15,11 @@ from slipfold.explorer.messages import (
     ViewRequest,
 )
 from slipfold.explorer.start import start_of
+from slipfold.models.definitions.toml_writer import toml_value
 from slipfold.models.friction import law_record
 from slipfold.models.model import Model
 from slipfold.models.sliding_oscillator import SlidingOscillator
 from slipfold.models.system import System
-from slipfold.models.toml_writer import toml_value
 from slipfold.models.unforced import Unforced
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 

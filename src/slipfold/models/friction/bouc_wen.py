@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from slipfold.errors import InputError
+from slipfold.models.formulas.whole_power import whole_power
 from slipfold.models.friction.contact_state import ContactState
 from slipfold.models.friction.functions import sqrt
 from slipfold.models.friction.memory_law import MemoryLaw
 from slipfold.models.friction.quantities import REST_SPEED, checked_exponent, described
 from slipfold.models.output import Expression, Symbols
 from slipfold.models.parameter import Parameter
-from slipfold.models.whole_power import whole_power
 
 __all__ = ["BoucWen"]
 

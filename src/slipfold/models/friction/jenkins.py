@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipfold.errors import InputError
+from slipfold.models.formulas.whole_power import whole_power
 from slipfold.models.friction.contact_state import ContactState
 from slipfold.models.friction.functions import sqrt
 from slipfold.models.friction.memory_law import MemoryLaw
@@ -21,7 +22,6 @@ from slipfold.models.friction.quantities import (
 )
 from slipfold.models.output import Expression, Symbols
 from slipfold.models.parameter import Parameter
-from slipfold.models.whole_power import whole_power
 
 __all__ = ["Jenkins"]
 

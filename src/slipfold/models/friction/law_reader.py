@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
+from slipfold.models.definitions.source import Source
+from slipfold.models.definitions.toml_entries import type_name
+from slipfold.models.definitions.toml_parts import read_part
+from slipfold.models.definitions.toml_places import Path
 from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.friction.record import friction_laws
-from slipfold.models.system_source import Source
-from slipfold.models.toml_entries import type_name
-from slipfold.models.toml_parts import read_part
-from slipfold.models.toml_places import Path
 
 __all__ = ["read_law"]
 
@@ -19,7 +19,7 @@ def read_law(source: Source, path: Path, value: object) -> FrictionLaw:
 
     Examples
     --------
-    >>> from slipfold.models.system_source import source_of_tables
+    >>> from slipfold.models.definitions.source import source_of_tables
     >>> table = {"law": "Regularised", "of": "Coulomb", "e": "1 mm/s"}
     >>> read_law(source_of_tables({"friction": table}), ("friction",), table).law
     Coulomb(mu_s=0.5, mu_k=0.5)

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from slipfold.errors import InputError
 from slipfold.models.output import Expression, Limit, Symbols
 from slipfold.models.parameter import DURATION, Parameter, State
-from slipfold.models.structures.component import Component, Motion
-from slipfold.models.structures.damping import Damping
+from slipfold.models.structures.components.component import Component, Motion
+from slipfold.models.structures.components.direction import Direction
+from slipfold.models.structures.components.sums import total, weighted_sum
 from slipfold.models.structures.definition import Definition
-from slipfold.models.structures.direction import Direction
-from slipfold.models.structures.eigenmodes import lowest_modes
-from slipfold.models.structures.reduction import Reduced, static_errors
-from slipfold.models.structures.sums import total, weighted_sum
+from slipfold.models.structures.matrices.damping import Damping
+from slipfold.models.structures.matrices.eigenmodes import lowest_modes
+from slipfold.models.structures.matrices.reduction import Reduced, static_errors
 
 __all__ = ["GENERAL", "Assembly", "Placed", "assemble"]
 

@@ -11,33 +11,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.errors import InputError
-from slipfold.models.evaluation import evaluation_of
-from slipfold.models.linear_modes import Modes, find_modes
-from slipfold.models.model import Model
-from slipfold.models.output import Expression, Output, Symbols
-from slipfold.models.static_point import find_static_point
-from slipfold.models.structures.assembly import Assembly, assemble
-from slipfold.models.structures.cost import Cost, estimate_cost
-from slipfold.models.structures.damping import Damping
-from slipfold.models.structures.definition import define
-from slipfold.models.structures.reduction import ReductionReport
-from slipfold.models.structures.structure_outputs import structure_outputs
-from slipfold.models.structures.structure_reader import read_structure, read_values
-from slipfold.models.structures.structure_record import structure_tables
-from slipfold.models.system_source import (
+from slipfold.models.definitions.source import (
     Source,
     source_of_file,
     source_of_tables,
     source_of_text,
 )
+from slipfold.models.evaluation import evaluation_of
+from slipfold.models.linear_modes import Modes, find_modes
+from slipfold.models.output import Expression, Output, Symbols
+from slipfold.models.static_point import find_static_point
+from slipfold.models.structures.assembly import Assembly, assemble
+from slipfold.models.structures.definition import define
+from slipfold.models.structures.linear_structure import LinearStructure
+from slipfold.models.structures.matrices.damping import Damping
+from slipfold.models.structures.structure_outputs import structure_outputs
+from slipfold.models.structures.structure_reader import read_structure, read_values
+from slipfold.models.structures.structure_record import structure_tables
 from slipfold.models.unforced import Unforced
 
 __all__ = ["Structure"]
 
 Array = NDArray[np.float64]
-
-QUARTERS = (0.0, 0.25, 0.5, 0.75)
-"""Phases of the forcing at which loads are looked at."""
 
 _PARTS = (
     *("M", "C", "K", "names", "reduction", "elements", "contacts", "forcing"),
@@ -49,7 +44,7 @@ MOST_PRODUCTS = 2_000_000
 """Products in the equations with derivatives at which compiling takes minutes and much memory."""
 
 
-class Structure(Model):
+class Structure(LinearStructure):
     r"""A structure from matrices, with elements, friction contacts and periodic forcing.
 
     .. math::
@@ -122,8 +117,6 @@ class Structure(Model):
     >>> [round(float(f), 4) for f in model.natural_frequencies]
     [0.9836, 2.5752]
     """
-
-    _assembly: Assembly
 
     def __init__(
         self,
@@ -392,61 +385,6 @@ class Structure(Model):
             if self._values[item.name] != item.default
         ]
         return f"{type(self).__name__}({', '.join([shown, *changed])})"
-
-    # -- quantities that do not depend on the state --------------------------------------------
-
-    @property
-    def mass_matrix(self) -> Array:
-        """Mass matrix of the kept coordinates in kg, shape (n_kept, n_kept)."""
-        return self._assembly.mass.copy()
-
-    @property
-    def stiffness_matrix(self) -> Array:
-        """Stiffness matrix of the kept coordinates without elements in N/m."""
-        return self._assembly.stiffness.copy()
-
-    @property
-    def damping_matrix(self) -> Array:
-        """Damping matrix of the kept coordinates without elements in N s/m."""
-        result = np.zeros_like(self._assembly.mass)
-        for key, matrix in self._assembly.damping:
-            result += matrix if key is None else self._values[key] * matrix
-        return result
-
-    @property
-    def natural_frequencies(self) -> Array:
-        """Undamped natural frequencies of the matrices without elements in Hz, ascending."""
-        return self._assembly.frequencies.copy()
-
-    @property
-    def reduction_report(self) -> ReductionReport | None:
-        """How well the reduction keeps the natural frequencies; None without one."""
-        reduced = self._assembly.reduced
-        return None if reduced is None else reduced.report
-
-    @property
-    def basis(self) -> Array:
-        """Displacements of all n degrees of freedom by kept coordinate, shape (n, n_kept)."""
-        reduced = self._assembly.reduced
-        return np.eye(self._assembly.size) if reduced is None else reduced.basis.copy()
-
-    def cost(self) -> Cost:
-        """Estimate what the flow of the structure will cost, before it is compiled.
-
-        Returns
-        -------
-        Cost
-            Times to compile and to run; it prints as a sentence.
-        """
-        assembly = self._assembly
-        period = 1 / self._values["f"] if self.forced else self._values["duration"]
-        return estimate_cost(
-            states=len(self.states),
-            linear=assembly.nonzeros,
-            coupled=sum(int(np.count_nonzero(item.rows)) for item in assembly.placed),
-            directions=sum(len(item.rows) for item in assembly.placed),
-            cycles=float(assembly.frequencies[-1]) * period,
-        )
 
     def static_point(self) -> Array:
         """Return the state in which the structure rests without what is periodic in time.

@@ -8,8 +8,8 @@ import numpy as np
 
 from slipfold.models.output import Expression, Output, Symbols
 from slipfold.models.structures.assembly import GENERAL, Assembly, Placed
-from slipfold.models.structures.component import Measure
-from slipfold.models.structures.sums import total, weighted_sum
+from slipfold.models.structures.components.component import Measure
+from slipfold.models.structures.components.sums import total, weighted_sum
 
 __all__ = ["structure_outputs"]
 

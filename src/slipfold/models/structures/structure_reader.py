@@ -9,10 +9,20 @@ from pathlib import Path as FilePath
 from typing import Any, TypeVar
 
 from slipfold.errors import InputError
+from slipfold.models.definitions.source import Source
+from slipfold.models.definitions.toml_entries import Entries, type_name
+from slipfold.models.definitions.toml_parts import Reader, plain, read_part
+from slipfold.models.definitions.toml_places import Path
 from slipfold.models.friction.law_reader import read_law
 from slipfold.models.model import Model
-from slipfold.models.structures.component import Component
-from slipfold.models.structures.damping import Damping, ModalDamping, ProportionalDamping
+from slipfold.models.structures.components.component import Component
+from slipfold.models.structures.components.direction import Direction
+from slipfold.models.structures.components.normal_loads import (
+    ConstantLoad,
+    ContactLoad,
+    ModulatedLoad,
+    NormalLoad,
+)
 from slipfold.models.structures.definition import (
     CONTACTS,
     ELEMENTS,
@@ -22,20 +32,10 @@ from slipfold.models.structures.definition import (
     checked_sizes,
     checked_watch,
 )
-from slipfold.models.structures.direction import Direction
-from slipfold.models.structures.matrices import Matrix, check_mass
-from slipfold.models.structures.matrix_reader import read_matrix_entry, read_samples_entry
-from slipfold.models.structures.normal_loads import (
-    ConstantLoad,
-    ContactLoad,
-    ModulatedLoad,
-    NormalLoad,
-)
-from slipfold.models.structures.reduction import CraigBampton, ModalReduction, Reduction
-from slipfold.models.system_source import Source
-from slipfold.models.toml_entries import Entries, type_name
-from slipfold.models.toml_parts import Reader, plain, read_part
-from slipfold.models.toml_places import Path
+from slipfold.models.structures.matrices.damping import Damping, ModalDamping, ProportionalDamping
+from slipfold.models.structures.matrices.matrices import Matrix, check_mass
+from slipfold.models.structures.matrices.matrix_reader import read_matrix_entry, read_samples_entry
+from slipfold.models.structures.matrices.reduction import CraigBampton, ModalReduction, Reduction
 
 __all__ = ["TABLES", "read_structure", "read_values"]
 

@@ -7,12 +7,12 @@ from typing import Any
 
 from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.friction.record import law_record
-from slipfold.models.structures.damping import Damping
+from slipfold.models.structures.components.direction import Direction
+from slipfold.models.structures.components.normal_loads import NormalLoad
 from slipfold.models.structures.definition import Definition
-from slipfold.models.structures.direction import Direction
-from slipfold.models.structures.matrices import Matrix
-from slipfold.models.structures.matrix_reader import matrix_table
-from slipfold.models.structures.normal_loads import NormalLoad
+from slipfold.models.structures.matrices.damping import Damping
+from slipfold.models.structures.matrices.matrices import Matrix
+from slipfold.models.structures.matrices.matrix_reader import matrix_table
 
 __all__ = ["structure_tables"]
 

@@ -1,0 +1,140 @@
+"""The equations of a system as models need them: of symbols, or of floats."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+from slipfold.models.definitions.definition import Definition
+from slipfold.models.definitions.named_formulas import Formulas
+from slipfold.models.definitions.source import Source
+from slipfold.models.formulas.coefficients import PHASE, CoefficientFinder
+from slipfold.models.formulas.functions import CONSTANTS
+from slipfold.models.formulas.tokens import FormulaError
+from slipfold.models.formulas.tree import Name, Tree, names_in
+from slipfold.models.formulas.values import value_of
+from slipfold.models.output import Expression, Symbols
+from slipfold.models.parameter import DURATION
+
+__all__ = ["SystemEquations", "build_system_equations"]
+
+
+@dataclass(frozen=True)
+class SystemEquations:
+    """Formulas taken apart into coefficients and the rest.
+
+    Parameters
+    ----------
+    fixed
+        Named formulas of parameters alone, each after those that it uses.
+    terms
+        Coefficients in parameters and `fixed`, by key.
+    named
+        The other named formulas, each after those that it uses.
+    rates, outputs
+        By name, in states, coefficients, `named` and the phase.
+    cycle
+        The forcing period; None for an autonomous system.
+    """
+
+    fixed: Mapping[str, Tree]
+    terms: Mapping[str, Tree]
+    named: Mapping[str, Tree]
+    rates: Mapping[str, Tree]
+    outputs: Mapping[str, Tree]
+    cycle: Tree | None
+
+    def period(self, p: Symbols) -> Expression:
+        """Return the period in seconds."""
+        return p[DURATION.name] if self.cycle is None else value_of(self.cycle, self._fixed(p))
+
+    def coefficients(self, p: Symbols) -> dict[str, Expression]:
+        """Return the coefficients by key."""
+        fixed = self._fixed(p)
+        return {key: value_of(tree, fixed) for key, tree in self.terms.items()}
+
+    def not_finite(self, values: Mapping[str, float]) -> Tree | None:
+        """Return a coefficient that is not a finite number; None if all are."""
+        fixed = self._fixed(values)
+        for tree in self.terms.values():
+            known = isinstance(tree, Name) and tree.name not in self.fixed
+            if not known and not math.isfinite(value_of(tree, fixed)):
+                return tree
+        return None
+
+    def rate(self, name: str, q: Symbols, c: Symbols, phase: Expression) -> Expression:
+        """Return the rate of a state, per second."""
+        return self._value(self.rates[name], q, c, phase)
+
+    def output(self, name: str, q: Symbols, c: Symbols, phase: Expression) -> Expression:
+        """Return an output."""
+        return self._value(self.outputs[name], q, c, phase)
+
+    @cached_property
+    def timed(self) -> tuple[tuple[str, str], ...]:
+        """Rates and outputs in which the time occurs, as pairs of table and name."""
+        timed = {PHASE}
+        for name, tree in self.named.items():
+            if names_in(tree).keys() & timed:
+                timed.add(name)
+        tables = {"states": self.rates, "outputs": self.outputs}
+        return tuple(
+            (table, name)
+            for table, trees in tables.items()
+            for name, tree in trees.items()
+            if names_in(tree).keys() & timed
+        )
+
+    def _fixed(self, p: Symbols) -> dict[str, Expression]:
+        values = {**p, **CONSTANTS}
+        for name, tree in self.fixed.items():
+            values[name] = value_of(tree, values)
+        return values
+
+    def _value(self, tree: Tree, q: Symbols, c: Symbols, phase: Expression) -> Expression:
+        values = {**q, **{f"@{key}": value for key, value in c.items()}, PHASE: phase}
+        needed = self._needed(tree)
+        for name, formula in self.named.items():
+            if name in needed:
+                values[name] = value_of(formula, values)
+        return value_of(tree, values)
+
+    def _needed(self, tree: Tree) -> set[str]:
+        """Named formulas behind a tree; those that use others come later in the table."""
+        needed = set(names_in(tree)) & self.named.keys()
+        for name in reversed(list(self.named)):
+            if name in needed:
+                needed |= names_in(self.named[name]).keys() & self.named.keys()
+        return needed
+
+
+def build_system_equations(
+    definition: Definition, formulas: Formulas, source: Source
+) -> SystemEquations:
+    """Take all formulas of a system apart."""
+    parameters = {item.name for item in definition.parameters}
+    finder = CoefficientFinder(parameters | formulas.constant, formulas.period)
+
+    def taken_apart(table: str, trees: Mapping[str, Tree]) -> dict[str, Tree]:
+        found = {}
+        for name, tree in trees.items():
+            try:
+                found[name] = finder.rest_of(tree)
+            except FormulaError as error:
+                raise source.formula_error(*formulas.texts[(table, name)], error) from None
+        return found
+
+    varying = {name: tree for name, tree in formulas.named.items() if name not in formulas.constant}
+    rates = taken_apart("states", formulas.rates)
+    named = taken_apart("formulas", varying)
+    outputs = taken_apart("outputs", formulas.outputs)
+    return SystemEquations(
+        fixed={name: formulas.named[name] for name in formulas.named if name in formulas.constant},
+        terms=finder.coefficients,
+        named=named,
+        rates=rates,
+        outputs=outputs,
+        cycle=formulas.period,
+    )

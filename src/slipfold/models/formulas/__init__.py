@@ -1,0 +1,1 @@
+"""Formulas as text: their words, grammar, trees and values; the functions they may use."""

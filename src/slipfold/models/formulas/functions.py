@@ -1,0 +1,119 @@
+"""The functions and constants that formulas may use, in symbols and in numbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import heyoka as hy
+
+from slipfold.models.formulas.relative_exponential import exprel, exprel_value
+from slipfold.models.output import Expression
+from slipfold.models.suggestion import suggest
+
+__all__ = ["CONSTANTS", "FUNCTIONS", "Function", "explain_unknown_function"]
+
+CONSTANTS = {"pi": math.pi}
+
+
+@dataclass(frozen=True)
+class Function:
+    """A smooth function: its Taylor series and all its derivatives can be computed.
+
+    Parameters
+    ----------
+    count
+        Number of arguments.
+    symbolic
+        The function of symbols.
+    numeric
+        The function of floats; may raise `ArithmeticError` or `ValueError` outside its domain.
+    """
+
+    count: int
+    symbolic: Callable[..., Expression]
+    numeric: Callable[..., float]
+
+
+def _sigmoid(value: float) -> float:
+    return 0.5 * (1.0 + math.tanh(0.5 * value))
+
+
+FUNCTIONS: dict[str, Function] = {
+    "sin": Function(1, hy.sin, math.sin),
+    "cos": Function(1, hy.cos, math.cos),
+    "tan": Function(1, hy.tan, math.tan),
+    "asin": Function(1, hy.asin, math.asin),
+    "acos": Function(1, hy.acos, math.acos),
+    "atan": Function(1, hy.atan, math.atan),
+    "atan2": Function(2, hy.atan2, math.atan2),
+    "sinh": Function(1, hy.sinh, math.sinh),
+    "cosh": Function(1, hy.cosh, math.cosh),
+    "tanh": Function(1, hy.tanh, math.tanh),
+    "asinh": Function(1, hy.asinh, math.asinh),
+    "acosh": Function(1, hy.acosh, math.acosh),
+    "atanh": Function(1, hy.atanh, math.atanh),
+    "exp": Function(1, hy.exp, math.exp),
+    "log": Function(1, hy.log, math.log),
+    "sqrt": Function(1, hy.sqrt, math.sqrt),
+    "erf": Function(1, hy.erf, math.erf),
+    "exprel": Function(1, exprel, exprel_value),
+    "sigmoid": Function(1, hy.sigmoid, _sigmoid),
+}
+
+_CORNER = (
+    "is not smooth, and flows and their derivatives need smooth rates; write tanh(x/e) for a sign "
+    "or sqrt(x^2 + e^2) for a modulus with a small e, or the formula of one side with an entry in "
+    "[limits] where that side ends"
+)
+
+_NOT_SMOOTH = frozenset(
+    (
+        *("abs", "sign", "sgn", "min", "max", "clip", "saturate", "relu"),
+        *("floor", "ceil", "round", "mod", "fmod"),
+        *("step", "heaviside", "if", "where", "select", "piecewise"),
+    )
+)
+
+_INSTEAD = {
+    "ln": "log(x)",
+    "log10": "log(x)/log(10)",
+    "log2": "log(x)/log(2)",
+    "pow": "x^y",
+    "cbrt": "x^(1/3)",
+    "arcsin": "asin(x)",
+    "arccos": "acos(x)",
+    "arctan": "atan(x)",
+    "arctan2": "atan2(y, x)",
+    "arcsinh": "asinh(x)",
+    "arccosh": "acosh(x)",
+    "arctanh": "atanh(x)",
+    "sec": "1/cos(x)",
+    "csc": "1/sin(x)",
+    "cot": "1/tan(x)",
+    "sech": "1/cosh(x)",
+    "logistic": "sigmoid(x)",
+    "erfc": "1 - erf(x)",
+    "expm1": "x*exprel(x)",
+    "sum": "sum(i=1:3, x[i]), with a range for the index",
+    "vtrap": "y/exprel(x/y)",
+}
+
+
+def explain_unknown_function(name: str) -> str:
+    """Return the sentence about a function that formulas do not have.
+
+    Examples
+    --------
+    >>> explain_unknown_function("ln")
+    "there is no function 'ln'; write log(x)"
+    """
+    if name in _NOT_SMOOTH:
+        return f"{name} {_CORNER}"
+    if name in _INSTEAD:
+        return f"there is no function {name!r}; write {_INSTEAD[name]}"
+    return (
+        f"there is no function {name!r}; {suggest(name, FUNCTIONS)}"
+        f"the functions are {', '.join(FUNCTIONS)}"
+    )

@@ -1,0 +1,323 @@
+"""Friction contacts between the structure and a counter-body that moves at a constant speed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, ClassVar, Self
+
+import heyoka as hy
+
+from slipfold.errors import InputError
+from slipfold.models.friction.coulomb import Coulomb
+from slipfold.models.friction.law import FrictionLaw
+from slipfold.models.friction.quantities import described
+from slipfold.models.output import Expression, Limit, Symbols
+from slipfold.models.parameter import Parameter, State
+from slipfold.models.structures.components.component import Component, Measure, Motion
+from slipfold.models.structures.components.direction import Direction, as_directions
+from slipfold.models.structures.components.normal_loads import ConstantLoad, NormalLoad
+from slipfold.models.structures.components.sums import total
+from slipfold.models.structures.components.trigonometry import cos_sin
+from slipfold.models.structures.shown import shown
+
+__all__ = ["FrictionContact"]
+
+STICK = 0.01
+"""Slip speed over the counter-body's speed at which a branch ends, if the law sticks."""
+
+
+@dataclass(frozen=True)
+class FrictionContact(Component):
+    r"""A contact that slides on a counter-body: friction along the slip, and a normal force.
+
+    .. math::
+
+        F = N \mu(|v|) v/|v|, \qquad v = V_d (\cos\alpha, \sin\alpha) - \dot u
+
+    with the displacement u of the structure along one or two directions; along one
+    :math:`v = V_d - \dot u`.
+
+    Parameters
+    ----------
+    along
+        One or two directions at right angles in which the contact slides: degrees of freedom, or
+        weights by name.
+    law
+        Friction law; its parameters are parameters of the contact.
+    load
+        Normal force; a number in N is a constant one.
+    Vd
+        Speed of the counter-body in m/s; positive where the law sticks at rest.
+    alpha
+        Direction of its motion from the first direction towards the second, in rad; with one
+        direction there is none.
+    name
+        Tells contacts apart; empty if there is one only.
+
+    Examples
+    --------
+    >>> from slipfold.models.friction import Stribeck
+    >>> contact = FrictionContact("tip", Stribeck(mu_s=0.4), load=2.0, Vd=0.5, name="belt")
+    >>> [item.name for item in contact.parameters]
+    ['Ns_belt', 'Vd_belt', 'mu_s_belt', 'mu_k_belt', 'vs_belt', 's2_belt']
+    """
+
+    title: ClassVar[str] = "friction contact"
+
+    along: Any
+    law: FrictionLaw = field(default_factory=Coulomb)
+    load: Any = field(default_factory=ConstantLoad)
+    Vd: float = described(
+        Parameter("Vd", 1.0, "m/s", "speed of the counter-body", 0, symbol="$V_d$")
+    )
+    alpha: float = described(
+        Parameter(
+            "alpha",
+            0.0,
+            "rad",
+            "direction of the counter-body's motion from the first direction of the contact",
+            symbol=r"$\alpha$",
+        )
+    )
+
+    def prepare(self) -> None:
+        """Check directions, law and load."""
+        object.__setattr__(self, "along", as_directions(self.along, f"a {self.title}", 2))
+        if not isinstance(self.law, FrictionLaw):
+            raise InputError(
+                f"law = {shown(self.law)} is not a friction law; give one such as Coulomb(mu_k=0.4)"
+            )
+        if isinstance(self.load, int | float | str):
+            force: Any = self.load  # also text with a unit
+            object.__setattr__(self, "load", ConstantLoad(force))
+        if not isinstance(self.load, NormalLoad):
+            raise InputError(
+                f"load = {shown(self.load)} is no normal force; give a number in N, or one such as "
+                "ModulatedLoad(Ns=1, Nd=0.1)"
+            )
+        angle: Any = self.alpha
+        straight = isinstance(angle, int | float) and angle == 0
+        if not self.planar and not straight:
+            raise InputError(
+                f"alpha = {shown(self.alpha)} has no meaning for a contact along one direction; "
+                "leave it out, or give two directions"
+            )
+        self._refuse_doubles()
+
+    def _refuse_doubles(self) -> None:
+        names = [item.name for item in self.own_parameters]
+        for name in names:
+            if names.count(name) > 1:
+                raise InputError(
+                    f"{type(self.law).__name__} calls a parameter {shown(name)}, and so does the "
+                    "contact; give the law another name for it"
+                )
+
+    @property
+    def planar(self) -> bool:
+        """Whether it slides in a plane."""
+        return len(self.along) == 2
+
+    @property
+    def own_parameters(self) -> tuple[Parameter, ...]:
+        """Those of the load, speed and direction of the counter-body, those of the law."""
+        mine = [replace(item, lower_open=self.law.sticks) for item in self._described()[:1]]
+        angle = self._described()[1:] if self.planar else ()
+        return (*self.load.own_parameters, *mine, *angle, *self.law.parameters)
+
+    @property
+    def own_values(self) -> dict[str, float]:
+        """Values of the parameters by name, in SI units."""
+        angle = {"alpha": self.alpha} if self.planar else {}
+        return {**self.load.own_values, "Vd": self.Vd, **angle, **self.law.values}
+
+    @property
+    def kind(self) -> Self:
+        """The contact with default values."""
+        return replace(self, law=self.law.kind, load=self.load.kind, Vd=1.0, alpha=0.0)
+
+    def check(self, values: Mapping[str, float]) -> None:
+        """Refuse values that contradict each other in the load or the law.
+
+        Parameters
+        ----------
+        values
+            Parameter values by their own names.
+        """
+        self.load.check(values)
+        self.law.check(values)
+
+    @property
+    def directions(self) -> tuple[Direction | None, ...]:
+        """Where it slides, then where it is pressed."""
+        normal = self.load.direction
+        return tuple(self.along) if normal is None else (*self.along, normal)
+
+    @property
+    def amplitudes(self) -> tuple[str, ...]:
+        """That of the load."""
+        return tuple(self.load.amplitudes)
+
+    def coefficients(self, p: Symbols) -> dict[str, Expression]:
+        """Parameters of load and law, and the velocity of the counter-body.
+
+        Parameters
+        ----------
+        p
+            The parameters by their own names.
+        """
+        result = {item.name: p[item.name] for item in self.own_parameters if item.name != "alpha"}
+        if self.memory() and self.amplitudes:
+            result["f"] = p["f"]
+        if self.planar:
+            cos, sin = cos_sin(p["alpha"])
+            result |= {"plate_x": p["Vd"] * cos, "plate_y": p["Vd"] * sin}
+        return result
+
+    # -- forces --------------------------------------------------------------------------------
+
+    def _plate(self, c: Symbols) -> tuple[Expression, ...]:
+        """Return the velocity of the counter-body."""
+        return (c["plate_x"], c["plate_y"]) if self.planar else (c["Vd"],)
+
+    def _slip(self, motion: Motion, c: Symbols) -> tuple[Expression, ...]:
+        plate = self._plate(c)
+        return tuple(w - v for w, v in zip(plate, motion.velocity, strict=False))
+
+    def _normal(self, motion: Motion, c: Symbols, phase: Expression) -> Expression:
+        place = len(self.along)
+        pressed = self.load.direction is not None
+        u = motion.displacement[place] if pressed else None
+        v = motion.velocity[place] if pressed else None
+        return self.load.force(u, v, c, phase)
+
+    def _normal_rate(self, motion: Motion, c: Symbols, phase: Expression) -> Expression:
+        place = len(self.along)
+        pressed = self.load.direction is not None
+        v = motion.velocity[place] if pressed else None
+        a = motion.acceleration[place] if pressed else None
+        return self.load.rate(v, a, c, phase)
+
+    def _friction(self, motion: Motion, c: Symbols, phase: Expression) -> tuple[Expression, ...]:
+        slip, normal = self._slip(motion, c), self._normal(motion, c, phase)
+        return self.law.force(slip, normal, motion.memory, c)
+
+    def forces(
+        self, motion: Motion, c: Symbols, phase: Expression
+    ) -> tuple[Expression | None, ...]:
+        """Friction along the slip, and the normal force.
+
+        Parameters
+        ----------
+        motion
+            How the structure moves there.
+        c
+            The coefficients by their own names.
+        phase
+            Time divided by the forcing period.
+        """
+        friction = self._friction(motion, c, phase)
+        if self.load.direction is None:
+            return friction
+        return (*friction, self._normal(motion, c, phase))
+
+    def memory(self) -> tuple[State, ...]:
+        """Return the memory of the law."""
+        return self.law.memory(len(self.along))
+
+    def memory_rates(self, motion: Motion, c: Symbols, phase: Expression) -> tuple[Expression, ...]:
+        """Return the rates of the law's memory, per second.
+
+        Parameters
+        ----------
+        motion
+            How the structure moves there, with its acceleration.
+        c
+            The coefficients by their own names.
+        phase
+            Time divided by the forcing period.
+        """
+        normal, rate = self._normal(motion, c, phase), self._normal_rate(motion, c, phase)
+        return self.law.memory_rates(self._slip(motion, c), motion.memory, c, normal, rate)
+
+    def steady_memory(self, values: Mapping[str, float]) -> tuple[float, ...]:
+        """Return the law's memory after a long slip; zero where the counter-body is at rest.
+
+        Parameters
+        ----------
+        values
+            Parameter values by their own names.
+        """
+        states = self.memory()
+        if not states or not values["Vd"]:
+            return (0.0,) * len(states)
+        angle = values["alpha"] if self.planar else 0.0
+        plate = (values["Vd"] * math.cos(angle), values["Vd"] * math.sin(angle))
+        return self._law_of(values).steady_memory(plate[: len(self.along)])
+
+    def memory_scale(self, values: Mapping[str, float]) -> float:
+        """Return the typical size of the law's memory.
+
+        Parameters
+        ----------
+        values
+            Parameter values by their own names.
+        """
+        return self._law_of(values).memory_scale
+
+    def _law_of(self, values: Mapping[str, float]) -> FrictionLaw:
+        return self.law.replace(**{item.name: values[item.name] for item in self.law.parameters})
+
+    # -- what is watched -----------------------------------------------------------------------
+
+    def _speed(self, motion: Motion, c: Symbols, phase: Expression) -> Expression:
+        return hy.sqrt(total([part * part for part in self._slip(motion, c)]))
+
+    def _speed_ratio(self, motion: Motion, c: Symbols, phase: Expression) -> Expression:
+        return self._speed(motion, c, phase) / c["Vd"]
+
+    def _friction_x(self, motion: Motion, c: Symbols, phase: Expression) -> Expression:
+        return self._friction(motion, c, phase)[0]
+
+    def _friction_y(self, motion: Motion, c: Symbols, phase: Expression) -> Expression:
+        return self._friction(motion, c, phase)[1]
+
+    def _power_plate(self, motion: Motion, c: Symbols, phase: Expression) -> Expression:
+        pairs = zip(self._friction(motion, c, phase), self._plate(c), strict=True)
+        return total([force * speed for force, speed in pairs])
+
+    def _power_friction(self, motion: Motion, c: Symbols, phase: Expression) -> Expression:
+        pairs = zip(self._friction(motion, c, phase), self._slip(motion, c), strict=True)
+        return total([force * speed for force, speed in pairs])
+
+    def measures(self) -> tuple[Measure, ...]:
+        """Return normal force, slip speed, friction force and powers."""
+        moved = "$V_{rel}$ (m/s)"
+        found = [
+            Measure("N", self._normal, "N", "normal force of a contact", "$N$ (N)"),
+            Measure("Vrel", self._speed, "m/s", "slip speed of a contact", moved),
+            Measure("Fx", self._friction_x, "N", "friction force on the structure", "$F_x$ (N)"),
+        ]
+        if self.planar:
+            doc = "friction force on the structure along the second direction"
+            found.append(Measure("Fy", self._friction_y, "N", doc, "$F_y$ (N)"))
+        if self.law.sticks:
+            doc = "slip speed over the counter-body's speed"
+            found.append(Measure("Vrel_ratio", self._speed_ratio, "", doc, "$V_{rel}/V_d$"))
+        doc = "power put in by the counter-body's drive"
+        found.append(Measure("power_plate", self._power_plate, "W", doc, "$P$ (W)"))
+        stored = " and stored in the contact" if self.memory() else ""
+        doc = f"power lost to friction heat{stored}"
+        found.append(Measure("power_friction", self._power_friction, "W", doc, "$P$ (W)"))
+        return tuple(found)
+
+    def limits(self) -> tuple[Limit, ...]:
+        """Return the limits at which it sticks or opens."""
+        reason = (
+            "stick: the relative speed fell to {value:.3g} of Vd; the sliding model ends here, "
+            "raise Vd or stay below this value"
+        )
+        stick = (Limit("stick", "Vrel_ratio", STICK, reason),) if self.law.sticks else ()
+        return (*stick, *self.load.limits())

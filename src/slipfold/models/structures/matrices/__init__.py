@@ -1,0 +1,1 @@
+"""Matrices of a structure: where they come from, damping, reduction."""

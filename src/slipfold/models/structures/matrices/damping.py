@@ -1,0 +1,211 @@
+"""Damping that is not given as a matrix: proportional, or by the damping ratios of the modes."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.errors import InputError
+from slipfold.models.friction.quantities import described
+from slipfold.models.parameter import Parameter
+from slipfold.models.quantity import parse_quantity
+from slipfold.models.structures.matrices.eigenmodes import lowest_modes
+from slipfold.models.structures.parametric import Parametric
+from slipfold.models.structures.shown import shown
+
+__all__ = ["Damping", "ModalDamping", "ProportionalDamping"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Damping(Parametric, ABC):
+    """A rule that makes a damping matrix of mass and stiffness."""
+
+    title: ClassVar[str] = "damping"
+
+    @abstractmethod
+    def terms(self, mass: Array, stiffness: Array) -> tuple[tuple[str | None, Array], ...]:
+        """Return the parts of the damping matrix with the parameter that multiplies each.
+
+        Shapes: mass, stiffness (n, n); returns (n, n).
+        """
+
+
+@dataclass(frozen=True)
+class ProportionalDamping(Damping):
+    r"""Rayleigh damping: :math:`C = \alpha_M M + \beta_K K`.
+
+    A mode of the frequency :math:`\omega` has the damping ratio :math:`\tfrac12 (\alpha_M/\omega +
+    \beta_K \omega)`.
+
+    Parameters
+    ----------
+    alpha_M
+        Factor of the mass in 1/s.
+    beta_K
+        Factor of the stiffness in s.
+
+    Examples
+    --------
+    >>> damping = ProportionalDamping.from_ratios((10.0, 0.01), (40.0, 0.01))
+    >>> round(damping.alpha_M, 6), round(damping.beta_K, 9)
+    (1.00531, 6.3662e-05)
+    """
+
+    title: ClassVar[str] = "proportional damping"
+
+    alpha_M: float = described(
+        Parameter("alpha_M", 0.0, "1/s", "damping over mass", 0, symbol=r"$\alpha_M$")
+    )
+    beta_K: float = described(
+        Parameter("beta_K", 0.0, "s", "damping over stiffness", 0, symbol=r"$\beta_K$")
+    )
+
+    @classmethod
+    def from_ratios(
+        cls, first: tuple[float, float], second: tuple[float, float]
+    ) -> ProportionalDamping:
+        """Return the damping that has given ratios at two frequencies.
+
+        Parameters
+        ----------
+        first, second
+            Frequency in Hz and damping ratio.
+
+        Raises
+        ------
+        InputError
+            If the frequencies are not positive and different, or a factor becomes negative.
+        """
+        try:
+            (f1, ratio1), (f2, ratio2) = first, second
+        except (TypeError, ValueError):
+            raise InputError(
+                f"{shown(first)} and {shown(second)} do not fix proportional damping; give "
+                "two pairs of a frequency in Hz and a damping ratio"
+            ) from None
+        if not (f1 > 0 and f2 > 0 and f1 != f2):
+            raise InputError(
+                f"the frequencies {f1:g} Hz and {f2:g} Hz do not fix proportional damping; give "
+                "two different ones > 0"
+            )
+        w1, w2 = 2 * math.pi * f1, 2 * math.pi * f2
+        alpha, beta = np.linalg.solve(
+            [[0.5 / w1, 0.5 * w1], [0.5 / w2, 0.5 * w2]], [ratio1, ratio2]
+        )
+        if alpha < 0 or beta < 0:
+            raise InputError(
+                f"the ratios {ratio1:g} at {f1:g} Hz and {ratio2:g} at {f2:g} Hz need a negative "
+                "factor of mass or stiffness, which would feed other modes; give ratios that are "
+                "more alike, or ModalDamping"
+            )
+        return cls(float(alpha), float(beta))
+
+    def terms(self, mass: Array, stiffness: Array) -> tuple[tuple[str | None, Array], ...]:
+        """Mass and stiffness.
+
+        Parameters
+        ----------
+        mass, stiffness
+            Of the kept degrees of freedom, shape (n, n), in kg and N/m.
+        """
+        return (("alpha_M", mass), ("beta_K", stiffness))
+
+
+@dataclass(frozen=True)
+class ModalDamping(Damping):
+    r"""Damping by the ratios of the modes, with modes of unit modal mass.
+
+    .. math::
+
+        C = M \Bigl(\sum_i 2 \zeta_i \omega_i \phi_i \phi_i^T\Bigr) M
+
+    Parameters
+    ----------
+    ratios
+        One damping ratio for all modes, which becomes the parameter ``zeta``; or one a mode,
+        lowest first, shape (n,).
+
+    Examples
+    --------
+    >>> ModalDamping(0.01).own_values
+    {'zeta': 0.01}
+    """
+
+    title: ClassVar[str] = "modal damping"
+
+    ratios: Any
+
+    _RATIO: ClassVar[Parameter] = Parameter(
+        "zeta", 0.01, "", "damping ratio of all modes", 0, symbol=r"$\zeta$"
+    )
+
+    def prepare(self) -> None:
+        """Check the ratios."""
+        several = isinstance(self.ratios, list | tuple | np.ndarray)
+        given = list(self.ratios) if several else [self.ratios]
+        checked = tuple(
+            self._RATIO.check(parse_quantity(item, "", f"damping ratio {place}"))
+            for place, item in enumerate(given, 1)
+        )
+        object.__setattr__(self, "ratios", checked if several else checked[0])
+
+    @property
+    def own_parameters(self) -> tuple[Parameter, ...]:
+        """``zeta`` if it is one for all modes."""
+        return () if isinstance(self.ratios, tuple) else (self._RATIO,)
+
+    @property
+    def own_values(self) -> dict[str, float]:
+        """Value of ``zeta`` if it is one for all modes."""
+        return {} if isinstance(self.ratios, tuple) else {"zeta": self.ratios}
+
+    @property
+    def kind(self) -> Self:
+        """The damping with the default ratio if it is one for all modes."""
+        return self if isinstance(self.ratios, tuple) else replace(self, ratios=0.01)
+
+    def terms(self, mass: Array, stiffness: Array) -> tuple[tuple[str | None, Array], ...]:
+        """Return the damping matrix, for a ratio of 1 if it is one for all modes.
+
+        Parameters
+        ----------
+        mass, stiffness
+            Of the kept degrees of freedom, shape (n, n), in kg and N/m.
+
+        Raises
+        ------
+        InputError
+            If there are not as many ratios as modes.
+        """
+        size = len(mass)
+        single = not isinstance(self.ratios, tuple)
+        if not single and len(self.ratios) != size:
+            raise InputError(
+                f"{len(self.ratios)} damping ratios are given for {size} modes; give one a mode, "
+                "or one for all"
+            )
+        if _is_diagonal(mass) and _is_diagonal(stiffness):
+            # Each coordinate is a mode; the matrix stays diagonal to the last digit.
+            squares = np.diag(stiffness) / np.diag(mass)
+            ratios = np.ones(size) if single else np.empty(size)
+            if not single:
+                ratios[np.argsort(squares, kind="stable")] = self.ratios
+            matrix = np.diag(2 * ratios * np.sqrt(np.maximum(squares, 0)) * np.diag(mass))
+            return (("zeta" if single else None, matrix),)
+        squares, shapes = lowest_modes(stiffness, mass)
+        moved = mass @ shapes
+        modal = np.sum(shapes * moved, axis=0)
+        ratios = np.ones(size) if single else np.array(self.ratios)
+        weights = 2 * ratios * np.sqrt(np.maximum(squares, 0)) / modal
+        return (("zeta" if single else None, (moved * weights) @ moved.T),)
+
+
+def _is_diagonal(matrix: Array) -> bool:
+    return not np.any(matrix - np.diag(np.diag(matrix)))

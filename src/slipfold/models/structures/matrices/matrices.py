@@ -1,0 +1,206 @@
+"""Matrices of a structure: checked, frozen, compared and hashed by content."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.errors import InputError
+from slipfold.models.structures.matrices.matrix_files import read_matrix
+
+__all__ = ["DENSE", "Matrix", "as_matrix", "check_mass", "require_symmetric"]
+
+Array = NDArray[np.float64]
+
+DENSE = 600
+"""Largest size at which full arrays are used; beyond it sparse ones."""
+
+ASYMMETRY = 1e-9
+"""Difference between an entry and its mirror image, over the largest entry, that is rounding."""
+
+SINGULAR = 1e-13
+"""Smallest eigenvalue of a mass matrix with unit diagonal at which it is regular."""
+
+
+@dataclass(frozen=True)
+class Matrix:
+    """A square matrix by its entries that are not zero; immutable, hashed by content.
+
+    Parameters
+    ----------
+    size
+        Number of rows n.
+    rows, columns
+        Places of the entries, row by row, shape (nonzeros,).
+    entries
+        Their values in SI units, shape (nonzeros,).
+
+    Examples
+    --------
+    >>> as_matrix([[2, -1], [-1, 1]], "K")
+    Matrix(2 x 2, 4 entries)
+    """
+
+    size: int
+    rows: NDArray[np.int64] = field(compare=False)
+    columns: NDArray[np.int64] = field(compare=False)
+    entries: Array = field(compare=False)
+    digest: bytes = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        """Freeze the entries and note their digest, by which matrices are compared."""
+        parts = (self.rows, self.columns, self.entries)
+        for part in parts:
+            part.setflags(write=False)
+        text = b"".join(part.tobytes() for part in parts)
+        object.__setattr__(self, "digest", hashlib.sha256(text).digest())
+
+    def __repr__(self) -> str:
+        """Size and number of entries."""
+        return f"Matrix({self.size} x {self.size}, {len(self.entries)} entries)"
+
+    def dense(self) -> Array:
+        """Return a new full array, shape (n, n)."""
+        result = np.zeros((self.size, self.size))
+        result[self.rows, self.columns] = self.entries
+        return result
+
+    def array(self) -> Any:
+        """Return the matrix as it is best calculated with: full if small, SciPy sparse if large."""
+        if self.size <= DENSE:
+            return self.dense()
+        # SciPy takes a while to load, and small structures do without it.
+        from scipy.sparse import csr_array
+
+        return csr_array((self.entries, (self.rows, self.columns)), shape=(self.size, self.size))
+
+    @property
+    def asymmetry(self) -> tuple[float, int, int]:
+        """Largest difference between mirrored entries over the largest entry, and where it is."""
+        a = self.array()
+        difference = abs(a - a.T)
+        place = int(difference.argmax())
+        row, column = divmod(place, self.size)
+        largest = np.abs(self.entries).max(initial=0.0)
+        size = float(difference[row, column])
+        return (size / largest if largest else 0.0), row, column
+
+
+def as_matrix(value: Any, name: str) -> Matrix:
+    """Make a matrix of an array, a SciPy sparse array or a file.
+
+    Shapes: value (n, n).
+    """
+    if isinstance(value, Matrix):
+        return value
+    if isinstance(value, str | Path):
+        value = read_matrix(Path(value), name)
+    if hasattr(value, "tocoo"):  # SciPy sparse, whichever of its classes
+        sparse = value.tocoo(copy=True)
+        shape: tuple[int, ...] = sparse.shape
+        _check_shape(shape, name)
+        sparse.sum_duplicates()
+        rows, columns = (np.asarray(part, dtype=np.int64) for part in (sparse.row, sparse.col))
+        entries = _numbers(sparse.data, name)
+    else:
+        full = _numbers(value, name)
+        _check_shape(full.shape, name)
+        rows, columns = np.nonzero(full)
+        shape, entries = full.shape, full[rows, columns]
+    finite = np.isfinite(entries)
+    if not finite.all():
+        bad = int(np.argmin(finite))
+        raise InputError(
+            f"{name} has the entry {entries[bad]} in row {rows[bad] + 1}, column "
+            f"{columns[bad] + 1}; give finite numbers"
+        )
+    kept = np.flatnonzero(entries)
+    order = kept[np.lexsort((columns[kept], rows[kept]))]
+    return Matrix(shape[0], rows[order], columns[order], entries[order])
+
+
+def require_symmetric(matrix: Matrix, name: str, why: str) -> None:
+    """Raise if a matrix is not symmetric."""
+    difference, row, column = matrix.asymmetry
+    if difference > ASYMMETRY:
+        entries = matrix.array()
+        raise InputError(
+            f"{name} is not symmetric: row {row + 1}, column {column + 1} is "
+            f"{entries[row, column]:.6g}, its mirror image {entries[column, row]:.6g}; {why}"
+        )
+
+
+def check_mass(matrix: Matrix, names: tuple[str, ...]) -> None:
+    """Raise if a mass matrix is not symmetric and positive definite."""
+    require_symmetric(matrix, "M", "a mass matrix is, so correct the entries")
+    diagonal = np.zeros(matrix.size)
+    on = matrix.rows == matrix.columns
+    diagonal[matrix.rows[on]] = matrix.entries[on]
+    if np.any(diagonal <= 0):
+        place = int(np.argmax(diagonal <= 0))
+        raise InputError(
+            f"M is singular or not positive definite: the mass of {names[place]} is "
+            f"{diagonal[place]:g} kg; give every degree of freedom a mass > 0, or condense those "
+            "without out of the matrices"
+        )
+    if np.all(on):
+        return
+    if not _is_positive(matrix, diagonal):
+        raise InputError(
+            "M is singular or not positive definite: some motion has no mass or a negative one; "
+            "correct the entries, or condense massless motions out of the matrices"
+        )
+
+
+def _is_positive(matrix: Matrix, diagonal: Array) -> bool:
+    scale = 1 / np.sqrt(diagonal)
+    scaled = matrix.entries * scale[matrix.rows] * scale[matrix.columns]
+    even = Matrix(matrix.size, matrix.rows, matrix.columns, scaled).array()
+    if matrix.size <= DENSE:
+        return bool(np.linalg.eigvalsh(even)[0] > SINGULAR)
+    from scipy.sparse.linalg import splu
+
+    try:
+        # Without pivoting the signs of U's diagonal are those of the eigenvalues.
+        factors = splu(
+            even.tocsc(),
+            permc_spec="MMD_AT_PLUS_A",
+            diag_pivot_thresh=0.0,
+            options={"SymmetricMode": True},
+        )
+    except RuntimeError:  # exactly singular
+        return False
+    return bool(factors.U.diagonal().min() > SINGULAR)
+
+
+def _check_shape(shape: tuple[int, ...], name: str) -> None:
+    if len(shape) != 2 or shape[0] != shape[1] or not shape[0]:
+        raise InputError(
+            f"{name} has the shape {' x '.join(map(str, shape)) or 'of a number'}; give a square "
+            "matrix with one row and one column a degree of freedom"
+        )
+
+
+def _numbers(value: Any, name: str) -> Array:
+    try:
+        numbers = np.asarray(value)
+    except ValueError:  # rows of different lengths
+        numbers = np.empty(0, dtype=object)
+    if numbers.dtype.kind == "c":
+        if np.any(numbers.imag):
+            raise InputError(
+                f"{name} is complex; give a real matrix, and structural damping as viscous or "
+                "modal damping"
+            )
+        numbers = numbers.real
+    if numbers.dtype.kind not in "fiub":
+        raise InputError(
+            f"{name} is no matrix of numbers but {type(value).__name__}; give an array, a SciPy "
+            "sparse array, or the path of a .npz, .npy, .mat or Matrix Market file"
+        )
+    return numbers.astype(float)

@@ -1,0 +1,437 @@
+"""Fewer degrees of freedom: modal truncation, and the Craig-Bampton method."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.errors import InputError
+from slipfold.models.quantity import parse_quantity
+from slipfold.models.structures.components.direction import Direction, listed
+from slipfold.models.structures.matrices.eigenmodes import lowest_modes, solver
+from slipfold.models.structures.matrices.matrices import Matrix, require_symmetric
+from slipfold.models.structures.shown import shown
+from slipfold.models.suggestion import suggest
+from slipfold.text.one_line import OneLine, number_text
+from slipfold.text.printed_table import PrintedTable
+
+__all__ = [
+    "CraigBampton",
+    "ModalReduction",
+    "Reduced",
+    "Reduction",
+    "ReductionReport",
+    "static_errors",
+]
+
+Array = NDArray[np.float64]
+
+FREE = 1e-6
+"""Frequency over the largest one below which a motion is free: it has no relative error."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ReductionReport(OneLine):
+    """What a reduction leaves of the natural frequencies.
+
+    Parameters
+    ----------
+    frequencies
+        Of the reduced structure in Hz, shape (n_kept,).
+    exact
+        The lowest of the whole structure in Hz, shape (n_kept,).
+    band
+        Highest frequency in Hz that the reduction is meant for.
+    whole
+        Number of degrees of freedom before the reduction.
+    static_errors
+        Share of the static compliance that is lost where components act: direction, as text, and
+        ``1 - u_reduced/u_exact`` under a static force along it. Empty if the structure is free.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> print(ReductionReport(np.array([1.0, 2.02]), np.array([1.0, 2.0]), 1.5, 10))
+    10 degrees of freedom reduced to 2
+    band up to 1.5 Hz, where natural frequencies are wrong by 0 at most
+    f (Hz)       exact (Hz)   error
+    1            1            0
+    2.02         2            0.01
+    """
+
+    frequencies: Array
+    exact: Array
+    band: float
+    whole: int
+    static_errors: tuple[tuple[str, float], ...] = ()
+
+    @property
+    def errors(self) -> Array:
+        """Relative errors of the natural frequencies, shape (n_kept,)."""
+        free = self.exact <= FREE * self.exact.max(initial=0.0)
+        return np.abs(self.frequencies - self.exact) / np.where(free, np.inf, self.exact)
+
+    @property
+    def error(self) -> float:
+        """Largest relative error of a natural frequency in the band."""
+        return float(self.errors[self.exact <= self.band * (1 + 1e-12)].max(initial=0.0))
+
+    def _line(self) -> str:
+        return (
+            f"ReductionReport: {self.whole} degrees of freedom to {len(self.exact)}, natural "
+            f"frequencies up to {number_text(self.band)} Hz wrong by {self.error:.2g} at most"
+        )
+
+    def _rows(self) -> PrintedTable:
+        rows = zip(self.frequencies, self.exact, self.errors, strict=True)
+        lines = [[*map(number_text, (f, exact)), f"{error:.2g}"] for f, exact, error in rows]
+        return PrintedTable(["f (Hz)", "exact (Hz)", "error"], lines)
+
+    def __str__(self) -> str:
+        """Table of the frequencies."""
+        lines = [
+            f"{self.whole} degrees of freedom reduced to {len(self.exact)}",
+            f"band up to {self.band:.6g} Hz, where natural frequencies are wrong by "
+            f"{self.error:.2g} at most",
+            f"{'f (Hz)':<12} {'exact (Hz)':<12} error",
+        ]
+        for row in zip(self.frequencies, self.exact, self.errors, strict=True):
+            lines.append(f"{row[0]:<12.6g} {row[1]:<12.6g} {row[2]:.2g}")
+        for direction, lost in self.static_errors:
+            lines.append(f"static compliance lost along {direction}: {lost:.2g}")
+        return "\n".join(lines)
+
+
+def static_errors(
+    stiffness: Matrix, reduced: Reduced, names: tuple[str, ...], directions: Iterable[Direction]
+) -> tuple[tuple[str, float], ...]:
+    """Return the share of the static compliance that a reduction loses along directions."""
+    try:
+        solve = solver(stiffness.array(), "free")
+        solve_reduced = solver(reduced.stiffness, "free")
+    except InputError:
+        return ()
+    result = []
+    for direction in dict.fromkeys(directions):
+        force = direction.vector(names)
+        exact = float(force @ solve(force))
+        row = force @ reduced.basis
+        result.append((str(direction), 1 - float(row @ solve_reduced(row)) / exact))
+    return tuple(result)
+
+
+@dataclass(frozen=True, eq=False)
+class Reduced:
+    """A structure in fewer coordinates.
+
+    Parameters
+    ----------
+    names
+        Names of the r coordinates.
+    basis
+        Displacements of all n degrees of freedom by coordinate, shape (n, r).
+    mass, stiffness
+        Reduced matrices, shape (r, r).
+    report
+        What became of the natural frequencies.
+    """
+
+    names: tuple[str, ...]
+    basis: Array
+    mass: Array
+    stiffness: Array
+    report: ReductionReport
+
+
+@dataclass(frozen=True)
+class Reduction(ABC):
+    """A way to describe a structure by fewer coordinates."""
+
+    title: ClassVar[str] = "reduction"
+
+    @abstractmethod
+    def apply(self, mass: Matrix, stiffness: Matrix, names: tuple[str, ...]) -> Reduced:
+        """Reduce a structure."""
+
+    @abstractmethod
+    def fits(self, mass: Matrix, stiffness: Matrix, names: tuple[str, ...]) -> None:
+        """Raise if it is plain without a calculation that a structure cannot be reduced so."""
+
+
+@dataclass(frozen=True)
+class ModalReduction(Reduction):
+    """The lowest undamped modes as coordinates ``mode1 mode2 ...``; they are exact.
+
+    Each mode is scaled so that its largest displacement is 1; a coordinate is a displacement in m.
+    What is cut off is the compliance of the higher modes at forces that act at a point.
+
+    Parameters
+    ----------
+    modes
+        How many; or give `up_to`.
+    up_to
+        Keep the modes up to this frequency in Hz.
+
+    Examples
+    --------
+    >>> ModalReduction(up_to="200 Hz")
+    ModalReduction(modes=None, up_to=200.0)
+    """
+
+    title: ClassVar[str] = "modal reduction"
+
+    modes: int | None = None
+    up_to: float | str | None = None
+
+    def __post_init__(self) -> None:
+        """Check that one of the two is given."""
+        _check_extent(self, 1)
+
+    def apply(self, mass: Matrix, stiffness: Matrix, names: tuple[str, ...]) -> Reduced:
+        """Reduce a structure to its lowest modes.
+
+        Parameters
+        ----------
+        mass, stiffness
+            Matrices of all n degrees of freedom.
+        names
+            Their names.
+
+        Raises
+        ------
+        InputError
+            If it does not have the modes.
+        """
+        self.fits(mass, stiffness, names)
+        m, k = mass.array(), stiffness.array()
+        squares, basis = _modes_of_extent(k, m, self.modes, self.up_to)
+        if not len(squares):
+            raise InputError(
+                f"the structure has no mode up to {self.up_to:g} Hz; raise up_to or give modes"
+            )
+        modal = np.sum(basis * np.asarray(m @ basis), axis=0)
+        exact = _frequencies(squares)
+        band = float(exact[-1]) if self.up_to is None else float(self.up_to)
+        report = ReductionReport(exact, exact, band, mass.size)
+        kept = _mode_names(len(squares))
+        return Reduced(kept, basis, np.diag(modal), np.diag(modal * squares), report)
+
+    def fits(self, mass: Matrix, stiffness: Matrix, names: tuple[str, ...]) -> None:
+        """Raise if the stiffness is not symmetric, or there are fewer modes.
+
+        Parameters
+        ----------
+        mass, stiffness
+            Matrices of all n degrees of freedom.
+        names
+            Their names.
+
+        Raises
+        ------
+        InputError
+            If it asks for more than the structure has.
+        """
+        _require_symmetric_stiffness(stiffness, self.title)
+        _check_count(self.modes, mass.size)
+
+
+@dataclass(frozen=True)
+class CraigBampton(Reduction):
+    """Boundary degrees of freedom as they are, the rest by modes with the boundary held.
+
+    The coordinates are the boundary's displacements by their names, then ``mode1 mode2 ...``.
+    Static loads at the boundary are exact; without modes it is Guyan's condensation.
+
+    Parameters
+    ----------
+    boundary
+        Names of the degrees of freedom that stay: those with elements, contacts and forces.
+    modes
+        How many modes with the boundary held; or give `up_to`.
+    up_to
+        Keep the modes with the boundary held up to this frequency in Hz; about 1.5 times the
+        highest frequency of interest is usual.
+
+    References
+    ----------
+    R. R. Craig and M. C. C. Bampton, Coupling of substructures for dynamic analyses, AIAA Journal 6
+    (1968) 1313-1319.
+
+    Examples
+    --------
+    >>> CraigBampton(["tip"], modes=3).boundary
+    ('tip',)
+    """
+
+    title: ClassVar[str] = "Craig-Bampton reduction"
+
+    boundary: Any
+    modes: int | None = None
+    up_to: float | str | None = None
+
+    def __post_init__(self) -> None:
+        """Check that one of the two extents is given, and the boundary."""
+        _check_extent(self, 0)
+        several = isinstance(self.boundary, Iterable) and not isinstance(self.boundary, str)
+        given = tuple(self.boundary) if several else (self.boundary,)
+        named = all(isinstance(item, str) for item in given)
+        if not given or not named or len(set(given)) < len(given):
+            raise InputError(
+                f"boundary = {shown(self.boundary)}; give the names "
+                "of the degrees of freedom that stay, each once"
+            )
+        object.__setattr__(self, "boundary", given)
+
+    def apply(self, mass: Matrix, stiffness: Matrix, names: tuple[str, ...]) -> Reduced:
+        """Reduce a structure to its boundary and modes of the rest.
+
+        Parameters
+        ----------
+        mass, stiffness
+            Matrices of all n degrees of freedom.
+        names
+            Their names.
+
+        Raises
+        ------
+        InputError
+            If the boundary is not part of the structure, or does not hold the rest.
+        """
+        self.fits(mass, stiffness, names)
+        m, k = mass.array(), stiffness.array()
+        held, free = self._split(names)
+        solve = solver(
+            k[np.ix_(free, free)] if isinstance(k, np.ndarray) else k[free][:, free],
+            "the boundary does not hold the rest of the structure, which can move without force; "
+            "add degrees of freedom to the boundary",
+        )
+        coupling = (
+            k[np.ix_(free, held)] if isinstance(k, np.ndarray) else k[free][:, held].toarray()
+        )
+        m_free = m[np.ix_(free, free)] if isinstance(m, np.ndarray) else m[free][:, free]
+        k_free = k[np.ix_(free, free)] if isinstance(k, np.ndarray) else k[free][:, free]
+        squares, shapes = _modes_of_extent(k_free, m_free, self.modes, self.up_to)
+        basis = np.zeros((len(names), len(held) + len(squares)))
+        basis[held, np.arange(len(held))] = 1.0
+        basis[np.ix_(free, np.arange(len(held)))] = -solve(np.asarray(coupling))
+        basis[np.ix_(free, len(held) + np.arange(len(squares)))] = shapes
+        return self._reduced(mass, stiffness, (m, k), basis, squares)
+
+    def fits(self, mass: Matrix, stiffness: Matrix, names: tuple[str, ...]) -> None:
+        """Raise if the stiffness is not symmetric, or boundary or modes are not there.
+
+        Parameters
+        ----------
+        mass, stiffness
+            Matrices of all n degrees of freedom.
+        names
+            Their names.
+
+        Raises
+        ------
+        InputError
+            If it asks for more than the structure has.
+        """
+        _require_symmetric_stiffness(stiffness, self.title)
+        _check_count(self.modes, len(self._split(names)[1]))
+
+    def _split(self, names: tuple[str, ...]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        for name in self.boundary:
+            if name not in names:
+                raise InputError(
+                    f"the boundary has {shown(name)}, which is no degree of freedom of the "
+                    f"structure; {suggest(str(name), names)}it has {listed(names)}"
+                )
+        held = np.array([names.index(name) for name in self.boundary], dtype=np.int64)
+        free = np.setdiff1d(np.arange(len(names)), held)
+        if not len(free):
+            raise InputError(
+                "the boundary is the whole structure, so there is nothing to reduce; leave the "
+                "reduction out"
+            )
+        return held, free
+
+    def _reduced(
+        self, mass: Matrix, stiffness: Matrix, whole: tuple[Any, Any], basis: Array, squares: Array
+    ) -> Reduced:
+        m, k = whole
+        count, r = len(self.boundary), basis.shape[1]
+        small_mass = basis.T @ np.asarray(m @ basis)
+        small_stiffness = basis.T @ np.asarray(k @ basis)
+        # What the theory says is zero must be, or rounding would enter the equations as terms.
+        small_stiffness[:count, count:] = small_stiffness[count:, :count] = 0.0
+        for block in (small_mass, small_stiffness):
+            modal = np.diag(block)[count:].copy()
+            block[count:, count:] = np.diag(modal)
+        found = _frequencies(lowest_modes(small_stiffness, small_mass)[0])
+        exact = _frequencies(lowest_modes(k, m, r)[0])
+        if self.up_to is not None:
+            band = float(self.up_to)
+        else:
+            band = float(_frequencies(squares)[-1]) if len(squares) else float(exact[0])
+        report = ReductionReport(found, exact, band, mass.size)
+        names = (*self.boundary, *_mode_names(r - count))
+        return Reduced(names, basis, small_mass, small_stiffness, report)
+
+
+def _check_extent(reduction: Any, fewest: int) -> None:
+    modes, up_to = reduction.modes, reduction.up_to
+    if (modes is None) == (up_to is None):
+        raise InputError(
+            f"a {reduction.title} needs modes, how many to keep, or up_to, the frequency in Hz up "
+            "to which to keep them; give one of the two"
+        )
+    if modes is not None and (type(modes) is not int or modes < fewest):
+        raise InputError(f"modes = {shown(modes)}; give a whole number >= {fewest}")
+    if up_to is not None:
+        value = parse_quantity(up_to, "Hz", "up_to")
+        if not (math.isfinite(value) and value > 0):
+            raise InputError(f"up_to = {value:g} Hz; give a finite frequency > 0")
+        object.__setattr__(reduction, "up_to", value)
+
+
+def _require_symmetric_stiffness(stiffness: Matrix, title: str) -> None:
+    require_symmetric(
+        stiffness, "K", f"a {title} needs a symmetric one, so correct it or keep all coordinates"
+    )
+
+
+def _check_count(modes: int | None, size: int) -> None:
+    if modes is not None and modes > size:
+        raise InputError(
+            f"{modes} modes are wanted of {size} degrees of freedom; give at most {size}"
+        )
+
+
+def _modes_of_extent(
+    stiffness: Any, mass: Any, modes: int | None, up_to: float | str | None
+) -> tuple[Array, Array]:
+    """Return as many modes as are wanted, or all up to a frequency."""
+    size = mass.shape[0]
+    if modes is not None:
+        if modes == 0:
+            return np.empty(0), np.empty((size, 0))
+        return lowest_modes(stiffness, mass, modes)
+    assert up_to is not None
+    highest = (2 * math.pi * float(up_to)) ** 2
+    count = size if isinstance(mass, np.ndarray) else 16
+    while True:
+        squares, shapes = lowest_modes(stiffness, mass, min(count, size))
+        if count >= size or squares[-1] > highest:
+            kept = squares <= highest
+            return squares[kept], shapes[:, kept]
+        count *= 2
+
+
+def _frequencies(squares: Array) -> Array:
+    return np.sqrt(np.maximum(squares, 0.0)) / (2 * math.pi)
+
+
+def _mode_names(count: int) -> tuple[str, ...]:
+    return tuple(f"mode{place}" for place in range(1, count + 1))
