@@ -1,9 +1,8 @@
-"""Systems of equations are models like any other, and say what is wrong with their text."""
+"""Systems of equations are models like any other."""
 
 import copy
 import inspect
 import pickle
-import re
 import tomllib
 
 import heyoka as hy
@@ -12,6 +11,7 @@ import pytest
 
 import slipfold as sf
 import slipfold.branches.event
+from helpers.duffing_text import TEXT
 from helpers.textbook_models import Duffing
 from slipfold.errors import InputError
 from slipfold.flow import flow_of
@@ -19,32 +19,6 @@ from slipfold.models.definitions.names import _TAKEN
 from slipfold.models.definitions.reader import MEASURES
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.formulas.tree import format_tree
-
-TEXT = """\
-name = "Duffing"
-title = "a cubic spring"
-[parameters]
-W = { value = 0.9, unit = "rad/s", above = 0, doc = "forcing frequency" }
-F = 0.18
-g = { value = 0.1, max = 10 }
-[formulas]
-cubic = "g*q^3"
-force = "F*cos(W*t)"
-stiff = "1 + 0*g"
-[states]                      # name = its rate
-q = { rate = "v", doc = "displacement", start = 0.5 }
-v = "force - 0.05*v - stiff*q - cubic"
-[forcing]
-period = "2*pi/W"
-quiet = "F"
-[outputs]
-energy = "v^2/2 + q^2/2 + g/4*q^4"
-force = { formula = "force", unit = "N", doc = "force", label = "$F$" }
-[limits]
-"too far" = { output = "energy", bound = -1.0, reason = "energy fell to {value:.3g}" }
-[events]
-large = { output = "q", value = 2, measure = "max", stop = true }
-"""
 
 
 @pytest.fixture(scope="module")
@@ -206,252 +180,12 @@ def test_no_parameter_hides_an_attribute_or_argument():
     assert names <= _TAKEN
 
 
-# -- what is wrong with a text -----------------------------------------------------------------
-
-OF_TEXT = {
-    "unknown name": ("force - ", "farce - ", "farce - 0.05", ["'farce'", "did you mean force?"]),
-    "known names": (
-        "- cubic", "- x", 'x"',
-        ["known are the states q, v, the parameters W, F, g, the formulas cubic, force, stiff"],
-    ),
-    "unknown function": ("cos(", "coss(", 'coss(W*t)"', ["no function 'coss'; did you mean cos?"]),
-    "corner": ("0.05*v", "abs(v)", "abs(v) - sti", ["abs is not smooth"]),
-    "grammar": ("0.05*v", "0.05 v", "v - stiff*q", ["for a product write 0.05*v"]),
-    "Euler": ("0.05*v", "e*v", "e*v - stiff*", ["write exp(1) for Euler's number"]),
-    "circle of one": ('"g*q^3"', '"cubic*q"', 'cubic = "cub', ["the formula cubic uses itself"]),
-    "time in the period": ('"2*pi/W"', '"2*pi/t"', 't"', ["cannot depend on the time t"]),
-    "period of a state": ('"2*pi/W"', '"2*pi/v"', 'v"', ["depends on the state v"]),
-    "period of a formula": ('"2*pi/W"', '"cubic"', 'cubic"', ["depends on the formula cubic"]),
-    "wrong period": (
-        '"2*pi/W"', '"pi/W"', '"force - 0.0',
-        ["rate of v does not repeat", "pi/W, 3.49"],
-    ),
-    "no period": ('period = "2*pi/W"', "", "[forcing]", ["[forcing] has no period", "autonomous"]),
-    "period no text": ('"2*pi/W"', "[1]", "[1]", ["the period is an array"]),
-    "quiet nothing": ('"F"', '"f"', '"f"', ["no parameter 'f'", "did you mean F?"]),
-    "state and parameter": (
-        "F = 0.18", "q = 0.18", "q = { rate =",
-        ["q is a parameter and a state"],
-    ),
-    "formula and state": ("stiff =", "v =", 'v = "force -', ["v is a formula and a state"]),
-    "output and state": ("energy =", "q =", 'q = "v^2/2 +', ["q is a state and an output"]),
-    "key given twice": ("F = 0.18", "W = 1", "", ["not TOML", "overwrite"]),
-    "no rate": ('{ rate = "v",', "{ ", '{  doc = "di', ["q has no rate; give e.g. rate ="]),
-    "rate a list": (
-        '{ rate = "v", doc = "displacement", start = 0.5 }', "[1]", "[1]",
-        ["q is an array; give its rate as a text"],
-    ),
-    "rate true": (
-        'rate = "v"', "rate = true", "true, doc =",
-        ["rate is true or false; give a text"],
-    ),
-    "scale zero": ("start = 0.5", "scale = 0", "0 }", ["scale 0 of q is not positive"]),
-    "start text": ("start = 0.5", 'start = "x"', '"x" }', ["start = 'x' is not a number"]),
-    "no value": ("{ value = 0.1,", "{", "{ max = 10 }", ["the parameter g has no value"]),
-    "value true": ("F = 0.18", "F = true", "true", ["value is true or false; give a number"]),
-    "value infinite": ("F = 0.18", "F = inf", "inf", ["value = inf is not a finite number"]),
-    "value of another unit": ("F = 0.18", 'F = "3mm"', '"3mm"', ["has the unit 'mm'"]),
-    "value outside": ("max = 10", "max = 0", "{ value = 0.", ["g = 0.1 is outside its bounds"]),
-    "bounds exchanged": (
-        "max = 10", "max = 0, min = 1", "{ value = 0.",
-        ["from 1 to 0; exchange the bounds"],
-    ),
-    "bound twice": ("above = 0", "above = 0, min = 1", "0, min = 1,", ["both min and above"]),
-    "bound text": ("above = 0", 'above = "low"', '"low", doc =', ["above = 'low' is not a number"]),
-    "unit number": (
-        'unit = "rad/s"', "unit = 3", "3, above = 0",
-        ["unit is a number; give a text"],
-    ),
-    "doc of lines": (
-        '"forcing frequency"', "\"a\\nb\"", "\"a\\nb\" }",
-        ["doc = ", "more than one line"],
-    ),
-    "unknown entry": (
-        "above = 0", "lower = 0", "lower = 0, d",
-        ["no entry 'lower'", "min, max, above"],
-    ),
-    "unknown table": ("[outputs]", "[output]", "[output]", ["no entry 'output'", "outputs?"]),
-    "table a number": ("[formulas]", "[other]", "[other]", ["no entry 'other'"]),
-    "name of a function": (
-        "F = 0.18", "sin = 0.18", "sin = 0.18",
-        ["sin is a function in formulas"],
-    ),
-    "name of the time": ("F = 0.18", "t = 0.18", "t = 0.18", ["t is the time in formulas"]),
-    "name of a constant": ("F = 0.18", "pi = 0.18", "pi = 0.18", ["pi is a constant in formulas"]),
-    "name with a hyphen": ("F = 0.18", "F-0 = 0.18", "F-0 = 0.18", ["'F-0' cannot be a name"]),
-    "name taken": ("F = 0.18", "states = 1", "states = 1", ["cannot be called states"]),
-    "state taken": (
-        'v = "force', 'phase = "force', 'phase = "for',
-        ["state cannot be called phase"],
-    ),
-    "limit of nothing": (
-        'output = "energy"', 'output = "enrgy"', '"enrgy", bou',
-        ["no output 'enrgy'", "energy?"],
-    ),
-    "limit without bound": ("bound = -1.0,", "", '{ output = "', ["'too far' has no bound"]),
-    "limit a number": (
-        '"too far" = {', '"too far" = 3 #', "3 # output =",
-        ["is a number, not a table"],
-    ),
-    "braces": ("{value:.3g}", "{value.__class__}", '"energy fell', ["only braces in a reason are"]),
-    "event of nothing": (
-        'output = "q", value', 'output = "z", value', '"z", value =',
-        ["no output 'z'"],
-    ),
-    "event of unknown measure": ('"max"', '"mean"', '"mean", stop', ["measure 'mean' is unknown"]),
-    "event without value": ("value = 2,", "", '{ output = "', ["the event 'large' has no value"]),
-    "stop a number": ("stop = true", "stop = 1", "1 }", ["stop is a number; give true or"]),
-    "no number": ("0.05*v", "v/0", "/0 - stiff*q", ["is not a finite number"]),
-    "not TOML": ("F = 0.18", "F = ", "", ["this is not TOML (Invalid value)", "F = 0.18"]),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("name", OF_TEXT)
-def test_errors_point_at_the_place(name):
-    old, new, place, words = OF_TEXT[name]
-    assert old in TEXT
-    text = TEXT.replace(old, new, 1)
-    with pytest.raises(InputError) as error:
-        sf.System.from_toml(text)
-    sentence, excerpt, carets = str(error.value).split("\n")
-    for word in words:
-        assert word in sentence
-    assert excerpt[carets.index("^") :].startswith(place)
-    line, column = map(int, re.match(r"line (\d+), column (\d+): ", sentence).groups())
-    assert text.splitlines()[line - 1][column - 1 :].startswith(place)
-    assert excerpt.startswith(f"{line:>4} | ")
-
-
-OF_TABLES = {
-    "nothing": ({}, "there is no table [states]"),
-    "no states": ({"states": {}}, "the table [states] is empty"),
-    "states a list": ({"states": [1]}, "states is an array, not a table; write [states]"),
-    "states a number": ({"states": 3}, "states is a number, not a table"),
-    "parameters a text": (
-        {"states": {"q": "1"}, "parameters": "F"}, "parameters is a text, not a table",
-    ),
-    "forcing a text": ({"states": {"q": "1"}, "forcing": "F"}, "forcing is a text, not a table"),
-    "name a number": ({"states": {"q": "1"}, "name": 3}, "name is a number; give a text"),
-    "key no text": ({"states": {3: "1"}}, "the key 3 of states is no text"),
-    "circle": (
-        {"states": {"q": "a"}, "formulas": {"a": "b + 1", "b": "2*c", "c": "a"}},
-        "the formulas a -> b -> c -> a use each other in a circle",
-    ),
-    "formula a number": ({"states": {"q": "1"}, "formulas": {"a": 3}}, "a is a number; give the"),
-    "time without forcing": (
-        {"states": {"q": "cos(t)"}},
-        "t, the time, occurs in a system without forcing; add the table [forcing]",
-    ),
-    "state called phase": ({"states": {"phase": "1"}}, "a state cannot be called phase"),
-    "state like a coefficient": ({"states": {"c_1": "1"}}, "a state cannot be called c_1"),
-    "long name": ({"states": {"q" * 61: "1"}}, "cannot be a name in formulas; give at most 60"),
-    "negative period": (
-        {"states": {"q": "1"}, "forcing": {"period": -1}}, "forcing period -1.0 is -1 s; it must",
-    ),
-    "infinite period": (
-        {"states": {"q": "1"}, "parameters": {"W": 0}, "forcing": {"period": "1/W"}},
-        "the forcing period 1/W is nan s at W = 0; it must be positive",
-    ),
-    "no number at the defaults": (
-        {"states": {"q": "sqrt(a)*q"}, "parameters": {"a": -1}},
-        "sqrt(a) is not a finite number at a = -1; change the parameters in it",
-    ),
-    "array in a value": (
-        {"states": {"q": "1"}, "parameters": {"a": [1]}}, "value is an array; give a number",
-    ),
-    "parameter none": (
-        {"states": {"q": "1"}, "parameters": {"a": None}}, "value is empty; give a number",
-    ),
-    "huge number": (
-        {"states": {"q": "1"}, "parameters": {"a": 10**400}}, "value = inf is not a finite number",
-    ),
-    "unrepeated output": (
-        {"states": {"q": "1"}, "forcing": {"period": "1"}, "outputs": {"y": "sin(6*t)"}},
-        "the output y does not repeat after the forcing period 1, 1 s",
-    ),
-    "time grows": (
-        {"states": {"q": "-q + 1e-3*t"}, "forcing": {"period": "1"}}, "does not repeat",
-    ),
-    "limit with braces in its name": (
-        {"states": {"q": "1"}, "limits": {"{0}": {"output": "q", "bound": 0}}},
-        "'{0}' is no name for one of the limits; give a few words",
-    ),
-    "event of no parameter": (
-        {"states": {"q": "1"}, "events": {"a": {"value": 1, "measure": "parameter"}}},
-        "there is no parameter 'a'; there are none",
-    ),
-    "too many": ({"states": {f"q{i}": "1" for i in range(1001)}}, "has 1001 entries, more than"),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("name", OF_TABLES)
-def test_tables_made_in_python_are_refused_as_well(name):
-    tables, words = OF_TABLES[name]
-    with pytest.raises(InputError) as error:
-        sf.System(tables)
-    sentence = str(error.value).split("\n")[0]
-    assert words in sentence
-
-
-def test_a_formula_made_in_python_is_shown():
-    with pytest.raises(InputError) as error:
-        sf.System(states={"q": "1 +\n  sqrt(x)"})
-    assert str(error.value) == (
-        "states.q, column 8: there is no name 'x'; known are the states q, and pi\n"
-        "     |   sqrt(x)\n"
-        "              ^"
-    )
-
-
-def test_the_excerpt_of_a_long_line_is_the_part_around_the_place():
-    with pytest.raises(InputError) as error:
-        sf.System(states={"q": "q + " * 300 + "x" + " + q" * 300})
-    _, excerpt, carets = str(error.value).split("\n")
-    assert len(excerpt) <= 100
-    assert excerpt[carets.index("^")] == "x"
-
-
-def test_escapes_in_a_formula_move_the_place_to_its_beginning():
-    with pytest.raises(InputError, match="line 2, column 5: there is no name 'x'"):
-        sf.System.from_toml('[states]\nq = "\\u0071 + x"')
-
-
-def test_lines_of_a_formula_are_counted():
-    with pytest.raises(InputError, match="line 4, column 4: there is no name 'x'"):
-        sf.System.from_toml('[states]\nq = """\nq\n + x\n"""')
-
-
-def test_periods_that_hold_for_some_values_only():
-    tables = {
-        "parameters": {"W": 1.0, "n": 3.0},
-        "states": {"q": "-q + cos(W*t) + cos(n*W*t)"},
-        "forcing": {"period": "2*pi/W"},
-    }
-    system = sf.System(tables)
-    assert system.replace(W=1.3, n=4).n == 4
-    with pytest.raises(InputError, match=r"rate of q does not repeat .* at W = 1, n = 3.5"):
-        system.replace(n=3.5)
-    with pytest.raises(InputError, match="does not repeat"):
-        sf.System({**tables, "forcing": {"period": "2*pi"}}).replace(W=1.1)
-
-
 def test_events_have_the_measures_of_branches():
     assert MEASURES == slipfold.branches.event.MEASURES
 
 
 def test_a_byte_order_mark_is_no_trouble(model):
     assert sf.System.from_toml("\ufeff" + TEXT) == model
-
-
-def test_too_long_a_text():
-    with pytest.raises(InputError, match="more than 300000; a system of equations is shorter"):
-        sf.System.from_toml("#" * 300_001 + "\n")
-
-
-@pytest.mark.parametrize("text", ["a = " + "[" * 5000, "a=" + "9" * 5000, "a = 99:99\n", "\x00=1"])
-def test_what_tomllib_stumbles_over_is_refused(text):
-    with pytest.raises(InputError, match=r"not TOML|nested too deeply"):
-        sf.System.from_toml(text)
 
 
 def test_large_systems_load_in_no_time():
