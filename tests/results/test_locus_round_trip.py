@@ -223,7 +223,7 @@ REDUNDANT = {
 def without(table, name):
     variables = dict(table.variables)
     del variables[name]
-    return type(table)(variables, (), table.attributes)
+    return type(table)(variables, table.attributes)
 
 
 @pytest.mark.parametrize("name", sorted(set(made_locus_diagram()._table().variables) - REDUNDANT))
@@ -248,7 +248,7 @@ def test_column_that_does_not_fit(name, values):
     variables = dict(table.variables)
     variables[name] = Variable(variables[name].dimensions, values)
     with pytest.raises(ValueError, match=r"rows|shape|unpack|names a region"):
-        LocusDiagram._read(open_table(type(table)(variables, (), table.attributes)))
+        LocusDiagram._read(open_table(type(table)(variables, table.attributes)))
 
 
 @pytest.mark.parametrize(

@@ -239,7 +239,7 @@ def test_missing_column(name):
     variables = dict(table.variables)
     del variables[name]
     with pytest.raises(LookupError):
-        Diagram._read(open_table(type(table)(variables, (), table.attributes)))
+        Diagram._read(open_table(type(table)(variables, table.attributes)))
 
 
 @pytest.mark.parametrize("text", ["", "{}", "[]", '{"model": "sliding"}', "no JSON"])

@@ -340,7 +340,7 @@ def test_missing_column(name):
     table = made_map()._table()
     variables = {key: item for key, item in table.variables.items() if key != name}
     with pytest.raises(LookupError):
-        ThresholdMap._read(open_table(type(table)(variables, (), table.attributes)))
+        ThresholdMap._read(open_table(type(table)(variables, table.attributes)))
 
 
 @pytest.mark.parametrize("name", sorted(set(COLUMNS) - LABELS))
@@ -350,7 +350,7 @@ def test_column_that_does_not_fit(name):
     short = Variable(item.dimensions, item.values[:-1])
     with pytest.raises(ValueError, match="shape"):
         ThresholdMap._read(
-            open_table(type(table)({**table.variables, name: short}, (), table.attributes))
+            open_table(type(table)({**table.variables, name: short}, table.attributes))
         )
 
 

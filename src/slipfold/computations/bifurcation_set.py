@@ -10,7 +10,7 @@ import numpy as np
 
 from slipfold.branches.settings import Settings
 from slipfold.checks.of_loci import check_loci
-from slipfold.computations.given_settings import checked_settings
+from slipfold.computations.given import checked_model, checked_settings, refuse_varied
 from slipfold.computations.plane import GivenWindow, corner_model, parse_plane
 from slipfold.errors import InputError
 from slipfold.loci.bifurcation_set import find_bifurcation_set, measured_across
@@ -85,15 +85,9 @@ def bifurcation_set(
     >>> [(locus.type, locus.period) for locus in found.loci]
     [('PD', 1)]
     """
-    if not isinstance(model, Model):
-        raise InputError(f"model = {model!r} is not a model; give e.g. SlidingOscillator()")
+    model = checked_model(model)
     names, spans = parse_plane(model, plane, window)
-    for name in names:
-        if name in parameters:
-            raise InputError(
-                f"{name} is varied, so it cannot be set to {parameters[name]} as well; "
-                "give it once, in the window"
-            )
+    refuse_varied(names, parameters, "the window")
     kinds, wanted = None if types is None else _types(types), _periods(periods)
     base = corner_model(model, names, spans, parameters)
     chosen = checked_settings(settings)

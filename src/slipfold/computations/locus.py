@@ -10,7 +10,7 @@ from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.checks.of_loci import check_loci
 from slipfold.computations.bifurcation_set import bifurcation_set
-from slipfold.computations.given_settings import checked_settings
+from slipfold.computations.given import checked_settings
 from slipfold.computations.plane import GivenWindow, corner_model, parse_plane
 from slipfold.errors import InputError
 from slipfold.loci.follow import follow_loci

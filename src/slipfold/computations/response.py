@@ -11,7 +11,12 @@ from slipfold.branches.response import measured_over, trace_response
 from slipfold.branches.settings import Settings
 from slipfold.branches.start import Begin
 from slipfold.checks.of_branches import check_branches
-from slipfold.computations.given_settings import checked_settings
+from slipfold.computations.given import (
+    checked_model,
+    checked_settings,
+    parse_ends,
+    refuse_varied,
+)
 from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.models.quantity import parse_quantity
@@ -98,13 +103,8 @@ def response(
     orbit = model if isinstance(model, PeriodicOrbit) else None
     if orbit is not None:
         model = _model_of(orbit, vary, span, {**parameters, **(start or {})})
-    if vary in parameters:
-        raise InputError(
-            f"{vary} is varied, so it cannot be set to {parameters[vary]} as well; "
-            "give it once, in the span"
-        )
-    if not isinstance(model, Model):
-        raise InputError(f"model = {model!r} is not a model; give e.g. SlidingOscillator()")
+    refuse_varied([vary], parameters, "the span")
+    model = checked_model(model)
     parameters[vary], last = _ends(model, vary, span)
     chosen = checked_settings(settings)
     started = perf_counter()
@@ -207,11 +207,5 @@ def _own_events(model: Model, vary: str) -> tuple[Event, ...]:
 
 def _ends(model: Model, vary: str, span: tuple[float | str, float | str]) -> tuple[float, float]:
     parameter = model.variable_parameter(vary)
-    try:
-        first, last = span
-    except (TypeError, ValueError):
-        raise InputError(
-            f"span = {span!r} is not a pair of numbers; give the first and the last value of {vary}"
-        ) from None
-    ends = (parse_quantity(first, parameter.unit, vary), parse_quantity(last, parameter.unit, vary))
-    return parameter.check(ends[0]), parameter.check(ends[1])
+    first, last = parse_ends(parameter, span)
+    return parameter.check(first), parameter.check(last)

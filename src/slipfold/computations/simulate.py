@@ -7,7 +7,7 @@ from time import perf_counter
 from typing import TYPE_CHECKING
 
 from slipfold.checks.of_motion import check_motion
-from slipfold.errors import InputError
+from slipfold.computations.given import checked_model
 from slipfold.flow.simulate import simulate as integrate
 from slipfold.models.model import Model
 from slipfold.results.provenance import provenance
@@ -66,8 +66,7 @@ def simulate(
     >>> cycle.kind, round(cycle.duration, 6)
     ('cycle', 6.663287)
     """
-    if not isinstance(model, Model):
-        raise InputError(f"model = {model!r} is not a model; give e.g. SlidingOscillator()")
+    model = checked_model(model)
     changed = model.replace(**parameters)
     started = perf_counter()
     found = integrate(changed, periods, state, tolerance=tolerance)

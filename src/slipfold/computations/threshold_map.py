@@ -8,6 +8,7 @@ from time import perf_counter
 from numpy.typing import ArrayLike
 
 from slipfold.checks.of_thresholds import check_thresholds
+from slipfold.computations.given import checked_model, parse_ends, refuse_varied
 from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.models.parameter import Parameter
@@ -73,19 +74,13 @@ def threshold_map(
     >>> print(found.values[1, 1].round(9))
     0.043578911
     """
-    if not isinstance(model, Model):
-        raise InputError(f"model = {model!r} is not a model; give e.g. SlidingOscillator()")
+    model = checked_model(model)
     if not isinstance(over, Mapping):
         raise InputError(
             f"over = {over!r} does not give values by name; give e.g. "
             f"{{'{model.parameters[0].name}': [...], '{model.parameters[1].name}': [...]}}"
         )
-    for name in (threshold, *over):
-        if name in parameters:
-            raise InputError(
-                f"{name} is varied, so it cannot be set to {parameters[name]} as well; "
-                "give it once, in over or in the span"
-            )
+    refuse_varied((threshold, *over), parameters, "over or in the span")
     changed = model.replace(**parameters)
     started = perf_counter()
     found = find_threshold_map(
@@ -95,24 +90,12 @@ def threshold_map(
         over={
             name: _numbers(model.variable_parameter(name), values) for name, values in over.items()
         },
-        span=_ends(model.variable_parameter(threshold), span),
+        span=parse_ends(model.variable_parameter(threshold), span),
         observer=observer,
     )
     checked = check_thresholds(found)
     origin = provenance(perf_counter() - started)
     return ThresholdMap(**vars(found), provenance=origin, checked=checked)
-
-
-def _ends(parameter: Parameter, span: tuple[float | str, float | str]) -> tuple[float, float]:
-    try:
-        first, last = span
-    except (TypeError, ValueError):
-        raise InputError(
-            f"span = {span!r} is not a pair of numbers; give the first and the last value of "
-            f"{parameter.name}"
-        ) from None
-    unit, name = parameter.unit, parameter.name
-    return parse_quantity(first, unit, name), parse_quantity(last, unit, name)
 
 
 def _numbers(parameter: Parameter, values: Values) -> ArrayLike:

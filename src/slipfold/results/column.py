@@ -34,48 +34,31 @@ REAL, COMPLEX = Kind(np.float64, np.nan), Kind(np.complex128, np.nan)
 
 @dataclass(frozen=True)
 class Column:
-    """A field of the items of a table.
-
-    Parameters
-    ----------
-    key
-        Attribute of an item, argument of its class, and key in records; dots lead inside.
-    kind
-        What its values are.
-    meaning
-        What it is; without one, it is not among the arrays.
-    unit
-        Empty for a number; None where other columns say the unit, or there can be none.
-    dimensions
-        Those of one value.
-    get
-        Returns the value from an item, instead of the attribute.
-    name
-        Name of the variable, instead of the key behind the prefix of the table.
-    label
-        Whether it labels rows rather than holds results.
-    derived
-        Whether it follows from others, so that nothing is made from it.
-    optional
-        Whether what is missing is None.
-    record
-        Whether it is in records.
-    slot
-        Its place in a spreadsheet, instead of the key.
-    """
+    """A field of the items of a table."""
 
     key: str
+    """Attribute of an item, argument of its class, and key in records; dots lead inside."""
     kind: Kind = REAL
     meaning: str = ""
+    """What it is; without one, it is not among the arrays."""
     unit: str | None = None
+    """Empty for a number; None where other columns say the unit, or there can be none."""
     dimensions: tuple[str, ...] = ()
+    """Those of one value."""
     get: Callable[[Any], Any] | None = None
+    """Returns the value from an item, instead of the attribute."""
     name: str | None = None
+    """Name of the variable, instead of the key behind the prefix of the table."""
     label: bool = False
+    """Whether it labels rows rather than holds results."""
     derived: bool = False
+    """Whether it follows from others, so that nothing is made from it."""
     optional: bool = False
+    """Whether what is missing is None, and empty in spreadsheets."""
     record: bool = False
+    """Whether it is in records."""
     slot: str | None = None
+    """Its place in a spreadsheet, instead of the key."""
 
     def of(self, item: Any) -> Any:
         """Return the value of an item."""

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.branch import Branch, End
+from slipfold.branches.branch import Branch
 from slipfold.branches.event import Event
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
@@ -18,14 +18,14 @@ from slipfold.checks.checked import Checked
 from slipfold.drawing import draw
 from slipfold.models.model import Model
 from slipfold.orbits.extrema import Extrema
-from slipfold.results.column import COMPLEX, REAL, TEXT, WHOLE, Column
+from slipfold.results.column import REAL, TEXT, WHOLE, Column
+from slipfold.results.curves import Curves
 from slipfold.results.diagram_summary import DiagramSummary
 from slipfold.results.labelled_table import Variable
 from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
 from slipfold.results.saved_table import SavedTable
-from slipfold.results.sheet import Sheet
-from slipfold.results.table import Table, axes_of, ends, meaning_of, names
+from slipfold.results.table import axes_of, meaning_of, names
 from slipfold.text.one_line import headed, listed
 
 __all__ = ["Diagram", "Labelled"]
@@ -180,28 +180,20 @@ class Diagram(Result):
         return {"vary": self.vary, "span": np.array(self.span, dtype=float)}
 
     def _variables(self) -> dict[str, Variable]:
-        model, branches = self.model, self.branches
-        tables = _Tables.of(model, self.vary)
-        points = [point for _, point in self.special]
-        sizes = [branch.nodes.shape[1] for branch in branches] + [len(p.nodes) for p in points]
-        axes = axes_of(model, nodes=max(sizes, default=0))
-        variables = names("state", model.states)
-        variables |= names("output", [*model.states, *model.outputs()])
-        variables |= tables.branches.variables(branches, axes)
-        variables |= tables.points.variables(branches, axes, [branch.id for branch in branches])
-        owners = [branch.id for branch, _ in self.special]
-        return variables | tables.special.variables(points, axes, owners)
+        model = self.model
+        labels = names("state", model.states)
+        labels |= names("output", [*model.states, *model.outputs()])
+        return labels | _curves(model, self.vary).variables(self.branches, model, [self.vary])
 
     def _record(self) -> dict[str, Any]:
-        table = _Tables.of(self.model, self.vary).branches
+        table = _curves(self.model, self.vary).curves
         return {"vary": self.vary, "branches": [table.record(each) for each in self.branches]}
 
     def _csv(self) -> str:
-        tables = _Tables.of(self.model, self.vary)
         heads = {
             "id": "branch",
             "period": "period",
-            "type": "type",
+            "special": "type",
             "criticality": "criticality",
             "value": headed(self.model.parameter(self.vary)),
             "state": "",
@@ -212,27 +204,21 @@ class Diagram(Result):
             "residual": "residual",
             "arclength": "arclength",
         }
-        sheet = Sheet(heads, (tables.points, tables.special), axes_of(self.model))
-        rows = []
-        for branch in self.branches:
-            known = {"id": branch.id, "period": branch.period}
-            points = sheet.rows(tables.points, [branch], known)
-            special = sheet.rows(tables.special, branch.special, known)
-            rows += sorted([*points, *special], key=lambda row: row[-1])
-        return sheet.text(rows)
+        return _curves(self.model, self.vary).csv(
+            self.branches,
+            heads,
+            axes_of(self.model),
+            lambda branch: {"id": branch.id, "period": branch.period},
+        )
 
     @classmethod
     def _read(cls, saved: SavedTable) -> Diagram:
         model, given, vary = saved.model, saved.given, str(saved.given["vary"])
-        tables = _Tables.of(model, vary)
-        points, special = tables.points.rows(saved), tables.special.rows(saved)
-        axes = axes_of(model)
+        names = tuple(saved.columns["output"].tolist())
         branches = []
-        for row, identity in enumerate(saved.columns["branch"].tolist()):
-            fields = tables.branches.read(saved, axes, row)
-            fields |= tables.points.read(saved, axes, points[identity])
-            found = [_special(saved, tables.special, vary, each) for each in special[identity]]
-            branches.append(_branch(saved, vary, fields, tuple(found)))
+        for fields, found in _curves(model, vary).read(saved, axes_of(model)):
+            special = [_special(model, vary, own) for _, own in found]
+            branches.append(_branch(model, vary, names, fields | {"special": tuple(special)}))
         first, last = given["span"]
         return cls(
             model,
@@ -246,108 +232,54 @@ class Diagram(Result):
         )
 
 
-class _Tables(NamedTuple):
-    """What is said of branches, of their points and of their special points."""
-
-    branches: Table
-    points: Table
-    special: Table
-
-    @classmethod
-    def of(cls, model: Model, vary: str) -> _Tables:
-        special = _special_table(model, vary)
-        return cls(_branch_table(model, vary, special), _point_table(model, vary), special)
-
-
-def _branch_table(model: Model, vary: str, special: Table) -> Table:
-    def records(branch: Branch) -> list[dict[str, Any]]:
-        found = [(point, special.record(point)) for point in branch.special]
-        # An equilibrium has no duration, but at a Hopf point that of the cycle born there.
-        still = branch.kind == "equilibrium"
-        none = {"duration": None}
-        return [each | (none if still and p.type != "HB" else {}) for p, each in found]
-
-    columns = (
-        Column("id", WHOLE, "number of the branch", name="branch", label=True, record=True),
-        Column("kind", TEXT, "kind of the branch", record=True),
-        Column("period", WHOLE, "in forcing periods", "", record=True),
-        Column("parent", WHOLE, "branch left, 0: none", optional=True, record=True),
-        Column("node_count", WHOLE, "nodes of an orbit", "",
-               get=lambda branch: branch.nodes.shape[1], name="node_count"),
-        Column("points", WHOLE, get=len, record=True),
-        Column("special", get=records, record=True),
-        *ends("branch", "value", f"{vary} where", model.parameter(vary).unit),
-    )  # fmt: skip
-    return Table(("branch",), columns, "branch_")
-
-
-def _point_table(model: Model, vary: str) -> Table:
+def _curves(model: Model, vary: str) -> Curves:
     parameter = model.parameter(vary)
-    duration = Column(
-        "durations", REAL, "of one round; of an equilibrium, what multipliers are over", "s",
-        get=_durations, name="duration",
-    )  # fmt: skip
-    columns = (
-        Column("parameter", REAL, meaning_of(parameter), parameter.unit, label=True, slot="value"),
-        Column("states", REAL, "state at phase zero", None, ("state",), derived=True, slot="state"),
-        Column("nodes", REAL,
-               "states at equal phases over the period, the first node_count of the branch",
-               None, ("node", "state")),
-        Column("multipliers", COMPLEX, "Floquet multipliers", "", ("multiplier",)),
-        Column("multiplier_uncertainty", REAL, "computed uncertainty of the multipliers", "",
-               ("multiplier",)),
-        Column("unstable", WHOLE, "number of multipliers outside the unit circle", "",
-               derived=True),
-        Column("residual", REAL, "how far the orbit fails to close, in scaled states", ""),
-        Column("arclength", REAL, "in scaled variables", ""),
-        *(() if model.forced else (duration,)),
-        *(
-            Column(f"extrema.{which}", REAL, f"{which} over the continuous orbit", None,
-                   ("output",), name=which, slot=which)
-            for which in ("minimum", "maximum")
+    meaning, unit = meaning_of(parameter), parameter.unit
+    uncertain = "computed uncertainty of the multipliers"
+    reached = {which: f"{which} over the continuous orbit" for which in ("minimum", "maximum")}
+    return Curves.of(
+        "branch",
+        model.forced,
+        kinds=(Column("kind", TEXT, "kind of the branch", record=True),),
+        own=(),
+        ends=("value", f"{vary} where", unit),
+        points=(Column("parameter", REAL, meaning, unit, label=True, slot="value"),),
+        along=(
+            Column("multiplier_uncertainty", REAL, uncertain, "", ("multiplier",)),
+            Column("unstable", WHOLE, "number of multipliers outside the unit circle", "",
+                   derived=True),
+            *(
+                Column(f"extrema.{which}", REAL, about, None, ("output",), name=which, slot=which)
+                for which, about in reached.items()
+            ),
         ),
+        special=(
+            Column("name", TEXT, "what the type means here", record=True),
+            Column("value", REAL, meaning, unit, label=True, record=True),
+            Column("uncertainty", REAL, "computed uncertainty of special_value", unit, record=True),
+            Column("duration", record=True),
+        ),
+        at=(
+            Column("multiplier_uncertainty", REAL, uncertain, "", ("multiplier",), record=True),
+            Column("unstable", WHOLE, get=lambda point: (np.abs(point.multipliers) > 1).sum()),
+            Column("criticality", TEXT, "empty: none", optional=True, record=True),
+            Column("undecided", record=True),
+            Column("coefficient", REAL, "of the normal form", optional=True, record=True),
+            Column("leads_to", WHOLE, "branch begun, 0: none", optional=True, record=True),
+            *(
+                Column(which, REAL, about, None, ("output",), get=partial(_reached, which),
+                       derived=True)
+                for which, about in reached.items()
+            ),
+        ),
+        lasting="of one round",
+        amended=_without_duration,
     )  # fmt: skip
-    return Table(("point",), columns, owner=("branch", "branch the point lies on"), joined=True)
 
 
-def _special_table(model: Model, vary: str) -> Table:
-    parameter = model.parameter(vary)
-    own_duration = Column(
-        "own_duration", REAL, "of one round", "s",
-        get=lambda point: point.model.values["duration"], name="special_duration",
-    )  # fmt: skip
-    columns = (
-        Column("type", TEXT, "type of special point", record=True),
-        Column("name", TEXT, "what the type means here", record=True),
-        Column("value", REAL, meaning_of(parameter), parameter.unit, label=True, record=True),
-        Column("uncertainty", REAL, "computed uncertainty of special_value", parameter.unit,
-               record=True),
-        Column("period", WHOLE, "in forcing periods", "", slot=""),
-        Column("node_count", WHOLE, "nodes of the orbit", "", get=lambda point: len(point.nodes)),
-        Column("nodes", REAL,
-               "states at equal phases over the period, the first special_node_count",
-               None, ("node", "state")),
-        Column("duration", record=True),
-        Column("state", dimensions=("state",), record=True),
-        Column("multipliers", COMPLEX, "Floquet multipliers", "", ("multiplier",), record=True),
-        Column("multiplier_uncertainty", REAL, "computed uncertainty of the multipliers", "",
-               ("multiplier",), record=True),
-        Column("unstable", WHOLE, get=lambda point: (np.abs(point.multipliers) > 1).sum()),
-        Column("residual", REAL, "how far the orbit fails to close, in scaled states", ""),
-        Column("arclength", REAL, "position on the branch", ""),
-        Column("criticality", TEXT, "empty: none", optional=True, record=True),
-        Column("undecided", TEXT, record=True),
-        Column("coefficient", REAL, "of the normal form", optional=True, record=True),
-        Column("leads_to", WHOLE, "branch begun, 0: none", optional=True, record=True),
-        *(() if model.forced else (own_duration,)),
-        *(
-            Column(which, REAL, f"{which} over the continuous orbit", None, ("output",),
-                   get=partial(_reached, which),
-                   derived=True)
-            for which in ("minimum", "maximum")
-        ),
-    )  # fmt: skip
-    return Table(("special",), columns, "special_", ("branch", "branch it lies on"))
+def _without_duration(branch: Branch, point: SpecialPoint) -> dict[str, Any]:
+    """An equilibrium has no duration, but at a Hopf point that of the cycle born there."""
+    return {"duration": None} if branch.kind == "equilibrium" and point.type != "HB" else {}
 
 
 def _reached(which: str, point: SpecialPoint) -> NDArray[np.float64]:
@@ -355,35 +287,21 @@ def _reached(which: str, point: SpecialPoint) -> NDArray[np.float64]:
     return extremes[0]
 
 
-def _durations(branch: Branch) -> NDArray[np.float64]:
-    """Durations of one round at every point of a branch of an autonomous model."""
-    if branch.durations is not None:
-        return branch.durations
-    return np.full(len(branch), branch.model.values["duration"])
-
-
-def _branch(
-    saved: SavedTable, vary: str, fields: dict[str, Any], special: tuple[SpecialPoint, ...]
-) -> Branch:
+def _branch(model: Model, vary: str, names: tuple[str, ...], fields: dict[str, Any]) -> Branch:
     extrema, uncertainty = fields.pop("extrema"), fields.pop("multiplier_uncertainty")
-    fields["nodes"] = fields["nodes"][:, : fields.pop("node_count")]
-    fields |= {which: End(*fields[which].values()) for which in ("begun", "stopped")}
-    model, durations = saved.model, fields.pop("durations", None)
+    durations = fields.pop("durations", None)
     if durations is not None and len(durations):
         model = model.replace(duration=float(durations[0]))
         fields["durations"] = durations
-    branch = Branch(model=model, vary=vary, special=special, **fields)
+    branch = Branch(model=model, vary=vary, **fields)
     # What the branch would compute when asked is in the file already.
-    names = tuple(saved.columns["output"].tolist())
     vars(branch)["extrema"] = Extrema(names, **extrema)
     vars(branch)["multiplier_uncertainty"] = uncertainty
     return branch
 
 
-def _special(saved: SavedTable, table: Table, vary: str, row: int) -> SpecialPoint:
-    fields = table.read(saved, axes_of(saved.model), row)
+def _special(model: Model, vary: str, fields: dict[str, Any]) -> SpecialPoint:
     changes = {vary: fields["value"]}
-    if not saved.model.forced:
-        changes["duration"] = fields.pop("own_duration")
-    fields["nodes"] = fields["nodes"][: fields.pop("node_count")]
-    return SpecialPoint(model=saved.model.replace(**changes), vary=vary, **fields)
+    if not model.forced:
+        changes["duration"] = fields.pop("model_duration")
+    return SpecialPoint(model=model.replace(**changes), vary=vary, **fields)

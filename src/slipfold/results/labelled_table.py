@@ -24,24 +24,14 @@ LARGE = 2**18
 
 @dataclass(frozen=True, eq=False)
 class Variable:
-    """An array with named dimensions.
-
-    Parameters
-    ----------
-    dimensions
-        One name an axis.
-    values
-        Numbers, booleans or text.
-    attributes
-        ``long_name``, ``units`` and what else there is to say.
-    label
-        Whether it labels rather than holds results.
-    """
+    """An array with named dimensions: numbers, truth values or text."""
 
     dimensions: tuple[str, ...]
     values: NDArray[Any]
     attributes: Mapping[str, str] = field(default_factory=dict)
+    """``long_name``, ``units`` and what else there is to say."""
     label: bool = False
+    """Whether it labels rather than holds results."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,26 +39,11 @@ class LabelledTable:
     """Variables that share dimensions, with attributes.
 
     It goes to a netCDF file without xarray, which takes longer to import than a diagram to compute.
-
-    Parameters
-    ----------
-    variables
-        By name.
-    coordinates
-        Names of those that label rather than hold results.
-    attributes
-        Of the whole; text, numbers or arrays of numbers.
     """
 
     variables: Mapping[str, Variable]
-    coordinates: tuple[str, ...]
     attributes: Mapping[str, Any]
-
-    @classmethod
-    def of(cls, variables: Mapping[str, Variable], attributes: Mapping[str, Any]) -> LabelledTable:
-        """Return the table of variables that say themselves whether they are labels."""
-        labels = tuple(name for name, item in variables.items() if item.label)
-        return cls(variables, labels, attributes)
+    """Of the whole; text, numbers or arrays of numbers."""
 
     def to_xarray(self) -> xarray.Dataset:
         """Return it as a dataset."""
@@ -78,8 +53,12 @@ class LabelledTable:
             name: xarray.Variable(item.dimensions, item.values, dict(item.attributes))
             for name, item in self.variables.items()
         }
-        labels = {name: entries.pop(name) for name in self.coordinates}
+        labels = {name: entries.pop(name) for name in self._labels}
         return xarray.Dataset(entries, labels, dict(self.attributes))
+
+    @property
+    def _labels(self) -> list[str]:
+        return [name for name, item in self.variables.items() if item.label]
 
     def to_netcdf(self) -> bytes:
         """Return it as the content of a netCDF-4 file."""
@@ -95,7 +74,7 @@ class LabelledTable:
                     if dimension not in file.dimensions:
                         file.dimensions[dimension] = size
                 _write_variable(file, name, item)
-            plain = [name for name in self.coordinates if name not in file.dimensions]
+            plain = [name for name in self._labels if name not in file.dimensions]
             file.attrs["coordinates"] = " ".join(plain)
             for key, value in self.attributes.items():
                 file.attrs[key] = value
@@ -137,17 +116,19 @@ def read_netcdf(path: str | Path) -> LabelledTable:
 
         with h5netcdf.File(io.BytesIO(content), "r") as file:
             attributes = {key: _plain(file.attrs[key]) for key in file.attrs}
-            variables = {name: _read_variable(item) for name, item in file.variables.items()}
+            labels = str(attributes.pop("coordinates", "")).split()
+            variables = {
+                name: _read_variable(item, name in labels) for name, item in file.variables.items()
+            }
     # A damaged file makes HDF5 fail in many ways.
     except (OSError, RuntimeError, KeyError, ValueError, TypeError, AttributeError) as error:
         raise InputError(
             f"{path} is not a netCDF-4 file, or is damaged; give a file that slipfold saved"
         ) from error
-    labels = str(attributes.pop("coordinates", "")).split()
-    return LabelledTable(variables, tuple(labels), attributes)
+    return LabelledTable(variables, attributes)
 
 
-def _read_variable(item: Any) -> Variable:
+def _read_variable(item: Any, label: bool) -> Variable:
     values = item[...]
     attributes = {key: _plain(item.attrs[key]) for key in item.attrs}
     if values.dtype.kind in "OT":
@@ -155,7 +136,7 @@ def _read_variable(item: Any) -> Variable:
         values = np.array(texts, dtype=str).reshape(values.shape)
     elif attributes.pop("dtype", "") == "bool":
         values = values.astype(bool)
-    return Variable(tuple(item.dimensions), values, attributes)
+    return Variable(tuple(item.dimensions), values, attributes, label)
 
 
 def _plain(value: Any) -> Any:

@@ -12,20 +12,20 @@ from numpy.typing import NDArray
 from slipfold.branches.settings import Settings
 from slipfold.checks.checked import Checked
 from slipfold.drawing import draw
-from slipfold.loci.locus import Locus, LocusEnd, LocusPoint, hopf_duration
+from slipfold.loci.locus import Locus, LocusPoint, hopf_duration
 from slipfold.loci.region_map import RegionMap
 from slipfold.loci.window import Window
 from slipfold.models.model import Model
-from slipfold.results.column import COMPLEX, REAL, TEXT, WHOLE, Column
+from slipfold.results.column import COMPLEX, REAL, TEXT, WHOLE, Axes, Column
 from slipfold.results.criticality import criticalities, point_criticality
+from slipfold.results.curves import LASTING, Curves
 from slipfold.results.labelled_table import Variable
 from slipfold.results.locus_summary import LocusSummary
 from slipfold.results.provenance import Provenance
 from slipfold.results.regions import read_regions, region_records, region_variables
 from slipfold.results.result import Result
 from slipfold.results.saved_table import SavedTable
-from slipfold.results.sheet import Sheet
-from slipfold.results.table import Table, axes_of, ends, meaning_of, names
+from slipfold.results.table import Table, axes_of, meaning_of, names
 from slipfold.text.one_line import listed
 
 __all__ = ["LabelledLocus", "LocusDiagram"]
@@ -164,17 +164,11 @@ class LocusDiagram(Result):
         return {"vary": " ".join(self.vary), "window": window}
 
     def _variables(self) -> dict[str, Variable]:
-        model, loci = self.model, self.loci
-        tables = _Tables.of(model, self.vary)
-        points = [point for _, point in self.special]
-        sizes = [locus.nodes.shape[1] for locus in loci] + [len(p.nodes) for p in points]
-        axes = axes_of(model, self.vary, max(sizes, default=0))
+        model, points = self.model, [point for _, point in self.special]
+        axes = axes_of(model, self.vary)
         described = [model.parameter(name) for name in self.vary]
         variables = names("state", model.states) | names("parameter", described)
-        variables |= tables.loci.variables(loci, axes)
-        variables |= tables.points.variables(loci, axes, [locus.id for locus in loci])
-        owners = [locus.id for locus, _ in self.special]
-        variables |= tables.special.variables(points, axes, owners)
+        variables |= _curves(model, self.vary).variables(self.loci, model, self.vary)
         # As many as a point has, one after the other.
         forms = [(row, *item) for row, p in enumerate(points) for item in p.coefficients.items()]
         variables |= FORMS.variables(forms, axes, [row for row, _, _ in forms])
@@ -183,7 +177,7 @@ class LocusDiagram(Result):
         return variables
 
     def _record(self) -> dict[str, Any]:
-        table = _Tables.of(self.model, self.vary).loci
+        table = _curves(self.model, self.vary).curves
         return {
             "plane": self.vary,
             "window": self.window,
@@ -193,7 +187,6 @@ class LocusDiagram(Result):
         }
 
     def _csv(self) -> str:
-        tables = _Tables.of(self.model, self.vary)
         heads = {
             "id": "locus",
             "type": "type",
@@ -208,16 +201,15 @@ class LocusDiagram(Result):
             "residual": "residual",
             "arclength": "arclength",
         }
-        axes = axes_of(self.model, self.vary)
-        sheet = Sheet(heads, (tables.points, tables.special), axes)
-        rows = []
-        for locus in self.loci:
-            known = {"id": locus.id, "type": locus.type, "period": locus.period}
-            points = sheet.rows(tables.points, [locus], known)
-            words = [point_criticality(locus, point) or "" for point in locus.special]
-            special = sheet.rows(tables.special, locus.special, known | {"criticality": words})
-            rows += sorted([*points, *special], key=lambda row: row[-1])
-        return sheet.text(rows)
+        return _curves(self.model, self.vary).csv(
+            self.loci,
+            heads,
+            axes_of(self.model, self.vary),
+            lambda locus: {"id": locus.id, "type": locus.type, "period": locus.period},
+            lambda locus: {
+                "criticality": [point_criticality(locus, point) or "" for point in locus.special]
+            },
+        )
 
     @classmethod
     def _read(cls, saved: SavedTable) -> LocusDiagram:
@@ -230,27 +222,13 @@ class LocusDiagram(Result):
             saved.model,
             vary,
             ((float(a), float(b)), (float(c), float(d))),
-            _loci(saved, vary),
+            _loci(saved, vary, axes),
             read_regions(saved, vary, axes) if given["regions"] else None,
             saved.settings,
             saved.provenance,
             bool(given["interrupted"]),
             saved.checked,
         )
-
-
-class _Tables(NamedTuple):
-    """What is said of loci, of their points and of their special points."""
-
-    loci: Table
-    points: Table
-    special: Table
-
-    @classmethod
-    def of(cls, model: Model, vary: tuple[str, str]) -> _Tables:
-        meaning = "; ".join(meaning_of(model.parameter(name)) for name in vary)
-        special = _special_table(meaning, model.forced)
-        return cls(_locus_table(vary, special), _point_table(meaning, model.forced), special)
 
 
 FORMS = Table(
@@ -264,97 +242,63 @@ FORMS = Table(
 )
 """Coefficients of normal forms of all special points."""
 
-LASTING = "of one round; of an equilibrium, what multipliers are over"
 
-
-def _locus_table(vary: tuple[str, str], special: Table) -> Table:
-    columns = (
-        Column("id", WHOLE, "number of the locus", name="locus", label=True, record=True),
-        Column("type", TEXT, "type of bifurcation", record=True),
-        Column("kind", TEXT, "what it consists of", record=True),
-        Column("period", WHOLE, "in forcing periods", "", record=True),
-        Column("parent", WHOLE, "locus left, 0: none", optional=True, record=True),
-        Column("node_count", WHOLE, "nodes of an orbit", "",
-               get=lambda locus: locus.nodes.shape[1], name="node_count"),
-        Column("base", REAL, "values of the parameters in the model that the locus was followed "
-               "with", None, ("parameter",),
-               get=lambda locus: [locus.model.values[name] for name in vary]),
-        Column("points", WHOLE, get=len, record=True),
-        Column("values", record=True),
-        Column("criticality", record=True,
-               get=lambda locus: None if locus.type == "LP" else criticalities(locus)),
-        Column("coefficient", record=True),
-        Column("durations", get=_cycle_durations, record=True),
-        Column("eigenvalues", record=True),
-        Column("special", get=lambda locus: [special.record(p) for p in locus.special],
-               record=True),
-        *ends("locus", "values", "where", None, "parameter"),
+def _curves(model: Model, vary: tuple[str, str]) -> Curves:
+    meaning = "; ".join(meaning_of(model.parameter(name)) for name in vary)
+    pair = ("parameter",)
+    eigenvalues = Column(
+        "eigenvalues", COMPLEX, "of equilibria; NaN: a cycle", "1/s", ("multiplier",),
+        get=_eigenvalues, derived=True,
     )  # fmt: skip
-    return Table(("locus",), columns, "locus_")
-
-
-def _point_table(meaning: str, forced: bool) -> Table:
-    timed = (
-        Column("durations", REAL, LASTING, "s", get=_durations, name="duration"),
-        Column("eigenvalues", COMPLEX, "of equilibria; NaN: a cycle", "1/s", ("multiplier",),
-               get=_eigenvalues, derived=True),
+    return Curves.of(
+        "locus",
+        model.forced,
+        kinds=(
+            Column("type", TEXT, "type of bifurcation", record=True),
+            Column("kind", TEXT, "what it consists of", record=True),
+        ),
+        own=(
+            Column("base", REAL, "values of the parameters in the model that the locus was "
+                   "followed with", None, pair,
+                   get=lambda locus: [locus.model.values[name] for name in vary]),
+            Column("values", record=True),
+            Column("criticality", record=True,
+                   get=lambda locus: None if locus.type == "LP" else criticalities(locus)),
+            Column("coefficient", record=True),
+            Column("durations", get=_cycle_durations, record=True),
+            Column("eigenvalues", record=True),
+        ),
+        ends=("values", "where", None, pair),
+        points=(Column("values", REAL, meaning, None, pair, name="value"),),
+        along=(
+            Column("coefficient", REAL, "of the normal form of the bifurcation, NaN: not defined",
+                   optional=True),
+            Column("criticality", TEXT, "empty: no meaning, or not known", derived=True,
+                   get=lambda locus: [word or "" for word in criticalities(locus)]),
+            *(() if model.forced else (eigenvalues,)),
+        ),
+        special=(
+            Column("name", TEXT, "what the type means", record=True),
+            Column("kind", TEXT, "what it is a point of"),
+            Column("values", REAL, meaning, None, pair, name="special_value", record=True),
+            Column("uncertainty", REAL, "computed uncertainty of special_value", None, pair,
+                   record=True),
+        ),
+        at=(
+            Column("eigenvalues", record=True),
+            Column("duration", record=True),
+            Column("coefficients", record=True),
+            Column("named", TEXT, get=_named_coefficients),
+            Column("coefficient", record=True, slot="",
+                   get=lambda point: next(iter(point.coefficients.values()), None)),
+            Column("leads_to", WHOLE, "loci begun here, 0: no more", None, ("start",), record=True),
+        ),
+        lasting=LASTING,
     )  # fmt: skip
-    columns = (
-        Column("values", REAL, meaning, None, ("parameter",), name="value"),
-        Column("states", REAL, "state at phase zero", None, ("state",), derived=True, slot="state"),
-        Column("nodes", REAL,
-               "states at equal phases over the period, the first node_count of the locus",
-               None, ("node", "state")),
-        Column("multipliers", COMPLEX, "Floquet multipliers", "", ("multiplier",)),
-        Column("coefficient", REAL, "of the normal form of the bifurcation, NaN: not defined",
-               optional=True),
-        Column("criticality", TEXT, "empty: no meaning, or not known", derived=True,
-               get=lambda locus: [word or "" for word in criticalities(locus)]),
-        *(() if forced else timed),
-        Column("residual", REAL, "how far the orbit fails to close, in scaled states", ""),
-        Column("arclength", REAL, "in scaled variables", ""),
-    )  # fmt: skip
-    return Table(("point",), columns, owner=("locus", "locus the point lies on"), joined=True)
 
 
-def _special_table(meaning: str, forced: bool) -> Table:
-    own_duration = Column(
-        "own_duration", REAL, LASTING, "s",
-        get=lambda point: point.model.values["duration"], name="special_duration",
-    )  # fmt: skip
-    columns = (
-        Column("type", TEXT, "type of special point", record=True, slot="special"),
-        Column("name", TEXT, "what the type means", record=True),
-        Column("kind", TEXT, "what it is a point of"),
-        Column("values", REAL, meaning, None, ("parameter",), name="special_value", record=True),
-        Column("uncertainty", REAL, "computed uncertainty of special_value", None, ("parameter",),
-               record=True),
-        Column("period", WHOLE, "in forcing periods", "", slot=""),
-        *(() if forced else (own_duration,)),
-        Column("node_count", WHOLE, "nodes of the orbit", "", get=lambda point: len(point.nodes)),
-        Column("nodes", REAL,
-               "states at equal phases over the period, the first special_node_count",
-               None, ("node", "state")),
-        Column("state", dimensions=("state",), record=True),
-        Column("multipliers", COMPLEX, "Floquet multipliers", "", ("multiplier",), record=True),
-        Column("eigenvalues", record=True),
-        Column("duration", record=True),
-        Column("coefficients", record=True),
-        Column("named", TEXT, get=lambda point: "; ".join(
-            f"{name} = {value!r}" for name, value in point.coefficients.items())),
-        Column("coefficient", get=lambda point: next(iter(point.coefficients.values()), None),
-               record=True, slot=""),
-        Column("residual", REAL, "how far the orbit fails to close, in scaled states", ""),
-        Column("arclength", REAL, "position on the locus", ""),
-        Column("leads_to", WHOLE, "loci begun here, 0: no more", None, ("start",), record=True),
-    )  # fmt: skip
-    return Table(("special",), columns, "special_", ("locus", "locus it lies on"))
-
-
-def _durations(locus: Locus) -> NDArray[np.float64]:
-    if locus.durations is not None:
-        return locus.durations
-    return np.full(len(locus), locus.model.values["duration"])
+def _named_coefficients(point: LocusPoint) -> str:
+    return "; ".join(f"{name} = {value!r}" for name, value in point.coefficients.items())
 
 
 def _cycle_durations(locus: Locus) -> Any:
@@ -373,40 +317,29 @@ def _eigenvalues(locus: Locus) -> NDArray[np.complex128]:
     return np.full(locus.multipliers.shape, np.nan + 0j) if found is None else found
 
 
-def _loci(saved: SavedTable, vary: tuple[str, str]) -> tuple[Locus, ...]:
-    axes, tables = axes_of(saved.model, vary), _Tables.of(saved.model, vary)
-    points, special = tables.points.rows(saved), tables.special.rows(saved)
-    forms = FORMS.rows(saved)
-    loci = []
-    for row, identity in enumerate(saved.columns["locus"].tolist()):
-        fields = tables.loci.read(saved, axes, row)
-        fields |= tables.points.read(saved, axes, points[identity])
-        found = []
-        for each in special[identity]:
-            pairs = [FORMS.read(saved, axes, form) for form in forms[int(each)]]
-            own = tables.special.read(saved, axes, each)
+def _loci(saved: SavedTable, vary: tuple[str, str], axes: Axes) -> tuple[Locus, ...]:
+    forms, loci = FORMS.rows(saved), []
+    for fields, found in _curves(saved.model, vary).read(saved, axes):
+        special = []
+        for row, own in found:
+            pairs = [FORMS.read(saved, axes, each) for each in forms[row]]
             own["coefficients"] = {pair["name"]: pair["value"] for pair in pairs}
-            found.append(_point(saved.model, vary, own))
-        loci.append(_locus(saved.model, vary, fields, tuple(found)))
+            special.append(_point(saved.model, vary, own))
+        loci.append(_locus(saved.model, vary, fields | {"special": tuple(special)}))
     return tuple(loci)
 
 
-def _locus(
-    model: Model, vary: tuple[str, str], fields: dict[str, Any], special: tuple[LocusPoint, ...]
-) -> Locus:
+def _locus(model: Model, vary: tuple[str, str], fields: dict[str, Any]) -> Locus:
     base = dict(zip(vary, fields.pop("base"), strict=True))
     durations = fields.pop("durations", None)
     if durations is not None:
         base["duration"] = float(durations[0])
         fields["durations"] = durations if fields["kind"] == "periodic" else None
-    fields["nodes"] = fields["nodes"][:, : fields.pop("node_count")]
-    fields |= {which: LocusEnd(*fields[which].values()) for which in ("begun", "stopped")}
-    return Locus(model=model.replace(**base), vary=vary, special=special, **fields)
+    return Locus(model=model.replace(**base), vary=vary, **fields)
 
 
 def _point(model: Model, vary: tuple[str, str], fields: dict[str, Any]) -> LocusPoint:
     changes = dict(zip(vary, fields["values"], strict=True))
     if not model.forced:
-        changes["duration"] = fields.pop("own_duration")
-    fields["nodes"] = fields["nodes"][: fields.pop("node_count")]
+        changes["duration"] = fields.pop("model_duration")
     return LocusPoint(model=model.replace(**changes), vary=vary, **fields)

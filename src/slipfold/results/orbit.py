@@ -69,7 +69,7 @@ def orbit_table(orbit: PeriodicOrbit) -> LabelledTable:
         "period": orbit.period,
         **{f"parameter_{name}": value for name, value in model.values.items()},
     }
-    return LabelledTable.of(variables, attributes)
+    return LabelledTable(variables, attributes)
 
 
 def read_orbit(saved: SavedTable) -> PeriodicOrbit:

@@ -117,7 +117,7 @@ class Result(ABC):
         """Return everything as labelled arrays."""
         checked = {} if self.checked is None else {"checked": json.dumps(self.checked.to_json())}
         common = described(self.schema, self._title(), self.model, self._given(), self.provenance)
-        return LabelledTable.of(self._variables(), {**self._attributes(), **common, **checked})
+        return LabelledTable(self._variables(), {**self._attributes(), **common, **checked})
 
 
 def described(

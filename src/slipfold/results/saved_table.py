@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -18,32 +19,16 @@ from slipfold.results.labelled_table import LabelledTable
 from slipfold.results.model_record import measured_as, model_from_record
 from slipfold.results.provenance import Provenance
 
-__all__ = ["Rows", "SavedTable", "open_table"]
-
-
-class Rows(dict[int, NDArray[np.int64]]):
-    """Row numbers by their owner; an owner without rows has none."""
-
-    def __missing__(self, key: int) -> NDArray[np.int64]:
-        return np.empty(0, np.int64)
+__all__ = ["SavedTable", "open_table"]
 
 
 @dataclass(frozen=True, eq=False)
 class SavedTable:
-    """What was read from a file, before it is made into a result.
-
-    Parameters
-    ----------
-    table
-        The arrays.
-    given
-        The input of the computation.
-    model
-        The model of the computation.
-    """
+    """What was read from a file, before it is made into a result."""
 
     table: LabelledTable
     given: Mapping[str, Any]
+    """The input of the computation."""
     model: Model
 
     @cached_property
@@ -74,13 +59,14 @@ class SavedTable:
         newton, steps = Newton(**rest.pop("newton")), Steps(**rest.pop("steps"))
         return Settings(newton=newton, steps=steps, **rest)
 
-    def rows(self, dimension: str, owner: str) -> Rows:
-        """Return which rows along a dimension belong to what."""
+    def rows(self, dimension: str, owner: str) -> Mapping[int, NDArray[np.int64]]:
+        """Return which rows along a dimension belong to what; some have none."""
         owners = self.columns[owner]
         for name, item in self.table.variables.items():
             if item.dimensions[0] == dimension and len(item.values) != len(owners):
                 raise ValueError(f"{name} has {len(item.values)} rows, not {len(owners)}")
-        return Rows({int(key): np.flatnonzero(owners == key) for key in np.unique(owners)})
+        found = {int(key): np.flatnonzero(owners == key) for key in np.unique(owners)}
+        return defaultdict(lambda: np.empty(0, np.int64), found)
 
     def complex(self, name: str) -> NDArray[np.complex128]:
         """Return a column of complex numbers."""

@@ -20,19 +20,10 @@ __all__ = ["Sheet", "csv_text"]
 
 @dataclass(frozen=True)
 class Sheet:
-    """The columns of a spreadsheet, filled from tables whose rows may alternate.
-
-    Parameters
-    ----------
-    heads
-        Head of each slot, in their order; of a slot with many columns what their heads begin with.
-    tables
-        What fills them.
-    axes
-        What stands along dimensions.
-    """
+    """The columns of a spreadsheet, filled from tables whose rows may alternate."""
 
     heads: Mapping[str, str]
+    """Of each slot, in their order; of one with many columns what their heads begin with."""
     tables: tuple[Table, ...]
     axes: Axes
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,32 +17,22 @@ from slipfold.results.labelled_table import Variable
 from slipfold.results.saved_table import SavedTable
 from slipfold.text.one_line import headed
 
-__all__ = ["Table", "axes_of", "ends", "meaning_of", "names"]
+__all__ = ["Table", "axes_of", "meaning_of", "names"]
 
 
 @dataclass(frozen=True)
 class Table:
-    """What is said of items of one kind.
-
-    Parameters
-    ----------
-    dimensions
-        Names of the dimensions along which items stand, e.g. ``("point",)``.
-    columns
-        The fields.
-    prefix
-        What names of variables begin with.
-    owner
-        What the items belong to, and how: a column of its numbers goes in front.
-    joined
-        Whether an item has many rows, such as the points of a branch.
-    """
+    """What is said of items of one kind."""
 
     dimensions: tuple[str, ...]
+    """Along which the items stand, e.g. ``("point",)``."""
     columns: tuple[Column, ...]
     prefix: str = ""
+    """What names of variables begin with."""
     owner: tuple[str, str] | None = None
+    """What the items belong to, and how: a column of its numbers goes in front."""
     joined: bool = False
+    """Whether an item has many rows, such as the points of a branch."""
 
     def variables(
         self, items: Iterable[Any], axes: Axes, owners: Iterable[int] = ()
@@ -66,7 +56,7 @@ class Table:
         """Return what records hold of an item."""
         return nested({column.key: column.of(item) for column in self.columns if column.record})
 
-    def rows(self, saved: SavedTable) -> dict[int, NDArray[np.int64]]:
+    def rows(self, saved: SavedTable) -> Mapping[int, NDArray[np.int64]]:
         """Return which rows in a file belong to what."""
         return saved.rows(self.dimensions[0], self._owner_name)
 
@@ -109,28 +99,6 @@ def nested(flat: dict[str, Any]) -> dict[str, Any]:
             place = place.setdefault(name, {})
         place[last] = value
     return found
-
-
-def ends(thing: str, value: str, where: str, *more: Any) -> tuple[Column, ...]:
-    """Return the columns that say where branches or loci begin and end, and why."""
-    return tuple(
-        column
-        for which, verb in (("begun", "begins"), ("stopped", "ends"))
-        for column in (
-            Column(
-                f"{which}.kind", TEXT, f"why the {thing} {verb} there, in one word",
-                name=f"{which}_kind", record=True,
-            ),
-            Column(
-                f"{which}.reason", TEXT, f"why the {thing} {verb} there",
-                name=f"{which}_reason", record=True,
-            ),
-            Column(
-                f"{which}.{value}", meaning=f"{where} the {thing} {verb}", unit=more[0],
-                dimensions=more[1:], name=f"{which}_value", record=True,
-            ),
-        )
-    )  # fmt: skip
 
 
 def names(dimension: str, items: Iterable[Parameter | State | Output]) -> dict[str, Variable]:

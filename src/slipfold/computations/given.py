@@ -1,0 +1,61 @@
+"""What people give to a computation, checked in the words of the person who gave it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from slipfold.branches.settings import Settings
+from slipfold.errors import InputError
+from slipfold.models.model import Model
+from slipfold.models.parameter import Parameter
+from slipfold.models.quantity import parse_quantity
+
+__all__ = ["checked_model", "checked_settings", "parse_ends", "refuse_varied"]
+
+
+def checked_model(model: Any) -> Model:
+    """Return the model given, or raise."""
+    if not isinstance(model, Model):
+        raise InputError(f"model = {model!r} is not a model; give e.g. SlidingOscillator()")
+    return model
+
+
+def refuse_varied(names: Iterable[str], parameters: Mapping[str, Any], place: str) -> None:
+    """Refuse values of parameters that are varied."""
+    for name in names:
+        if name in parameters:
+            raise InputError(
+                f"{name} is varied, so it cannot be set to {parameters[name]} as well; "
+                f"give it once, in {place}"
+            )
+
+
+def parse_ends(parameter: Parameter, span: Any) -> tuple[float, float]:
+    """Return the first and the last value of a parameter, in SI units."""
+    unit, name = parameter.unit, parameter.name
+    try:
+        first, last = span
+    except (TypeError, ValueError):
+        raise InputError(
+            f"span = {span!r} is not a pair of numbers; give the first and the last value of {name}"
+        ) from None
+    return parse_quantity(first, unit, name), parse_quantity(last, unit, name)
+
+
+def checked_settings(given: Settings | None) -> Settings:
+    """Return the options given, the defaults if there are none, or raise.
+
+    Examples
+    --------
+    >>> checked_settings(None).newton.tolerance
+    1e-10
+    """
+    if given is None:
+        return Settings()
+    if not isinstance(given, Settings):
+        raise InputError(
+            f"settings = {given!r} are not options of continuation; give e.g. "
+            "Settings(steps=Steps(largest=0.1))"
+        )
+    return given

@@ -1,0 +1,185 @@
+"""What results that consist of curves share, be they branches or loci: points, special points."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.continuation.end import End
+from slipfold.models.model import Model
+from slipfold.results.column import COMPLEX, REAL, TEXT, WHOLE, Axes, Column
+from slipfold.results.labelled_table import Variable
+from slipfold.results.saved_table import SavedTable
+from slipfold.results.sheet import Sheet
+from slipfold.results.table import Table, axes_of
+
+__all__ = ["LASTING", "Curves"]
+
+Columns = tuple[Column, ...]
+Said = Callable[[Any], dict[str, Any]]
+
+LASTING = "of one round; of an equilibrium, what multipliers are over"
+NODES = "states at equal phases over the period, the first"
+MULTIPLIERS = Column(
+    "multipliers", COMPLEX, "Floquet multipliers", "", ("multiplier",), record=True
+)
+RESIDUAL = Column("residual", REAL, "how far the orbit fails to close, in scaled states", "")
+
+
+@dataclass(frozen=True)
+class Curves:
+    """What is said of curves, of their points and of their special points."""
+
+    curves: Table
+    points: Table
+    special: Table
+
+    @classmethod
+    def of(
+        cls,
+        thing: str,
+        forced: bool,
+        *,
+        kinds: Columns,
+        own: Columns,
+        ends: tuple[Any, ...],
+        points: Columns,
+        along: Columns,
+        special: Columns,
+        at: Columns,
+        lasting: str,
+        amended: Callable[[Any, Any], dict[str, Any]] = lambda curve, point: {},
+    ) -> Curves:
+        """Return what is said of branches or loci, from what only the one or the other has.
+
+        A curve has `kinds`, then what all have, then its `own` and its `ends`; points begin with
+        `points` and special points with `special`, and have their orbits, then `along` and `at`.
+        What a record says of a special point may be `amended`.
+        """
+
+        def records(curve: Any) -> list[dict[str, Any]]:
+            return [on_curve.record(point) | amended(curve, point) for point in curve.special]
+
+        durations = Column("durations", REAL, LASTING, "s", get=_durations, name="duration")
+        duration = Column(
+            "model_duration", REAL, lasting, "s", name="special_duration",
+            get=lambda point: point.model.values["duration"],
+        )  # fmt: skip
+        curve = (
+            Column("id", WHOLE, f"number of the {thing}", name=thing, label=True, record=True),
+            *kinds,
+            Column("period", WHOLE, "in forcing periods", "", record=True),
+            Column("parent", WHOLE, f"{thing} left, 0: none", optional=True, record=True),
+            Column("node_count", WHOLE, "nodes of an orbit", "", name="node_count",
+                   get=lambda curve: curve.nodes.shape[1]),
+            Column("points", get=len, record=True),
+            *own,
+            Column("special", get=records, record=True),
+            *_ends(thing, *ends),
+        )  # fmt: skip
+        point = (
+            *points,
+            Column("states", REAL, "state at phase zero", None, ("state",), derived=True,
+                   slot="state"),
+            Column("nodes", REAL, f"{NODES} node_count of the {thing}", None, ("node", "state")),
+            MULTIPLIERS,
+            *along,
+            *(() if forced else (durations,)),
+            RESIDUAL,
+            Column("arclength", REAL, "in scaled variables", ""),
+        )  # fmt: skip
+        mark = (
+            Column("type", TEXT, "type of special point", record=True, slot="special"),
+            *special,
+            Column("period", WHOLE, "in forcing periods", "", slot=""),
+            *(() if forced else (duration,)),
+            Column("node_count", WHOLE, "nodes of the orbit", "",
+                   get=lambda point: len(point.nodes)),
+            Column("nodes", REAL, f"{NODES} special_node_count", None, ("node", "state")),
+            Column("state", dimensions=("state",), record=True),
+            MULTIPLIERS,
+            *at,
+            RESIDUAL,
+            Column("arclength", REAL, f"position on the {thing}", ""),
+        )  # fmt: skip
+        on_curve = Table(("special",), mark, "special_", (thing, f"{thing} it lies on"))
+        owner = (thing, f"{thing} the point lies on")
+        return cls(
+            Table((thing,), curve, f"{thing}_"),
+            Table(("point",), point, owner=owner, joined=True),
+            on_curve,
+        )
+
+    def variables(
+        self, curves: Sequence[Any], model: Model, vary: Sequence[str]
+    ) -> dict[str, Variable]:
+        """Return the arrays of curves with all that is on them."""
+        special = [point for curve in curves for point in curve.special]
+        sizes = [each.nodes.shape[1] for each in curves] + [len(each.nodes) for each in special]
+        axes = axes_of(model, vary, max(sizes, default=0))
+        owners = [curve.id for curve in curves for _ in curve.special]
+        return {
+            **self.curves.variables(curves, axes),
+            **self.points.variables(curves, axes, [curve.id for curve in curves]),
+            **self.special.variables(special, axes, owners),
+        }
+
+    def csv(
+        self,
+        curves: Sequence[Any],
+        heads: Mapping[str, str],
+        axes: Axes,
+        known: Said,
+        of_special: Said = lambda curve: {},
+    ) -> str:
+        """Return points and special points in the order of each curve; arclength comes last."""
+        sheet = Sheet(heads, (self.points, self.special), axes)
+        rows = []
+        for curve in curves:
+            said = known(curve)
+            points = sheet.rows(self.points, [curve], said)
+            special = sheet.rows(self.special, curve.special, said | of_special(curve))
+            rows += sorted([*points, *special], key=lambda row: row[-1])
+        return sheet.text(rows)
+
+    def read(
+        self, saved: SavedTable, axes: Axes
+    ) -> Iterator[tuple[dict[str, Any], list[tuple[int, dict[str, Any]]]]]:
+        """Yield the fields of each curve, and those of its special points with their rows."""
+        points, special = self.points.rows(saved), self.special.rows(saved)
+        for row, number in enumerate(saved.columns[self.curves.dimensions[0]].tolist()):
+            fields = self.curves.read(saved, axes, row)
+            fields |= self.points.read(saved, axes, points[number])
+            fields["nodes"] = fields["nodes"][:, : fields.pop("node_count")]
+            fields |= {which: End(*fields[which].values()) for which in ("begun", "stopped")}
+            found = [(int(each), self.special.read(saved, axes, each)) for each in special[number]]
+            for _, own in found:
+                own["nodes"] = own["nodes"][: own.pop("node_count")]
+            yield fields, found
+
+
+def _ends(
+    thing: str, value: str, where: str, unit: str | None, dimensions: tuple[str, ...] = ()
+) -> Columns:
+    """Return the columns that say where branches or loci begin and end, and why."""
+    return tuple(
+        column
+        for which, verb in (("begun", "begins"), ("stopped", "ends"))
+        for column in (
+            Column(f"{which}.kind", TEXT, f"why the {thing} {verb} there, in one word",
+                   name=f"{which}_kind", record=True),
+            Column(f"{which}.reason", TEXT, f"why the {thing} {verb} there",
+                   name=f"{which}_reason", record=True),
+            Column(f"{which}.{value}", REAL, f"{where} the {thing} {verb}", unit,
+                   dimensions, name=f"{which}_value", record=True),
+        )
+    )  # fmt: skip
+
+
+def _durations(curve: Any) -> NDArray[np.float64]:
+    own: NDArray[np.float64] | None = curve.durations
+    return np.full(len(curve), curve.model.values["duration"]) if own is None else own
