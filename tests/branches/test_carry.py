@@ -5,8 +5,8 @@ import pytest
 
 import slipfold as sf
 from slipfold.branches.carry import carry_branches
+from slipfold.lines.of_branches import stretches_of
 from slipfold.orbits.forced_orbits import ForcedOrbits
-from slipfold.results.stretches import stretches_of
 
 SPAN = (0, 0.9)
 CHANGES = [{"f": 12.51}, {"Vd": 0.62}, {"mu": 0.52}, {"alpha": 1.1}, {"Ns": 0.95}]

@@ -6,6 +6,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from helpers.hand_drawn_loci_plots import WINDOW, drawn_regions, locus_diagram, valley
+from slipfold.lines.of_loci import locus_stretches
 from slipfold.loci.region_map import Region, RegionMap
 from slipfold.plots.labels import place_labels
 from slipfold.plots.locus_legend import legend_options
@@ -17,7 +18,6 @@ from slipfold.plots.regions import (
     sharpen,
     shown_regions,
 )
-from slipfold.results.locus_stretches import locus_stretches
 
 LINES = [stretch.points for stretch in locus_stretches(valley())]
 

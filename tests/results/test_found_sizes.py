@@ -66,5 +66,5 @@ def test_files_without_sizes_are_read(response, tmp_path):
     given = json.loads(table.attributes["input"])
     del given["scales"]
     older = {**table.attributes, "input": json.dumps(given)}
-    again = open_table(LabelledTable(table.variables, table.coordinates, older))
+    again = open_table(LabelledTable(table.variables, older))
     assert again.model.found_sizes is None

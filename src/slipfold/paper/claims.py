@@ -10,11 +10,11 @@ import numpy as np
 
 from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import SpecialPoint
+from slipfold.lines.of_branches import stretches_of
 from slipfold.paper.cases import Row
 from slipfold.paper.findings import Findings, NotComputed, band, first, on_branches, reached
 from slipfold.paper.tables import number, table
 from slipfold.plots.response import HasBranches
-from slipfold.results.stretches import stretches_of
 
 __all__ = ["CLAIMS", "Claim", "claims_markdown", "judge_claims"]
 

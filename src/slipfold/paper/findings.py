@@ -11,10 +11,10 @@ import numpy as np
 from slipfold.attractors.spectrum import Spectrum
 from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import SpecialPoint
+from slipfold.lines.of_branches import stretches_of
 from slipfold.models.sliding_oscillator import SlidingOscillator
 from slipfold.paper.cases import Cases, Curve, Row, Steady
 from slipfold.plots.response import HasBranches
-from slipfold.results.stretches import stretches_of
 
 __all__ = ["Findings", "NotComputed", "band", "first", "on_branches", "reached"]
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from slipfold.lines.of_loci import locus_stretches
 from slipfold.loci.locus import CODIMENSION_TWO, Locus, LocusPoint
 from slipfold.loci.region_map import Region
 from slipfold.models.parameter import Parameter
@@ -14,7 +15,6 @@ from slipfold.paper.planes import Plane, PlaneFigure
 from slipfold.paper.tables import table
 from slipfold.plots.angles import quantity_text
 from slipfold.plots.loci import HasLoci
-from slipfold.results.locus_stretches import locus_stretches
 
 __all__ = ["planes_markdown"]
 

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from slipfold.errors import InputError
+from slipfold.lines.of_loci import locus_stretches
 from slipfold.loci.locus import Locus
 from slipfold.loci.region_map import RegionMap
 from slipfold.models.model import Model
@@ -20,7 +21,6 @@ from slipfold.plots.locus_legend import legend_options
 from slipfold.plots.locus_marks import locus_marks
 from slipfold.plots.locus_style import LOCUS_COLOURS, line_style, mark_style
 from slipfold.plots.regions import draw_regions, region_labels, sharpen
-from slipfold.results.locus_stretches import locus_stretches
 
 __all__ = ["HasLoci", "draw_loci", "name_loci"]
 

@@ -10,13 +10,13 @@ from matplotlib.artist import Artist
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from slipfold.lines.of_loci import CRITICALITIES, locus_stretches
 from slipfold.loci.locus import CODIMENSION_TWO, Locus, locus_title
 from slipfold.loci.region_map import RegionMap
 from slipfold.plots.locus_marks import locus_marks
 from slipfold.plots.locus_style import LOCUS_COLOURS, line_style, mark_style
 from slipfold.plots.region_colours import UNKNOWN, region_colour
 from slipfold.plots.regions import shown_regions
-from slipfold.results.locus_stretches import CRITICALITIES, locus_stretches
 
 __all__ = ["legend_options"]
 

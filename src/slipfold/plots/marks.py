@@ -9,9 +9,9 @@ import numpy as np
 
 from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import SpecialPoint
+from slipfold.lines.of_branches import measure_of
 from slipfold.models.model import Model
 from slipfold.plots.style import MARKERS
-from slipfold.results.stretches import measure_of
 
 __all__ = ["Mark", "limit_name", "marks_of"]
 

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from slipfold.branches.branch import Branch
 from slipfold.errors import InputError
+from slipfold.lines.of_branches import stretches_of
 from slipfold.plots.axes import axes_or_new, label_of, settle
 from slipfold.plots.labels import Label, place_labels
 from slipfold.plots.marks import marks_of
 from slipfold.plots.style import LINES, MARKERS, palette
-from slipfold.results.stretches import stretches_of
 
 __all__ = ["HasBranches", "draw_family", "draw_response", "name_family"]
 

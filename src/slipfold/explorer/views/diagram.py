@@ -9,8 +9,8 @@ from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
 from slipfold.explorer.views.checked import checked_view
 from slipfold.explorer.views.labels import axis_of
 from slipfold.explorer.views.numbers import number, short
+from slipfold.lines.of_branches import measure_of, stretches_of
 from slipfold.results.diagram import Diagram
-from slipfold.results.stretches import measure_of, stretches_of
 from slipfold.text.one_line import certain
 
 __all__ = ["diagram_view"]

@@ -13,7 +13,7 @@ from helpers.hand_drawn import (
 )
 from slipfold.branches.settings import Settings, Steps
 from slipfold.errors import InputError
-from slipfold.results.stretches import MEASURES, measure_of, stretches_of
+from slipfold.lines.of_branches import MEASURES, measure_of, stretches_of
 
 
 def kinds(branch):

@@ -1,0 +1,1 @@
+"""Branches and loci as smooth lines, cut where what they mean changes."""
