@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.branch_point import find_crossing
-from slipfold.branches.closed_branches import SAME
+from slipfold.branches.closed_branches import SAME_ORBIT
 from slipfold.continuation.contraction import contracts_between
 from slipfold.continuation.end import End
 from slipfold.continuation.interpolation import hermite
@@ -16,8 +16,9 @@ from slipfold.continuation.search import Found, locate_test, search_between
 from slipfold.continuation.trail import Sight, Stop, Stretch
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
+from slipfold.orbits.spectrum.degeneracy import PAIRED
 
-__all__ = ["CLOSED", "ON_CIRCLE", "Bifurcations", "is_torus", "span_end"]
+__all__ = ["CLEAR", "CLOSED", "ON_CIRCLE", "Bifurcations", "is_torus", "span_end"]
 
 CLOSED = "the branch closed on itself"
 """How a closed curve ends."""
@@ -25,26 +26,22 @@ CLOSED = "the branch closed on itself"
 ON_CIRCLE = 1e-4
 """Distance of a critical multiplier from where it should be; located ones have 1e-8 or less."""
 
-ROUNDING = 1e-9
+TEST_NOISE = 1e-9
 """What rounding may leave of a test function, or of a multiplier's distance from the circle."""
 
-BESIDE = 1e-6
+LOCATED = 1e-6
 """Arclength to which a branch point is located before it is corrected: nearer to it Newton's method
 along the branch is singular."""
 
 CLEAR = 1e-3
-"""Arclength around a branch point at which the branch turns where a fold is none: so near to it
-the tangent is not known well enough to tell in which direction the parameter goes."""
+"""Distance from a branch point within which the tangent is not known well enough to tell in which
+direction the parameter goes: a fold there is none, and points there are no ends."""
 
 TURNING = 1e-5
 """Component of the tangent along the parameter that counts as none."""
 
 REAL = 1e-7
 """A multiplier whose imaginary part is below this counts as real: pairs part as a square root."""
-
-
-PAIRS = ("NS", "HB")
-"""Bifurcations at which a pair crosses the unit circle, or of equilibria the imaginary axis."""
 
 
 class Bifurcations(Zeros[OrbitPoint]):
@@ -102,7 +99,7 @@ class Bifurcations(Zeros[OrbitPoint]):
             return None
         problem, start = self._problem, stretch.trail.points[0]
         for place, item in enumerate(found):
-            if item.type == "BP" and problem.distance(start.z, item.point.z) < SAME:
+            if item.type == "BP" and problem.distance(start.z, item.point.z) < SAME_ORBIT:
                 end = End("closed", CLOSED, problem.place(item.point.z))
                 return Sight(found[:place], Stop(item.point, end, closes=True))
         return None
@@ -132,7 +129,7 @@ class Bifurcations(Zeros[OrbitPoint]):
         def determinant(point: OrbitPoint) -> float:
             return point.orientation * float(np.exp(point.volume - a.volume))
 
-        point = locate(self._problem, known, a, b, determinant, BESIDE)
+        point = locate(self._problem, known, a, b, determinant, LOCATED)
         along = hermite([a, b], point.arclength)[1]
         crossing = find_crossing(self._problem, point, along)
         if crossing is None:
@@ -142,12 +139,12 @@ class Bifurcations(Zeros[OrbitPoint]):
 
     def accounts_for(self, found: list[Found], a: OrbitPoint, b: OrbitPoint) -> bool:
         """Whether what was found explains the change in the number of unstable multipliers."""
-        if min(map(_off_circle, (a, b))) < ROUNDING:
+        if min(map(_off_circle, (a, b))) < TEST_NOISE:
             return True  # which side of the circle it is on is not known
         change = abs(b.unstable - a.unstable)
         turning = sum(_turns(item) for item in found)
         folds = turning + sum(item.type == "LP" for item in found)
-        pairs = sum(item.type in PAIRS for item in found)
+        pairs = sum(item.type in PAIRED for item in found)
         single = len(found) - pairs - turning
         turned = (a.tests["LP"] > 0) != (b.tests["LP"] > 0)
         if turning and turned != (folds % 2 == 1):
@@ -165,10 +162,10 @@ class Bifurcations(Zeros[OrbitPoint]):
         before, after = a.tests[name], b.tests[name]
         if (before > 0) == (after > 0):
             return False
-        if name == "LP" and max(abs(before), abs(after)) <= ROUNDING:
+        if name == "LP" and max(abs(before), abs(after)) <= TEST_NOISE:
             return False
-        off = _off_pair if name in PAIRS else _off_circle
-        return max(abs(before), abs(after)) > ROUNDING or max(map(off, (a, b))) > ROUNDING
+        off = _off_pair if name in PAIRED else _off_circle
+        return max(abs(before), abs(after)) > TEST_NOISE or max(map(off, (a, b))) > TEST_NOISE
 
     def is_genuine(self, found: Found) -> bool:
         """Whether a multiplier is where the type says.
@@ -177,7 +174,7 @@ class Bifurcations(Zeros[OrbitPoint]):
         rounding may change the sign of a test function where nothing is on the unit circle.
         """
         values = found.point.multipliers
-        if found.type in PAIRS:
+        if found.type in PAIRED:
             return is_torus(values)
         target = -1.0 if found.type == "PD" else 1.0
         return bool(np.abs(values - target).min() < ON_CIRCLE)
@@ -199,7 +196,7 @@ class Bifurcations(Zeros[OrbitPoint]):
 
         point = locate(self._problem, known, a, b, growth)
         slope = (growth(b) - growth(a)) / (b.arclength - a.arclength)
-        return [Found(next(name for name in PAIRS if name in a.tests), point, slope)]
+        return [Found(next(name for name in PAIRED if name in a.tests), point, slope)]
 
 
 def span_end(problem: Orbits, last: OrbitPoint) -> End:

@@ -24,16 +24,16 @@ which are corrected, and converge a quadratic iteration."""
 ROUNDS = 8
 """Corrections of a branch point."""
 
-STILL = 1e-10
+UNMOVED = 1e-10
 """A branch point that moves less is found; what is left of its gradient is rounding."""
 
 ACROSS = 1e-6
 """Least slope at which a number counts as crossing zero, relative to the largest."""
 
-REACH = 0.05
+ELSEWHERE = 0.05
 """A branch point this far from where it was located is another one, or none."""
 
-STANDS = 1e-4
+ORIENTED = 1e-4
 """Share of the largest component below which the parameter stands still along a direction."""
 
 REMAINS = 1e-8
@@ -82,9 +82,9 @@ def find_crossing(curve: OrbitCurve, point: OrbitPoint, along: Array) -> Crossin
             return None
         step = np.linalg.solve(hessian, -slopes)
         place = place + step
-        if np.linalg.norm(place) > REACH:
+        if np.linalg.norm(place) > ELSEWHERE:
             return None
-        if np.linalg.norm(step) < STILL:
+        if np.linalg.norm(step) < UNMOVED:
             break
     solved = reduced.solve(place)
     if solved is None or abs(solved.remainder) > REMAINS:
@@ -123,7 +123,7 @@ def _oriented(tangent: Array) -> Array:
     The parameter rises along it; where that stands still, the first large component does.
     """
     sizes = np.abs(tangent)
-    if sizes[-1] > STANDS * sizes.max():
+    if sizes[-1] > ORIENTED * sizes.max():
         return tangent * np.sign(tangent[-1])
     return tangent * np.sign(tangent[np.flatnonzero(sizes > 0.5 * sizes.max())[0]])
 
@@ -202,5 +202,5 @@ class _Reduction:
                 rounding = float(np.finfo(float).eps * np.linalg.norm(inverse, 2))
                 return _Solved(z, remainder, moves, slopes, linearisation, rounding)
             # The derivatives are those before the step: they are taken once it is rounding.
-            still = bool(np.linalg.norm(step) < STILL)
+            still = bool(np.linalg.norm(step) < UNMOVED)
         return None

@@ -35,7 +35,7 @@ where test functions change quickly; a drawn line needs fewer points."""
 STRETCH = 3.0
 """Neighbours that move this many times as far apart as they were have lost the branch."""
 
-SLACK = 0.05
+BESIDE = 0.05
 """Distance between neighbours, in scaled variables, that is never too much."""
 
 LOST = 0.4
@@ -188,7 +188,7 @@ def _coherent(curve: CarriedCurve, before: Array) -> bool:
         return False
     apart = np.linalg.norm(np.diff(curve.z, axis=0), axis=1)
     longest = float(np.linalg.norm(np.diff(before, axis=0), axis=1).max())
-    return bool((apart < STRETCH * longest + SLACK).all())
+    return bool((apart < STRETCH * longest + BESIDE).all())
 
 
 # -- where doubled branches begin and end --------------------------------------------------------

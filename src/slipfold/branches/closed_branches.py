@@ -16,7 +16,7 @@ from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = [
-    "SAME",
+    "SAME_ORBIT",
     "Birth",
     "MeetsCopy",
     "Returns",
@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 BEFORE = 3e-3
 """How far before the parent the last regular orbit of a closing branch lies, in arclength."""
 
-NEAR = 0.05
+NEAR_BIRTH = 0.05
 """Distance within which the end of a closing branch is matched with a place of birth, in scaled
 states and spans: the meeting is interpolated over one step."""
 
@@ -41,7 +41,7 @@ AROUND = 1.5
 ABEAM = 3
 """Corrections to where the first point of a closed curve lies abeam: each squares the error."""
 
-SAME = 1e-5
+SAME_ORBIT = 1e-5
 """Two orbits this close are one: each is known to 1e-9 or better, and steps are much longer."""
 
 
@@ -174,7 +174,7 @@ def _place_of_meeting(problem: Orbits, meeting: Array) -> str:
     if problem.period % 2 == 0:
         return "its parent's period doubling"
     nodes = problem.flat(problem.nodes(meeting)).reshape(problem.segments, -1)
-    still = float(np.linalg.norm(nodes - nodes.mean(axis=0))) < NEAR
+    still = float(np.linalg.norm(nodes - nodes.mean(axis=0))) < NEAR_BIRTH
     return "a Hopf point" if still else "the period doubling of a cycle of half its duration"
 
 
@@ -186,7 +186,7 @@ def _matching(problem: Orbits, meeting: Array, births: Sequence[Birth]) -> Birth
 
     alike = [birth for birth in births if birth.fits(problem)]
     nearest = min(alike, key=distance, default=None)
-    return nearest if nearest is not None and distance(nearest) < NEAR else None
+    return nearest if nearest is not None and distance(nearest) < NEAR_BIRTH else None
 
 
 def _birth_point(problem: Orbits, last: OrbitPoint, birth: Birth) -> OrbitPoint:
@@ -224,7 +224,7 @@ class Returns:
             return Sight()
         known = [*stretch.trail.points[-2:], point]
         passed = self._abeam(known, first, before.arclength + min(along, length))
-        if passed is None or not np.linalg.norm(passed.z - first) < SAME:
+        if passed is None or not np.linalg.norm(passed.z - first) < SAME_ORBIT:
             return Sight()
         end = End("closed", self._reason, self._curve.place(passed.z))
         return Sight(stop=Stop(passed, end, closes=True))

@@ -23,7 +23,7 @@ __all__ = ["describe_bifurcation", "describe_event"]
 
 Array = NDArray[np.float64]
 
-BESIDE = 1e-6
+DIFFERENCED = 1e-6
 """Arclength over which multipliers are differenced: six digits of their rates are left."""
 
 NAMES = {
@@ -179,9 +179,9 @@ def _found_anew(problem: Orbits, found: Found) -> tuple[float, Array]:
 
 def _multiplier_rates(problem: Orbits, point: OrbitPoint) -> Array:
     """Return by how much each multiplier changes along the branch, a unit of arclength."""
-    beside = problem.linearise(point.z + BESIDE * point.tangent)
+    beside = problem.linearise(point.z + DIFFERENCED * point.tangent)
     others = match_multipliers(point.multipliers, floquet_multipliers(beside.monodromy))
-    return np.asarray(np.abs(others - point.multipliers) / BESIDE, dtype=float)
+    return np.asarray(np.abs(others - point.multipliers) / DIFFERENCED, dtype=float)
 
 
 def _blurred(test: str, point: OrbitPoint, uncertain: Array) -> float:

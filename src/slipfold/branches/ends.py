@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import takewhile
 
-from slipfold.branches.bifurcations import Bifurcations, span_end
+from slipfold.branches.bifurcations import CLEAR, Bifurcations, span_end
 from slipfold.branches.homoclinic import nears_homoclinic
 from slipfold.continuation.end import End
 from slipfold.continuation.follow import EDGE, Endings
@@ -23,9 +23,6 @@ __all__ = ["BranchEndings", "failure_reason"]
 
 NEAR_EDGE = 0.01
 """Distance from the end of the span, in spans, within which a failure may be due to it."""
-
-CLEAR = 1e-3
-"""Points nearer to the end are taken back: beside a branch point their tangents say little."""
 
 LONGEST_OVER = 0.1
 """Longest step over the end, in scaled variables."""

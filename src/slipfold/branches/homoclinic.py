@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from slipfold.branches.stops import STANDS_STILL
 from slipfold.continuation.end import End
 from slipfold.continuation.trail import Sight, Stop, Stretch
 from slipfold.orbits.orbit_curve import Orbits
@@ -19,10 +20,6 @@ GROWN = 2.0
 STANDS = 1e-3
 """Change of the parameter, in spans, over that of the duration, in first durations, below which the
 parameter has as good as come to its end."""
-
-STILL = 1e-9
-"""The same below which it has: special points are located to this, so all that could still be found
-would have one and the same value of the parameter."""
 
 
 class Homoclinic:
@@ -47,7 +44,7 @@ class Homoclinic:
         """Return the point at which the branch has as good as come to its end."""
         problem, points = self._problem, [*stretch.trail.points, stretch.point]
         growth, value = _growth(problem, points), problem.value(stretch.point.z)
-        if _stands(problem, points, STILL):
+        if _stands(problem, points, STANDS_STILL):
             end = End(
                 "homoclinic",
                 f"the duration grew to {growth:.3g} times that at first while {problem.vary} stays "
@@ -88,7 +85,7 @@ def _growth(problem: Orbits, points: Sequence[OrbitPoint]) -> float:
 def _stands(problem: Orbits, points: Sequence[OrbitPoint], share: float) -> bool:
     """Whether the parameter stands still while the duration grows; at a fold one point may."""
     values = [point.z[-1] for point in points]
-    if _growth(problem, points) < GROWN or np.ptp(values) < STILL:  # a family of centres
+    if _growth(problem, points) < GROWN or np.ptp(values) < STANDS_STILL:  # a family of centres
         return False
     unit = points[0].z[-2]
     last = np.array([point.tangent[-2:] for point in points[-2:]])

@@ -15,7 +15,7 @@ from slipfold.orbits.spectrum.floquet import floquet_multipliers
 
 __all__ = ["orbit_between"]
 
-NEAR = 1e-6
+AT_ORBIT = 1e-6
 """A place this near to a known orbit, over the length of the branch, is that orbit."""
 
 BESIDE = 0.1
@@ -44,7 +44,7 @@ def orbit_between(branch: Branch, arclength: float, value: float | None = None) 
         raise InputError(f"branch {branch.id} has 0 points, so there is no orbit on it")
     places = np.array([place for place, _ in known])
     nearest = int(np.abs(places - arclength).argmin())
-    exact = abs(places[nearest] - arclength) <= NEAR * float(np.ptp(places))
+    exact = abs(places[nearest] - arclength) <= AT_ORBIT * float(np.ptp(places))
     outside = not places[0] < arclength < places[-1]
     if exact or outside:
         return _with_value(branch, known[nearest][1], value)

@@ -27,7 +27,7 @@ from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["measured_over", "trace_response"]
 
-SAME_VALUE = 1e-12
+AT_END = 1e-12
 """Difference of two values of the parameter, in spans, that is rounding."""
 
 
@@ -62,7 +62,7 @@ def trace_response(
 def _ways(problem: Orbits, point: OrbitPoint, span: tuple[float, float]) -> tuple[OrbitPoint, ...]:
     """Return the first point, from inside the span in both directions."""
     value = problem.value(point.z)
-    inside = min(abs(value - end) for end in span) > SAME_VALUE * problem.width
+    inside = min(abs(value - end) for end in span) > AT_END * problem.width
     return (point, problem.turned(point)) if inside else (point,)
 
 

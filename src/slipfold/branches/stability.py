@@ -18,10 +18,10 @@ Multipliers = NDArray[np.complex128]
 CRITICAL = {"PD": -1.0, "LP": 1.0, "BP": 1.0}
 """Where the multiplier is that crosses the unit circle; a pair of a torus is anywhere on it."""
 
-CLOSE = 1e-5
+UNDECIDED = 1e-5
 """A point this near to a bifurcation, over the length of the branch, does not tell which side."""
 
-BEYOND = 1.001
+OUTSIDE = 1.001
 """Modulus given to a critical multiplier that has left the circle and was not computed there."""
 
 
@@ -67,7 +67,7 @@ def stability_stretches(branch: Branch) -> tuple[StabilityStretch, ...]:
     for i, (begin, end) in enumerate(pairwise(breaks)):
         clear = np.minimum(branch.arclength - begin, end - branch.arclength)
         middle = int(clear.argmax())
-        if clear[middle] > CLOSE * (last - first):
+        if clear[middle] > UNDECIDED * (last - first):
             outside = _outside(branch.multipliers[middle])
         elif i == 0 or i == len(marks):
             outside = _outside(branch.multipliers[-1 if i == len(marks) else 0])
@@ -97,4 +97,4 @@ def _behind(point: SpecialPoint, before: int, cycle: bool) -> Multipliers:
     if before > len(rest):
         return rest
     crossing = values[critical[:1] if target is not None else critical]
-    return np.concatenate([rest, BEYOND * crossing / np.abs(crossing)])
+    return np.concatenate([rest, OUTSIDE * crossing / np.abs(crossing)])

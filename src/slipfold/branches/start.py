@@ -27,7 +27,7 @@ __all__ = ["Begin", "equilibrium_start", "orbit_start", "response_start"]
 
 Array = NDArray[np.float64]
 
-SINGULAR = 1e8
+WORST = 1e8
 """Newton's method at a worse condition leaves half of all digits: the value held is that of a fold
 or branch point."""
 
@@ -103,7 +103,7 @@ def equilibrium_start(
             f"{correction.failure}; start the span elsewhere"
         )
     assert correction.bordered is not None  # it converged
-    if np.linalg.cond(correction.bordered.matrix) > SINGULAR:
+    if np.linalg.cond(correction.bordered.matrix) > WORST:
         raise InputError(
             f"the span cannot start at {vary} = {first:g}: the equilibrium there is at a fold or "
             "branch point; start the span beside it"

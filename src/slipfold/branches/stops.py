@@ -13,13 +13,14 @@ from slipfold.orbits.limits import limit_margins
 from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
-__all__ = ["Families", "Limits", "Unresolved"]
+__all__ = ["STANDS_STILL", "Families", "Limits", "Unresolved"]
 
 FAMILY = 200
 """Orbits with one value of the parameter after which a family is followed no farther."""
 
 STANDS_STILL = 1e-9
-"""Change of the parameter, in spans, that is none: special points are located to less."""
+"""Change of the parameter, in spans, that is none: special points are located to less, so all that
+could still be found would have one and the same value of it."""
 
 LIMIT_CLOSE = 1e-9
 """Arclength to which the end of the model is found: it is a convention within 1e-4 anyway."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.closed_branches import SAME, Birth
+from slipfold.branches.closed_branches import SAME_ORBIT, Birth
 from slipfold.continuation.atlas import Chart, Start
 from slipfold.continuation.search import Found
 from slipfold.errors import BREAKDOWNS
@@ -19,7 +19,7 @@ from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["Junction", "find_meeting", "junctions_on"]
 
-MATCH = 1e-7
+SAME_VALUE = 1e-7
 """Two branch points this close in the parameter, in spans, may be one."""
 
 
@@ -99,6 +99,6 @@ def _are_one(junction: Junction, other: Junction) -> bool:
     if problem is None or their is None or not Birth(problem, junction.found.point).fits(their):
         return False
     z, other_z = junction.found.point.z, other.found.point.z
-    if abs(problem.value(z) - their.value(other_z)) >= MATCH * problem.width:
+    if abs(problem.value(z) - their.value(other_z)) >= SAME_VALUE * problem.width:
         return False
-    return problem.distance(problem.adopt(their, other_z), z) < SAME
+    return problem.distance(problem.adopt(their, other_z), z) < SAME_ORBIT

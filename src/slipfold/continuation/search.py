@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 DEPTH = 7
 """An interval is halved this often, to 1/128 of a step, before its account is left open."""
 
-NEAR = 4
+KNOTS = 4
 """Points that test functions are interpolated through."""
 
 UNSURE = 0.25
@@ -129,7 +129,7 @@ def _suspicious_place(watch: Watch[P], known: Sequence[P], a: P, b: P) -> float 
     point less. At a point where it is far from what its neighbours let expect and near zero, its
     slope is not known, and it may have come from the other side.
     """
-    near = well_spaced(known, a.arclength, b.arclength, NEAR)
+    near = well_spaced(known, a.arclength, b.arclength, KNOTS)
     where = np.array([point.arclength for point in near])
     tests = np.array([watch.values(point) for point in near])
     grid = np.linspace(a.arclength, b.arclength, 18)[1:-1]

@@ -34,7 +34,7 @@ branch back below itself."""
 SHARES = ((0.5, 0.5), *product((0.25, 0.75), repeat=2))
 """Places in the window, in its widths, where motions may settle on another equilibrium."""
 
-SAME = 1e-6
+SAME_REST = 1e-6
 """Distance of equilibria, in sizes of the states, that are one."""
 
 
@@ -158,7 +158,7 @@ def follow_settled(
 def _is_another(model: Model, state: NDArray[np.float64]) -> bool:
     """Whether an equilibrium is not the one found from the model's start."""
     known = search_equilibrium(model, model.start)
-    return known is None or bool((np.abs(known - state) > SAME * model.state_scales()).any())
+    return known is None or bool((np.abs(known - state) > SAME_REST * model.state_scales()).any())
 
 
 def _through(

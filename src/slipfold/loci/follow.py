@@ -25,6 +25,7 @@ from slipfold.loci.progress import LocusLine, LocusObserver, LocusProgress
 from slipfold.loci.start import LocusStart, parent_start, regular_start, starts_at
 from slipfold.loci.window import Window, check_window
 from slipfold.models.model import Model
+from slipfold.orbits.check import rests
 from slipfold.orbits.equilibria import Equilibria
 from slipfold.orbits.kinds import orbits_of
 from slipfold.orbits.orbit_curve import Orbits
@@ -36,9 +37,6 @@ __all__ = ["LOCUS_TYPES", "follow_loci"]
 
 LOCUS_TYPES = ("LP", "PD", "NS", "HB")
 """Types of bifurcation that have a locus in two parameters."""
-
-RESTING = 1e-7
-"""An orbit whose nodes differ by less than this, in scaled states, is an equilibrium."""
 
 OWN = ("duration",)
 """Parameters that belong to an orbit of an autonomous model, not to the case."""
@@ -225,8 +223,7 @@ def _sort(problem: LocusProblem) -> tuple[str, int, str]:
 
 def _orbits(point: SpecialPoint, model: Model, plane: Mapping[str, float]) -> Orbits:
     """Return what the locus of a special point consists of."""
-    moved = np.ptp(point.nodes, axis=0) / point.model.state_scales()
-    if not point.model.forced and moved.max() <= RESTING:
+    if not point.model.forced and rests(point.orbit):
         return Equilibria(model, plane, Cayley())
     return orbits_of(model, plane, point.period, SEGMENTS)
 

@@ -18,10 +18,10 @@ __all__ = ["begins_or_ends_at", "lies_on"]
 
 Array = NDArray[np.float64]
 
-CLOSE = 0.02
+ABREAST = 0.02
 """Distance from the interpolated locus within which the locus itself is looked at."""
 
-SAME = 1e-4
+SAME_CRITICAL = 1e-4
 """Two critical orbits this close are one: beside multipliers of 1e4 they are known to 1e-6, and two
 loci differ by more."""
 
@@ -41,7 +41,8 @@ def begins_or_ends_at(problem: LocusProblem, points: Sequence[OrbitPoint], z: Ar
     """
     for point in (points[0], points[-1]):
         gap = float(np.linalg.norm(point.z - problem.orbits.begun_near(z, point.z)))
-        if gap < SAME + 2 * float(np.linalg.norm(asymmetry(problem.orbits, point.z))) < CLOSE:
+        apart = float(np.linalg.norm(asymmetry(problem.orbits, point.z)))
+        if gap < SAME_CRITICAL + 2 * apart < ABREAST:
             return True
     return False
 
@@ -64,11 +65,11 @@ def _meets(problem: LocusProblem, points: Sequence[OrbitPoint], z: Array) -> boo
     tails = np.linalg.norm(where[:, size:] - z[size:], axis=1)
     z = problem.orbits.begun_near(z, where[tails.argmin()])
     ends = np.linalg.norm(where - z, axis=1)
-    if ends.min() < SAME:
+    if ends.min() < SAME_CRITICAL:
         return True
     lengths = np.linalg.norm(np.diff(where, axis=0), axis=1)
     # Between two points the locus stays within a length of them.
-    near = np.flatnonzero(np.minimum(ends[:-1], ends[1:]) < lengths + CLOSE).tolist()
+    near = np.flatnonzero(np.minimum(ends[:-1], ends[1:]) < lengths + ABREAST).tolist()
     return any(_meets_between(problem, points[i], points[i + 1], z) for i in near)
 
 
@@ -77,15 +78,15 @@ def _meets_between(problem: LocusProblem, a: OrbitPoint, b: OrbitPoint, z: Array
     distances = [float(np.linalg.norm(hermite([a, b], s)[0] - z)) for s in grid]
     spacing = float(grid[1] - grid[0])
     nearest = int(np.argmin(distances))
-    if distances[nearest] > spacing + CLOSE:
+    if distances[nearest] > spacing + ABREAST:
         return False
     place = float(grid[nearest])
     for _ in range(4):  # to where z lies abeam
         guess, row = hermite([a, b], place)
         place = float(np.clip(place + row @ (z - guess), a.arclength, b.arclength))
     guess, row = hermite([a, b], place)
-    correction = correct(problem, guess, row, reach=2 * CLOSE)
+    correction = correct(problem, guess, row, reach=2 * ABREAST)
     if not correction.converged:
         return False
     gap = problem.orbits.begun_near(z, correction.z) - correction.z
-    return bool(np.linalg.norm(gap - (gap @ row) * row) < SAME + (gap @ row) ** 2)
+    return bool(np.linalg.norm(gap - (gap @ row) * row) < SAME_CRITICAL + (gap @ row) ** 2)

@@ -16,7 +16,7 @@ __all__ = ["LocusProblem"]
 Array = NDArray[np.float64]
 Multipliers = NDArray[np.complex128]
 
-STILL = 1e-12
+NO_SLOPE = 1e-12
 """Component of a tangent that is rounding: the locus may be parallel to an axis of the plane."""
 
 POLE = 1e-9
@@ -48,7 +48,7 @@ class LocusProblem(Critical):
         """
         monodromy = linearisation.monodromy
         size = float(np.sqrt(1 + np.linalg.svdvals(monodromy) ** 2).prod())
-        slopes = np.where(np.abs(tangent[-2:]) > STILL, tangent[-2:], 0.0)
+        slopes = np.where(np.abs(tangent[-2:]) > NO_SLOPE, tangent[-2:], 0.0)
         tests = {"first": float(slopes[0]), "second": float(slopes[1])}
         parts = z, linearisation, multipliers, size
         more = self._pair_tests if self.condition in PAIRED else self._real_tests

@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 SEEDS = 3
 """Orbits tried, the nearest first, where one is to be carried to a place."""
 
-SAME = 1e-4
+ONE_ORBIT = 1e-4
 """Two stable orbits this close in scaled states are one."""
 
 
@@ -100,7 +100,9 @@ def _is_among(nodes: Array, known: Sequence[Array], period: int, scales: Array) 
     """Whether an orbit is one of others, begun in whichever forcing period."""
     each, rest = divmod(len(nodes), period)
     turns = [np.roll(nodes, turn * each, axis=0) for turn in range(period if rest == 0 else 1)]
-    return any(np.abs((turn - other) / scales).max() < SAME for turn in turns for other in known)
+    return any(
+        np.abs((turn - other) / scales).max() < ONE_ORBIT for turn in turns for other in known
+    )
 
 
 def agree(model: Model, plane: tuple[str, str], raster: Raster, votes: Sequence[Vote]) -> bool:

@@ -35,7 +35,7 @@ beside it."""
 CHECKED = 2e-3
 """Share of the window from which on a region is checked by simulation."""
 
-CLEAR = 2.5
+CLEARANCE = 2.5
 """Distance from a boundary, in cells, at which a response says what region it is in."""
 
 LIMIT_JUMP = 0.25
@@ -68,7 +68,7 @@ def map_regions(
     pieces: Labels = ndimage.label(~boundary & exists)[0].astype(np.int64)
     pieces = _without_slivers(pieces, boundary)
     distance: Array = ndimage.distance_transform_edt(np.pad(pieces > 0, 1))[1:-1, 1:-1]
-    clear = ndimage.distance_transform_edt(~boundary) > CLEAR
+    clear = ndimage.distance_transform_edt(~boundary) > CLEARANCE
     votes = list(collect_votes(pieces, clear, raster, plane, lines))
     regions, labels = _labelled(model, plane, pieces, votes, distance, raster)
     split = {int(labels[cell]) for cell in _forks(lines, plane, raster) if clear[cell]}

@@ -33,7 +33,7 @@ PARALLEL = 1e-9
 DOUBLE = 1e-3
 """Distance of a second critical multiplier at R1 and R2: a double one parts as a square root."""
 
-SAME = 1e-7
+SAME_CUSP = 1e-7
 """Arclength within which two extrema found are one cusp."""
 
 
@@ -134,7 +134,7 @@ def _with_cusps(found: list[Found], cusp: str) -> list[Found]:
         moving = max(abs(tests["first"]), abs(tests["second"])) > STANDING
         if item.type not in ("first", "second") or moving:
             result.append(item)
-        elif not any(abs(place - other) < SAME for other in cusps):
+        elif not any(abs(place - other) < SAME_CUSP for other in cusps):
             cusps.append(place)
             result.append(Found(cusp, item.point, item.slope))
     return result

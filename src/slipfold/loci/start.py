@@ -31,10 +31,10 @@ __all__ = ["LocusStart", "parent_start", "regular_start", "starts_at"]
 
 Array = NDArray[np.float64]
 
-SINGULAR = 1e-9
+UNDEFINED = 1e-9
 """Smallest singular value, over the largest, of a Jacobian that defines a curve."""
 
-NEAR = 1e-3
+MOVED = 1e-3
 """A special point may be moved by this, in scaled variables, before it is another one."""
 
 CROSSING = {
@@ -89,7 +89,7 @@ def _regular_point(problem: LocusProblem, z: Array, settings: Settings) -> Orbit
     right = np.linalg.svd(jacobian)[2]
     newton = settings.newton
     correction = correct(problem, z, right[-1], newton.tolerance, newton.iterations)
-    if not correction.converged or correction.distance > NEAR:
+    if not correction.converged or correction.distance > MOVED:
         reason = correction.failure or "Newton's method leads to another orbit"
         raise _no_locus(problem, z, reason)
     return problem.point(correction, 0.0)
@@ -98,12 +98,12 @@ def _regular_point(problem: LocusProblem, z: Array, settings: Settings) -> Orbit
 def _is_singular(problem: LocusProblem, jacobian: Array, z: Array) -> bool:
     """Whether no curve is defined: neither parameter, changed by its window or itself, matters."""
     effects = np.linalg.norm(jacobian[:, -2:], axis=0)
-    if float((effects * np.maximum(np.abs(z[-2:]), 1.0)).max()) < SINGULAR:
+    if float((effects * np.maximum(np.abs(z[-2:]), 1.0)).max()) < UNDEFINED:
         return True
     scaled = jacobian.copy()
     scaled[:, -2:] /= effects.max()
     values = np.linalg.svd(scaled, compute_uv=False)
-    return bool(values[-1] < SINGULAR * values[0])
+    return bool(values[-1] < UNDEFINED * values[0])
 
 
 def _no_locus(problem: LocusProblem, z: Array, reason: str) -> InputError:

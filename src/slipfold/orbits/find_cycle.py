@@ -31,17 +31,17 @@ WINDOWS = 8
 NEAREST = 3.0
 """The first return that is no farther than this many times the nearest one is taken."""
 
-CLOSE = 0.2
+RETURNED = 0.2
 """A return is nearer to where the motion began than this share of the motion's extent."""
 
-SAME = 1e-5
+SAME_RETURN = 1e-5
 """Returns within this share of the extent are one: what interpolation between samples is good
 for."""
 
 NUDGE = 0.01
 """How far beside an equilibrium a motion is begun, in scaled states."""
 
-STILL = 1e-6
+AT_REST = 1e-6
 """Motion smaller than this, in scaled states, is an equilibrium."""
 
 
@@ -79,7 +79,7 @@ def _start(model: Model) -> Array:
     """Return where a motion begins that is to find a cycle: not at an equilibrium."""
     functions = evaluation_of(model)
     moving = functions.rates(model, model.start) * model.values["duration"] / model.state_scales()
-    if float(np.abs(moving).max()) > STILL:
+    if float(np.abs(moving).max()) > AT_REST:
         return model.start
     return model.start + NUDGE * model.state_scales()
 
@@ -105,7 +105,7 @@ def _first_return(paced: Model, state: Array) -> float:
     for window in range(WINDOWS):  # each begins where the motion has come to: it may still settle
         units = WINDOW * 2**window
         motion = _motion(paced, state, units)
-        if float(np.abs((motion - state) / scales).max()) < STILL:
+        if float(np.abs((motion - state) / scales).max()) < AT_REST:
             break
         grid = np.linspace(0, units, len(motion))
         rates = flow.rates(motion, grid, constants)
@@ -131,7 +131,7 @@ def _nearest_passage(grid: Array, away: Array, rates: Array) -> float | None:
     if not len(places):
         return None
     distances = np.linalg.norm(CubicHermiteSpline(grid, away, rates)(places), axis=1)
-    if distances.min() > CLOSE * extent:
+    if distances.min() > RETURNED * extent:
         return None
-    near = max(NEAREST * distances.min(), SAME * extent)
+    near = max(NEAREST * distances.min(), SAME_RETURN * extent)
     return float(places[np.flatnonzero(distances <= near)[0]])

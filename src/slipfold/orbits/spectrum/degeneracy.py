@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 PAIRED = ("NS", "HB")
 """Bifurcations at which a pair is critical: of orbits, and of equilibria."""
 
-APART = 0.5
+MET = 0.5
 """Two real multipliers further apart than this are not a pair that was complex a step before."""
 
 
@@ -77,7 +77,7 @@ def critical_pair(multipliers: NDArray[np.complex128]) -> tuple[int, int] | None
     first, second = np.triu_indices(len(multipliers), k=1)
     a, b = multipliers[first], multipliers[second]
     real = (a.imag == 0) & (b.imag == 0)
-    possible = np.where(real, np.abs(a - b) < APART, a == b.conj())
+    possible = np.where(real, np.abs(a - b) < MET, a == b.conj())
     if not possible.any():
         return None
     distance = np.where(possible, np.abs(1 - a * b), np.inf)
