@@ -52,15 +52,15 @@ class Bifurcations(Zeros[OrbitPoint]):
 
     Parameters
     ----------
-    problem
-        The boundary-value problem.
+    orbits
+        What the branch consists of.
     span
         The span of the parameter.
     """
 
-    def __init__(self, problem: Orbits, span: tuple[float, float]) -> None:
-        super().__init__(problem)
-        self._problem = problem
+    def __init__(self, orbits: Orbits, span: tuple[float, float]) -> None:
+        super().__init__(orbits)
+        self._orbits = orbits
         self._span = span
 
     def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:
@@ -72,7 +72,7 @@ class Bifurcations(Zeros[OrbitPoint]):
 
     def between(self, known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint) -> list[Found]:
         """Return the bifurcations between two points."""
-        found = search_between(self._problem, self, known, a, b)
+        found = search_between(self._orbits, self, known, a, b)
         turns = [item.point.arclength for item in found if _turns(item)]
         return [
             item
@@ -83,24 +83,24 @@ class Bifurcations(Zeros[OrbitPoint]):
     def _left(self, found: list[Found], stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint] | None:
         """Return where the branch leaves the span, if it turns back outside it."""
         low, high = min(self._span), max(self._span)
-        value = self._problem.value
+        value = self._orbits.value
         outside = [item.point for item in found if not low <= value(item.point.z) <= high]
         if not outside:
             return None
         bound = high if value(outside[0].z) > high else low
         ends = stretch.before, outside[0]
-        at = locate(self._problem, stretch.known, *ends, lambda item: value(item.z) - bound)
+        at = locate(self._orbits, stretch.known, *ends, lambda item: value(item.z) - bound)
         before = [item for item in found if item.point.arclength < at.arclength]
-        return Sight(before, Stop(at, span_end(self._problem, at)))
+        return Sight(before, Stop(at, span_end(self._orbits, at)))
 
     def _closed(self, found: list[Found], stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint] | None:
         """Return the branch point that the branch began at, if it comes to it again."""
         if not stretch.trail.departs:
             return None
-        problem, start = self._problem, stretch.trail.points[0]
+        orbits, start = self._orbits, stretch.trail.points[0]
         for place, item in enumerate(found):
-            if item.type == "BP" and problem.distance(start.z, item.point.z) < SAME_ORBIT:
-                end = End("closed", CLOSED, problem.place(item.point.z))
+            if item.type == "BP" and orbits.distance(start.z, item.point.z) < SAME_ORBIT:
+                end = End("closed", CLOSED, orbits.place(item.point.z))
                 return Sight(found[:place], Stop(item.point, end, closes=True))
         return None
 
@@ -117,7 +117,7 @@ class Bifurcations(Zeros[OrbitPoint]):
         turns = any(_turns(item) for item in found)
         for kind in a.tests:
             if kind != "fold" and not (turns and kind == "LP") and self.changes_sign(kind, a, b):
-                found.append(locate_test(self._problem, known, a, b, kind, kind))
+                found.append(locate_test(self._orbits, known, a, b, kind, kind))
         return [item for item in found if self.is_genuine(item)]
 
     def _branch_point(self, known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint) -> Found:
@@ -129,9 +129,9 @@ class Bifurcations(Zeros[OrbitPoint]):
         def determinant(point: OrbitPoint) -> float:
             return point.orientation * float(np.exp(point.volume - a.volume))
 
-        point = locate(self._problem, known, a, b, determinant, LOCATED)
+        point = locate(self._orbits, known, a, b, determinant, LOCATED)
         along = hermite([a, b], point.arclength)[1]
-        crossing = find_crossing(self._problem, point, along)
+        crossing = find_crossing(self._orbits, point, along)
         if crossing is None:
             slope = (b.tests["fold"] - a.tests["fold"]) / (b.arclength - a.arclength)
             return Found("BP", point, slope)
@@ -194,15 +194,15 @@ class Bifurcations(Zeros[OrbitPoint]):
         def growth(point: OrbitPoint) -> float:
             return float(np.log(np.sort(np.abs(point.multipliers))[::-1][place]))
 
-        point = locate(self._problem, known, a, b, growth)
+        point = locate(self._orbits, known, a, b, growth)
         slope = (growth(b) - growth(a)) / (b.arclength - a.arclength)
         return [Found(next(name for name in PAIRED if name in a.tests), point, slope)]
 
 
-def span_end(problem: Orbits, last: OrbitPoint) -> End:
+def span_end(orbits: Orbits, last: OrbitPoint) -> End:
     """Say that a branch reached the end of the span."""
-    value = problem.value(last.z)
-    return End("span", f"reached the end of the span at {problem.vary} = {value:g}", (value,))
+    value = orbits.value(last.z)
+    return End("span", f"reached the end of the span at {orbits.vary} = {value:g}", (value,))
 
 
 def _off_circle(point: OrbitPoint) -> float:

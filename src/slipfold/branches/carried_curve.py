@@ -23,8 +23,8 @@ class CarriedCurve:
 
     Parameters
     ----------
-    problem
-        The boundary-value problem.
+    orbits
+        What the branch consists of.
     z
         The orbits as unknowns, shape (k, ...).
     multipliers
@@ -37,7 +37,7 @@ class CarriedCurve:
         Whether that is all of it.
     """
 
-    problem: ForcedOrbits
+    orbits: ForcedOrbits
     z: Array
     multipliers: NDArray[np.complex128]
     tests: dict[str, Array]
@@ -57,11 +57,11 @@ class CarriedCurve:
 
 
 def curve_through(
-    problem: ForcedOrbits, found: Corrected, reach: float = np.inf, whole: bool = True
+    orbits: ForcedOrbits, found: Corrected, reach: float = np.inf, whole: bool = True
 ) -> CarriedCurve:
     """Return corrected orbits with what is watched along them."""
     multipliers = floquet_multipliers(found.monodromies)
     rows = [evaluate_tests(values) for values in multipliers]
     tests = {name: np.array([row[name] for row in rows]) for name in ("PD", "NS")}
     tests["LP"] = found.tangents[:, -1]
-    return CarriedCurve(problem, found.z, multipliers, tests, reach, whole)
+    return CarriedCurve(orbits, found.z, multipliers, tests, reach, whole)

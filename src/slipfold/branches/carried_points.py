@@ -86,11 +86,11 @@ def _normal_forms(
     """
     forms = []
     for item, orbit in zip(special, z, strict=True):
-        monodromy = curve.problem.linearise(orbit).monodromy
+        monodromy = curve.orbits.linearise(orbit).monodromy
         known = orbit, np.zeros_like(orbit), item.arclength, monodromy, np.nan
-        point = curve.problem.known_point(*known)
+        point = curve.orbits.known_point(*known)
         try:
-            form = normal_form(curve.problem, point, item.type)
+            form = normal_form(curve.orbits, point, item.type)
         except np.linalg.LinAlgError:
             return None  # a second multiplier is critical
         if item.type == "PD" and item.leads_to is not None and form[1] != item.criticality:
@@ -136,10 +136,10 @@ def _locate(
     for _ in range(ROUNDS):
         places = [item.zero() for item in known]
         guesses = [item.orbit_at(place) for item, place in zip(known, places, strict=True)]
-        found = correct_orbits(curve.problem, np.array(guesses), rows, SHARP)
+        found = correct_orbits(curve.orbits, np.array(guesses), rows, SHARP)
         if not found.found.all():
             return None
-        at = curve_through(curve.problem, found)
+        at = curve_through(curve.orbits, found)
         for i, (item, place) in enumerate(zip(known, places, strict=True)):
             item.add(place, at.z[i], float(at.tests[item.test][i]))
         if all(item.is_found for item in known):

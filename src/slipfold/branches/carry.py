@@ -83,22 +83,22 @@ def _carried_curve(
     if len(places) < 4:
         return None  # too few to draw a line through
     width = float(np.ptp(branch.parameter))
-    problem = ForcedOrbits(model, {branch.vary: width}, branch.period, nodes.shape[1])
-    guesses = np.array([problem.pack(*item) for item in zip(nodes, values, strict=True)])
-    born, closed = _births(branch, parents, problem, guesses)
+    orbits = ForcedOrbits(model, {branch.vary: width}, branch.period, nodes.shape[1])
+    guesses = np.array([orbits.pack(*item) for item in zip(nodes, values, strict=True)])
+    born, closed = _births(branch, parents, orbits, guesses)
     if branch.parent is not None and born is None:
         return None  # its parent was not carried that far
     inner = slice(int(born is not None), len(guesses) - int(closed is not None))
-    found = correct_orbits(problem, guesses[inner], _rows(branch, guesses)[inner])
-    count = _sure(branch, problem, found)
+    found = correct_orbits(orbits, guesses[inner], _rows(branch, guesses)[inner])
+    count = _sure(branch, orbits, found)
     if count < (1 - LOST) * len(found.z):
         return None
     whole = count == len(found.z)
-    ends = _ends(problem, found.z[0], found.z[count - 1], born, closed if whole else None)
+    ends = _ends(orbits, found.z[0], found.z[count - 1], born, closed if whole else None)
     forward = found.some(_forward(found.z[:count], found.tangents[:count], *ends))
     if len(forward.z) < 4:
         return None
-    curve = curve_through(problem, forward, float(places[inner][count - 1]), whole)
+    curve = curve_through(orbits, forward, float(places[inner][count - 1]), whole)
     curve = _with_ends(curve, *ends)
     return curve if _coherent(curve, guesses) else None
 
@@ -155,15 +155,15 @@ def _within(branch: Branch, values: Array) -> NDArray[np.bool_]:
     return np.asarray(above & below)
 
 
-def _sure(branch: Branch, problem: ForcedOrbits, found: Corrected) -> int:
+def _sure(branch: Branch, orbits: ForcedOrbits, found: Corrected) -> int:
     """Return how many orbits from the start are found, in the span and within the limits.
 
     Near a limit, as where the spring collapses, orbits change too quickly to be carried.
     """
-    good = found.found & _within(branch, found.z[:, -1] * problem.width)
+    good = found.found & _within(branch, found.z[:, -1] * orbits.width)
     count = int(np.argmin(good)) if not good.all() else len(good)
     # A branch that was followed keeps its limits up to its end: only those near it are looked at.
-    while count and problem.model.limits and broken_limit(problem, found.z[count - 1]):
+    while count and orbits.model.limits and broken_limit(orbits, found.z[count - 1]):
         count -= 1
     return count
 
@@ -195,7 +195,7 @@ def _coherent(curve: CarriedCurve, before: Array) -> bool:
 
 
 def _births(
-    branch: Branch, parents: Sequence[Branch], problem: ForcedOrbits, z: Array
+    branch: Branch, parents: Sequence[Branch], orbits: ForcedOrbits, z: Array
 ) -> tuple[SpecialPoint | None, SpecialPoint | None]:
     """Return the carried period doublings on which a doubled branch begins and ends."""
     if branch.parent is None or branch.parent > len(parents):
@@ -203,7 +203,7 @@ def _births(
     joined = [item for item in parents[branch.parent - 1].special if item.leads_to == branch.id]
     if not joined:
         return None, None
-    values = z[[0, -1], -1] * problem.width
+    values = z[[0, -1], -1] * orbits.width
     born = min(joined, key=lambda item: abs(item.value - values[0]))
     others = [item for item in joined if item is not born]
     closed = others[0] if others and branch.stopped.kind == "closed" else None
@@ -211,7 +211,7 @@ def _births(
 
 
 def _ends(
-    problem: ForcedOrbits,
+    orbits: ForcedOrbits,
     first: Array,
     last: Array,
     born: SpecialPoint | None,
@@ -219,8 +219,8 @@ def _ends(
 ) -> tuple[Array | None, Array | None]:
     """Return the orbits of the parent's period doublings, passed twice, where a branch ends."""
     return (
-        None if born is None else _doubled(problem, born, first),
-        None if closed is None else _doubled(problem, closed, last),
+        None if born is None else _doubled(orbits, born, first),
+        None if closed is None else _doubled(orbits, closed, last),
     )
 
 
@@ -238,13 +238,13 @@ def _with_ends(curve: CarriedCurve, first: Array | None, last: Array | None) -> 
     return curve
 
 
-def _doubled(problem: ForcedOrbits, point: SpecialPoint, beside: Array) -> Array:
+def _doubled(orbits: ForcedOrbits, point: SpecialPoint, beside: Array) -> Array:
     """Return an orbit passed twice, begun in that forcing period in which it is near another."""
     half = point.nodes[::2]
     nodes = np.concatenate([half, half])
-    step = max(len(nodes) // problem.period, 1)
+    step = max(len(nodes) // orbits.period, 1)
     shifted = [
-        problem.pack(np.roll(nodes, -shift, axis=0), point.value)
+        orbits.pack(np.roll(nodes, -shift, axis=0), point.value)
         for shift in range(0, len(nodes), step)
     ]
     return min(shifted, key=lambda z: float(np.linalg.norm(z - beside)))
@@ -259,23 +259,23 @@ def _as_branch(before: Branch, special: list[SpecialPoint], curve: CarriedCurve)
     found = carried_points(curve, special)
     if found is None:
         return None
-    problem = curve.problem
-    values = curve.z[:, -1] * problem.width
+    orbits = curve.orbits
+    values = curve.z[:, -1] * orbits.width
     return replace(
         before,
-        model=problem.model,
+        model=orbits.model,
         parameter=values,
-        nodes=np.array([problem.nodes(item) for item in curve.z]),
+        nodes=np.array([orbits.nodes(item) for item in curve.z]),
         multipliers=curve.multipliers,
         residual=np.full(len(curve.z), np.nan),
         arclength=curve.arclength,
         special=tuple(
             replace(
                 item,
-                model=problem.model_at(found.z[i]),
-                value=problem.value(found.z[i]),
+                model=orbits.model_at(found.z[i]),
+                value=orbits.value(found.z[i]),
                 uncertainty=np.nan,
-                nodes=problem.nodes(found.z[i]),
+                nodes=orbits.nodes(found.z[i]),
                 multipliers=found.multipliers[i],
                 residual=np.nan,
                 arclength=float(found.places[i]),

@@ -51,56 +51,56 @@ class Birth:
 
     Parameters
     ----------
-    problem
-        The boundary-value problem of the branch that begins.
+    orbits
+        What the branch that begins consists of.
     start
         Its first point.
     """
 
-    problem: Orbits
+    orbits: Orbits
     start: OrbitPoint
 
-    def fits(self, problem: Orbits) -> bool:
-        """Whether a branch of a problem may end here."""
-        return (self.problem.kind, self.problem.period) == (problem.kind, problem.period)
+    def fits(self, orbits: Orbits) -> bool:
+        """Whether a branch of such orbits may end here."""
+        return (self.orbits.kind, self.orbits.period) == (orbits.kind, orbits.period)
 
-    def in_terms_of(self, problem: Orbits) -> Array:
-        """Return the first point as an unknown of another problem."""
-        return problem.adopt(self.problem, self.start.z)
+    def in_terms_of(self, orbits: Orbits) -> Array:
+        """Return the first point in the scales of another branch."""
+        return orbits.adopt(self.orbits, self.start.z)
 
 
-def has_copy(problem: Orbits) -> bool:
+def has_copy(orbits: Orbits) -> bool:
     """Whether each orbit, begun half its period later, is another point of the same curve.
 
     So it is with even periods, and with cycles: they may end where both coincide.
     """
-    return problem.free_phase or problem.period % 2 == 0
+    return orbits.free_phase or orbits.period % 2 == 0
 
 
-def _meets_its_copy(problem: Orbits, before: OrbitPoint, point: OrbitPoint) -> bool:
+def _meets_its_copy(orbits: Orbits, before: OrbitPoint, point: OrbitPoint) -> bool:
     """Whether a branch of doubled period passed its parent and goes on as its own copy.
 
     The copy is the same orbit half a period later, so the difference between the halves of the
     orbit changes sign.
     """
-    here, there = asymmetry(problem, before.z), asymmetry(problem, point.z)
+    here, there = asymmetry(orbits, before.z), asymmetry(orbits, point.z)
     # A step may also land beside the parent, within what Newton's method can tell apart.
     return bool(here @ there < 0 or np.linalg.norm(there) < 0.1 * BEFORE)
 
 
-def step_beside_parent(problem: Orbits, point: OrbitPoint) -> float:
+def step_beside_parent(orbits: Orbits, point: OrbitPoint) -> float:
     """Return the longest step that cannot pass the parent by more than its distance.
 
     Near the parent the halves of the orbit differ by about 1.4 times the arclength to it. A longer
     step could land on another branch that leaves the same parent nearby.
     """
-    return max(BEFORE, 0.9 * float(np.linalg.norm(asymmetry(problem, point.z))))
+    return max(BEFORE, 0.9 * float(np.linalg.norm(asymmetry(orbits, point.z))))
 
 
-def asymmetry(problem: Orbits, z: Array) -> Array:
+def asymmetry(orbits: Orbits, z: Array) -> Array:
     """Return by how much the halves of an orbit differ, in scaled states."""
-    half = problem.size // 2
-    return z[:half] - z[half : problem.size]
+    half = orbits.size // 2
+    return z[:half] - z[half : orbits.size]
 
 
 class MeetsCopy:
@@ -159,42 +159,42 @@ class MeetsCopy:
 
 
 def close_on_parent(
-    problem: Orbits, births: Sequence[Birth], last: OrbitPoint, meeting: Array
+    orbits: Orbits, births: Sequence[Birth], last: OrbitPoint, meeting: Array
 ) -> Stop[OrbitPoint]:
     """Return the end of a branch that meets its copy: where another is known to begin, if any."""
-    birth = _matching(problem, meeting, births)
-    value = problem.value(meeting if birth is None else birth.in_terms_of(problem))
-    where = _place_of_meeting(problem, meeting)
-    reason = f"the branch closed on {where} at {problem.vary} = {value:.9g}"
-    beyond = None if birth is None else _birth_point(problem, last, birth)
+    birth = _matching(orbits, meeting, births)
+    value = orbits.value(meeting if birth is None else birth.in_terms_of(orbits))
+    where = _place_of_meeting(orbits, meeting)
+    reason = f"the branch closed on {where} at {orbits.vary} = {value:.9g}"
+    beyond = None if birth is None else _birth_point(orbits, last, birth)
     return Stop(last, End("closed", reason, (value,)), beyond, birth)
 
 
-def _place_of_meeting(problem: Orbits, meeting: Array) -> str:
-    if problem.period % 2 == 0:
+def _place_of_meeting(orbits: Orbits, meeting: Array) -> str:
+    if orbits.period % 2 == 0:
         return "its parent's period doubling"
-    nodes = problem.flat(problem.nodes(meeting)).reshape(problem.segments, -1)
+    nodes = orbits.flat(orbits.nodes(meeting)).reshape(orbits.segments, -1)
     still = float(np.linalg.norm(nodes - nodes.mean(axis=0))) < NEAR_BIRTH
     return "a Hopf point" if still else "the period doubling of a cycle of half its duration"
 
 
-def _matching(problem: Orbits, meeting: Array, births: Sequence[Birth]) -> Birth | None:
+def _matching(orbits: Orbits, meeting: Array, births: Sequence[Birth]) -> Birth | None:
     """Return the place of birth whose orbit is the one where the branch met its copy."""
 
     def distance(birth: Birth) -> float:
-        return problem.distance(birth.in_terms_of(problem), meeting)
+        return orbits.distance(birth.in_terms_of(orbits), meeting)
 
-    alike = [birth for birth in births if birth.fits(problem)]
+    alike = [birth for birth in births if birth.fits(orbits)]
     nearest = min(alike, key=distance, default=None)
     return nearest if nearest is not None and distance(nearest) < NEAR_BIRTH else None
 
 
-def _birth_point(problem: Orbits, last: OrbitPoint, birth: Birth) -> OrbitPoint:
+def _birth_point(orbits: Orbits, last: OrbitPoint, birth: Birth) -> OrbitPoint:
     """Return the place of birth that a branch closed on as its last point."""
     start = birth.start
-    z = problem.in_phase(birth.in_terms_of(problem), last.z)
+    z = orbits.in_phase(birth.in_terms_of(orbits), last.z)
     place = last.arclength + float(np.linalg.norm(z - last.z))
-    return problem.known_point(z, last.tangent, place, start.monodromy, start.residual)
+    return orbits.known_point(z, last.tangent, place, start.monodromy, start.residual)
 
 
 class Returns:

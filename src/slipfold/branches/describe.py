@@ -37,14 +37,14 @@ NAMES = {
 }
 
 
-def describe_bifurcation(problem: Orbits, found: Found) -> SpecialPoint:
+def describe_bifurcation(orbits: Orbits, found: Found) -> SpecialPoint:
     """Return a located bifurcation with its normal form and its uncertainties."""
     form = _form_of(found)
-    coefficient, criticality = _coefficient(problem, found.point, form)
+    coefficient, criticality = _coefficient(orbits, found.point, form)
     name = NAMES[form or found.type]
-    value_uncertainty, multiplier_uncertainty = _uncertainties(problem, found)
+    value_uncertainty, multiplier_uncertainty = _uncertainties(orbits, found)
     return _special(
-        problem,
+        orbits,
         found.point,
         found.type,
         name,
@@ -56,13 +56,13 @@ def describe_bifurcation(problem: Orbits, found: Found) -> SpecialPoint:
 
 
 def _coefficient(
-    problem: Orbits, point: OrbitPoint, form: str | None
+    orbits: Orbits, point: OrbitPoint, form: str | None
 ) -> tuple[float | None, str | None]:
     """Return coefficient and criticality; None where the higher derivatives do not exist."""
     if form is None:
         return None, None
     try:
-        return forms_of(problem).special(problem, point, form)
+        return forms_of(orbits).special(orbits, point, form)
     except BREAKDOWNS:
         return None, None
 
@@ -80,24 +80,22 @@ def _form_of(found: Found) -> str | None:
     return "pitchfork" if min(slopes) < TURNING else "transcritical"
 
 
-def describe_event(problem: Orbits, event: Event, point: OrbitPoint) -> SpecialPoint:
+def describe_event(orbits: Orbits, event: Event, point: OrbitPoint) -> SpecialPoint:
     """Return a located user's event."""
     name = f"{event.measure} {event.name} = {event.value:g}"
-    again, rounding = computed_anew(problem, point)
+    again, rounding = computed_anew(orbits, point)
     moved, multiplier_uncertainty = np.inf, np.full(len(point.multipliers), np.inf)
     if again is not None:
         moved = abs(again.z[-1] - point.z[-1]) + CLOSE * abs(point.tangent[-1]) + rounding
         multiplier_uncertainty = multiplier_change(
             point.multipliers, again.multipliers, point.monodromy
         )
-    width = problem.width
-    return _special(
-        problem, point, "EVENT", name, moved * width, multiplier_uncertainty, None, None
-    )
+    width = orbits.width
+    return _special(orbits, point, "EVENT", name, moved * width, multiplier_uncertainty, None, None)
 
 
 def _special(
-    problem: Orbits,
+    orbits: Orbits,
     point: OrbitPoint,
     kind: str,
     name: str,
@@ -106,18 +104,18 @@ def _special(
     criticality: str | None,
     coefficient: float | None,
 ) -> SpecialPoint:
-    value = problem.value(point.z)
+    value = orbits.value(point.z)
     return SpecialPoint(
         type=kind,
         name=name,
-        model=problem.model_at(point.z),
-        vary=problem.vary,
+        model=orbits.model_at(point.z),
+        vary=orbits.vary,
         value=value,
         uncertainty=uncertainty,
-        period=problem.period,
-        nodes=problem.nodes(point.z),
-        multipliers=problem.multipliers(point),
-        multiplier_uncertainty=_padded(problem, point, multiplier_uncertainty),
+        period=orbits.period,
+        nodes=orbits.nodes(point.z),
+        multipliers=orbits.multipliers(point),
+        multiplier_uncertainty=_padded(orbits, point, multiplier_uncertainty),
         residual=point.residual,
         arclength=point.arclength,
         criticality=criticality,
@@ -125,31 +123,31 @@ def _special(
     )
 
 
-def _padded(problem: Orbits, point: OrbitPoint, uncertainty: Array) -> Array:
+def _padded(orbits: Orbits, point: OrbitPoint, uncertainty: Array) -> Array:
     """Uncertainties of all multipliers, in their order: what is exactly one is certain."""
-    everything = problem.multipliers(point)
+    everything = orbits.multipliers(point)
     missing = len(everything) - len(uncertainty)
     certain = int(np.count_nonzero(np.abs(point.multipliers) > 1))
     return np.insert(uncertainty, [certain] * missing, 0.0)
 
 
-def _crossing_anew(problem: Orbits, point: OrbitPoint) -> tuple[OrbitPoint | None, float]:
+def _crossing_anew(orbits: Orbits, point: OrbitPoint) -> tuple[OrbitPoint | None, float]:
     """Find the same branch point with its nodes elsewhere: along one branch it is singular."""
-    other, guess, row = problem.shifted(point.z, point.tangent)
+    other, guess, row = orbits.shifted(point.z, point.tangent)
     start = other.known_point(guess, row, point.arclength, point.monodromy, point.residual)
     crossing = find_crossing(other, start, row)
     return (None, np.inf) if crossing is None else (crossing.point, crossing.rounding)
 
 
-def _uncertainties(problem: Orbits, found: Found) -> tuple[float, Array]:
+def _uncertainties(orbits: Orbits, found: Found) -> tuple[float, Array]:
     """Uncertainty of the parameter and of the multipliers, infinite where nothing is known."""
     try:
-        return _found_anew(problem, found)
+        return _found_anew(orbits, found)
     except BREAKDOWNS:
         return np.inf, np.full(len(found.point.multipliers), np.inf)
 
 
-def _found_anew(problem: Orbits, found: Found) -> tuple[float, Array]:
+def _found_anew(orbits: Orbits, found: Found) -> tuple[float, Array]:
     """Uncertainty of the parameter and of the multipliers, from computing all of it again.
 
     The parameter is uncertain by how far the orbit moves in it, and by how far along the branch
@@ -158,7 +156,7 @@ def _found_anew(problem: Orbits, found: Found) -> tuple[float, Array]:
     """
     point = found.point
     compute = computed_anew if found.other is None else _crossing_anew
-    again, rounding = compute(problem, point)
+    again, rounding = compute(orbits, point)
     if again is None:
         return np.inf, np.full(len(point.multipliers), np.inf)
     uncertain = multiplier_change(point.multipliers, again.multipliers, point.monodromy)
@@ -170,16 +168,16 @@ def _found_anew(problem: Orbits, found: Found) -> tuple[float, Array]:
         change = abs(again.tests[test] - point.tests[test]) + abs(point.tests[test])
         change = max(change, _blurred(test, point, uncertain))
         along = change / max(abs(found.slope), 1e-300)
-    uncertain = uncertain + along * _multiplier_rates(problem, point)
+    uncertain = uncertain + along * _multiplier_rates(orbits, point)
     moved = SPREAD * abs(again.z[-1] - point.z[-1]) + along * abs(point.tangent[-1]) + rounding
-    value = problem.value(point.z)
-    largest = max(abs(value), problem.width)
-    return float(moved) * problem.width + float(np.spacing(largest)), uncertain
+    value = orbits.value(point.z)
+    largest = max(abs(value), orbits.width)
+    return float(moved) * orbits.width + float(np.spacing(largest)), uncertain
 
 
-def _multiplier_rates(problem: Orbits, point: OrbitPoint) -> Array:
+def _multiplier_rates(orbits: Orbits, point: OrbitPoint) -> Array:
     """Return by how much each multiplier changes along the branch, a unit of arclength."""
-    beside = problem.linearise(point.z + DIFFERENCED * point.tangent)
+    beside = orbits.linearise(point.z + DIFFERENCED * point.tangent)
     others = match_multipliers(point.multipliers, floquet_multipliers(beside.monodromy))
     return np.asarray(np.abs(others - point.multipliers) / DIFFERENCED, dtype=float)
 

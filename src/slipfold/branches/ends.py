@@ -34,64 +34,64 @@ CLOSE_TO_LIMIT = 5.0
 class BranchEndings(Endings[OrbitPoint]):
     """The ends of branches in words."""
 
-    def __init__(self, problem: Orbits, span: tuple[float, float], settings: Stepping) -> None:
-        self._problem = problem
+    def __init__(self, orbits: Orbits, span: tuple[float, float], settings: Stepping) -> None:
+        self._orbits = orbits
         self._span = span
         self._settings = settings
 
     def left(self, trail: Trail[OrbitPoint]) -> End:
         """Return the end of a branch that reached the end of the span."""
-        return span_end(self._problem, trail.points[-1])
+        return span_end(self._orbits, trail.points[-1])
 
     def failed(self, trail: Trail[OrbitPoint], failure: Failure) -> End:
         """Return the end of a branch that cannot be followed: there, or on the end of the span."""
-        problem = self._problem
+        orbits = self._orbits
         try:
-            on_edge = _end_on_edge(problem, trail.points, self._span, self._settings)
+            on_edge = _end_on_edge(orbits, trail.points, self._span, self._settings)
         except BREAKDOWNS:
             on_edge = None
         if failure.kind == "failed" and on_edge is not None:
             trail.points, found = on_edge
             sure = trail.points[-2].arclength
             trail.found = [item for item in trail.found if item.point.arclength <= sure] + found
-            return span_end(problem, trail.points[-1])
-        last, clause = trail.points[-1], nears_homoclinic(problem, trail.points)
-        kind, reason = failure_reason(problem, last, failure)
+            return span_end(orbits, trail.points[-1])
+        last, clause = trail.points[-1], nears_homoclinic(orbits, trail.points)
+        kind, reason = failure_reason(orbits, last, failure)
         if kind == "failed" and clause:
             kind, reason = "homoclinic", f"{clause} (no cycle was found any nearer to it)"
         elif clause:
             reason = f"{reason}; {clause}"
-        return End(kind, reason, problem.place(last.z))
+        return End(kind, reason, orbits.place(last.z))
 
     def interrupted(self, trail: Trail[OrbitPoint]) -> End:
         """Return the end of a branch that whoever watches stopped."""
-        value = self._problem.value(trail.points[-1].z)
-        reason = f"interrupted at {self._problem.vary} = {value:.6g}; what was found before is kept"
+        value = self._orbits.value(trail.points[-1].z)
+        reason = f"interrupted at {self._orbits.vary} = {value:.6g}; what was found before is kept"
         return End("interrupted", reason, (value,))
 
 
-def failure_reason(problem: Orbits, last: OrbitPoint, failure: Failure) -> tuple[str, str]:
+def failure_reason(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[str, str]:
     """Return the kind and the sentence of a failure, with how far the model's limits are."""
     if failure.kind != "failed":
         return failure.kind, failure.reason
     try:
-        margins = limit_margins(problem, last.z)
+        margins = limit_margins(orbits, last.z)
     except BREAKDOWNS:
         return failure.kind, failure.reason
-    for limit, margin in zip(problem.model.limits, margins, strict=True):
+    for limit, margin in zip(orbits.model.limits, margins, strict=True):
         if margin < (CLOSE_TO_LIMIT - 1) * limit.bound:
             reason = limit.reason.format(value=margin + limit.bound)
             return "limit", f"{reason} (no orbit was found any nearer to the limit)"
     limits = ", ".join(
         f"{limit.output} = {margin + limit.bound:.3g} (limit {limit.bound:g})"
-        for limit, margin in zip(problem.model.limits, margins, strict=True)
+        for limit, margin in zip(orbits.model.limits, margins, strict=True)
     )
     there = f"; there {limits}" if limits else ""
     return "failed", f"{failure.reason}{there}"
 
 
 def _end_on_edge(
-    problem: Orbits,
+    orbits: Orbits,
     points: list[OrbitPoint],
     span: tuple[float, float],
     settings: Stepping,
@@ -101,7 +101,7 @@ def _end_on_edge(
     With the parameter held Newton's method is singular there. So a step is taken over the end, and
     the branch point is located between.
     """
-    edge = min(problem.bounds(span)[0][1:], key=lambda bound: abs(points[-1].z[-1] - bound))
+    edge = min(orbits.bounds(span)[0][1:], key=lambda bound: abs(points[-1].z[-1] - bound))
 
     def away(point: OrbitPoint) -> float:
         return abs(float(point.z[-1]) - edge)
@@ -112,11 +112,11 @@ def _end_on_edge(
         return None
     before = kept[-1]
     step = min(2 * away(before) / max(abs(before.tangent[-1]), EDGE), LONGEST_OVER)
-    beyond = next(iter(walk(problem, kept, step, (), settings)))
+    beyond = next(iter(walk(orbits, kept, step, (), settings)))
     if isinstance(beyond, Failure):
         return None
     try:
-        found = Bifurcations(problem, span).between([*kept, beyond], before, beyond)
+        found = Bifurcations(orbits, span).between([*kept, beyond], before, beyond)
     except LostCurveError:
         return None
     place = next((i for i, item in enumerate(found) if away(item.point) < EDGE), None)

@@ -34,9 +34,9 @@ class Happened(Found[OrbitPoint]):
 class Events(Zeros[OrbitPoint]):
     """Records where outputs or the parameter take the values asked for, or ends the branch."""
 
-    def __init__(self, problem: Orbits, events: Sequence[Event]) -> None:
-        super().__init__(problem)
-        self._problem = problem
+    def __init__(self, orbits: Orbits, events: Sequence[Event]) -> None:
+        super().__init__(orbits)
+        self._orbits = orbits
         self._events = events
         self._known: WeakKeyDictionary[OrbitPoint, Array] = WeakKeyDictionary()
 
@@ -47,14 +47,14 @@ class Events(Zeros[OrbitPoint]):
         return self._known[point]
 
     def _measured(self, z: Array) -> Array:
-        problem, names = self._problem, []
+        orbits, names = self._orbits, []
         for event in self._events:
             if event.measure != "parameter" and event.name not in names:
                 names.append(event.name)
-        measured = {"parameter": problem.value(z)}
+        measured = {"parameter": orbits.value(z)}
         if names:
-            vector, nodes = problem.vector(z)[None], problem.nodes(z)[None]
-            extrema = find_extrema(problem.model, vector, nodes, problem.period, tuple(names))
+            vector, nodes = orbits.vector(z)[None], orbits.nodes(z)[None]
+            extrema = find_extrema(orbits.model, vector, nodes, orbits.period, tuple(names))
         found = []
         for event in self._events:
             if event.measure != "parameter":
@@ -75,7 +75,7 @@ class Events(Zeros[OrbitPoint]):
                 return float(self.values(point)[index])
 
             if before * after < 0:
-                at = locate(self._problem, known, a, b, function)
+                at = locate(self._orbits, known, a, b, function)
             elif after == 0 != before:
                 at = b
             else:
@@ -92,6 +92,6 @@ class Events(Zeros[OrbitPoint]):
             event = item.event if isinstance(item, Happened) else None
             if event is not None and event.stop:
                 reason = f"stopped as asked: {event.measure} of {event.name} is {event.value:g}"
-                end = End("event", reason, self._problem.place(item.point.z))
+                end = End("event", reason, self._orbits.place(item.point.z))
                 return Sight(found, Stop(item.point, end))
         return Sight(found)

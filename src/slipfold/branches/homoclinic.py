@@ -30,24 +30,24 @@ class Homoclinic:
 
     Parameters
     ----------
-    problem
-        The boundary-value problem.
+    orbits
+        What the branch consists of.
     largest
         Largest duration, relative to that at the first point.
     """
 
-    def __init__(self, problem: Orbits, largest: float) -> None:
-        self._problem = problem
+    def __init__(self, orbits: Orbits, largest: float) -> None:
+        self._orbits = orbits
         self._largest = largest
 
     def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:
         """Return the point at which the branch has as good as come to its end."""
-        problem, points = self._problem, [*stretch.trail.points, stretch.point]
-        growth, value = _growth(problem, points), problem.value(stretch.point.z)
-        if _stands(problem, points, STANDS_STILL):
+        orbits, points = self._orbits, [*stretch.trail.points, stretch.point]
+        growth, value = _growth(orbits, points), orbits.value(stretch.point.z)
+        if _stands(orbits, points, STANDS_STILL):
             end = End(
                 "homoclinic",
-                f"the duration grew to {growth:.3g} times that at first while {problem.vary} stays "
+                f"the duration grew to {growth:.3g} times that at first while {orbits.vary} stays "
                 f"at {value:.9g}: the cycle nears a homoclinic orbit",
                 (value,),
             )
@@ -63,29 +63,29 @@ class Homoclinic:
         return Sight(stop=Stop(stretch.point, end))
 
 
-def nears_homoclinic(problem: Orbits, points: Sequence[OrbitPoint]) -> str:
+def nears_homoclinic(orbits: Orbits, points: Sequence[OrbitPoint]) -> str:
     """Return a clause for the sentence of another end where a homoclinic orbit is near, else ""."""
-    if not _stands(problem, points, STANDS):
+    if not _stands(orbits, points, STANDS):
         return ""
     return (
-        f"the duration grew to {_growth(problem, points):.3g} times that at first while "
-        f"{problem.vary} hardly changes: the cycle nears a homoclinic orbit"
+        f"the duration grew to {_growth(orbits, points):.3g} times that at first while "
+        f"{orbits.vary} hardly changes: the cycle nears a homoclinic orbit"
     )
 
 
-def _growth(problem: Orbits, points: Sequence[OrbitPoint]) -> float:
-    if not problem.free_phase:  # of equilibria it is a unit of time
+def _growth(orbits: Orbits, points: Sequence[OrbitPoint]) -> float:
+    if not orbits.free_phase:  # of equilibria it is a unit of time
         return 1.0
-    first, last = problem.duration(points[0].z), problem.duration(points[-1].z)
+    first, last = orbits.duration(points[0].z), orbits.duration(points[-1].z)
     assert first is not None
     assert last is not None
     return last / first
 
 
-def _stands(problem: Orbits, points: Sequence[OrbitPoint], share: float) -> bool:
+def _stands(orbits: Orbits, points: Sequence[OrbitPoint], share: float) -> bool:
     """Whether the parameter stands still while the duration grows; at a fold one point may."""
     values = [point.z[-1] for point in points]
-    if _growth(problem, points) < GROWN or np.ptp(values) < STANDS_STILL:  # a family of centres
+    if _growth(orbits, points) < GROWN or np.ptp(values) < STANDS_STILL:  # a family of centres
         return False
     unit = points[0].z[-2]
     last = np.array([point.tangent[-2:] for point in points[-2:]])

@@ -26,10 +26,10 @@ def assemble(atlas: Atlas[OrbitPoint], begun: End) -> tuple[Branch, ...]:
     described: dict[Found, SpecialPoint] = {}
     branches = []
     for chart in atlas.charts:
-        problem, own = chart.trail.curve, []
+        orbits, own = chart.trail.curve, []
         for found in chart.trail.found:
             (leads_to,) = atlas.leads.get(found, [None])[-1:]
-            described[found] = replace(_described(problem, found), leads_to=leads_to)
+            described[found] = replace(_described(orbits, found), leads_to=leads_to)
             own.append(described[found])
         first = begun
         if chart.start.found is not None:
@@ -44,19 +44,19 @@ def assemble(atlas: Atlas[OrbitPoint], begun: End) -> tuple[Branch, ...]:
 
 
 def _branch(chart: Chart[OrbitPoint], begun: End, special: Sequence[SpecialPoint]) -> Branch:
-    problem, points = chart.trail.curve, chart.trail.points
+    orbits, points = chart.trail.curve, chart.trail.points
     assert chart.trail.end is not None  # every trail ends
-    durations, model = problem.durations(points), problem.model
+    durations, model = orbits.durations(points), orbits.model
     return Branch(
         id=chart.number,
-        kind=problem.kind,
-        period=problem.period,
+        kind=orbits.kind,
+        period=orbits.period,
         parent=chart.start.parent,
         model=model if durations is None else model.replace(duration=float(durations[0])),
-        vary=problem.vary,
-        parameter=np.array([problem.value(point.z) for point in points]),
-        nodes=np.array([problem.nodes(point.z) for point in points]),
-        multipliers=np.array([problem.multipliers(point) for point in points]),
+        vary=orbits.vary,
+        parameter=np.array([orbits.value(point.z) for point in points]),
+        nodes=np.array([orbits.nodes(point.z) for point in points]),
+        multipliers=np.array([orbits.multipliers(point) for point in points]),
         residual=np.array([point.residual for point in points]),
         arclength=np.array([point.arclength for point in points]),
         special=tuple(special),
@@ -66,7 +66,7 @@ def _branch(chart: Chart[OrbitPoint], begun: End, special: Sequence[SpecialPoint
     )
 
 
-def _described(problem: Orbits, found: Found) -> SpecialPoint:
+def _described(orbits: Orbits, found: Found) -> SpecialPoint:
     if isinstance(found, Happened) and found.event is not None:
-        return describe_event(problem, found.event, found.point)
-    return describe_bifurcation(problem, found)
+        return describe_event(orbits, found.event, found.point)
+    return describe_bifurcation(orbits, found)

@@ -37,7 +37,7 @@ where another branch passes and Newton's method is singular."""
 
 
 def trace_branch(
-    problem: Orbits,
+    orbits: Orbits,
     start: OrbitPoint,
     span: tuple[float, float],
     settings: Settings,
@@ -49,21 +49,21 @@ def trace_branch(
 ) -> Trail[OrbitPoint]:
     """Follow a branch to its end."""
     return follow(
-        problem,
+        orbits,
         start,
-        problem.bounds(span),
-        _monitors(problem, span, settings, departs, births, events),
+        orbits.bounds(span),
+        _monitors(orbits, span, settings, departs, births, events),
         settings=settings,
         departs=departs,
-        first_step=_first_step(problem, start, settings) if departs else None,
-        cap=partial(step_beside_parent, problem) if has_copy(problem) else None,
-        endings=BranchEndings(problem, span, settings),
+        first_step=_first_step(orbits, start, settings) if departs else None,
+        cap=partial(step_beside_parent, orbits) if has_copy(orbits) else None,
+        endings=BranchEndings(orbits, span, settings),
         watch=watch,
     )
 
 
 def _monitors(
-    problem: Orbits,
+    orbits: Orbits,
     span: tuple[float, float],
     settings: Settings,
     departs: bool,
@@ -71,19 +71,19 @@ def _monitors(
     events: Sequence[Event],
 ) -> list[Monitor[OrbitPoint]]:
     """What is watched along a branch: what ends it early first, what takes longest last."""
-    monitors: list[Monitor[OrbitPoint]] = [Unresolved(problem, partial(nears_homoclinic, problem))]
-    if has_copy(problem):
-        monitors.append(MeetsCopy(problem, partial(close_on_parent, problem, births)))
+    monitors: list[Monitor[OrbitPoint]] = [Unresolved(orbits, partial(nears_homoclinic, orbits))]
+    if has_copy(orbits):
+        monitors.append(MeetsCopy(orbits, partial(close_on_parent, orbits, births)))
     if not departs:  # else it comes back to a branch point
-        monitors.append(Returns(problem, CLOSED))
-    monitors.append(Limits(problem))
+        monitors.append(Returns(orbits, CLOSED))
+    monitors.append(Limits(orbits))
     if events:
-        monitors.append(Events(problem, events))
-    monitors.append(Bifurcations(problem, span))
-    return [*monitors, Homoclinic(problem, settings.largest_duration), Families(problem)]
+        monitors.append(Events(orbits, events))
+    monitors.append(Bifurcations(orbits, span))
+    return [*monitors, Homoclinic(orbits, settings.largest_duration), Families(orbits)]
 
 
-def _first_step(problem: Orbits, start: OrbitPoint, settings: Settings) -> float:
+def _first_step(orbits: Orbits, start: OrbitPoint, settings: Settings) -> float:
     """Leave another branch by a step so short that nothing else can happen within it.
 
     All multipliers of the orbit but the critical one are near those where the branches meet, so the
@@ -94,9 +94,9 @@ def _first_step(problem: Orbits, start: OrbitPoint, settings: Settings) -> float
     outside = int(np.count_nonzero(np.abs(others) > 1))
     step = BIRTH
     for _ in range(6):
-        first = next(iter(walk(problem, [start], step, (), settings)))
+        first = next(iter(walk(orbits, [start], step, (), settings)))
         if not isinstance(first, Failure) and first.unstable in (outside, outside + 1):
-            nearer = next(iter(walk(problem, [start], step / 4, (), settings)))
+            nearer = next(iter(walk(orbits, [start], step / 4, (), settings)))
             if isinstance(nearer, Failure) or _goes_on(nearer, first):
                 return step
         step /= 4

@@ -64,32 +64,32 @@ def _known(branch: Branch) -> list[tuple[float, PeriodicOrbit]]:
 def _corrected(
     branch: Branch, before: PeriodicOrbit, after: PeriodicOrbit, share: float
 ) -> PeriodicOrbit:
-    problem = _problem(branch, before)
-    start = problem.unknown(before.nodes, before.model)
-    chord = problem.in_phase(problem.unknown(after.nodes, after.model), start) - start
-    found = correct(problem, start + share * chord, chord / np.linalg.norm(chord))
+    orbits = _orbits(branch, before)
+    start = orbits.unknown(before.nodes, before.model)
+    chord = orbits.in_phase(orbits.unknown(after.nodes, after.model), start) - start
+    found = correct(orbits, start + share * chord, chord / np.linalg.norm(chord))
     if not found.converged:
         raise InputError(
             f"no orbit was found between two points of branch {branch.id}: {found.failure}; "
             "choose a place nearer to a point"
         )
-    return _as_orbit(problem, found)
+    return _as_orbit(orbits, found)
 
 
 def _with_value(branch: Branch, orbit: PeriodicOrbit, value: float | None) -> PeriodicOrbit:
     """Return the orbit beside one that has a value of the parameter, where there is one."""
     if value is None or value == orbit.model.values[branch.vary]:
         return orbit
-    problem = _problem(branch, orbit)
-    guess = problem.unknown(orbit.nodes, orbit.model)
-    guess[-1] = value / problem.width
+    orbits = _orbits(branch, orbit)
+    guess = orbits.unknown(orbit.nodes, orbit.model)
+    guess[-1] = value / orbits.width
     keep = np.zeros(len(guess))
     keep[-1] = 1.0
-    found = correct(problem, guess, keep)
-    return _as_orbit(problem, found) if found.converged and found.distance < BESIDE else orbit
+    found = correct(orbits, guess, keep)
+    return _as_orbit(orbits, found) if found.converged and found.distance < BESIDE else orbit
 
 
-def _problem(branch: Branch, orbit: PeriodicOrbit) -> Orbits:
+def _orbits(branch: Branch, orbit: PeriodicOrbit) -> Orbits:
     """Return the equations of the orbits of a branch, scaled as at one of them."""
     width = float(np.ptp(branch.parameter)) or 1.0
     segments = len(orbit.nodes)
@@ -97,12 +97,12 @@ def _problem(branch: Branch, orbit: PeriodicOrbit) -> Orbits:
     return orbits_of(orbit.model, {branch.vary: width}, branch.period, segments, resting=resting)
 
 
-def _as_orbit(problem: Orbits, found: Correction) -> PeriodicOrbit:
-    multipliers = floquet_multipliers(problem.linearise(found.z).monodromy)
+def _as_orbit(orbits: Orbits, found: Correction) -> PeriodicOrbit:
+    multipliers = floquet_multipliers(orbits.linearise(found.z).monodromy)
     return PeriodicOrbit(
-        problem.model_at(found.z),
-        problem.period,
-        problem.nodes(found.z),
-        problem.spectrum.whole(multipliers),
+        orbits.model_at(found.z),
+        orbits.period,
+        orbits.nodes(found.z),
+        orbits.spectrum.whole(multipliers),
         found.residual,
     )

@@ -53,17 +53,17 @@ def trace_response(
         model = measured_over(model, vary, (first, last), begin)
     if begin is not None:
         begin = begin.measured_in(model.found_sizes)
-    problem, point, begun = _first(model, vary, first, last, begin)
+    orbits, point, begun = _first(model, vary, first, last, begin)
     branches = _Branches((first, last), settings, events, observer)
-    branches.explore(Start(problem, _ways(problem, point, (first, last))))
+    branches.explore(Start(orbits, _ways(orbits, point, (first, last))))
     return assemble(branches, begun)
 
 
-def _ways(problem: Orbits, point: OrbitPoint, span: tuple[float, float]) -> tuple[OrbitPoint, ...]:
+def _ways(orbits: Orbits, point: OrbitPoint, span: tuple[float, float]) -> tuple[OrbitPoint, ...]:
     """Return the first point, from inside the span in both directions."""
-    value = problem.value(point.z)
-    inside = min(abs(value - end) for end in span) > AT_END * problem.width
-    return (point, problem.turned(point)) if inside else (point,)
+    value = orbits.value(point.z)
+    inside = min(abs(value - end) for end in span) > AT_END * orbits.width
+    return (point, orbits.turned(point)) if inside else (point,)
 
 
 def measured_over(
@@ -111,7 +111,7 @@ def _first(
         return (*_begin(model, vary, first, last), _span_begin(vary, first))
     except InputError as error:
         try:
-            problem, start = _begin(model.replace(**{vary: last}), vary, last, first)
+            orbits, start = _begin(model.replace(**{vary: last}), vary, last, first)
         except InputError:
             raise error from None
     what = "response of period 1" if model.forced else "regular equilibrium"
@@ -121,7 +121,7 @@ def _first(
         f"its other end, {vary} = {last:g}",
         (last,),
     )
-    return problem, start, end
+    return orbits, start, end
 
 
 def _given(
@@ -132,11 +132,11 @@ def _given(
     # On the last value it can only go back.
     width = span[0] - span[1] if at == span[1] else span[1] - span[0]
     if begin.orbit is not None:
-        problem, start = orbit_start(begin.orbit, vary, at, at + width)
+        orbits, start = orbit_start(begin.orbit, vary, at, at + width)
     else:
         there = model.replace(**{vary: at})
-        problem, start = equilibrium_start(there, vary, at, at + width, begin.state)
-    return problem, start, _span_begin(vary, at)
+        orbits, start = equilibrium_start(there, vary, at, at + width, begin.state)
+    return orbits, start, _span_begin(vary, at)
 
 
 def _begin(model: Model, vary: str, first: float, last: float) -> tuple[Orbits, OrbitPoint]:
@@ -144,8 +144,8 @@ def _begin(model: Model, vary: str, first: float, last: float) -> tuple[Orbits, 
     try:
         if not model.forced:
             return equilibrium_start(model, vary, first, last)
-        problem = ForcedOrbits(model, {vary: abs(last - first)})
-        return problem, response_start(problem, first, math.copysign(1.0, last - first))
+        orbits = ForcedOrbits(model, {vary: abs(last - first)})
+        return orbits, response_start(orbits, first, math.copysign(1.0, last - first))
     except InputError:
         raise
     except BREAKDOWNS as error:

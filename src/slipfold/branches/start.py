@@ -94,9 +94,9 @@ def equilibrium_start(
         )
     jacobian = evaluation_of(model).jacobian(model, state)
     paced = model.replace(duration=unit_of_time(model, jacobian))
-    problem = Equilibria(paced, {vary: abs(last - first)})
-    row = hold_parameter(problem.size) * np.sign(last - first)
-    correction = correct(problem, problem.pack(state[None], first), row)
+    orbits = Equilibria(paced, {vary: abs(last - first)})
+    row = hold_parameter(orbits.size) * np.sign(last - first)
+    correction = correct(orbits, orbits.pack(state[None], first), row)
     if not correction.converged:
         raise InputError(
             f"no equilibrium of {model.name} was found at {vary} = {first:g}: "
@@ -108,10 +108,10 @@ def equilibrium_start(
             f"the span cannot start at {vary} = {first:g}: the equilibrium there is at a fold or "
             "branch point; start the span beside it"
         )
-    broken = broken_limit(problem, correction.z)
+    broken = broken_limit(orbits, correction.z)
     if broken is not None:
         raise InputError(f"the span cannot start at {vary} = {first:g}: {broken}")
-    return problem, problem.point(correction, 0.0)
+    return orbits, orbits.point(correction, 0.0)
 
 
 def orbit_start(
@@ -119,17 +119,17 @@ def orbit_start(
 ) -> tuple[Orbits, OrbitPoint]:
     """Return a given orbit as the first point of a branch."""
     width, segments = abs(last - first), len(orbit.nodes)
-    problem = orbits_of(orbit.model, {vary: width}, orbit.period, segments)
-    guess = problem.unknown(orbit.nodes, orbit.model.replace(**{vary: first}))
+    orbits = orbits_of(orbit.model, {vary: width}, orbit.period, segments)
+    guess = orbits.unknown(orbit.nodes, orbit.model.replace(**{vary: first}))
     row = np.zeros(len(guess))
     row[-1] = np.sign(last - first)
-    correction = correct(problem, guess, row)
+    correction = correct(orbits, guess, row)
     if not correction.converged:
         raise InputError(
             f"the orbit given could not be taken up at {vary} = {first:g}: {correction.failure}; "
             "give one that is closed"
         )
-    broken = broken_limit(problem, correction.z)
+    broken = broken_limit(orbits, correction.z)
     if broken is not None:
         raise InputError(f"the span cannot start at {vary} = {first:g}: {broken}")
-    return problem, problem.point(correction, 0.0)
+    return orbits, orbits.point(correction, 0.0)

@@ -93,19 +93,19 @@ class Families:
     nothing new happens on it.
     """
 
-    def __init__(self, problem: Orbits) -> None:
-        self._problem = problem
+    def __init__(self, orbits: Orbits) -> None:
+        self._orbits = orbits
 
     def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:
         """Return the point up to which the parameter stood still for long."""
-        problem, points = self._problem, [*stretch.trail.points, stretch.point][-FAMILY:]
+        orbits, points = self._orbits, [*stretch.trail.points, stretch.point][-FAMILY:]
         values = [point.z[-1] for point in points]
         if len(stretch.trail.points) < FAMILY or max(values) - min(values) > STANDS_STILL:
             return Sight()
-        value = problem.value(points[-1].z)
-        shown = 0.0 if abs(value) < STANDS_STILL * problem.width else value
+        value = orbits.value(points[-1].z)
+        shown = 0.0 if abs(value) < STANDS_STILL * orbits.width else value
         reason = (
-            f"{FAMILY} orbits have the same {problem.vary} = {shown:.9g}: they are a family, as "
+            f"{FAMILY} orbits have the same {orbits.vary} = {shown:.9g}: they are a family, as "
             "round a centre, that goes on; stop it at an amplitude by an event"
         )
         return Sight(stop=Stop(stretch.point, End("family", reason, (value,))))

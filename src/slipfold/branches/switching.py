@@ -29,13 +29,13 @@ class Junction(Start[OrbitPoint]):
 
     Parameters
     ----------
-    problem
-        The boundary-value problem of the branch it lies on.
+    orbits
+        What the branch it lies on consists of.
     birth
         The branch that begins there.
     """
 
-    problem: Orbits | None = None
+    orbits: Orbits | None = None
     birth: Birth | None = None
 
 
@@ -45,31 +45,31 @@ def junctions_on(chart: Chart[OrbitPoint], largest_period: int) -> list[Junction
     What may end at a place of birth is followed once those are known: equilibria before cycles,
     orbits before those of longer period.
     """
-    problem, junctions = chart.trail.curve, []
+    orbits, junctions = chart.trail.curve, []
     for found in chart.trail.found:
         try:
-            birth = _birth(problem, found, largest_period)
+            birth = _birth(orbits, found, largest_period)
         except BREAKDOWNS:  # nothing can be followed from there; the point itself is kept
             continue
         if birth is None:
             continue
-        start, curve = birth.start, birth.problem
+        start, curve = birth.start, birth.orbits
         # At a branch point the other branch goes on in both directions.
         both = (start, curve.turned(start)) if found.type == "BP" else (start,)
         rank = (int(curve.kind != "equilibrium"), curve.period)
         junctions.append(
-            Junction(curve, both, rank, True, chart.number, found, problem=problem, birth=birth)
+            Junction(curve, both, rank, True, chart.number, found, orbits=orbits, birth=birth)
         )
     return junctions
 
 
-def _birth(problem: Orbits, found: Found, largest_period: int) -> Birth | None:
+def _birth(orbits: Orbits, found: Found, largest_period: int) -> Birth | None:
     if found.type == "BP" and found.other is not None:
-        return Birth(problem, _other_branch(found, found.other))
-    if isinstance(problem, Equilibria) and found.type == "HB":
-        return _born(cycle_of_no_amplitude(problem, found.point.z), found.point)
-    if found.type == "PD" and 2 * problem.period <= largest_period:
-        return _born(passed_twice(problem, found.point.z), found.point)
+        return Birth(orbits, _other_branch(found, found.other))
+    if isinstance(orbits, Equilibria) and found.type == "HB":
+        return _born(cycle_of_no_amplitude(orbits, found.point.z), found.point)
+    if found.type == "PD" and 2 * orbits.period <= largest_period:
+        return _born(passed_twice(orbits, found.point.z), found.point)
     return None
 
 
@@ -95,10 +95,10 @@ def _are_one(junction: Junction, other: Junction) -> bool:
         return False
     if (junction.found.type, other.found.type) != ("BP", "BP"):
         return False
-    problem, their = junction.problem, other.problem
-    if problem is None or their is None or not Birth(problem, junction.found.point).fits(their):
+    orbits, their = junction.orbits, other.orbits
+    if orbits is None or their is None or not Birth(orbits, junction.found.point).fits(their):
         return False
     z, other_z = junction.found.point.z, other.found.point.z
-    if abs(problem.value(z) - their.value(other_z)) >= SAME_VALUE * problem.width:
+    if abs(orbits.value(z) - their.value(other_z)) >= SAME_VALUE * orbits.width:
         return False
-    return problem.distance(problem.adopt(their, other_z), z) < SAME_ORBIT
+    return orbits.distance(orbits.adopt(their, other_z), z) < SAME_ORBIT

@@ -57,12 +57,12 @@ def orbit_on(branch: Branch, span: StableSpan, value: float) -> NDArray[np.float
     rows = np.arange(*span.rows)
     order = rows[np.argsort(np.abs(branch.parameter[rows] - value), kind="stable")]
     width = float(np.ptp(branch.parameter)) or 1.0
-    problem = ForcedOrbits(branch.model, {branch.vary: width}, branch.period, branch.nodes.shape[1])
+    orbits = ForcedOrbits(branch.model, {branch.vary: width}, branch.period, branch.nodes.shape[1])
     for row in order[:2]:
-        guess = problem.pack(branch.nodes[row], value)
-        correction = correct(problem, guess, hold_parameter(problem.size), iterations=15)
+        guess = orbits.pack(branch.nodes[row], value)
+        correction = correct(orbits, guess, hold_parameter(orbits.size), iterations=15)
         if correction.converged and correction.linearisation is not None:
             multipliers = np.linalg.eigvals(correction.linearisation.monodromy)
             if np.abs(multipliers).max() < 1:
-                return problem.nodes(correction.z)
+                return orbits.nodes(correction.z)
     return None

@@ -26,16 +26,16 @@ Array = NDArray[np.float64]
 Vector = NDArray[Any]
 
 
-def equilibrium_form(problem: Orbits, point: OrbitPoint, kind: str) -> tuple[float, str | None]:
+def equilibrium_form(orbits: Orbits, point: OrbitPoint, kind: str) -> tuple[float, str | None]:
     """Return the coefficient of an equilibrium's bifurcation and its criticality."""
-    field = FieldMap(problem, point.z)
-    ratios = problem.scales / problem.model_at(point.z).unit_scales()
+    field = FieldMap(orbits, point.z)
+    ratios = orbits.scales / orbits.model_at(point.z).unit_scales()
     if kind == "HB":
         coefficient = first_lyapunov_coefficient(field)
         size = float(np.linalg.norm(_turning(field.jacobian)[0] * ratios))
         return declared(kind, coefficient, size), criticality_of(kind, coefficient)
     # The map x -> x + f(x) has the equilibrium as its fixed point and the field's derivatives.
-    matrix = np.eye(len(problem.scales)) + field.jacobian
+    matrix = np.eye(len(orbits.scales)) + field.jacobian
     if kind == "LP":
         coefficient = fold_coefficient(field, matrix, field.pull)
     else:

@@ -20,22 +20,22 @@ class FieldMap:
 
     Parameters
     ----------
-    problem
+    orbits
         How the equilibrium is described.
     z
         The equilibrium.
     scales
-        Scales of the states; those of the problem if None.
+        Scales of the states; those of the unknown if None.
     """
 
-    def __init__(self, problem: Orbits, z: Array, scales: Array | None = None) -> None:
-        self._flow = problem.flow
-        self._state = problem.nodes(z)[0]
-        self._constants = problem.constants(z)
-        self._scales = problem.scales if scales is None else scales
+    def __init__(self, orbits: Orbits, z: Array, scales: Array | None = None) -> None:
+        self._flow = orbits.flow
+        self._state = orbits.nodes(z)[0]
+        self._constants = orbits.constants(z)
+        self._scales = orbits.scales if scales is None else scales
         self._time = self._constants.period
-        self._along = self._constants.rates[:, problem.indices[-1:]]
-        self.rescaling = problem.scales / self._scales
+        self._along = self._constants.rates[:, orbits.indices[-1:]]
+        self.rescaling = orbits.scales / self._scales
 
     @property
     def jacobian(self) -> Array:

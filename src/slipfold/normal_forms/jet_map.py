@@ -25,26 +25,26 @@ class JetMap:
 
     Parameters
     ----------
-    problem
+    orbits
         How the orbit is described.
     z
         The orbit.
     constants
         Coefficients of the flow there.
     scales
-        Scales of the states; those of the problem if None.
+        Scales of the states; those of the unknown if None.
     """
 
     def __init__(
-        self, problem: Orbits, z: Array, constants: Constants, scales: Array | None = None
+        self, orbits: Orbits, z: Array, constants: Constants, scales: Array | None = None
     ) -> None:
-        self._flow = problem.flow
-        self._nodes = problem.nodes(z)
+        self._flow = orbits.flow
+        self._nodes = orbits.nodes(z)
         self._constants = constants
-        self._scales = problem.scales if scales is None else scales
-        self.rescaling = problem.scales / self._scales
-        self._start = problem.phase
-        self._end = problem.phase + problem.period
+        self._scales = orbits.scales if scales is None else scales
+        self.rescaling = orbits.scales / self._scales
+        self._start = orbits.phase
+        self._end = orbits.phase + orbits.period
 
     def rescaled(self, monodromy: Array) -> Array:
         """Return a monodromy matrix in the map's scales.

@@ -74,13 +74,13 @@ class MapDerivatives(Protocol):
         """Return B(u, v) for complex vectors."""
 
 
-def normal_form(problem: Orbits, point: OrbitPoint, kind: str) -> tuple[float, str | None]:
+def normal_form(orbits: Orbits, point: OrbitPoint, kind: str) -> tuple[float, str | None]:
     """Return the coefficient of a bifurcation's normal form and its criticality."""
-    linearisation = problem.linearise(point.z)
+    linearisation = orbits.linearise(point.z)
     map_: JetMap | ReturnMap = (
-        ReturnMap(problem, point.z, problem.scales)
-        if problem.free_phase
-        else JetMap(problem, point.z, problem.constants(point.z))
+        ReturnMap(orbits, point.z, orbits.scales)
+        if orbits.free_phase
+        else JetMap(orbits, point.z, orbits.constants(point.z))
     )
     matrix = map_.rescaled(linearisation.product)
     if kind == "LP":
@@ -88,7 +88,7 @@ def normal_form(problem: Orbits, point: OrbitPoint, kind: str) -> tuple[float, s
     else:
         coefficient = critical_coefficient(map_, matrix, kind)
     # Scales that were found, or are those where the branch began, must not be seen in it.
-    ratios = problem.scales / problem.model_at(point.z).unit_scales()
+    ratios = orbits.scales / orbits.model_at(point.z).unit_scales()
     if isinstance(map_, ReturnMap):
         size = _mean_length(map_, matrix, linearisation.product, kind, ratios)
     else:
@@ -146,7 +146,7 @@ def criticality_of(kind: str, coefficient: float) -> str | None:
 
 
 def _parameter_pull(linearisation: Linearisation) -> Array:
-    """Derivative of the map with respect to the parameter, in the problem's scaled states."""
+    """Derivative of the map with respect to the parameter, in the orbits' scaled states."""
     pull = np.zeros(linearisation.along.shape[1])
     for block, along in zip(linearisation.blocks, linearisation.along[:, :, -1], strict=True):
         pull = block @ pull + along

@@ -29,7 +29,7 @@ AGREEMENT = 1e-2
 RULE = Rule(close=1e-12, iterations=12)
 
 
-def quintic_coefficient(problem: Orbits, point: OrbitPoint, scales: Array) -> float | None:
+def quintic_coefficient(orbits: Orbits, point: OrbitPoint, scales: Array) -> float | None:
     r"""Return e of the normal form :math:`\eta \to -\eta + b \eta^3 + e \eta^5` where b is zero.
 
     An orbit of twice the period with the amplitude a along the critical vector q exists if the map
@@ -37,7 +37,7 @@ def quintic_coefficient(problem: Orbits, point: OrbitPoint, scales: Array) -> fl
     :math:`\tau = -(b a^3 + e a^5 + ...)` (the reduction of Lyapunov and Schmidt).
     """
     amplitudes = np.multiply.outer(AMPLITUDES, SHARES)
-    shifts = _shifts(problem, point, scales, amplitudes.ravel()).reshape(amplitudes.shape)
+    shifts = _shifts(orbits, point, scales, amplitudes.ravel()).reshape(amplitudes.shape)
     # tau / a^3 = -(b + e a^2 + ...): b is what was left over of it.
     powers = amplitudes[:, :, None] ** np.array([0, 2, 4, 6])
     found = -solve_each(powers, shifts / amplitudes**3)[:, 1]
@@ -48,13 +48,13 @@ def quintic_coefficient(problem: Orbits, point: OrbitPoint, scales: Array) -> fl
     return best[1]
 
 
-def _shifts(problem: Orbits, point: OrbitPoint, scales: Array, amplitudes: Array) -> Array:
+def _shifts(orbits: Orbits, point: OrbitPoint, scales: Array, amplitudes: Array) -> Array:
     """Newton's method for both states and the shift at given amplitudes, shape (k,)."""
-    n, constants = len(scales), problem.constants(point.z)
-    matrix = point.monodromy * (problem.scales / scales)[:, None] / (problem.scales / scales)
+    n, constants = len(scales), orbits.constants(point.z)
+    matrix = point.monodromy * (orbits.scales / scales)[:, None] / (orbits.scales / scales)
     right, left, _ = critical_vectors(matrix, lambda values: np.abs(values + 1))
     q, p = right.real, left.real
-    centre = problem.nodes(point.z)[0] / scales
+    centre = orbits.nodes(point.z)[0] / scales
     away = amplitudes[:, None] * q
     no_parameter = np.zeros((len(constants.values), 0))
     jacobian = np.zeros((2 * n + 1, 2 * n + 1))
@@ -64,9 +64,9 @@ def _shifts(problem: Orbits, point: OrbitPoint, scales: Array, amplitudes: Array
 
     def steps(some: NDArray[np.int64], unknown: Array) -> Array:
         states, shifts = unknown[:, :-1].reshape(-1, 2, n), unknown[:, -1:]
-        start = np.full(2 * len(some), problem.phase)
-        ends, blocks, _ = problem.flow.linearise(
-            (states * scales).reshape(-1, n), start, start + problem.period, constants, no_parameter
+        start = np.full(2 * len(some), orbits.phase)
+        ends, blocks, _ = orbits.flow.linearise(
+            (states * scales).reshape(-1, n), start, start + orbits.period, constants, no_parameter
         )
         images = ends.reshape(-1, 2, n) / scales
         slopes = (blocks * scales / scales[:, None]).reshape(-1, 2, n, n)

@@ -34,7 +34,7 @@ class ReturnMap:
 
     Parameters
     ----------
-    problem
+    orbits
         How the cycle is described.
     z
         The cycle.
@@ -42,13 +42,13 @@ class ReturnMap:
         Scales of the states.
     """
 
-    def __init__(self, problem: Orbits, z: Array, scales: Array) -> None:
-        self._problem, self._z = problem, z
-        self._constants = problem.constants(z)
+    def __init__(self, orbits: Orbits, z: Array, scales: Array) -> None:
+        self._orbits, self._z = orbits, z
+        self._constants = orbits.constants(z)
         self._scales = scales
-        self._rescaling = problem.scales / scales
-        node = problem.nodes(z)[:1]
-        rates = problem.flow.rates(node, np.array([problem.phase]), self._constants)[0]
+        self._rescaling = orbits.scales / scales
+        node = orbits.nodes(z)[:1]
+        rates = orbits.flow.rates(node, np.array([orbits.phase]), self._constants)[0]
         self._flow = rates / scales
         self._basis = np.linalg.qr(self._flow[:, None], mode="complete")[0][:, 1:]
 
@@ -71,11 +71,11 @@ class ReturnMap:
 
         Shapes: directions (r, n - 1); returns second, third (r, n - 1).
         """
-        problem = self._problem
-        jets = problem.flow.jet_in_time(
-            problem.nodes(self._z),
-            problem.phase,
-            problem.phase + problem.period,
+        orbits = self._orbits
+        jets = orbits.flow.jet_in_time(
+            orbits.nodes(self._z),
+            orbits.phase,
+            orbits.phase + orbits.period,
             self._constants,
             directions @ self._basis.T * self._scales,
         )
@@ -109,13 +109,13 @@ class ReturnMap:
 
         Shapes: q (n - 1,); monodromy (n, n); ratios (n,).
         """
-        problem, f = self._problem, self._flow
+        orbits, f = self._orbits, self._flow
         vector = self._basis @ q
         if abs(multiplier - 1) > OFF_ONE:
             along = f @ (self._in_scales(monodromy) @ vector) / (f @ f)
             vector = vector + f * along / (multiplier - 1)
-        edges = np.linspace(problem.phase, problem.phase + problem.period, problem.segments + 1)
-        nodes, total = problem.nodes(self._z), 0.0
+        edges = np.linspace(orbits.phase, orbits.phase + orbits.period, orbits.segments + 1)
+        nodes, total = orbits.nodes(self._z), 0.0
         blocks = self._blocks(edges[:-1], edges[1:])[1]
         starts = [vector]
         for block in blocks[:-1]:
@@ -128,7 +128,7 @@ class ReturnMap:
                 moved = np.einsum("jab,jb->ja", matrices, moved)
             moved = moved * ratios
             if abs(multiplier - 1) <= OFF_ONE:
-                rates = problem.flow.rates(states, ends, self._constants) / self._scales * ratios
+                rates = orbits.flow.rates(states, ends, self._constants) / self._scales * ratios
                 share = np.sum(moved * rates, axis=1) / np.sum(rates**2, axis=1)
                 moved = moved - share[:, None] * rates
             total += float(np.mean(np.sum(np.abs(moved) ** 2, axis=1)))
@@ -139,9 +139,9 @@ class ReturnMap:
 
     def _blocks(self, start: Array, end: Array) -> tuple[Array, Array]:
         """Return where segments end and their transition matrices."""
-        problem = self._problem
-        along = self._constants.rates[:, problem.indices]  # as compiled for the branch
-        ends, matrices, _ = problem.flow.linearise(
-            problem.nodes(self._z), start, end, self._constants, along
+        orbits = self._orbits
+        along = self._constants.rates[:, orbits.indices]  # as compiled for the branch
+        ends, matrices, _ = orbits.flow.linearise(
+            orbits.nodes(self._z), start, end, self._constants, along
         )
         return ends, matrices * self._scales[None, :] / self._scales[:, None]

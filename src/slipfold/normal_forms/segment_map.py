@@ -34,32 +34,32 @@ class SegmentMap:
 
     Parameters
     ----------
-    problem
+    orbits
         How the orbit is described.
     z
         The orbit.
     constants
         Coefficients of the flow there.
     linearisation
-        Its derivatives, in the problem's scaled states.
+        Its derivatives, in the orbits' scaled states.
     scales
-        Scales of the states that directions and results are in; those of the problem if None.
+        Scales of the states that directions and results are in; those of the unknown if None.
     """
 
     def __init__(
         self,
-        problem: Orbits,
+        orbits: Orbits,
         z: Array,
         constants: Constants,
         linearisation: Linearisation,
         scales: Array | None = None,
     ) -> None:
-        assert isinstance(problem.by, Shooting)
-        self._shooting = problem.by
-        self._nodes = problem.nodes(z)
+        assert isinstance(orbits.by, Shooting)
+        self._shooting = orbits.by
+        self._nodes = orbits.nodes(z)
         self._constants = constants
         self._blocks = linearisation.blocks
-        self.rescaling = problem.scales / (problem.scales if scales is None else scales)
+        self.rescaling = orbits.scales / (orbits.scales if scales is None else scales)
         known, bent = linearisation.conditions.carried, linearisation.conditions.bent
         self._carried = np.empty((0, *self._nodes.shape)) if known is None else known
         self._bent = np.empty((0, *self._blocks.shape)) if bent is None else bent

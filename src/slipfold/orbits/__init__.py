@@ -1,4 +1,4 @@
-"""Periodic orbits: the boundary-value problem, Newton's method, multipliers, extrema."""
+"""Orbits, cycles and equilibria: their equations, how perturbations grow, extrema."""
 
 from slipfold.orbits.check import OrbitCheck as OrbitCheck
 from slipfold.orbits.extrema import Extrema as Extrema

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from slipfold.models.model import Model
 from slipfold.orbits.linearisation import Conditions, Linearisation, defect_of
 from slipfold.orbits.orbit_curve import Orbits
-from slipfold.orbits.phase_alignment import begun_nearest
 from slipfold.orbits.shooting import SEGMENTS, Shooting
 from slipfold.orbits.spectrum.degeneracy import Degeneracy
 from slipfold.orbits.spectrum.multipliers import CycleMultipliers
@@ -21,6 +20,15 @@ Array = NDArray[np.float64]
 
 ALIGNMENTS = 3
 """Corrections of a phase, each of which leaves the square of what was left before."""
+
+STANDING = 1e-9
+"""A cycle whose nodes differ by less, in scaled states, is an equilibrium: it has no phase."""
+
+PHASES = 32
+"""Places in each segment that are looked at first."""
+
+CORRECTIONS = 4
+"""Newton steps from the nearest of them: each doubles the digits."""
 
 
 class Cycles(Orbits):
@@ -101,4 +109,22 @@ class Cycles(Orbits):
 
     def begun_near(self, z: Array, reference: Array) -> Array:
         """Return the same cycle begun where it lies nearest to another."""
-        return begun_nearest(self, z, reference)
+        m, period = self.segments, self.period
+        constants, wanted = self.constants(z), self.nodes(reference)
+        start: Array = np.arange(m, dtype=float) * (period / m)
+        if np.ptp(self.nodes(z) / self.scales, axis=0).max() < STANDING:
+            return z
+        samples = self.flow.sample(
+            self.nodes(z), start, start + period / m, PHASES, constants
+        ).reshape(m * PHASES, -1)
+        rolled = [np.roll(samples, -shift, axis=0)[::PHASES] for shift in range(m * PHASES)]
+        gaps = [float(np.linalg.norm((item - wanted) / self.scales)) for item in rolled]
+        nodes = rolled[int(np.argmin(gaps))]
+        apart = period / (m * PHASES)
+        for _ in range(CORRECTIONS):
+            rates = self.flow.rates(nodes, start, constants) / self.scales
+            gap = (wanted - nodes) / self.scales
+            later = float((rates * gap).sum() / (rates * rates).sum())
+            later = min(max(later, -apart), apart)  # beside an equilibrium all phases are as near
+            nodes = self.flow.advance(nodes, start, start + later, constants)
+        return self.join(nodes, self.free_values(z))

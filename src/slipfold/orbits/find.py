@@ -98,21 +98,21 @@ def periodic_orbit(
             f"duration = {duration!r} does not fit: {model.name} is forced, its orbits last whole "
             "forcing periods; leave it out, or give period"
         )
-    problem = ForcedOrbits(model, {vary: 1.0}, int(period))
+    orbits = ForcedOrbits(model, {vary: 1.0}, int(period))
     if state is None and period == 1:
-        found = find_response(problem, model.values[vary])
+        found = find_response(orbits, model.values[vary])
         if found.converged and tolerance < found.residual:
-            found = correct(problem, found.z, hold_parameter(problem.size), tolerance=tolerance)
-        return _as_orbit(problem, model, found)
+            found = correct(orbits, found.z, hold_parameter(orbits.size), tolerance=tolerance)
+        return _as_orbit(orbits, model, found)
     start = _settled(model, settle) if state is None else _checked_state(model, state)
-    constants = problem.flow.constants_of(model)
+    constants = orbits.flow.constants_of(model)
     zero = np.zeros(1)
-    nodes = problem.flow.sample(start[None], zero, zero + period, problem.segments, constants)[0]
-    guess = problem.unknown(nodes, model)
-    row = hold_parameter(problem.size)
-    correction = correct(problem, guess, row, tolerance=tolerance, iterations=20)
-    orbit = _as_orbit(problem, model, correction)
-    _refuse_shorter(problem, orbit)
+    nodes = orbits.flow.sample(start[None], zero, zero + period, orbits.segments, constants)[0]
+    guess = orbits.unknown(nodes, model)
+    row = hold_parameter(orbits.size)
+    correction = correct(orbits, guess, row, tolerance=tolerance, iterations=20)
+    orbit = _as_orbit(orbits, model, correction)
+    _refuse_shorter(orbits, orbit)
     return orbit
 
 
@@ -132,10 +132,10 @@ def _cycle(
         )
     if duration is not None and not 0 < duration < np.inf:
         raise InputError(f"duration = {duration!r} s is not positive; give the cycle's, about")
-    problem, correction = find_cycle(
+    orbits, correction = find_cycle(
         model, vary, 1.0, state, duration, tolerance=tolerance, settle=settle
     )
-    return _as_orbit(problem, problem.model_at(correction.z), correction)
+    return _as_orbit(orbits, orbits.model_at(correction.z), correction)
 
 
 def _checked_state(model: Model, state: ArrayLike | Mapping[str, float]) -> Array:
@@ -165,15 +165,15 @@ def _settled(model: Model, periods: int) -> Array:
     return state
 
 
-def _refuse_shorter(problem: ForcedOrbits, orbit: PeriodicOrbit) -> None:
+def _refuse_shorter(orbits: ForcedOrbits, orbit: PeriodicOrbit) -> None:
     """Refuse an orbit that repeats within the period asked for."""
-    flow, model = problem.flow, orbit.model
+    flow, model = orbits.flow, orbit.model
     constants = flow.constants_of(model)
     count = orbit.period
     zero = np.zeros(1)
     strobes = flow.sample(orbit.state[None], zero, zero + count, count, constants)[0]
     for shorter in range(1, count):
-        moved = np.abs((strobes[shorter] - strobes[0]) / problem.scales).max()
+        moved = np.abs((strobes[shorter] - strobes[0]) / orbits.scales).max()
         if count % shorter == 0 and moved < 1e-7:
             raise InputError(
                 f"the orbit found for period {count} has period {shorter}; give a state nearer to "
@@ -181,18 +181,18 @@ def _refuse_shorter(problem: ForcedOrbits, orbit: PeriodicOrbit) -> None:
             )
 
 
-def _as_orbit(problem: Orbits, model: Model, correction: Correction) -> PeriodicOrbit:
+def _as_orbit(orbits: Orbits, model: Model, correction: Correction) -> PeriodicOrbit:
     if not correction.converged or correction.linearisation is None:
         raise InputError(
-            f"no orbit of period {problem.period} was found for {model!r}: {correction.failure}; "
+            f"no orbit of period {orbits.period} was found for {model!r}: {correction.failure}; "
             "give a state nearer to it, e.g. the end of a long simulation"
         )
     # Newton's last derivatives were taken beside the orbit: these are its own.
-    monodromy = problem.linearise(correction.z).monodromy
+    monodromy = orbits.linearise(correction.z).monodromy
     return PeriodicOrbit(
         model,
-        problem.period,
-        problem.nodes(correction.z),
-        problem.spectrum.whole(floquet_multipliers(monodromy)),
+        orbits.period,
+        orbits.nodes(correction.z),
+        orbits.spectrum.whole(floquet_multipliers(monodromy)),
         correction.residual,
     )

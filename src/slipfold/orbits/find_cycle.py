@@ -65,10 +65,10 @@ def find_cycle(
     cycle, zero = model.replace(duration=duration), np.zeros(1)
     flow = flow_of(cycle)
     nodes = flow.sample(state[None], zero, zero + 1, SEGMENTS, flow.constants_of(cycle))[0]
-    problem = Cycles(measured(cycle, motion=nodes), {vary: width})
-    guess = problem.join(nodes, [duration, model.values[vary]])
+    orbits = Cycles(measured(cycle, motion=nodes), {vary: width})
+    guess = orbits.join(nodes, [duration, model.values[vary]])
     row = np.eye(1, len(guess), len(guess) - 1)[0]  # the parameter is held
-    return problem, correct(problem, guess, row, tolerance=tolerance, iterations=20)
+    return orbits, correct(orbits, guess, row, tolerance=tolerance, iterations=20)
 
 
 def _jacobian(model: Model, state: Array) -> Array:

@@ -71,7 +71,7 @@ class Corrected:
     Parameters
     ----------
     z
-        Unknowns of the boundary-value problem, shape (k, m n + 1); NaN where Newton's method
+        Unknowns, shape (k, m n + 1); NaN where Newton's method
         failed.
     monodromies
         Monodromy matrices in scaled states, taken within the last correction of `z`, shape
@@ -95,18 +95,18 @@ class Corrected:
 
 
 def correct_orbits(
-    problem: ForcedOrbits, guesses: Array, rows: Array, close: float = CLOSE
+    orbits: ForcedOrbits, guesses: Array, rows: Array, close: float = CLOSE
 ) -> Corrected:
     """Find the orbits of one branch nearest guesses, each in the hyperplane through it.
 
     Shapes: guesses, rows (k, m n + 1).
     """
     k, size = guesses.shape
-    n = len(problem.scales)
+    n = len(orbits.scales)
     monodromies, tangents = np.full((k, n, n), np.nan), np.full((k, size), np.nan)
 
     def steps(some: NDArray[np.int64], z: Array) -> Array:
-        parts = _linearise(problem, z)
+        parts = _linearise(orbits, z)
         monodromies[some] = [part.monodromy for part in parts]
         matrices = [part.bordered(row).matrix for part, row in zip(parts, rows[some], strict=True)]
         right = np.zeros((len(some), size, 2))
@@ -121,15 +121,15 @@ def correct_orbits(
     return Corrected(correct_many(steps, guesses, rule).z, monodromies, tangents)
 
 
-def _linearise(problem: ForcedOrbits, z: Array) -> list[Linearisation]:
+def _linearise(orbits: ForcedOrbits, z: Array) -> list[Linearisation]:
     """Return mismatch and derivatives of each orbit."""
     residual, blocks, along = transitions(
-        problem.flow,
-        np.array([problem.nodes(item) for item in z]),
-        np.array([problem.vector(item) for item in z]),
-        np.tile(problem.scales, (len(z), 1)),
-        problem.indices,
-        problem.units / np.sqrt(problem.segments),
-        problem.period,
+        orbits.flow,
+        np.array([orbits.nodes(item) for item in z]),
+        np.array([orbits.vector(item) for item in z]),
+        np.tile(orbits.scales, (len(z), 1)),
+        orbits.indices,
+        orbits.units / np.sqrt(orbits.segments),
+        orbits.period,
     )
     return [Linearisation(*item) for item in zip(residual, blocks, along, strict=True)]

@@ -102,12 +102,12 @@ def multiplier_uncertainty(
     for i, (vector, orbit) in enumerate(zip(parameters, nodes, strict=True)):
         vary = names[0]
         exact = model.replace(**dict(zip(names, vector, strict=True)))
-        problem = ForcedOrbits(exact, {vary: 1.0}, period, len(orbit))
-        z = problem.pack(orbit, vector[0])
+        orbits = ForcedOrbits(exact, {vary: 1.0}, period, len(orbit))
+        z = orbits.pack(orbit, vector[0])
         fixed = np.zeros(len(z))
         fixed[-1] = 1.0
         values = multipliers[i]
-        other, moved, _ = problem.shifted(z, fixed)
+        other, moved, _ = orbits.shifted(z, fixed)
         again = other.linearise(moved)
         others = floquet_multipliers(again.monodromy)
         result[i] = multiplier_change(values, others, again.monodromy)

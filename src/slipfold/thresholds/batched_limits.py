@@ -69,10 +69,10 @@ def _keeps_limits(flow: Flow, model: Model, state: Array, parameters: Array) -> 
     names = [parameter.name for parameter in model.parameters]
     values = dict(zip(names, parameters.tolist(), strict=True))
     try:
-        problem = ForcedOrbits(model.replace(**values), {names[0]: 1.0})
+        orbits = ForcedOrbits(model.replace(**values), {names[0]: 1.0})
     except InputError:  # parameters that contradict each other
         return False
     zero = np.zeros(1)
-    constants = flow.constants(parameters, problem.flow_scales)
-    nodes = flow.sample(state[None], zero, zero + 1, problem.segments, constants)[0]
-    return bool((limit_margins(problem, problem.pack(nodes, values[names[0]])) > 0).all())
+    constants = flow.constants(parameters, orbits.flow_scales)
+    nodes = flow.sample(state[None], zero, zero + 1, orbits.segments, constants)[0]
+    return bool((limit_margins(orbits, orbits.pack(nodes, values[names[0]])) > 0).all())
