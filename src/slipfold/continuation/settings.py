@@ -53,7 +53,7 @@ class Steps:
         Points after which a branch stops and says so.
     """
 
-    largest: float = 0.5
+    largest: float = 1.0
     smallest: float = 1e-9
     turn: float = 0.35
     points: int = 2000

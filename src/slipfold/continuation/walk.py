@@ -32,7 +32,7 @@ Bound = tuple[int, float, float]
 ERROR = 3e-3
 """Distance between predicted and corrected point that the steps aim at, in scaled variables."""
 
-DRIFT = 0.15
+DRIFT = 0.3
 """Error of the extrapolated test functions that the steps aim at, relative to their size.
 
 Between points they are then known ten times better still, and the search for bifurcations between
