@@ -71,8 +71,7 @@ class Corrected:
     Parameters
     ----------
     z
-        Unknowns, shape (k, m n + 1); NaN where Newton's method
-        failed.
+        Unknowns, shape (k, m n + 1); NaN where Newton's method failed.
     monodromies
         Monodromy matrices in scaled states, taken within the last correction of `z`, shape
         (k, n, n).

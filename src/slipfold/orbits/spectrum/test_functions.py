@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import cache
 
 import numpy as np
@@ -41,15 +42,7 @@ def evaluate_tests(
     >>> evaluate_tests(np.array([-1.0, 0.5]))["PD"]
     0.0
     """
-    first, second = _pairs(len(multipliers))
-    groups = [
-        -multipliers
-        if name == "PD"
-        else multipliers
-        if name == "fold"
-        else multipliers[first] * multipliers[second]
-        for name in names
-    ]
+    groups = [PRODUCTS[name](multipliers) for name in names]
     products = np.concatenate(groups)
     factors = 1 - products
     sizes = np.abs(factors)
@@ -74,3 +67,17 @@ def _compared(sizes: Array, ratios: Array, turns: NDArray[np.complex128]) -> flo
 @cache
 def _pairs(n: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     return np.triu_indices(n, k=1)
+
+
+def _of_two(multipliers: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    first, second = _pairs(len(multipliers))
+    return multipliers[first] * multipliers[second]
+
+
+PRODUCTS: dict[str, Callable[[NDArray[np.complex128]], NDArray[np.complex128]]] = {
+    "PD": lambda multipliers: -multipliers,
+    "fold": lambda multipliers: multipliers,
+    "NS": _of_two,
+    "HB": _of_two,
+}
+"""What is one at each bifurcation."""
