@@ -77,7 +77,7 @@ def test_keys_move_along_and_between_branches(explorer):
     assert explorer.orbit_shown(1) == pytest.approx(0.3)
     expect(explorer.page.locator("#orbit-title")).to_contain_text("unstable")
     plot.press("ArrowLeft")
-    expect(explorer.box("Nd")).to_have_value("0.2951")
+    expect(explorer.box("Nd")).to_have_value("0.295")
     plot.press("End")
     expect(explorer.page.locator("#orbit-title")).to_contain_text("0.98")
 

@@ -1,11 +1,13 @@
 """The plane beside the diagram: what is dragged in it is followed by diagram and orbit."""
 
 import re
+from itertools import combinations_with_replacement
 
 import pytest
 from playwright.sync_api import expect
 
 from helpers.explorer_page import PLANE
+from slipfold.plots.region_colours import OTHERS, PALE, region_colour
 
 WINDOW = "model=sliding&p.Nd=0.1&plane=f~12.4~12.6~Nd~0~0.12"
 """A small window: seconds to compute."""
@@ -147,3 +149,30 @@ def test_it_is_put_away_and_comes_back(explorer):
     expect(explorer.page.locator(".progress")).to_contain_text("Stopped")
     switch.click()
     expect(explorer.page.locator("#plane")).to_be_hidden()
+
+
+SHADES = """async (combinations) => {
+  const { regionColour } = await import("/page/region_colours.js");
+  const { colours } = await import("/page/theme.js");
+  return combinations.map((stable) => regionColour(stable, colours()));
+}"""
+
+
+def test_each_combination_of_stable_responses_has_its_shade_as_in_figures(explorer):
+    page = explorer.open().page
+    combinations = [
+        list(stable)
+        for count in range(8)
+        for stable in combinations_with_replacement((1, 2), count)
+    ]
+    combinations += [[4], [3], [1, 4], [1, 3], [2, 4], [1, 1, 4]]
+    light = page.evaluate(SHADES, combinations)
+    assert len(set(light)) == len(combinations)
+    known = {*PALE.values(), *OTHERS}
+    for stable, shade in zip(combinations, light, strict=True):
+        figure = region_colour(tuple(stable))
+        assert shade == figure if figure in known else shade.startswith("hsl(")
+    page.evaluate("document.documentElement.dataset.theme = 'dark'")
+    dark = page.evaluate(SHADES, combinations)
+    page.evaluate("document.documentElement.dataset.theme = 'light'")
+    assert len({*dark, *light}) == 2 * len(combinations)

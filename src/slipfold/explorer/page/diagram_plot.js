@@ -9,6 +9,7 @@ import { element } from "./dom.js";
 import { labelPlaces } from "./label_places.js";
 import { CONFIG, frame, layout, mapping } from "./plot_frame.js";
 import { axisTitle, display, formatted, withUnit } from "./quantities.js";
+import { roundStep, stepped } from "./steps.js";
 import { colours, themeChanged } from "./theme.js";
 import { STATISTICS, inside } from "./view.js";
 import { crossings, nearestPlace, nearestSpecial } from "./working_point.js";
@@ -310,13 +311,20 @@ export class DiagramPlot {
     if (place) this.#session.choose(place);
   }
 
+  /** The value of the parameter a round step on, in the unit that is shown. */
+  #stepped(count, { shiftKey }) {
+    const { vary, span: [a, b], parameters } = this.#session.view;
+    const { factor } = display(this.#session.quantity(vary));
+    const step = roundStep((b - a) * factor, 1 / KEY_STEPS) * (shiftKey ? 10 : 1);
+    return stepped(parameters[vary] * factor, step, count * Math.sign(b - a)) / factor;
+  }
+
   #key(event) {
     const { view, place, diagram, store } = this.#session;
     if (!diagram || event.ctrlKey || event.metaKey || event.altKey) return;
     const [a, b] = view.span;
-    const step = ((b - a) / KEY_STEPS) * (event.shiftKey ? 10 : 1);
     const value = view.parameters[view.vary];
-    const moved = { ArrowLeft: value - step, ArrowRight: value + step, Home: a, End: b }[event.key];
+    const moved = { ArrowLeft: this.#stepped(-1, event), ArrowRight: this.#stepped(1, event), Home: a, End: b }[event.key];
     if (moved !== undefined) {
       const parameters = { ...view.parameters, [view.vary]: inside(moved, view.span) };
       store.commit({ ...view, parameters });

@@ -1,7 +1,8 @@
 /** What the lines and shades of the plane mean: below it, where a laptop has room for the words. */
 
 import { element, svg } from "./dom.js";
-import { lineStyle, shade } from "./plane_traces.js";
+import { lineStyle } from "./plane_traces.js";
+import { regionColour } from "./region_colours.js";
 import { colours } from "./theme.js";
 
 /** The lines of a plane, each type and period once, and what dashes mean if any are subcritical. */
@@ -42,7 +43,7 @@ export class PlaneLegend {
       ...lines.map(({ name, locus, criticality }) =>
         element("li", {}, sample(lineStyle(locus, criticality, colour)), name)),
       ...shades.map(({ name, stable }) =>
-        element("li", {}, element("span", { class: "shade", style: `background: ${colour(shade(stable))}` }), name)));
+        element("li", {}, element("span", { class: "shade", style: `background: ${regionColour(stable, colour)}` }), name)));
   }
 }
 

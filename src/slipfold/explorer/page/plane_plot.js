@@ -6,9 +6,10 @@ import { escaped } from "./diagram_traces.js";
 import { element } from "./dom.js";
 import { labelPlaces } from "./label_places.js";
 import { PlaneLegend, shadeKeys } from "./plane_legend.js";
-import { draftOf, markedPoints, planeTraces, regionNames, shade } from "./plane_traces.js";
+import { draftOf, markedPoints, planeTraces, regionNames } from "./plane_traces.js";
 import { CONFIG, frame, layout, mapping } from "./plot_frame.js";
 import { axisTitle, display, withUnit } from "./quantities.js";
+import { regionColour } from "./region_colours.js";
 import { roundStep, snapped } from "./steps.js";
 import { colours, themeChanged } from "./theme.js";
 import { inside } from "./view.js";
@@ -73,7 +74,7 @@ export class PlanePlot {
     });
     const shades = shadeKeys(this.#shown ?? { regions: null }).map(({ name, stable }) => ({
       type: "scatter", mode: "markers", x: [null], y: [null], name, showlegend: true,
-      marker: { symbol: "square", size: 12, color: colour(shade(stable)) },
+      marker: { symbol: "square", size: 12, color: regionColour(stable, colour) },
     }));
     const sheet = structuredClone(this.#canvas.layout);
     const names = [...named, ...shades.map(({ name }) => name)];
@@ -200,11 +201,14 @@ export class PlanePlot {
     const step = steps[event.key];
     if (!step) return;
     event.preventDefault();
-    const { plane } = this.#axes();
+    const { fx, fy, plane } = this.#axes();
     const { parameters } = this.#session.view;
-    const [a, b] = [plane.x, plane.y].map(({ name, span }, i) =>
-      parameters[name] + (step[i] * (event.shiftKey ? 10 : 1) * (span[1] - span[0])) / KEY_STEPS);
-    this.#set(a, b, "commit");
+    const moved = ({ name, span: [low, high] }, factor, count) => {
+      const range = (high - low) * factor;
+      const by = count * (event.shiftKey ? 10 : 1) * Math.sign(range) * roundStep(range, 1 / KEY_STEPS);
+      return count ? snapped(parameters[name] * factor + by, roundStep(range, FINE)) / factor : parameters[name];
+    };
+    this.#set(moved(plane.x, fx, step[0]), moved(plane.y, fy, step[1]), "commit");
   }
 
   #set(a, b, how) {

@@ -1,24 +1,15 @@
 /** A bifurcation set as traces of plotly: shades for regions, lines for loci, dots for codimension two. */
 
 import { escaped } from "./diagram_traces.js";
+import { regionColour } from "./region_colours.js";
 import { regionPlaces } from "./region_places.js";
 
 const DASHES = { supercritical: "solid", subcritical: "6px,3px" };
 const WIDTHS = { 1: 2.4, 2: 1.5 };
-/** Shades by the periods that are stable; combinations of more than three share one. */
-const SHADES = { 1: "region-1", "1-2": "region-1-2", 2: "region-2", "": "region-none" };
-const OTHERS = ["1-1", "2-2", "1-1-1", "1-1-2", "1-2-2", "2-2-2"];
 const FAINT = 0.55;
 
 /** Points of a locus that are nothing but its own extrema. */
 const UNMARKED = ["MIN", "MAX", "EVENT"];
-
-/** Name of the shade of a region, by the periods that are stable in it. */
-export function shade(stable) {
-  const key = stable.join("-");
-  const other = OTHERS.indexOf(key);
-  return SHADES[key] ?? `region-other-${(other < 0 ? OTHERS.length - 1 : other) + 1}`;
-}
 
 /**
  * How a stretch of a locus is drawn: its colour tells the type, its dashes the criticality, its
@@ -80,7 +71,7 @@ function regionTraces(regions, colour, fx, fy) {
   if (!regions) return [];
   const ids = Object.keys(regions.names).map(Number);
   const largest = Math.max(1, ...ids);
-  const tint = (id) => (id in regions.stable ? colour(shade(regions.stable[id])) : "rgba(0,0,0,0)");
+  const tint = (id) => (id in regions.stable ? regionColour(regions.stable[id], colour) : "rgba(0,0,0,0)");
   const scale = Array.from({ length: largest + 1 }, (_, id) => [
     [id / (largest + 1), tint(id)], [(id + 1) / (largest + 1), tint(id)],
   ]).flat();
