@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,7 @@ from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import BIFURCATIONS
 from slipfold.branches.stability import stability_stretches
 from slipfold.errors import InputError
+from slipfold.lines.knots import Knot, arranged, runs
 from slipfold.orbits.extrema import Extrema
 
 __all__ = ["KINDS", "MEASURES", "Stretch", "measure_of", "stretches_of"]
@@ -36,17 +38,10 @@ CLOSE = 1e-5
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """A piece of a branch on which the stability does not change.
-
-    Parameters
-    ----------
-    kind
-        One of `KINDS`.
-    arclength, parameter, value
-        The line, each of shape (n,).
-    """
+    """A piece of a branch on which the stability does not change: a line, each of shape (n,)."""
 
     kind: str
+    """One of `KINDS`."""
     arclength: Array
     parameter: Array
     value: Array
@@ -75,56 +70,32 @@ def stretches_of(branch: Branch, output: str, measure: str = "max") -> tuple[Str
     1e-3 of the span and of the range of the output; a test compares it with finer steps.
     """
     knots = _knots(branch, output, measure)
-    if len(knots.s) < 2:
+    if len(knots) < 2:
         return ()
-    kinds = _interval_kinds(branch, knots.s)
-    parameter, value = _splines(knots)
-    result: list[Stretch] = []
-    first = 0
-    for i in range(1, len(kinds) + 1):
-        if i < len(kinds) and kinds[i] == kinds[first]:
-            continue
-        s = _dense(knots.s[first : i + 1])
-        result.append(Stretch(kinds[first], s, parameter(s), value(s)))
-        first = i
-    return tuple(result)
+    s = np.array([knot.s for knot in knots])
+    parameter, value = _splines(knots, s)
+    lines = []
+    for kind, first, last in runs(_interval_kinds(branch, s)):
+        at = _dense(s[first : last + 1])
+        lines.append(Stretch(kind, at, parameter(at), value(at)))
+    return tuple(lines)
 
 
-@dataclass(frozen=True, eq=False)
-class _Knots:
-    """Points a line goes through."""
-
-    s: Array
-    parameter: Array
-    value: Array
-    types: tuple[str, ...]
-
-
-def _knots(branch: Branch, output: str, measure: str) -> _Knots:
-    # Rows: arclength, parameter, value, type. A special point replaces a branch point at
-    # the same place: its value is located.
-    rows: list[tuple[float, float, float, str]] = []
+def _knots(branch: Branch, output: str, measure: str) -> list[Knot]:
     special = [item for item in branch.special if item.type in BIFURCATIONS]
+    located = []
     for item in special:
         value = measure_of(item.orbit.extrema_of(output), output, measure)[0]
-        rows.append((item.arclength, item.value, float(value), item.type))
-    taken = np.array([item.arclength for item in special])
-    near = CLOSE * float(np.ptp(branch.arclength)) if len(branch) else 0.0
+        located.append(Knot(item.arclength, (item.value, float(value)), item.type))
     values = measure_of(branch.extrema_of(output), output, measure)
-    last = len(branch) - 1
-    for i, s in enumerate(branch.arclength):
-        if taken.size and np.min(np.abs(taken - s)) <= near:
-            continue
-        # A doubled branch begins, and may end, on its parent, where a multiplier is one.
-        on_parent = (i == 0 and branch.begun.kind == BORN) or (
-            i == last and branch.stopped.kind == CLOSED
-        )
-        type_ = BORN if on_parent else ""
-        rows.append((float(s), float(branch.parameter[i]), float(values[i]), type_))
-    rows = sorted((row for row in rows if np.isfinite(row[:3]).all()), key=lambda row: row[0])
-    rows = [row for i, row in enumerate(rows) if i == 0 or row[0] > rows[i - 1][0]]
-    s, parameter, value_column, types = zip(*rows, strict=True) if rows else ((),) * 4
-    return _Knots(np.array(s), np.array(parameter), np.array(value_column), types)
+    # A doubled branch begins, and may end, on its parent, where a multiplier is one.
+    begun, closed = branch.begun.kind == BORN, branch.stopped.kind == CLOSED
+    on_parent = {index for index, is_one in ((0, begun), (len(branch) - 1, closed)) if is_one}
+    others = [
+        Knot(float(s), (float(branch.parameter[i]), float(values[i])), BORN * (i in on_parent))
+        for i, s in enumerate(branch.arclength)
+    ]
+    return arranged(located, others, branch.arclength, CLOSE)
 
 
 def _kind(outside: NDArray[np.complex128]) -> str:
@@ -141,13 +112,14 @@ def _interval_kinds(branch: Branch, s: Array) -> list[str]:
     return [kinds[i] for i in np.searchsorted(ends, 0.5 * (s[1:] + s[:-1]))]
 
 
-def _splines(knots: _Knots) -> tuple[CubicSpline, CubicSpline]:
+def _splines(knots: Sequence[Knot], s: Array) -> tuple[CubicSpline, CubicSpline]:
     """Interpolate parameter and value in the arclength."""
     # A doubled branch leaves its parent across the parameter, which stands still there.
-    ends = [(1, 0.0) if knots.types[end] == BORN else "not-a-knot" for end in (0, -1)]
-    if len(knots.s) == 2:
+    ends = [(1, 0.0) if knots[end].type == BORN else "not-a-knot" for end in (0, -1)]
+    if len(s) == 2:
         ends = [(2, 0.0), (2, 0.0)]
-    return CubicSpline(knots.s, knots.parameter, bc_type=ends), CubicSpline(knots.s, knots.value)
+    parameter, value = np.array([knot.values for knot in knots]).T
+    return CubicSpline(s, parameter, bc_type=ends), CubicSpline(s, value)
 
 
 def _dense(s: Array) -> Array:
