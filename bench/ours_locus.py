@@ -22,7 +22,7 @@ import slipfold as sf
 from peers import record
 from slipfold.continuation.newton import correct
 from slipfold.loci.follow import follow_loci
-from slipfold.loci.locus_problem import LocusProblem
+from slipfold.loci.locus_equations import LocusEquations
 from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.version import package_version
 
@@ -59,7 +59,7 @@ def land(locus: sf.Locus, frequency: float) -> tuple[float, float]:
     """The point (f, Nd) of the locus at a frequency, corrected from the nearest one computed."""
     vary = dict(zip(locus.vary, WIDTHS, strict=True))
     orbits = ForcedOrbits(locus.model, vary, locus.period)
-    problem = LocusProblem(orbits, locus.type)
+    problem = LocusEquations(orbits, locus.type)
     nearest = int(np.abs(locus.values[:, 0] - frequency).argmin())
     guess = orbits.pack(
         locus.nodes[nearest], np.array([frequency, float(locus.values[nearest, 1])])

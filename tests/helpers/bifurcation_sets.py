@@ -20,7 +20,7 @@ from slipfold.errors import InputError
 from slipfold.loci.bifurcation_set import find_bifurcation_set
 from slipfold.loci.describe import coefficient_at
 from slipfold.loci.follow import follow_loci
-from slipfold.loci.locus_problem import LocusProblem
+from slipfold.loci.locus_equations import LocusEquations
 from slipfold.models import SlidingOscillator
 from slipfold.normal_forms.normal_form import criticality_of
 from slipfold.orbits.carry_to import hold_parameter
@@ -131,7 +131,7 @@ def locus_crossings(locus, axis, value):
     widths = tuple(map(float, np.ptp(locus.values, axis=0)))
     vary = dict(zip(locus.vary, widths, strict=True))
     orbits = ForcedOrbits(locus.model, vary, locus.period, locus.nodes.shape[1])
-    problem = LocusProblem(orbits, locus.type)
+    problem = LocusEquations(orbits, locus.type)
     pairs = zip(locus.nodes, locus.values, strict=True)
     s, z = locus.arclength, np.array([orbits.pack(*pair) for pair in pairs])
     spline = CubicSpline(s, z)

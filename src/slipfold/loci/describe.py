@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from slipfold.continuation.search import Found
 from slipfold.errors import BREAKDOWNS
 from slipfold.loci.locus import CODIMENSION_TWO, COEFFICIENT, LocusPoint
-from slipfold.loci.locus_problem import LocusProblem
+from slipfold.loci.locus_equations import LocusEquations
 from slipfold.loci.special_points import CUSPS
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
@@ -19,21 +19,21 @@ __all__ = ["coefficient_at", "describe_point", "pair_of", "plane_of"]
 Array = NDArray[np.float64]
 
 
-def coefficient_at(problem: LocusProblem, point: OrbitPoint) -> float:
+def coefficient_at(curve: LocusEquations, point: OrbitPoint) -> float:
     """Return the coefficient of the bifurcation's normal form, NaN where it is not defined."""
-    raw = problem.coefficient(point.tests)
+    raw = curve.coefficient(point.tests)
     if not np.isfinite(raw):
         return np.nan
     # It goes with the inverse square of the critical vector's length, in the orbit's own scales.
     try:
-        return float(raw / problem.forms.length(problem, point) ** 2)
+        return float(raw / curve.forms.length(curve, point) ** 2)
     except BREAKDOWNS:
         return np.nan
 
 
-def describe_point(problem: LocusProblem, found: Found) -> LocusPoint:
+def describe_point(curve: LocusEquations, found: Found) -> LocusPoint:
     """Return a located point with its coefficients and its uncertainty."""
-    point, orbits = found.point, problem.orbits
+    point, orbits = found.point, curve.orbits
     kind, name = _named(orbits, found)
     return LocusPoint(
         type=kind,
@@ -41,14 +41,14 @@ def describe_point(problem: LocusProblem, found: Found) -> LocusPoint:
         kind=orbits.kind,
         model=orbits.model_at(point.z),
         vary=plane_of(orbits),
-        values=pair_of(problem, point),
-        uncertainty=_uncertainty(problem, found),
+        values=pair_of(curve, point),
+        uncertainty=_uncertainty(curve, found),
         period=orbits.period,
         nodes=orbits.nodes(point.z),
         multipliers=orbits.multipliers(point),
         residual=point.residual,
         arclength=point.arclength,
-        coefficients=_coefficients(problem, point, found.type),
+        coefficients=_coefficients(curve, point, found.type),
     )
 
 
@@ -58,9 +58,9 @@ def plane_of(orbits: Orbits) -> tuple[str, str]:
     return first, second
 
 
-def pair_of(problem: LocusProblem, point: OrbitPoint) -> tuple[float, float]:
+def pair_of(curve: LocusEquations, point: OrbitPoint) -> tuple[float, float]:
     """Return the values of both."""
-    first, second = problem.place(point.z)
+    first, second = curve.place(point.z)
     return first, second
 
 
@@ -73,21 +73,21 @@ def _named(orbits: Orbits, found: Found) -> tuple[str, str]:
     return ("MIN", f"smallest {name}") if found.slope > 0 else ("MAX", f"largest {name}")
 
 
-def _coefficients(problem: LocusProblem, point: OrbitPoint, kind: str) -> dict[str, float]:
+def _coefficients(curve: LocusEquations, point: OrbitPoint, kind: str) -> dict[str, float]:
     if kind in CODIMENSION_TWO:
         try:
-            return problem.forms.codimension_two(problem, point, kind)
+            return curve.forms.codimension_two(curve, point, kind)
         except BREAKDOWNS:
             return {}
-    value = coefficient_at(problem, point)
-    name = COEFFICIENT.get(problem.condition)
+    value = coefficient_at(curve, point)
+    name = COEFFICIENT.get(curve.condition)
     return {name: value} if name is not None and np.isfinite(value) else {}
 
 
-def _uncertainty(problem: LocusProblem, found: Found) -> tuple[float, float]:
+def _uncertainty(curve: LocusEquations, found: Found) -> tuple[float, float]:
     """How far the point moves when orbit and derivatives are integrated anew with other steps."""
     point = found.point
-    again, _ = computed_anew(problem, point)
+    again, _ = computed_anew(curve, point)
     if again is None:
         return np.inf, np.inf
     tests = ("first", "second") if found.type in CUSPS else (found.type,)
@@ -95,6 +95,6 @@ def _uncertainty(problem: LocusProblem, found: Found) -> tuple[float, float]:
         abs(again.tests[test] - point.tests[test]) + abs(point.tests[test]) for test in tests
     )
     along = change / max(abs(found.slope), 1e-300) * np.abs(point.tangent[-2:])
-    moved = (np.abs(again.z[-2:] - point.z[-2:]) + along) * problem.orbits.widths
-    first, second = moved + np.spacing(np.abs(problem.place(point.z)))
+    moved = (np.abs(again.z[-2:] - point.z[-2:]) + along) * curve.orbits.widths
+    first, second = moved + np.spacing(np.abs(curve.place(point.z)))
     return float(first), float(second)

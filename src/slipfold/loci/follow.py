@@ -18,7 +18,7 @@ from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.loci.describe import pair_of
 from slipfold.loci.known_loci import begins_or_ends_at, lies_on
 from slipfold.loci.locus import Locus, locus_title
-from slipfold.loci.locus_problem import LocusProblem
+from slipfold.loci.locus_equations import LocusEquations
 from slipfold.loci.make_locus import as_locus
 from slipfold.loci.one_locus import trace_locus
 from slipfold.loci.progress import LocusLine, LocusObserver, LocusProgress
@@ -65,11 +65,11 @@ def follow_loci(
     work = _Loci(base, vary, window, settings, observer, types if switch else (), largest)
     refusals: list[InputError] = []
     for point in points:
-        problem = work.problem(point)
-        z = _unknown(problem.orbits, point)
-        if work.passing(problem, z) is None:
+        curve = work.curve(point)
+        z = _unknown(curve.orbits, point)
+        if work.passing(curve, z) is None:
             try:
-                start = regular_start(problem, z, settings)
+                start = regular_start(curve, z, settings)
             except InputError as error:
                 refusals.append(error)
                 continue
@@ -128,14 +128,14 @@ class _Loci(Atlas[OrbitPoint]):
         self._lines = 0  # followed so far, one in each direction
         self._bases: dict[type[Orbits], Model] = {}
 
-    def problem(self, point: SpecialPoint) -> LocusProblem:
+    def curve(self, point: SpecialPoint) -> LocusEquations:
         """Equations of a point's locus; those of a kind share one model: unknowns compare."""
         widths = [high - low for low, high in self._window]
         plane = dict(zip(self._vary, widths, strict=True))
         own = self._base.replace(**_own(point.model))
         orbits = _orbits(point, own, plane)
         base = self._bases.setdefault(type(orbits), own)
-        return LocusProblem(orbits if base is own else _orbits(point, base, plane), point.type)
+        return LocusEquations(orbits if base is own else _orbits(point, base, plane), point.type)
 
     def trail(self, start: Start[OrbitPoint], point: OrbitPoint) -> Trail[OrbitPoint]:
         """Follow a locus in one direction."""
@@ -150,15 +150,15 @@ class _Loci(Atlas[OrbitPoint]):
 
     def births(self, chart: Chart[OrbitPoint]) -> Sequence[Start[OrbitPoint]]:
         """Return the loci that begin or pass at points of codimension two, in their order."""
-        problem, number = chart.trail.curve, chart.number
+        curve, number = chart.trail.curve, chart.number
         if chart.interrupted:
             return ()
         starts = [
             replace(start, found=found)
             for found in chart.trail.found
-            for start in _starts(problem, found, self._settings)
+            for start in _starts(curve, found, self._settings)
         ]
-        ends = [parent_start(problem, last, self._settings) for last in chart.trail.reached]
+        ends = [parent_start(curve, last, self._settings) for last in chart.trail.reached]
         starts += [start for start in ends if start is not None]
         return [
             replace(start, rank=(*chart.start.rank, i), parent=number)
@@ -178,16 +178,16 @@ class _Loci(Atlas[OrbitPoint]):
         return number
 
     def passing(
-        self, problem: LocusProblem, z: NDArray[np.float64], doubled: bool = False
+        self, curve: LocusEquations, z: NDArray[np.float64], doubled: bool = False
     ) -> int | None:
         """Return the number of the locus that passes a place, if it was followed already."""
         meets = begins_or_ends_at if doubled else lies_on
         for chart in self.charts:
             own = chart.trail.curve
-            if _sort(own) != _sort(problem):
+            if _sort(own) != _sort(curve):
                 continue
             # Cycles born at a Hopf point of a locus have units of their own.
-            unknown = own.orbits.adopt(problem.orbits, z)
+            unknown = own.orbits.adopt(curve.orbits, z)
             if meets(own, chart.trail.points, unknown):
                 return chart.number
         return None
@@ -206,19 +206,19 @@ class _Loci(Atlas[OrbitPoint]):
     def _tell(self, trail: Trail[OrbitPoint]) -> None:
         if self._observer is None:
             return
-        problem = trail.curve
+        curve = trail.curve
         names = "".join(f", {found.type}" for found in trail.found)
-        start, last = (pair_of(problem, point) for point in (trail.points[0], trail.points[-1]))
-        condition, period, kind = _sort(problem)
+        start, last = (pair_of(curve, point) for point in (trail.points[0], trail.points[-1]))
+        condition, period, kind = _sort(curve)
         title = locus_title(condition, period, kind)
         text = f"{title}, {len(trail.points)} points{names}"
         line = LocusLine(self._lines, condition, period, start)
         self._observer(LocusProgress("loci", len(self.charts), None, last, text, line))
 
 
-def _sort(problem: LocusProblem) -> tuple[str, int, str]:
+def _sort(curve: LocusEquations) -> tuple[str, int, str]:
     """Type, period and kind: only loci that agree in them may be one."""
-    return problem.condition, problem.orbits.period, problem.orbits.kind
+    return curve.condition, curve.orbits.period, curve.orbits.kind
 
 
 def _orbits(point: SpecialPoint, model: Model, plane: Mapping[str, float]) -> Orbits:
@@ -248,10 +248,10 @@ def _crossed(trace: Trail[OrbitPoint], kind: str) -> list[Found]:
     return [Found(kind, first, slope)]
 
 
-def _starts(problem: LocusProblem, found: Found, settings: Settings) -> list[LocusStart]:
+def _starts(curve: LocusEquations, found: Found, settings: Settings) -> list[LocusStart]:
     """Return the loci that start at a point; none where what they start from breaks down."""
     try:
-        return list(starts_at(problem, found, settings))
+        return list(starts_at(curve, found, settings))
     except BREAKDOWNS:
         return []
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from slipfold.branches.closed_branches import asymmetry
 from slipfold.continuation.interpolation import hermite
 from slipfold.continuation.newton import correct
-from slipfold.loci.locus_problem import LocusProblem
+from slipfold.loci.locus_equations import LocusEquations
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
@@ -29,19 +29,19 @@ SAMPLES = 16
 """Places between neighbouring points that are looked at first."""
 
 
-def lies_on(problem: LocusProblem, points: Sequence[OrbitPoint], z: Array) -> bool:
+def lies_on(curve: LocusEquations, points: Sequence[OrbitPoint], z: Array) -> bool:
     """Whether an orbit is one of a locus, or a later phase of one."""
-    return any(_meets(problem, points, copy) for copy in _copies(problem.orbits, z))
+    return any(_meets(curve, points, copy) for copy in _copies(curve.orbits, z))
 
 
-def begins_or_ends_at(problem: LocusProblem, points: Sequence[OrbitPoint], z: Array) -> bool:
+def begins_or_ends_at(curve: LocusEquations, points: Sequence[OrbitPoint], z: Array) -> bool:
     """Whether a locus of doubled orbits begins or ends where these have no amplitude.
 
     It ends a short step before, by about as much as the halves of its last orbit differ.
     """
     for point in (points[0], points[-1]):
-        gap = float(np.linalg.norm(point.z - problem.orbits.begun_near(z, point.z)))
-        apart = float(np.linalg.norm(asymmetry(problem.orbits, point.z)))
+        gap = float(np.linalg.norm(point.z - curve.orbits.begun_near(z, point.z)))
+        apart = float(np.linalg.norm(asymmetry(curve.orbits, point.z)))
         if gap < SAME_CRITICAL + 2 * apart < ABREAST:
             return True
     return False
@@ -59,21 +59,21 @@ def _copies(orbits: Orbits, z: Array) -> Iterator[Array]:
         yield np.concatenate([moved, z[orbits.size :]])
 
 
-def _meets(problem: LocusProblem, points: Sequence[OrbitPoint], z: Array) -> bool:
+def _meets(curve: LocusEquations, points: Sequence[OrbitPoint], z: Array) -> bool:
     where = np.array([point.z for point in points])
-    size = problem.orbits.size
+    size = curve.orbits.size
     tails = np.linalg.norm(where[:, size:] - z[size:], axis=1)
-    z = problem.orbits.begun_near(z, where[tails.argmin()])
+    z = curve.orbits.begun_near(z, where[tails.argmin()])
     ends = np.linalg.norm(where - z, axis=1)
     if ends.min() < SAME_CRITICAL:
         return True
     lengths = np.linalg.norm(np.diff(where, axis=0), axis=1)
     # Between two points the locus stays within a length of them.
     near = np.flatnonzero(np.minimum(ends[:-1], ends[1:]) < lengths + ABREAST).tolist()
-    return any(_meets_between(problem, points[i], points[i + 1], z) for i in near)
+    return any(_meets_between(curve, points[i], points[i + 1], z) for i in near)
 
 
-def _meets_between(problem: LocusProblem, a: OrbitPoint, b: OrbitPoint, z: Array) -> bool:
+def _meets_between(curve: LocusEquations, a: OrbitPoint, b: OrbitPoint, z: Array) -> bool:
     grid = np.linspace(a.arclength, b.arclength, SAMPLES + 1)
     distances = [float(np.linalg.norm(hermite([a, b], s)[0] - z)) for s in grid]
     spacing = float(grid[1] - grid[0])
@@ -85,8 +85,8 @@ def _meets_between(problem: LocusProblem, a: OrbitPoint, b: OrbitPoint, z: Array
         guess, row = hermite([a, b], place)
         place = float(np.clip(place + row @ (z - guess), a.arclength, b.arclength))
     guess, row = hermite([a, b], place)
-    correction = correct(problem, guess, row, reach=2 * ABREAST)
+    correction = correct(curve, guess, row, reach=2 * ABREAST)
     if not correction.converged:
         return False
-    gap = problem.orbits.begun_near(z, correction.z) - correction.z
+    gap = curve.orbits.begun_near(z, correction.z) - correction.z
     return bool(np.linalg.norm(gap - (gap @ row) * row) < SAME_CRITICAL + (gap @ row) ** 2)

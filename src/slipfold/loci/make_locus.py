@@ -21,14 +21,14 @@ __all__ = ["as_locus"]
 def as_locus(chart: Chart[OrbitPoint], leads: Mapping[Found, Sequence[int]]) -> Locus:
     """Return a locus as data."""
     trail = chart.trail
-    problem, points = trail.curve, trail.points
-    orbits = problem.orbits
+    curve, points = trail.curve, trail.points
+    orbits = curve.orbits
     assert trail.end is not None
     arclength = np.array([point.arclength for point in points])
     durations = orbits.durations(points)
     return Locus(
         id=chart.number,
-        type=problem.condition,
+        type=curve.condition,
         kind=orbits.kind,
         period=orbits.period,
         parent=chart.start.parent,
@@ -37,12 +37,12 @@ def as_locus(chart: Chart[OrbitPoint], leads: Mapping[Found, Sequence[int]]) -> 
         values=np.array([orbits.values(point.z) for point in points]),
         nodes=np.array([orbits.nodes(point.z) for point in points]),
         multipliers=np.array([orbits.multipliers(point) for point in points]),
-        coefficient=np.array([coefficient_at(problem, point) for point in points]),
+        coefficient=np.array([coefficient_at(curve, point) for point in points]),
         residual=np.array([point.residual for point in points]),
         arclength=arclength - arclength[0],
         special=tuple(
             replace(
-                describe_point(problem, found),
+                describe_point(curve, found),
                 arclength=found.point.arclength - arclength[0],
                 leads_to=tuple(leads.get(found, ())),
             )

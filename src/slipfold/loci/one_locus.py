@@ -15,7 +15,7 @@ from slipfold.continuation.monitor import Monitor
 from slipfold.continuation.trail import Stop, Trail
 from slipfold.continuation.walk import Failure
 from slipfold.loci.describe import plane_of
-from slipfold.loci.locus_problem import LocusProblem
+from slipfold.loci.locus_equations import LocusEquations
 from slipfold.loci.special_points import SpecialPoints
 from slipfold.loci.window import Window
 from slipfold.orbits.orbit_point import OrbitPoint
@@ -27,7 +27,7 @@ FIRST = 0.01
 
 
 def trace_locus(
-    problem: LocusProblem,
+    curve: LocusEquations,
     start: OrbitPoint,
     window: Window,
     settings: Settings,
@@ -36,17 +36,17 @@ def trace_locus(
     watch: Callable[[Trail[OrbitPoint]], None] = lambda trail: None,
 ) -> Trail[OrbitPoint]:
     """Follow a locus in the direction of its tangent, to its end."""
-    orbits = problem.orbits
-    monitors: list[Monitor[OrbitPoint]] = [Unresolved(problem)]
+    orbits = curve.orbits
+    monitors: list[Monitor[OrbitPoint]] = [Unresolved(curve)]
     if has_copy(orbits):
-        monitors.append(MeetsCopy(problem, partial(_at_parent, problem)))
+        monitors.append(MeetsCopy(curve, partial(_at_parent, curve)))
     monitors += [
-        Returns(problem, "the locus closed on itself"),
-        Limits(problem),
-        SpecialPoints(problem),
+        Returns(curve, "the locus closed on itself"),
+        Limits(curve),
+        SpecialPoints(curve),
     ]
     return follow(
-        problem,
+        curve,
         start,
         orbits.bounds(*window),
         monitors,
@@ -54,7 +54,7 @@ def trace_locus(
         departs=born,
         first_step=None if born else FIRST,
         cap=partial(step_beside_parent, orbits) if has_copy(orbits) else None,
-        endings=_LocusEndings(problem, window),
+        endings=_LocusEndings(curve, window),
         watch=watch,
     )
 
@@ -62,32 +62,32 @@ def trace_locus(
 class _LocusEndings(Endings[OrbitPoint]):
     """The ends of loci in words."""
 
-    def __init__(self, problem: LocusProblem, window: Window) -> None:
-        self._problem = problem
+    def __init__(self, curve: LocusEquations, window: Window) -> None:
+        self._curve = curve
         self._window = window
 
     def left(self, trail: Trail[OrbitPoint]) -> End:
         """Return the end of a locus that left the window."""
-        problem, last = self._problem, trail.points[-1]
+        curve, last = self._curve, trail.points[-1]
         gaps = [
             min(abs(last.z[place] - low), abs(high - last.z[place]))
-            for place, low, high in problem.orbits.bounds(*self._window)
+            for place, low, high in curve.orbits.bounds(*self._window)
         ]
         nearest = gaps.index(min(gaps))
-        place = problem.place(last.z)
-        reason = f"left the window at {plane_of(problem.orbits)[nearest]} = {place[nearest]:g}"
+        place = curve.place(last.z)
+        reason = f"left the window at {plane_of(curve.orbits)[nearest]} = {place[nearest]:g}"
         return End("window", reason, place)
 
     def failed(self, trail: Trail[OrbitPoint], failure: Failure) -> End:
         """Return the end of a locus that could not be followed."""
         last = trail.points[-1]
-        reason = failure_reason(self._problem.orbits, last, failure)
-        return End(*reason, self._problem.place(last.z))
+        reason = failure_reason(self._curve.orbits, last, failure)
+        return End(*reason, self._curve.place(last.z))
 
 
-def _at_parent(problem: LocusProblem, last: OrbitPoint, meeting: object) -> Stop[OrbitPoint]:
+def _at_parent(curve: LocusEquations, last: OrbitPoint, meeting: object) -> Stop[OrbitPoint]:
     """Return the end of a locus where the halves of its orbits become the same."""
-    doubled = problem.orbits.period % 2 == 0
+    doubled = curve.orbits.period % 2 == 0
     what = "become those of half the period" if doubled else "shrink to an equilibrium"
     reason = f"the locus ends where its orbits {what}"
-    return Stop(last, End("codimension-2", reason, problem.place(last.z)), reached=last)
+    return Stop(last, End("codimension-2", reason, curve.place(last.z)), reached=last)

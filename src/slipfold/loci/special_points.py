@@ -13,7 +13,7 @@ from slipfold.continuation.end import End
 from slipfold.continuation.monitor import Zeros
 from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Sight, Stop, Stretch
-from slipfold.loci.locus_problem import LocusProblem
+from slipfold.loci.locus_equations import LocusEquations
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.spectrum.degeneracy import PAIRED, critical_places
 
@@ -44,9 +44,9 @@ class SpecialPoints(Zeros[OrbitPoint]):
     for extrema ``first`` and ``second`` for the parameter that stands still.
     """
 
-    def __init__(self, problem: LocusProblem) -> None:
-        super().__init__(problem)
-        self._problem = problem
+    def __init__(self, curve: LocusEquations) -> None:
+        super().__init__(curve)
+        self._curve = curve
 
     def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:
         """Return what is special between two points; the first step from another locus is not."""
@@ -60,9 +60,9 @@ class SpecialPoints(Zeros[OrbitPoint]):
         self, found: Sequence[Found[OrbitPoint]], stretch: Stretch[OrbitPoint]
     ) -> Sight[OrbitPoint]:
         """Record the points; a pair is real beyond R1 and R2, so that there a torus locus ends."""
-        problem = self._problem
+        curve = self._curve
         resonances = [item for item in found if item.type in DOUBLED]
-        if problem.condition not in PAIRED or not resonances:
+        if curve.condition not in PAIRED or not resonances:
             return Sight(found)
         first = resonances[0]
         reason = f"the locus ends at a strong resonance, {first.type}"
@@ -71,14 +71,14 @@ class SpecialPoints(Zeros[OrbitPoint]):
                 "the locus ends at a Bogdanov-Takens point, BT: the equilibria beyond are neutral "
                 "saddles, which are no bifurcation"
             )
-        end = End("codimension-2", reason, problem.place(first.point.z))
+        end = End("codimension-2", reason, curve.place(first.point.z))
         return Sight(found, Stop(first.point, end))
 
     def located(
         self, known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint
     ) -> list[Found[OrbitPoint]]:
         """Return the special points where a test function changes sign between two points."""
-        cusp = "CP" if self._problem.orbits.kind == "equilibrium" else "CPC"
+        cusp = "CP" if self._curve.orbits.kind == "equilibrium" else "CPC"
         return _with_cusps(super().located(known, a, b), cusp)
 
     def changes_sign(self, name: str, a: OrbitPoint, b: OrbitPoint) -> bool:
@@ -89,7 +89,7 @@ class SpecialPoints(Zeros[OrbitPoint]):
 
     def is_genuine(self, found: Found) -> bool:
         """Whether the multipliers are where the type says."""
-        values, condition = found.point.multipliers, self._problem.condition
+        values, condition = found.point.multipliers, self._curve.condition
         others = np.delete(values, critical_places(condition, values))
         if found.type in _PAIR[condition]:
             return is_torus(others)
@@ -104,13 +104,13 @@ class SpecialPoints(Zeros[OrbitPoint]):
     def accounts_for(self, found: list[Found], a: OrbitPoint, b: OrbitPoint) -> bool:
         """Whether what was found explains the change in the number of unstable multipliers."""
         change = abs(self._outside(b) - self._outside(a))
-        single = sum(item.type in _SINGLE[self._problem.condition] for item in found)
-        pairs = sum(item.type in _PAIR[self._problem.condition] for item in found)
+        single = sum(item.type in _SINGLE[self._curve.condition] for item in found)
+        pairs = sum(item.type in _PAIR[self._curve.condition] for item in found)
         return change <= single + 2 * pairs and (change - single) % 2 == 0
 
     def _outside(self, point: OrbitPoint) -> int:
         """Number of multipliers outside the unit circle besides the critical ones."""
-        places = critical_places(self._problem.condition, point.multipliers)
+        places = critical_places(self._curve.condition, point.multipliers)
         others: NDArray[np.float64] = np.abs(np.delete(point.multipliers, places))
         return int(np.count_nonzero(others > 1))
 

@@ -17,7 +17,7 @@ from slipfold.continuation.search import Found
 from slipfold.continuation.walk import Failure, walk
 from slipfold.errors import BREAKDOWNS, InputError, breakdown
 from slipfold.loci.describe import plane_of
-from slipfold.loci.locus_problem import LocusProblem
+from slipfold.loci.locus_equations import LocusEquations
 from slipfold.loci.special_points import DOUBLED
 from slipfold.orbits.births import Newborn, cycle_of_no_amplitude, passed_twice
 from slipfold.orbits.equilibria import Equilibria
@@ -66,36 +66,36 @@ class LocusStart(Start[OrbitPoint]):
 
 
 def regular_start(
-    problem: LocusProblem, z: Array, settings: Settings, crosses: str = ""
+    curve: LocusEquations, z: Array, settings: Settings, crosses: str = ""
 ) -> LocusStart:
     """Return a point of a locus with both its directions."""
     try:
-        point = _regular_point(problem, z, settings)
+        point = _regular_point(curve, z, settings)
     except InputError:
         raise
     except BREAKDOWNS as error:
-        raise _no_locus(problem, z, breakdown(error)) from None
-    both = point, problem.turned(point)
-    return LocusStart(problem, both, departs=bool(crosses), crosses=crosses)
+        raise _no_locus(curve, z, breakdown(error)) from None
+    both = point, curve.turned(point)
+    return LocusStart(curve, both, departs=bool(crosses), crosses=crosses)
 
 
-def _regular_point(problem: LocusProblem, z: Array, settings: Settings) -> OrbitPoint:
-    linearised = problem.linearise(z)
+def _regular_point(curve: LocusEquations, z: Array, settings: Settings) -> OrbitPoint:
+    linearised = curve.linearise(z)
     if not np.isfinite(linearised.jacobian).all():
-        raise _no_locus(problem, z, "its orbit cannot be integrated")
+        raise _no_locus(curve, z, "its orbit cannot be integrated")
     jacobian = linearised.jacobian
-    if _is_singular(problem, jacobian, z):
-        raise _no_locus(problem, z, "neither of them moves it")
+    if _is_singular(curve, jacobian, z):
+        raise _no_locus(curve, z, "neither of them moves it")
     right = np.linalg.svd(jacobian)[2]
     newton = settings.newton
-    correction = correct(problem, z, right[-1], newton.tolerance, newton.iterations)
+    correction = correct(curve, z, right[-1], newton.tolerance, newton.iterations)
     if not correction.converged or correction.distance > MOVED:
         reason = correction.failure or "Newton's method leads to another orbit"
-        raise _no_locus(problem, z, reason)
-    return problem.point(correction, 0.0)
+        raise _no_locus(curve, z, reason)
+    return curve.point(correction, 0.0)
 
 
-def _is_singular(problem: LocusProblem, jacobian: Array, z: Array) -> bool:
+def _is_singular(curve: LocusEquations, jacobian: Array, z: Array) -> bool:
     """Whether no curve is defined: neither parameter, changed by its window or itself, matters."""
     effects = np.linalg.norm(jacobian[:, -2:], axis=0)
     if float((effects * np.maximum(np.abs(z[-2:]), 1.0)).max()) < UNDEFINED:
@@ -106,43 +106,43 @@ def _is_singular(problem: LocusProblem, jacobian: Array, z: Array) -> bool:
     return bool(values[-1] < UNDEFINED * values[0])
 
 
-def _no_locus(problem: LocusProblem, z: Array, reason: str) -> InputError:
-    first, second = plane_of(problem.orbits)
-    a, b = problem.place(z)
+def _no_locus(curve: LocusEquations, z: Array, reason: str) -> InputError:
+    first, second = plane_of(curve.orbits)
+    a, b = curve.place(z)
     return InputError(
-        f"the {problem.condition} at {first} = {a:.6g}, {second} = {b:.6g} has no locus in {first} "
+        f"the {curve.condition} at {first} = {a:.6g}, {second} = {b:.6g} has no locus in {first} "
         f"and {second}: {reason}; choose other parameters or another special point"
     )
 
 
-def parent_start(problem: LocusProblem, point: OrbitPoint, settings: Settings) -> LocusStart | None:
+def parent_start(curve: LocusEquations, point: OrbitPoint, settings: Settings) -> LocusStart | None:
     """Return the period doubling or Hopf point at which a locus of orbits born there ends."""
-    orbits = problem.orbits
+    orbits = curve.orbits
     nodes = orbits.nodes(point.z)
     if orbits.period % 2:
         resting = Equilibria(orbits.model, orbits.varied, Cayley())
         z = resting.pack(nodes.mean(axis=0, keepdims=True), orbits.values(point.z))
-        parent = LocusProblem(resting, "HB")
+        parent = LocusEquations(resting, "HB")
     else:
         m, shooting = orbits.segments, orbits.by
         assert isinstance(shooting, Shooting)
         halves = shooting.halved(nodes, orbits.constants(point.z))
         z = orbits.join(0.5 * (halves[:m] + halves[m:]), orbits.free_values(point.z))
-        parent = LocusProblem(orbits.with_period(orbits.period // 2), "PD")
+        parent = LocusEquations(orbits.with_period(orbits.period // 2), "PD")
     try:
         return regular_start(parent, z, settings)
     except InputError:
         return None
 
 
-def starts_at(problem: LocusProblem, found: Found, settings: Settings) -> Iterator[LocusStart]:
+def starts_at(curve: LocusEquations, found: Found, settings: Settings) -> Iterator[LocusStart]:
     """Return the loci that begin or pass at a point of codimension two, but its own.
 
     At GPD the folds of the doubled orbits are born; through LPPD, LPNS, PDNS, R1 and R2 pass loci
     of two types, that of tori ending at the resonances; at R2 a locus of tori of the doubled orbits
     may be born as well. At a generalised Hopf point folds of cycles are born.
     """
-    point, orbits, condition = found.point, problem.orbits, problem.condition
+    point, orbits, condition = found.point, curve.orbits, curve.condition
     if found.type == "GH" and isinstance(orbits, Equilibria):
         yield from _born(cycle_of_no_amplitude(orbits, point.z), "LP", point, settings)
     if found.type == "GPD":
@@ -151,7 +151,7 @@ def starts_at(problem: LocusProblem, found: Found, settings: Settings) -> Iterat
         if other == condition:
             continue
         try:
-            start = regular_start(LocusProblem(orbits, other), point.z, settings, found.type)
+            start = regular_start(LocusEquations(orbits, other), point.z, settings, found.type)
         except InputError:
             continue
         if found.type in DOUBLED and other in PAIRED:
@@ -183,7 +183,7 @@ def _born(
     first: Newborn, condition: str, parent: OrbitPoint, settings: Settings
 ) -> Iterator[LocusStart]:
     """Return the locus of orbits that are born at a point, unless it leads to their parents."""
-    curve, z = LocusProblem(first.orbits, condition), first.z
+    curve, z = LocusEquations(first.orbits, condition), first.z
     linearisation = first.orbits.linearise(z)
     if not np.isfinite(linearisation.blocks).all():
         return

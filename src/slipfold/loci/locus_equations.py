@@ -11,7 +11,7 @@ from slipfold.orbits.linearisation import Linearisation
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.spectrum.degeneracy import PAIRED, critical_places
 
-__all__ = ["LocusProblem"]
+__all__ = ["LocusEquations"]
 
 Array = NDArray[np.float64]
 Multipliers = NDArray[np.complex128]
@@ -23,7 +23,7 @@ POLE = 1e-9
 """Product of test functions below which a coefficient with a pole there has no digits."""
 
 
-class LocusProblem(Critical):
+class LocusEquations(Critical):
     """A locus of LP, PD, NS or HB in two parameters: its equations and its test functions."""
 
     odd = ("first", "second")
