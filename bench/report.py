@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from statistics import median
 from typing import TYPE_CHECKING, Any
 
+import ensemble_report
 import locus_report
 import machine
 import map_report
@@ -156,6 +157,7 @@ def parts_of(measured: Measured) -> list[tuple[Any, Any]]:
     parts = (
         (locus_report, measured.loci),
         (map_report, measured.map),
+        (ensemble_report, measured.ensemble),
         (size_report, measured.size),
         (systems_report, measured.systems),
     )

@@ -67,6 +67,8 @@ SYSTEM_CONTENDERS: dict[str, dict[str, tuple[str, ...]]] = {
 
 MAP = ("threshold_map.py", "--repeat", "1")
 
+ENSEMBLE = ("ensemble.py", "--repeat", "1")
+
 SIZE = ("size.py", "--repeat", "5")
 
 FEW = 3
@@ -75,7 +77,16 @@ FEW = 3
 CLOCKS = ("seconds", "solver_seconds", "processor_seconds")
 
 
-PARTS = ("responses", "locus", "thresholds", *SYSTEM_CONTENDERS, "size", "commands", "paper")
+PARTS = (
+    "responses",
+    "locus",
+    "thresholds",
+    "ensemble",
+    *SYSTEM_CONTENDERS,
+    "size",
+    "commands",
+    "paper",
+)
 
 
 class Measured(NamedTuple):
@@ -90,6 +101,7 @@ class Measured(NamedTuple):
     map: dict[str, Any]
     systems: dict[str, dict[str, dict[str, Any]]]
     size: dict[str, Any]
+    ensemble: dict[str, Any]
 
 
 def note(sentence: str) -> None:
@@ -145,6 +157,11 @@ def thresholds(rounds: int) -> dict[str, Any]:
             records, _ = compete(1, {"slipfold": MAP}, **environment)
         collect(kept, "slipfold", records["slipfold"])
     return kept["slipfold"]
+
+
+def ensemble(rounds: int) -> dict[str, Any]:
+    """The record of responses with random parameters."""
+    return compete(rounds, {"slipfold": ENSEMBLE}, **processes.ONE_THREAD)[0]["slipfold"]
 
 
 def sizes() -> dict[str, Any]:
@@ -207,6 +224,7 @@ def measure(parts: Collection[str], rounds: int) -> Measured:
         thresholds(1) if "thresholds" in parts else {},
         systems,
         sizes() if "size" in parts else {},
+        ensemble(few) if "ensemble" in parts else {},
     )
 
 

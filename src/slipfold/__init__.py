@@ -19,9 +19,11 @@ from slipfold.branches import Progress as Progress
 from slipfold.branches import Settings as Settings
 from slipfold.branches import SpecialPoint as SpecialPoint
 from slipfold.branches import Steps as Steps
+from slipfold.computations import CaseProgress as CaseProgress
 from slipfold.computations import bifurcation_set as bifurcation_set
 from slipfold.computations import locus as locus
 from slipfold.computations import response as response
+from slipfold.computations import responses as responses
 from slipfold.computations import simulate as simulate
 from slipfold.computations import threshold_map as threshold_map
 from slipfold.errors import InputError as InputError
@@ -79,6 +81,7 @@ from slipfold.orbits import PeriodicOrbit as PeriodicOrbit
 from slipfold.orbits import periodic_orbit as periodic_orbit
 from slipfold.results import Diagram as Diagram
 from slipfold.results import LocusDiagram as LocusDiagram
+from slipfold.results import Responses as Responses
 from slipfold.results import Simulation as Simulation
 from slipfold.results import ThresholdMap as ThresholdMap
 from slipfold.results import load as load
@@ -88,6 +91,7 @@ __all__ = [
     "BaseMotion",
     "BoucWen",
     "Branch",
+    "CaseProgress",
     "ConstantLoad",
     "ContactLoad",
     "Cost",
@@ -137,6 +141,7 @@ __all__ = [
     "RegionCheck",
     "RegionMap",
     "Regularised",
+    "Responses",
     "Settings",
     "Simulation",
     "SlidingOscillator",
@@ -157,6 +162,7 @@ __all__ = [
     "locus",
     "periodic_orbit",
     "response",
+    "responses",
     "simulate",
     "threshold_map",
 ]

@@ -96,6 +96,18 @@ def thresholds(**failures: int) -> dict[str, Any]:
     }
 
 
+def ensemble() -> dict[str, Any]:
+    return {
+        "cases": 200,
+        "failures": 0,
+        "special": 590,
+        "agree": 200,
+        "largest_uncertainty": 2e-11,
+        "seconds": {"warm": [40.0, 36.0, 44.0]},
+        "processor_seconds": {"warm": [38.0]},
+    }
+
+
 def measured(bench: Bench, records: dict[str, Any], **absent: str) -> Any:
     usage = bench.processes.Usage(0.9, 100_000_000)
     slow = bench.processes.Usage(40.0, 100_000_000)
@@ -109,6 +121,7 @@ def measured(bench: Bench, records: dict[str, Any], **absent: str) -> Any:
         thresholds(stuck=3),
         systems(),
         sizes(2.0),
+        ensemble(),
     )
 
 
@@ -217,6 +230,12 @@ def test_failures_of_the_map_are_counted_by_name(bench: Bench) -> None:
     assert "## 10,000 thresholds" in section
     assert "Thresholds: 9,996; without one: 3 stuck, 1 lost." in section
     assert "; none failed." in "\n".join(bench.report.map_report.section(thresholds()))
+
+
+def test_random_responses_are_told_by_the_case(bench: Bench) -> None:
+    report = bench.report.ensemble_report
+    assert [row[1:] for row in report.aim_rows(ensemble())] == [["200 ms", "falls short"]]
+    assert "| 200 | 190 |" in "\n".join(report.section(ensemble()))
 
 
 def test_the_report_and_its_table_hold_the_locus_and_the_map(bench: Bench) -> None:

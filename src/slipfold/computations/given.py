@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
+
+from numpy.typing import ArrayLike
 
 from slipfold.branches.settings import Settings
 from slipfold.errors import InputError
@@ -11,7 +13,17 @@ from slipfold.models.model import Model
 from slipfold.models.parameter import Parameter
 from slipfold.models.quantity import parse_quantity
 
-__all__ = ["checked_model", "checked_settings", "parse_ends", "refuse_varied"]
+__all__ = [
+    "Values",
+    "checked_model",
+    "checked_settings",
+    "parse_ends",
+    "parse_values",
+    "refuse_varied",
+]
+
+Values = ArrayLike | Sequence[float | str]
+"""Values of a parameter: numbers, or text with a unit."""
 
 
 def checked_model(model: Any) -> Model:
@@ -41,6 +53,13 @@ def parse_ends(parameter: Parameter, span: Any) -> tuple[float, float]:
             f"span = {span!r} is not a pair of numbers; give the first and the last value of {name}"
         ) from None
     return parse_quantity(first, unit, name), parse_quantity(last, unit, name)
+
+
+def parse_values(parameter: Parameter, values: Values) -> ArrayLike:
+    """Convert text with units; leave the rest to be checked where it is used."""
+    if isinstance(values, list | tuple):
+        return [parse_quantity(value, parameter.unit, parameter.name) for value in values]
+    return values
 
 
 def checked_settings(given: Settings | None) -> Settings:

@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from time import perf_counter
 
-from numpy.typing import ArrayLike
-
 from slipfold.checks.of_thresholds import check_thresholds
-from slipfold.computations.given import checked_model, parse_ends, refuse_varied
+from slipfold.computations.given import (
+    Values,
+    checked_model,
+    parse_ends,
+    parse_values,
+    refuse_varied,
+)
 from slipfold.errors import InputError
 from slipfold.models.model import Model
-from slipfold.models.parameter import Parameter
-from slipfold.models.quantity import parse_quantity
 from slipfold.results.provenance import provenance
 from slipfold.results.threshold_map import ThresholdMap
 from slipfold.thresholds.threshold_map import MapObserver, find_threshold_map
 
-__all__ = ["Values", "threshold_map"]
-
-Values = ArrayLike | Sequence[float | str]
-"""Values of a parameter: numbers, or text with a unit."""
+__all__ = ["threshold_map"]
 
 
 def threshold_map(
@@ -88,7 +87,8 @@ def threshold_map(
         threshold,
         type,
         over={
-            name: _numbers(model.variable_parameter(name), values) for name, values in over.items()
+            name: parse_values(model.variable_parameter(name), values)
+            for name, values in over.items()
         },
         span=parse_ends(model.variable_parameter(threshold), span),
         observer=observer,
@@ -96,10 +96,3 @@ def threshold_map(
     checked = check_thresholds(found)
     origin = provenance(perf_counter() - started)
     return ThresholdMap(**vars(found), provenance=origin, checked=checked)
-
-
-def _numbers(parameter: Parameter, values: Values) -> ArrayLike:
-    """Convert text with units; leave the rest to be checked with the grid."""
-    if isinstance(values, list | tuple):
-        return [parse_quantity(value, parameter.unit, parameter.name) for value in values]
-    return values

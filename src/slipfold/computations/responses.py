@@ -1,0 +1,191 @@
+"""The periodic responses of a model for many cases, in one call."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.branches.event import Event
+from slipfold.branches.settings import Settings
+from slipfold.computations.given import (
+    Values,
+    checked_model,
+    checked_settings,
+    parse_ends,
+    parse_values,
+    refuse_varied,
+)
+from slipfold.computations.response import response
+from slipfold.errors import BREAKDOWNS, InputError, breakdown
+from slipfold.models.model import Model
+from slipfold.models.parameter import Parameter
+from slipfold.results.diagram import Diagram
+from slipfold.results.provenance import provenance
+from slipfold.results.responses import INTERRUPTED, Responses
+
+__all__ = ["CaseProgress", "responses"]
+
+
+@dataclass(frozen=True)
+class CaseProgress:
+    """State of responses that are being computed for many cases.
+
+    Parameters
+    ----------
+    done, total
+        Cases that are settled, and all of them.
+    failures
+        Cases settled so far that have no diagram.
+    """
+
+    done: int
+    total: int
+    failures: int
+
+
+def responses(
+    model: Model,
+    vary: str,
+    span: tuple[float | str, float | str],
+    *,
+    over: Mapping[str, Values] | Sequence[Mapping[str, float | str]],
+    settings: Settings | None = None,
+    events: Sequence[Event] = (),
+    observer: Callable[[CaseProgress], None] | None = None,
+    **parameters: float | str,
+) -> Responses:
+    """Follow the periodic responses of a model over a parameter, for many cases.
+
+    Each is what `slipfold.response` gives for its case alone; the equations are compiled once.
+
+    Parameters
+    ----------
+    model
+        The model, e.g. ``SlidingOscillator()``.
+    vary
+        Name of the parameter to follow.
+    span
+        Its first and last value: numbers in SI units, or text with a unit.
+    over
+        The cases: of each parameter that differs one value a case, by name, such as columns of a
+        table or an `xarray.Dataset`; or one mapping a case. Numbers in SI units, or text with a
+        unit.
+    settings
+        Options of continuation; the defaults of `slipfold.Settings` if None.
+    events
+        Values of outputs or of the parameter to locate.
+    observer
+        Called after every case with a `slipfold.CaseProgress`. If it raises `KeyboardInterrupt`, or
+        the user does, the cases not finished say so.
+    **parameters
+        Parameters of the model to change first: numbers in SI units, or text with a unit.
+
+    Returns
+    -------
+    Responses
+        A diagram each; where there is none, `Responses.failures` says why.
+
+    Raises
+    ------
+    InputError
+        For what is wrong in all cases: an unknown parameter, a wrong unit, an empty span, no cases,
+        columns of different lengths.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> cases = [{"Vd": 0.5}, {"Vd": "600mm/s"}, {"Vd": -1}]
+    >>> found = sf.responses(sf.SlidingOscillator(f=12.5), "Nd", (0, 0.1), over=cases)
+    >>> [None if diagram is None else len(diagram.special) for diagram in found]
+    [1, 2, None]
+    >>> found.failures
+    {2: 'Vd = -1 is outside its bounds; Vd must be > 0 m/s'}
+    """
+    changed = checked_model(model).replace(**parameters)
+    columns = _columns(changed, over)
+    refuse_varied(columns, parameters, "over")
+    if vary in columns:
+        raise InputError(f"{vary} is followed, so it cannot be in over as well; leave it out there")
+    followed = changed.variable_parameter(vary)
+    first, last = (followed.check(value) for value in parse_ends(followed, span))
+    if first == last:
+        raise InputError(f"the span of {vary} is empty; give two different values")
+    chosen = checked_settings(settings)
+    total, started = len(next(iter(columns.values()))), perf_counter()
+    diagrams: list[Diagram | None] = []
+    reasons: list[str] = []
+    try:
+        for case in range(total):
+            values = {name: float(column[case]) for name, column in columns.items()}
+            found = _one(changed, vary, (first, last), values, settings=chosen, events=events)
+            if isinstance(found, Diagram) and found.interrupted:
+                raise KeyboardInterrupt
+            diagrams.append(None if isinstance(found, str) else found)
+            reasons.append(found if isinstance(found, str) else "")
+            if observer is not None:
+                observer(CaseProgress(case + 1, total, sum(map(bool, reasons))))
+    except KeyboardInterrupt:
+        pass
+    missing = total - len(diagrams)
+    return Responses(
+        changed,
+        vary,
+        (first, last),
+        columns,
+        (*diagrams, *[None] * missing),
+        (*reasons, *[INTERRUPTED] * missing),
+        provenance(perf_counter() - started),
+    )
+
+
+def _one(
+    model: Model, vary: str, span: tuple[float, float], values: Mapping[str, float], **options: Any
+) -> Diagram | str:
+    """Return the diagram of a case, or why there is none."""
+    try:
+        return response(model.replace(**values), vary, span, **options)
+    except InputError as error:
+        return str(error)
+    except BREAKDOWNS as error:
+        return breakdown(error)
+
+
+def _columns(
+    model: Model, over: Mapping[str, Values] | Sequence[Mapping[str, float | str]]
+) -> dict[str, NDArray[np.float64]]:
+    """Return the values of each parameter that differs, one a case."""
+    table: Any = over
+    if not hasattr(over, "keys"):  # one mapping a case; a table has keys, be it a mapping or not
+        rows = list(over)
+        if not all(hasattr(row, "keys") and set(row) == set(rows[0]) for row in rows):
+            raise InputError("over does not give the same parameters in each case, by name")
+        table = {name: [row[name] for row in rows] for name in (rows[0] if rows else ())}
+    found = {
+        str(name): _numbers(model.variable_parameter(str(name)), table[name])
+        for name in table.keys()  # noqa: SIM118 (a table may iterate over something else)
+    }
+    lengths = {name: len(values) for name, values in found.items()}
+    if not found or not all(lengths.values()):
+        raise InputError("over holds no cases; give e.g. {'Vd': [0.5, 0.6], 'mu': [0.5, 0.45]}")
+    if len(set(lengths.values())) > 1:
+        told = ", ".join(f"{count} of {name}" for name, count in lengths.items())
+        raise InputError(f"over needs one value a case of each parameter, but has {told}")
+    return found
+
+
+def _numbers(parameter: Parameter, values: Values) -> NDArray[np.float64]:
+    given = np.asarray(values)
+    if given.dtype.kind in "OU":  # text, perhaps with units
+        given = np.asarray(parse_values(parameter, given.tolist()))
+    try:
+        found = np.array(given, dtype=float)
+    except (TypeError, ValueError):
+        found = np.empty((0, 0))
+    if found.ndim != 1:
+        raise InputError(f"{parameter.name} = {values!r} is not a list of numbers, one a case")
+    return found

@@ -1,0 +1,137 @@
+"""Responses for many cases in one call."""
+
+import numpy as np
+import pytest
+import xarray
+
+import slipfold as sf
+from slipfold.results.responses import INTERRUPTED
+
+MODEL = sf.SlidingOscillator(f=12.5)
+SPAN = (0, 0.2)
+CASES = {"Vd": [0.5, 0.6, 0.9], "alpha": [1.0, 0.9, 0.8]}
+
+
+@pytest.fixture(scope="module")
+def found():
+    return sf.responses(MODEL, "Nd", SPAN, over=CASES)
+
+
+def special(diagram):
+    return [(branch.id, p.type, p.value, p.coefficient) for branch, p in diagram.special]
+
+
+def test_each_is_what_a_response_alone_gives(found):
+    assert len(found) == 3
+    for index, diagram in enumerate(found):
+        alone = sf.response(MODEL, "Nd", SPAN, **found.case(index))
+        assert special(diagram) == special(alone)
+        assert diagram.checked.agree
+        for branch, expected in zip(diagram.branches, alone.branches, strict=True):
+            assert np.array_equal(branch.nodes, expected.nodes)
+
+
+@pytest.mark.parametrize(
+    "over",
+    [
+        [{"Vd": 0.5, "alpha": 1.0}, {"Vd": 0.6, "alpha": 0.9}, {"alpha": 0.8, "Vd": "900 mm/s"}],
+        {"Vd": ("0.5m/s", "60cm/s", 0.9), "alpha": np.array([1.0, 0.9, 0.8])},
+        xarray.Dataset({name: ("case", values) for name, values in CASES.items()}),
+    ],
+)
+def test_cases_come_as_columns_or_one_by_one(found, over):
+    again = sf.responses(MODEL, "Nd", SPAN, over=over)
+    assert list(map(special, again)) == list(map(special, found))
+
+
+def test_a_case_that_fails_says_why_and_leaves_the_others():
+    seen = []
+    over = {"Vd": [0.6, -1.0, 0.5]}
+    found = sf.responses(MODEL, "Nd", SPAN, over=over, observer=seen.append)
+    assert [diagram is None for diagram in found] == [False, True, False]
+    assert found.failures == {1: "Vd = -1 is outside its bounds; Vd must be > 0 m/s"}
+    assert seen[-1] == sf.CaseProgress(3, 3, 1)
+    assert [item.done for item in seen] == [1, 2, 3]
+    assert {item.case for item in found.special} == {0, 2}
+    assert "1 without a diagram: Vd = -1 is outside its bounds" in found.summary()
+
+
+def test_an_interruption_keeps_what_is_finished():
+    def stop(progress):
+        if progress.done == 2:
+            raise KeyboardInterrupt
+
+    found = sf.responses(MODEL, "Nd", SPAN, over=CASES, observer=stop)
+    assert [diagram is None for diagram in found] == [False, False, True]
+    assert found.interrupted
+    assert found.failures == {2: INTERRUPTED}
+
+
+def test_one_dataset_holds_cases_and_their_special_points(found):
+    dataset = found.to_xarray()
+    assert dataset.Vd.values.tolist() == CASES["Vd"]
+    assert dataset.Vd.attrs["units"] == "m/s"
+    assert dataset.branches.values.tolist() == [len(diagram.branches) for diagram in found]
+    expected = [(item.case, item.point.type, item.point.value) for item in found.special]
+    rows = zip(
+        dataset.case_of_special.values.tolist(),
+        dataset.special_type.values.tolist(),
+        dataset.special_value.values.tolist(),
+        strict=True,
+    )
+    assert list(rows) == expected
+    assert dataset.special_uncertainty.values.max() < 1e-9
+
+
+def test_names_of_parameters_may_be_those_of_columns():
+    model = sf.System(
+        parameters={"case": 1.0, "special": 0.1, "F": 0.1},
+        states={"q": "v", "v": "F*cos(t) - case*q - special*v"},
+        forcing={"period": "2*pi", "quiet": "F"},
+    )
+    over = {"case": [1.0, 2.0], "special": [0.1, 0.2]}
+    dataset = sf.responses(model, "F", (0.1, 0.2), over=over).to_xarray()
+    assert dataset.given_case.values.tolist() == [1, 2]
+    assert dataset.given_special.values.tolist() == [0.1, 0.2]
+    assert dataset.special_value.dims == ("special",)
+
+
+def test_responses_are_immutable_and_read_as_a_sequence(found):
+    with pytest.raises(ValueError, match="read-only"):
+        found.over["Vd"][0] = 1.0
+    with pytest.raises(TypeError):
+        found.over["Vd"] = np.zeros(3)
+    with pytest.raises(AttributeError):
+        found.diagrams = ()
+    assert found[-1] is found.diagrams[2]
+    assert found[:2] == found.diagrams[:2]
+    assert list(reversed(found)) == list(found.diagrams[::-1])
+    assert repr(found) == "<Responses of sliding: Nd = 0 to 0.2 over Vd, alpha, 3 of 3 cases>"
+    assert "<table>" in found._repr_html_()
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"over": {}}, "over holds no cases"),
+        ({"over": []}, "over holds no cases"),
+        ({"over": {"Vd": []}}, "over holds no cases"),
+        ({"over": {"Vd": [0.5], "mu": [0.4, 0.5]}}, "1 of Vd, 2 of mu"),
+        ({"over": [{"Vd": 0.5}, {"mu": 0.5}]}, "the same parameters in each case"),
+        ({"over": [0.5, 0.6]}, "the same parameters in each case"),
+        ({"over": {"Vd": 0.5}}, "not a list of numbers"),
+        ({"over": {"Vd": [[0.5]]}}, "not a list of numbers"),
+        ({"over": {"Vd": ["0.5 N"]}}, "'N'"),
+        ({"over": {"speed": [0.5]}}, "speed"),
+        ({"over": {"Nd": [0.5]}}, "Nd is followed"),
+        ({"mu": 0.4, "over": {"mu": [0.5]}}, "mu is varied"),
+        ({"span": (0.1, 0.1)}, "the span of Nd is empty"),
+        ({"span": 0.1}, "not a pair of numbers"),
+        ({"settings": 3}, "options of continuation"),
+        ({"model": "sliding"}, "is not a model"),
+    ],
+)
+def test_what_is_wrong_in_all_cases_is_refused(changes, words):
+    given = {"model": MODEL, "vary": "Nd", "span": SPAN, "over": {"Vd": [0.5]}, **changes}
+    with pytest.raises(sf.InputError, match=words):
+        sf.responses(**given)
