@@ -283,13 +283,9 @@ class Orbits(OrbitCurve):
 
         Shapes: multipliers (n,).
         """
-        return self.branch_tests(multipliers, tangent)
+        return self._branch_tests(multipliers, tangent)
 
-    def branch_tests(self, multipliers: Values, tangent: Array) -> dict[str, float]:
-        """Return the same: no more than this is needed for it.
-
-        Shapes: multipliers (n,).
-        """
+    def _branch_tests(self, multipliers: Values, tangent: Array) -> dict[str, float]:
         tests = evaluate_tests(multipliers, self.spectrum.tests)
         return {**tests, "LP": float(tangent[-1])}
 
@@ -301,7 +297,7 @@ class Orbits(OrbitCurve):
         Shapes: monodromy (n, n).
         """
         multipliers = floquet_multipliers(monodromy)
-        tests = self.branch_tests(multipliers, tangent)
+        tests = self._branch_tests(multipliers, tangent)
         return OrbitPoint(
             z, tangent, arclength, tests, 0, residual, monodromy=monodromy, multipliers=multipliers
         )
