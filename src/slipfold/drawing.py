@@ -2,13 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import singledispatch
 from typing import Any
 
 __all__ = ["draw"]
 
 
+def _nothing() -> None:
+    """Register nothing."""
+
+
+register: Callable[[], None] = _nothing
+"""Registers for each class how it is drawn, when something is: the top of the package sets it."""
+
+
 @singledispatch
 def draw(thing: object, **options: Any) -> Any:
     """Draw something and return its axes; `slipfold.figures` registers for each class how."""
-    raise TypeError(f"nothing says how to draw a {type(thing).__name__}")
+    register()
+    way = draw.dispatch(type(thing))
+    if way is draw.dispatch(object):
+        raise TypeError(f"nothing says how to draw a {type(thing).__name__}")
+    return way(thing, **options)

@@ -13,7 +13,7 @@ from slipfold.branches.branch import End
 from slipfold.cli.progress import locus_text
 from slipfold.loci.locus import LocusEnd
 from slipfold.loci.progress import LocusProgress
-from slipfold.results import load
+from slipfold.results.load import load
 
 LOCUS = ["locus", "sliding", "--vary", "f=12.4:12.5", "--vary", "Nd=0:60mN"]
 SMALL = ["response", "sliding", "--vary", "Nd=0:0.05"]

@@ -10,7 +10,7 @@ import time
 
 import pytest
 
-from slipfold.results import load
+from slipfold.results.load import load
 
 PROGRAM = [sys.executable, "-m", "slipfold.cli"]
 # So many points that it is still running when it is interrupted.

@@ -9,7 +9,7 @@ import pytest
 
 from helpers.diagrams import made_diagram, response_branch, special_point
 from slipfold.branches.branch import End
-from slipfold.computations import simulate
+from slipfold.computations.simulate import simulate
 from slipfold.errors import InputError
 from slipfold.models import SlidingOscillator
 

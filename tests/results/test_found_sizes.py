@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.results import load
 from slipfold.results.labelled_table import LabelledTable, read_netcdf
+from slipfold.results.load import load
 from slipfold.results.saved_table import open_table
 
 TINY = sf.System(

@@ -6,10 +6,12 @@ import pytest
 from helpers.locus_diagrams import assert_same
 from slipfold.branches.event import Event
 from slipfold.branches.settings import Settings, Steps
-from slipfold.computations import bifurcation_set, locus, response
+from slipfold.computations.bifurcation_set import bifurcation_set
+from slipfold.computations.locus import locus
+from slipfold.computations.response import response
 from slipfold.errors import InputError
 from slipfold.models import SlidingOscillator
-from slipfold.results import load
+from slipfold.results.load import load
 
 PLANE = ("f", "Nd")
 WINDOW = ((12.3, 12.6), (0.0, 0.1))

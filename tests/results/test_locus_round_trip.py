@@ -23,8 +23,9 @@ from slipfold.loci.locus import LocusEnd
 from slipfold.loci.region_map import Region, RegionCheck
 from slipfold.models import SlidingOscillator
 from slipfold.models.friction import RationalStribeck
-from slipfold.results import LocusDiagram, load
 from slipfold.results.labelled_table import Variable
+from slipfold.results.load import load
+from slipfold.results.locus_diagram import LocusDiagram
 from slipfold.results.saved_table import open_table
 
 

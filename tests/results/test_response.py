@@ -5,10 +5,10 @@ import pytest
 
 from helpers.diagrams import assert_same_diagram
 from slipfold.branches.event import Event
-from slipfold.computations import response
+from slipfold.computations.response import response
 from slipfold.errors import InputError
 from slipfold.models import SlidingOscillator, model_named
-from slipfold.results import load
+from slipfold.results.load import load
 
 
 @pytest.fixture(scope="module")

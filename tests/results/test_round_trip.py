@@ -20,11 +20,12 @@ from helpers.diagrams import (
 from slipfold.branches.branch import End
 from slipfold.branches.event import Event
 from slipfold.branches.settings import Newton, Settings, Steps
-from slipfold.computations import simulate
+from slipfold.computations.simulate import simulate
 from slipfold.errors import InputError
 from slipfold.models import SlidingOscillator
 from slipfold.orbits.extrema import Extrema
-from slipfold.results import Diagram, load
+from slipfold.results.diagram import Diagram
+from slipfold.results.load import load
 from slipfold.results.saved_table import open_table
 
 OUTPUTS = ("x", "y", "vx", "vy", *(item.name for item in MODEL.outputs()))

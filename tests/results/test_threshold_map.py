@@ -17,10 +17,11 @@ import slipfold as sf
 from slipfold.computations.threshold_map import threshold_map
 from slipfold.errors import InputError
 from slipfold.models import Parameter, SlidingOscillator
-from slipfold.results import Provenance, ThresholdMap, load
 from slipfold.results.labelled_table import Variable
+from slipfold.results.load import load
+from slipfold.results.provenance import Provenance
 from slipfold.results.saved_table import open_table
-from slipfold.results.threshold_map import column_name
+from slipfold.results.threshold_map import ThresholdMap, column_name
 
 MODEL = SlidingOscillator(f=12.4)
 KINDS = [["", "no PD in the span"], ["", "limit: lost contact"], ["limit: lost contact", ""]]

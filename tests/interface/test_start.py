@@ -1,0 +1,37 @@
+"""What ``import slipfold`` imports, and when: nothing before it is asked for."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import slipfold
+
+
+def run(text: str) -> str:
+    return subprocess.run(
+        [sys.executable, "-c", text], check=True, capture_output=True, text=True
+    ).stdout.strip()
+
+
+def test_the_package_alone_imports_no_compiler_and_no_arrays():
+    names = run("import slipfold, sys; print({'heyoka', 'numpy'} & set(sys.modules))")
+    assert names == "set()"
+
+
+def test_a_response_imports_no_loci():
+    text = "import slipfold, sys; slipfold.response; print('slipfold.loci' in sys.modules)"
+    assert run(text) == "False"
+
+
+def test_type_checkers_find_the_same_names_in_the_same_places():
+    tree = ast.parse(Path(slipfold.__file__).read_text())
+    (block,) = (node for node in tree.body if isinstance(node, ast.If))
+    seen = {alias.name: line.module for line in block.body for alias in line.names}
+    homes = {name: home for home, names in slipfold._HOMES.items() for name in names}
+    assert seen == homes
+
+
+def test_what_is_not_there_is_said():
+    text = "import slipfold\ntry: slipfold.nothing\nexcept AttributeError as error: print(error)"
+    assert run(text) == "module 'slipfold' has no attribute 'nothing'"
