@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from slipfold.continuation.interpolation import polynomial
+from slipfold.continuation.interpolation import lagrange
 from slipfold.continuation.point import Point
 
 __all__ = ["contracts_between", "contraction_drift"]
@@ -39,9 +39,8 @@ def contraction_drift(recent: Sequence[Point], point: Point) -> float:
         return np.inf
     if not all(np.isfinite(item.growth) for item in recent):
         return 0.0
-    where = np.array([item.arclength for item in recent])
-    values = np.array([item.growth for item in recent])
-    expected = polynomial(where, values, np.array([point.arclength]))[0]
+    weights = lagrange([item.arclength for item in recent], point.arclength)
+    expected = float(weights @ [item.growth for item in recent])
     allowed = SHARE * min(-recent[-1].growth, -point.growth)
     change = max(abs(point.growth - expected), abs(point.growth - recent[-1].growth))
     return float(change / allowed)

@@ -11,7 +11,7 @@ from slipfold.continuation.curve import Curve
 from slipfold.continuation.newton import Linearised
 from slipfold.continuation.point import P, Point
 
-__all__ = ["arc_between", "derivatives", "hermite", "polynomial", "well_spaced"]
+__all__ = ["arc_between", "derivatives", "hermite", "lagrange", "polynomial", "well_spaced"]
 
 Array = NDArray[np.float64]
 
@@ -83,13 +83,27 @@ def derivatives(curve: Curve[P], points: Sequence[P], arclength: float) -> Linea
     known = [point for point in points if point.linearisation is not None]
     if not known:
         return None
-    where = np.array([point.arclength for point in known])
-    weights = polynomial(where, np.eye(len(known)), np.array([arclength]))[0]
+    weights = lagrange([point.arclength for point in known], arclength)
     return curve.blended([point.linearisation for point in known], weights)
 
 
+def lagrange(where: Sequence[float], target: float) -> Array:
+    """Weights of values that give the polynomial through them at one target, shape (k,).
+
+    Plain floats, as above.
+    """
+    weights = []
+    for i, x_i in enumerate(where):
+        weight = 1.0
+        for j, x_j in enumerate(where):
+            if j != i:
+                weight *= (target - x_j) / (x_i - x_j)
+        weights.append(weight)
+    return np.array(weights)
+
+
 def polynomial(where: Array, values: Array, targets: Array) -> Array:
-    """Evaluate Lagrange's polynomial.
+    """Evaluate Lagrange's polynomial at many targets.
 
     Shapes: where (k,); values (k,) or (k, m); targets (t,); returns (t,) or (t, m).
     """

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.continuation.curve import Curve
-from slipfold.continuation.interpolation import polynomial, well_spaced
+from slipfold.continuation.interpolation import lagrange, polynomial, well_spaced
 from slipfold.continuation.locate import insert, locate, point_at
 from slipfold.continuation.point import P
 
@@ -160,7 +160,6 @@ def _suspicious_place(watch: Watch[P], known: Sequence[P], a: P, b: P) -> float 
 
 def _surprise(near: Sequence[P], tests: Array, end: P, found: Array) -> Array:
     """By how much test functions at a point differ from what its neighbours let expect."""
-    others = np.array([point is not end for point in near])
-    where = np.array([point.arclength for point in near])
-    expected = polynomial(where[others], tests[others], np.array([end.arclength]))[0]
-    return np.abs(found - expected)
+    others = [i for i, point in enumerate(near) if point is not end]
+    weights = lagrange([near[i].arclength for i in others], end.arclength)
+    return np.abs(found - weights @ tests[others])

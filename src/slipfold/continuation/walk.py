@@ -15,7 +15,7 @@ from slipfold.continuation.interpolation import (
     arc_between,
     derivatives,
     hermite,
-    polynomial,
+    lagrange,
 )
 from slipfold.continuation.newton import Correction, Linearised, correct
 from slipfold.continuation.point import P
@@ -241,10 +241,9 @@ def _drift(recent: list[P], point: P) -> float:
     """Error of the extrapolated test functions, relative to their largest value nearby."""
     if len(recent) == 1:  # nothing to extrapolate from
         return 0.0
-    where = np.array([item.arclength for item in recent])
     values = np.array([list(item.tests.values()) for item in recent])
     found = np.array(list(point.tests.values()))
-    expected = polynomial(where, values, np.array([point.arclength]))[0]
+    expected = lagrange([item.arclength for item in recent], point.arclength) @ values
     size = np.maximum(np.abs(values).max(axis=0), np.abs(found))
     drift = np.abs(found - expected) / np.maximum(size, NOISE)
     return float(np.nan_to_num(drift).max())  # a function may not be defined everywhere

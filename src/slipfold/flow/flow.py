@@ -483,8 +483,9 @@ def _shared_flow(kind: Kind, tolerance: float) -> Flow:
     return Flow(build_equations(kind.make()), tolerance)
 
 
-def _chunks(count: int) -> list[slice]:
-    return [slice(first, min(first + LANES, count)) for first in range(0, count, LANES)]
+@cache
+def _chunks(count: int) -> tuple[slice, ...]:
+    return tuple(slice(first, min(first + LANES, count)) for first in range(0, count, LANES))
 
 
 def _pad(items: Array) -> Array:
