@@ -83,7 +83,7 @@ def draw_figure(
     draw_legend(canvas, [diagrams[curve] for curve in figure.curves], measure)
     # Names come last: where they cover nothing is known when the layout is, which then stays.
     canvas.draw_without_rendering()
-    canvas.set_layout_engine("none")
+    canvas.set_layout_engine(None)  # "none" would draw it once more for each file
     for panel in panels:
         _name(panel, measure)
     for ax, spectrum, output in spectral:

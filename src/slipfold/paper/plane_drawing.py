@@ -55,7 +55,7 @@ def draw_plane(figure: PlaneFigure, diagram: HasLoci) -> Canvas:
     canvas.legend(**legend_options([diagram]), loc="outside lower center")
     # Names come last: where they cover nothing is known when the layout is, which then stays.
     canvas.draw_without_rendering()
-    canvas.set_layout_engine("none")
+    canvas.set_layout_engine(None)  # "none" would draw it once more for each file
     name_loci(whole, diagram, lowest=LOWEST, without=figure.detail)
     name_loci(detail, diagram, lowest=LOWEST)
     return canvas
