@@ -101,7 +101,7 @@ def periodic_orbit(
     orbits = ForcedOrbits(model, {vary: 1.0}, int(period))
     if state is None and period == 1:
         found = find_response(orbits, model.values[vary])
-        if found.converged and tolerance < found.residual:
+        if found.converged:  # to the last digit
             found = correct(orbits, found.z, hold_parameter(orbits.size), tolerance=tolerance)
         return _as_orbit(orbits, model, found)
     start = _settled(model, settle) if state is None else _checked_state(model, state)
