@@ -161,3 +161,41 @@ def test_van_der_pol_from_its_rest_over_the_centres_to_the_relaxation_cycle():
     assert cycle.extrema.of("x")[1][0] == pytest.approx(2.008619860875, abs=1e-11)
     # exp of the integral of the divergence along the cycle, by DOP853; a step may err by 1e-13.
     assert cycle.multipliers[1].real == pytest.approx(8.59695063604e-4, abs=1e-13)
+
+
+@pytest.mark.parametrize("span", [(0, 0.2), (0.2, 0)])
+@pytest.mark.parametrize("mu", [0.35, 0.55])
+def test_no_pair_is_said_to_cross_where_all_lie_on_the_circle(mu, span):
+    # Without damping both pairs are imaginary; which comes there first is rounding.
+    diagram = sf.response(model_named("squeal", mu=mu), vary="c", span=span)
+    assert diagram.special == ()
+
+
+def test_the_edge_without_damping_is_no_locus():
+    window = ((0.3, 0.8), (0, 0.2))
+    found = sf.bifurcation_set(
+        model_named("squeal"), ("mu", "c"), window, types="HB", regions=False
+    )
+    (flutter,) = found.loci
+    assert flutter.special == ()
+    assert (flutter.values[:, 1] > 0).all()
+
+
+def test_an_undamped_response_is_neutral():
+    model = sf.System(
+        parameters={"W": 1.2, "F": 0.1},
+        states={"q": "v", "v": "F*cos(W*t) - q - q^3"},
+        forcing={"period": "2*pi/W", "quiet": "F"},
+    )
+    diagram = sf.response(model, vary="W", span=(0.55, 0.8))
+    ends = [line.split() for line in diagram.summary().splitlines() if " EP " in line]
+    assert [line[-1] for line in ends] == ["neutral", "neutral"]
+
+
+def test_rates_without_bound_at_a_guess_are_no_warning():
+    # Newton's steps from 1 lead to where the derivative of the root has no bound.
+    root = sf.System(parameters={"a": 0.5}, states={"x": "a - x^0.5"})
+    diagram = sf.response(root, vary="a", span=(1e-3, 1))
+    (branch,) = diagram.branches
+    assert branch.stopped.kind == "span"
+    assert branch.states[:, 0] == pytest.approx(branch.parameter**2, rel=1e-9)

@@ -118,7 +118,7 @@ class Bifurcations(Zeros[OrbitPoint]):
         for kind in a.tests:
             if kind != "fold" and not (turns and kind == "LP") and self.changes_sign(kind, a, b):
                 found.append(locate_test(self._orbits, known, a, b, kind, kind))
-        return [item for item in found if self.is_genuine(item)]
+        return [item for item in found if self.is_genuine(item) and not _undamped(item, a, b)]
 
     def _branch_point(self, known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint) -> Found:
         """Locate the branch point where the bordered determinant changes its sign.
@@ -215,6 +215,15 @@ def _off_pair(point: OrbitPoint) -> float:
     values = point.multipliers
     first, second = np.triu_indices(len(values), k=1)
     return float(np.abs(1 - values[first] * values[second]).min(initial=np.inf))
+
+
+def _undamped(found: Found, a: OrbitPoint, b: OrbitPoint) -> bool:
+    """Whether several pairs come to the unit circle where the branch ends, without damping.
+
+    Which of them crosses it, if any, is rounding.
+    """
+    several = np.count_nonzero(np.abs(np.abs(found.point.multipliers) - 1) < LOCATED) > 2
+    return found.type in PAIRED and several and min(map(_off_circle, (a, b))) < TEST_NOISE
 
 
 def _turns(found: Found) -> bool:

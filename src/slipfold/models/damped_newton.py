@@ -52,7 +52,8 @@ def damped_newton(
         lengths = np.max(np.abs(steps) / np.maximum(scales, np.abs(at)), axis=1)
         shares = np.where(lengths <= ROUNDING, 1.0, 0.0)
         far = np.flatnonzero(lengths > ROUNDING)
-        shares[far] = _shares(linear, at[far], rates[far], steps[far], scales, halvings)
+        with np.errstate(over="ignore"):  # what is tried may be anywhere
+            shares[far] = _shares(linear, at[far], rates[far], steps[far], scales, halvings)
         states[active] = at + shares[:, None] * steps
         done = lengths <= TOLERANCE
         found[active[done]] = states[active[done]]

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipfold.branches.branch import Branch, End
 from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
@@ -24,6 +25,9 @@ SHOWN = 2
 
 ROUNDING = 1e-14
 """What is smaller than this share of the size of its column is rounding, and shown as zero."""
+
+NEUTRAL = 1e-9
+"""A multiplier this near to the unit circle is neither inside nor outside."""
 
 LOCATED = 1e-9
 """What special points are located to, over the largest value of the span."""
@@ -162,12 +166,20 @@ def _rows(branch: Branch, noise: float) -> list[_Row]:
 def _end_row(branch: Branch, index: int, end: End, noise: float) -> _Row:
     kind = "MX" if end.kind == "failed" else "EP"
     note = end.kind if end.kind in ("limit", "closed", "interrupted", "points") else ""
-    stable = "yes" if branch.stable[index] else "no"
+    stable = _stability(branch, branch.multipliers[index])
     # A branch that leaves another is born with a multiplier on the unit circle, within rounding.
     if index == 0 and branch.begun.kind in ("born", "closed"):
         stable = ""
     value = certain(float(branch.parameter[index]), noise)
     return _Row(branch, index + 1, kind, value, _extrema(branch, index), stable, note)
+
+
+def _stability(branch: Branch, multipliers: NDArray[np.complex128]) -> str:
+    """Say whether an orbit is stable; without damping it is neither that nor unstable."""
+    own = branch.kind == "periodic" and not branch.model.forced
+    others = np.delete(multipliers, np.abs(multipliers - 1).argmin()) if own else multipliers
+    beyond = float(np.abs(others).max(initial=0.0)) - 1
+    return "neutral" if abs(beyond) < NEUTRAL else "no" if beyond > 0 else "yes"
 
 
 def _extrema(branch: Branch, index: int) -> Extrema:
@@ -180,7 +192,7 @@ def _extrema(branch: Branch, index: int) -> Extrema:
 
 def _special_row(branch: Branch, point: SpecialPoint) -> _Row:
     index = int(np.searchsorted(branch.arclength, point.arclength, side="right"))
-    stable = "" if point.type in BIFURCATIONS else "yes" if point.orbit.stable else "no"
+    stable = "" if point.type in BIFURCATIONS else _stability(branch, point.multipliers)
     value = certain(point.value, point.uncertainty)
     return _Row(branch, index, point.type, value, point.orbit.extrema, stable, point.outcome)
 
