@@ -222,8 +222,8 @@ def _undamped(found: Found, a: OrbitPoint, b: OrbitPoint) -> bool:
 
     Which of them crosses it, if any, is rounding.
     """
-    several = np.count_nonzero(np.abs(np.abs(found.point.multipliers) - 1) < LOCATED) > 2
-    return found.type in PAIRED and several and min(map(_off_circle, (a, b))) < TEST_NOISE
+    on_circle = int(np.count_nonzero(np.abs(np.abs(found.point.multipliers) - 1) < LOCATED))
+    return found.type in PAIRED and on_circle > 2 and min(map(_off_circle, (a, b))) < TEST_NOISE
 
 
 def _turns(found: Found) -> bool:
