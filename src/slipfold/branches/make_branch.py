@@ -47,6 +47,9 @@ def _branch(chart: Chart[OrbitPoint], begun: End, special: Sequence[SpecialPoint
     orbits, points = chart.trail.curve, chart.trail.points
     assert chart.trail.end is not None  # every trail ends
     durations, model = orbits.durations(points), orbits.model
+    parameter = np.array([orbits.value(point.z) for point in points])
+    if begun.kind == "span":
+        parameter[0] = begun.value  # exactly, whatever its scale did
     return Branch(
         id=chart.number,
         kind=orbits.kind,
@@ -54,7 +57,7 @@ def _branch(chart: Chart[OrbitPoint], begun: End, special: Sequence[SpecialPoint
         parent=chart.start.parent,
         model=model if durations is None else model.replace(duration=float(durations[0])),
         vary=orbits.vary,
-        parameter=np.array([orbits.value(point.z) for point in points]),
+        parameter=parameter,
         nodes=np.array([orbits.nodes(point.z) for point in points]),
         multipliers=np.array([orbits.multipliers(point) for point in points]),
         residual=np.array([point.residual for point in points]),

@@ -160,7 +160,8 @@ def correct(
         longest = min(CHORD, reach) / CHORD_GAIN
         z, _, left = _chord_steps(equations, expected.bordered(row), z, 0.0, longest)
         if left > HOPELESS * reach:
-            return Correction(z, None, None, np.inf, 0.0, left, 0, TOO_SHARP)
+            failure = TOO_SHARP if np.isfinite(left) else SINGULAR
+            return Correction(z, None, None, np.inf, 0.0, left, 0, failure)
     linearisation, bordered = None, None
     moved, mismatch = np.inf, np.inf
     failure = f"no convergence in {iterations} corrections"
