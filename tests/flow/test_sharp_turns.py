@@ -115,6 +115,25 @@ def test_switching_laws_agree_with_an_implicit_method(law, steepness):
 
 
 @pytest.mark.parametrize(
+    "bell",
+    [
+        "1/cosh(v/e)^2",
+        "1/cosh(v/e)/cosh(v/e)",
+        "4/(exp(v/e) + exp(-v/e))^2",
+        "4*sigmoid(2*v/e)*sigmoid(-2*v/e)",
+        "cosh(v/e)^-2",
+    ],
+)
+@pytest.mark.parametrize("e", [0.0606, 0.02])
+def test_bells_that_are_powers_and_products_are_what_they_are_otherwise(bell, e):
+    # All are 1 - tanh(v/e)^2. They are flat where each factor alone is not.
+    start = [0.1, 0.05]
+    exact = simulate(switching("1 - tanh(v/e)^2").replace(F=1.0, d=0.1, e=e), 3, start)
+    found = simulate(switching(bell).replace(F=1.0, d=0.1, e=e), 3, start)
+    assert found.strobe[-1] == pytest.approx(exact.strobe[-1], abs=1e-10)
+
+
+@pytest.mark.parametrize(
     ("e", "x"),
     [(0.05, 1.84688889), (0.01, 1.85759842), (1e-3, 1.86016491), (1e-5, 1.86045068)],
 )

@@ -126,6 +126,16 @@ def crossings(loci, axis, value):
     return [item for locus in loci for item in locus_crossings(locus, axis, value)]
 
 
+def _carried(problem, z, index, target, row):
+    """Bring a point of a locus to another value of a parameter, in steps."""
+    for place in np.linspace(z[index], target, 17)[1:]:
+        guess = z.copy()
+        guess[index] = place
+        found = correct(problem, guess, row, iterations=20)
+        z = found.z
+    return found
+
+
 def locus_crossings(locus, axis, value):
     """Crossings of one locus: from a spline through its points, corrected."""
     widths = tuple(map(float, np.ptp(locus.values, axis=0)))
@@ -144,6 +154,9 @@ def locus_crossings(locus, axis, value):
         guess = spline(grid[i] + share * (grid[i + 1] - grid[i]))
         guess[axis - 2] = value / widths[axis]
         found = correct(problem, guess, row, iterations=20)
+        if not found.converged:  # points are as sparse as their tangents allow, a spline has none
+            near = z[np.abs(s - grid[i]).argmin()]
+            found = _carried(problem, near, axis - 2, guess[axis - 2], row)
         assert found.converged, f"{locus.type} at {locus.vary[axis]} = {value}: {found.failure}"
         yield Crossing(locus, problem, problem.point(found, 0.0))
 

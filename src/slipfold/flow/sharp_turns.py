@@ -106,12 +106,41 @@ def sharp_turns(equations: Equations, outputs: Sequence[Expression] = ()) -> Sha
 
 
 def _saturations(operations: Sequence[Operation]) -> Iterator[tuple[int, float]]:
-    """Arguments of functions that are flat far from zero, and how far that is."""
+    """Arguments of functions that are flat far from zero, and how far that is.
+
+    What is multiplied by itself, as 1/cosh(v)^2, is flat so much nearer to zero.
+    """
     slopes = {index for item in operations if item.name == "erf" for index in item.needed}
-    for index, operation in enumerate(operations):
-        flat = operation.moves and operation.name in EDGES and index not in slopes
-        if flat and not _is_switched(operations, _index(operation)):
-            yield _index(operation), EDGES[operation.name]
+    flat = {
+        index
+        for index, operation in enumerate(operations)
+        if operation.moves and operation.name in EDGES and index not in slopes
+        if not _is_switched(operations, _index(operation))
+    }
+    for index in flat:
+        yield _index(operations[index]), EDGES[operations[index].name]
+    for index in range(len(operations)):
+        times: dict[tuple[int, float], float] = {}
+        for base, exponent in _factors(operations, index):
+            for inner in {base, *(addend for addend, _ in _addends(operations, base))} & flat:
+                found = _index(operations[inner]), EDGES[operations[inner].name]
+                times[found] = times.get(found, 0.0) + abs(exponent)
+        for (argument, edge), power in times.items():
+            if power > 1:
+                yield argument, edge / power
+
+
+def _factors(
+    operations: Sequence[Operation], index: int, power: float = 1.0
+) -> Iterator[tuple[int, float]]:
+    """Moving factors of a product of products, and their exponents."""
+    operation = operations[index]
+    if operation.name not in ("*", "/", "power"):
+        yield index, power
+        return
+    for operand in operation.operands:
+        if operand.index is not None:
+            yield from _factors(operations, operand.index, power * operand.exponent)
 
 
 def _is_switched(operations: Sequence[Operation], index: int) -> bool:
