@@ -174,11 +174,13 @@ def correct(
             break
         defect = linearisation.defect
         bordered = linearisation.bordered(row)
-        if left <= EXACT and (mismatch := equations.residual(defect)) <= tolerance:
-            moved, failure = 0.0, ""
-            break
         step = bordered.solve(np.append(-defect, row @ (guess - z)))
         previous, moved = moved, float(np.linalg.norm(step))
+        if left <= EXACT and moved <= STILL:
+            mismatch = equations.residual(defect)
+            if mismatch <= tolerance:
+                z, failure = z + step, ""  # chord steps leave a digit or two to be had
+                break
         if not moved < max(GROWTH * previous, ROUNDING):
             failure = "Newton's method diverged"
             break

@@ -43,7 +43,7 @@ ends a step at half of its distance."""
 COOLDOWN = 1e-10
 """Phase in which an edge just met is not met again: more than rounding, less than a crossing."""
 
-VERSION = f"turns={FLAT, STEEP_POWER, WEIGHT, COOLDOWN}"
+VERSION = f"turns of powers={FLAT, STEEP_POWER, WEIGHT, COOLDOWN}"
 """What is compiled with other events differs."""
 
 # Where a motion with events ends in NaN, heyoka warns on the terminal; here that is data.
@@ -122,7 +122,8 @@ def _saturations(operations: Sequence[Operation]) -> Iterator[tuple[int, float]]
     for index in range(len(operations)):
         times: dict[tuple[int, float], float] = {}
         for base, exponent in _factors(operations, index):
-            for inner in {base, *(addend for addend, _ in _addends(operations, base))} & flat:
+            addends = {addend for addend, _ in _addends(operations, base) if addend is not None}
+            for inner in {base, *addends} & flat:
                 found = _index(operations[inner]), EDGES[operations[inner].name]
                 times[found] = times.get(found, 0.0) + abs(exponent)
         for (argument, edge), power in times.items():
