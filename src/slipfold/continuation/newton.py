@@ -176,10 +176,11 @@ def correct(
         bordered = linearisation.bordered(row)
         step = bordered.solve(np.append(-defect, row @ (guess - z)))
         previous, moved = moved, float(np.linalg.norm(step))
-        if left <= EXACT and moved <= STILL:
+        if left <= EXACT and not moved > STILL:
             mismatch = equations.residual(defect)
             if mismatch <= tolerance:
-                z, failure = z + step, ""  # chord steps leave a digit or two to be had
+                # Chord steps leave a digit or two to be had; on a branch point no step exists.
+                z, moved, failure = (z + step, moved, "") if moved <= STILL else (z, 0.0, "")
                 break
         if not moved < max(GROWTH * previous, ROUNDING):
             failure = "Newton's method diverged"
