@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from slipfold.checks.retraced import SMALL, Motion, Retraced, retrace
 from slipfold.collocation.condensation import Condensed, Iterate, condense
 from slipfold.collocation.multipliers import multiplier_difference, product, without_motion
-from slipfold.flow.flow import Constants, Flow, flow_of
+from slipfold.flow.equations import Constants
+from slipfold.flow.flow import Flow, flow_of
 from slipfold.models.model import Model
 from slipfold.orbits.check import check_orbit, is_singular, rests
 from slipfold.orbits.periodic_orbit import PeriodicOrbit

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.collocation.gauss import gauss_points
-from slipfold.flow.flow import Constants, Flow
+from slipfold.flow.equations import Constants
+from slipfold.flow.flow import Flow
 
 __all__ = ["SMALL", "Motion", "Retraced", "retrace"]
 

@@ -7,11 +7,16 @@ import pickle
 from dataclasses import dataclass
 
 import heyoka as hy
+import numpy as np
+from numpy.typing import NDArray
 
+from slipfold.flow.lanes import by_lane
 from slipfold.models.model import Model
 from slipfold.models.output import Expression
 
-__all__ = ["Equations", "build_equations"]
+__all__ = ["Constants", "Equations", "build_equations"]
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -93,3 +98,40 @@ def build_equations(model: Model) -> Equations:
 
 def _as_expression(value: Expression) -> Expression:
     return value if isinstance(value, hy.expression) else hy.expression(float(value))
+
+
+@dataclass(frozen=True, eq=False)
+class Constants:
+    """What a flow needs to know of the parameters, and in which scales it is to be integrated.
+
+    Parameters
+    ----------
+    values
+        Coefficients, shape (n_c,); or (m, n_c), one row for each of m trajectories.
+    rates
+        Derivative of the coefficients with respect to each parameter, shape (n_c, n_p) or
+        (m, n_c, n_p).
+    scales
+        Typical sizes of the states, shape (n,) or (m, n). A step may make an error of the tolerance
+        times these. States go in and come out in their own units; powers of two round nothing.
+    """
+
+    values: Array
+    rates: Array
+    scales: Array
+
+    @property
+    def period(self) -> float:
+        """Forcing period in seconds, where all trajectories have the same."""
+        return float(self.values[..., -1])
+
+    def repeated(self, count: int) -> Constants:
+        """Return each trajectory's coefficients several times, without derivatives."""
+        if self.values.ndim == 1:
+            return self
+        scales = self.scales if self.scales.ndim == 1 else np.repeat(self.scales, count, axis=0)
+        return Constants(np.repeat(self.values, count, axis=0), self.rates[:0], scales)
+
+    def of(self, some: slice) -> tuple[Array, Array]:
+        """Return coefficients and scales of some trajectories, by lane of an integrator."""
+        return by_lane(self.values, some), by_lane(self.scales, some)

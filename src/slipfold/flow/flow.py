@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cache, lru_cache
 from threading import Lock
 from typing import Any
 
-import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.errors import InputError
 from slipfold.flow.compiled_code import JET_ORDER, CompiledCode
 from slipfold.flow.dense_motion import DenseMotion
-from slipfold.flow.equations import Equations, build_equations
+from slipfold.flow.equations import Constants, Equations, build_equations
+from slipfold.flow.lanes import ARRIVED, by_lane, chunks, finished_lanes, forget, padded, set_out
 from slipfold.flow.patience import arrive, pass_through, sampled
 from slipfold.flow.precision import LANES, TOLERANCE
-from slipfold.flow.scaled import power_of_two
+from slipfold.flow.scaled import of_order_one, power_of_two
 from slipfold.models.model import Kind, Model
 from slipfold.models.variations import COLUMNS, carried_whole
 
@@ -26,50 +25,8 @@ __all__ = ["Flow", "flow_of"]
 
 Array = NDArray[np.float64]
 
-FAR = 16.0
-"""Length of a direction beyond which its third power hides the first one from the tolerance."""
-
-ARRIVED = hy.taylor_outcome.time_limit
-
 TINY = 1e-300
 """Length of a step that is taken for what is known before it."""
-
-
-@dataclass(frozen=True, eq=False)
-class Constants:
-    """What a flow needs to know of the parameters, and in which scales it is to be integrated.
-
-    Parameters
-    ----------
-    values
-        Coefficients, shape (n_c,); or (m, n_c), one row for each of m trajectories.
-    rates
-        Derivative of the coefficients with respect to each parameter, shape (n_c, n_p) or
-        (m, n_c, n_p).
-    scales
-        Typical sizes of the states, shape (n,) or (m, n). A step may make an error of the tolerance
-        times these. States go in and come out in their own units; powers of two round nothing.
-    """
-
-    values: Array
-    rates: Array
-    scales: Array
-
-    @property
-    def period(self) -> float:
-        """Forcing period in seconds, where all trajectories have the same."""
-        return float(self.values[..., -1])
-
-    def repeated(self, count: int) -> Constants:
-        """Return each trajectory's coefficients several times, without derivatives."""
-        if self.values.ndim == 1:
-            return self
-        scales = self.scales if self.scales.ndim == 1 else np.repeat(self.scales, count, axis=0)
-        return Constants(np.repeat(self.values, count, axis=0), self.rates[:0], scales)
-
-    def of(self, some: slice) -> tuple[Array, Array]:
-        """Return coefficients and scales of some trajectories, by lane of an integrator."""
-        return _lanes(self.values, some), _lanes(self.scales, some)
 
 
 class Flow:
@@ -98,8 +55,6 @@ class Flow:
             raise InputError(f"no output {name!r}; there are {', '.join(self.output_names)}")
         return self.output_names.index(name)
 
-    # -- parameters ----------------------------------------------------------------------------
-
     def constants_of(self, model: Model) -> Constants:
         """Evaluate the coefficients of a model, to be integrated in its scales."""
         return self.constants(model.vector, power_of_two(model.state_scales()))
@@ -124,10 +79,10 @@ class Flow:
         Shapes: states (m, n); start, end (m,); returns (m, n).
         """
         result = np.empty_like(states)
-        for some in _chunks(len(states)):
+        for some in chunks(len(states)):
             batch = self._prepare(self._code.plain, states, start, constants, some)
-            arrive(batch, _pad(end[some]))
-            result[some] = _finished(batch, batch.state, some.stop - some.start)
+            arrive(batch, padded(end[some]))
+            result[some] = finished_lanes(batch, batch.state, some.stop - some.start)
         return result * constants.scales
 
     def sample(
@@ -146,9 +101,9 @@ class Flow:
         Shapes: states (m, n); phases (m, p); returns (m, p, n).
         """
         result = np.empty((*phases.shape, self.dimension))
-        for some in _chunks(len(states)):
+        for some in chunks(len(states)):
             batch = self._prepare(self._code.plain, states, phases[:, 0], constants, some)
-            grid = sampled(batch, _pad(phases[some]).T.copy())
+            grid = sampled(batch, padded(phases[some]).T.copy())
             result[some] = np.moveaxis(grid, 2, 0)[: some.stop - some.start]
         return result * constants.scales[..., None, :]
 
@@ -168,12 +123,12 @@ class Flow:
         ends = np.empty_like(states)
         code = self._code.linear(k)
         identity = _identity(n, k)
-        for some in _chunks(len(states)):
+        for some in chunks(len(states)):
             batch = self._prepare(code, states, start, constants, some)
             self._direct(batch, directions, some)
             batch.state[n:] = identity
-            arrive(batch, _pad(end[some]))
-            result = _finished(batch, batch.state, some.stop - some.start)
+            arrive(batch, padded(end[some]))
+            result = finished_lanes(batch, batch.state, some.stop - some.start)
             ends[some] = result[:, :n]
             derivatives[some] = result[:, n:].reshape(-1, n, n + k)
         derivatives *= _units(constants.scales, k)
@@ -224,12 +179,12 @@ class Flow:
         """Carry whole states of compiled code; starts and values are given in parts, by column."""
         state, pars = np.concatenate(starts, axis=1), np.concatenate(values, axis=1)
         result = np.empty_like(state)
-        for some in _chunks(len(state)):
-            _set_out(code, start[some])
-            code.state[:] = _pad(state[some]).T
-            code.pars[:] = _pad(pars[some]).T
-            arrive(code, _pad(end[some]))
-            result[some] = _finished(code, code.state, some.stop - some.start)
+        for some in chunks(len(state)):
+            set_out(code, start[some])
+            code.state[:] = padded(state[some]).T
+            code.pars[:] = padded(pars[some]).T
+            arrive(code, padded(end[some]))
+            result[some] = finished_lanes(code, code.state, some.stop - some.start)
         return result
 
     def curve(
@@ -254,14 +209,14 @@ class Flow:
         result = np.empty((len(states), n, n + k))
         code = self._code.curved(k)
         scaled = vectors / constants.scales
-        for some in _chunks(len(states)):
+        for some in chunks(len(states)):
             batch = self._prepare(code, states, start, constants, some)
             self._direct(batch, directions, some)
-            batch.state[n : 2 * n] = _pad(scaled[some]).T
+            batch.state[n : 2 * n] = padded(scaled[some]).T
             batch.state[2 * n :] = 0.0
             batch.state[2 * n : 2 * n + n * (n + k)] = _identity(n, k)
-            arrive(batch, _pad(end[some]))
-            finished = _finished(batch, batch.state, some.stop - some.start)
+            arrive(batch, padded(end[some]))
+            finished = finished_lanes(batch, batch.state, some.stop - some.start)
             result[some] = finished[:, 2 * n + n * (n + k) :].reshape(-1, n, n + k)
         result *= _units(constants.scales, k)
         return result[:, :, :n], result[:, :, n:]
@@ -284,10 +239,10 @@ class Flow:
         result = np.empty((total, JET_ORDER, n))
         starts = np.broadcast_to(states, directions.shape)
         first, last = np.broadcast_to(start, total), np.broadcast_to(end, total)
-        scaled, lengths = _of_order_one(directions / constants.scales)
-        for some in _chunks(total):
+        scaled, lengths = of_order_one(directions / constants.scales)
+        for some in chunks(total):
             batch = self._run_jets(starts, first, last, constants, scaled, some, beyond)
-            finished = _finished(batch, batch.state, some.stop - some.start)
+            finished = finished_lanes(batch, batch.state, some.stop - some.start)
             result[some] = finished[:, n:].reshape(-1, JET_ORDER, n)
         result *= lengths[:, None, None] ** np.arange(1, JET_ORDER + 1)[:, None]
         result *= constants.scales
@@ -305,10 +260,10 @@ class Flow:
         result = np.empty((total, orders, orders, n))
         starts = np.broadcast_to(nodes[0], directions.shape)
         first, last = np.full(total, start), np.full(total, end)
-        scaled, lengths = _of_order_one(directions / constants.scales)
-        for some in _chunks(total):
+        scaled, lengths = of_order_one(directions / constants.scales)
+        for some in chunks(total):
             batch = self._run_jets(starts, first, last, constants, scaled, some, nodes[1:])
-            ends = _finished(batch, batch.state, some.stop - some.start)
+            ends = finished_lanes(batch, batch.state, some.stop - some.start)
             batch.step(np.full(LANES, TINY), write_tc=True)  # for the Taylor coefficients in time
             for k in range(orders):
                 taylor = batch.tc[:, k, : len(ends)].T * math.factorial(k)
@@ -332,17 +287,17 @@ class Flow:
         """Carry as many jets as there are lanes to their end; directions are of scaled states."""
         n = self.dimension
         batch = self._prepare(self._code.jet, states, start, constants, some)
-        batch.pars[-n - 1 : -1] = _pad(directions[some]).T
+        batch.pars[-n - 1 : -1] = padded(directions[some]).T
         batch.pars[-1] = 0.0
         batch.state[n:] = 0.0
         passed = () if beyond is None else beyond / constants.scales
         for number, state in enumerate(passed, 1):
             share = number / (len(passed) + 1)
-            arrive(batch, _pad((start + share * (end - start))[some]))
+            arrive(batch, padded((start + share * (end - start))[some]))
             if any(item[0] != ARRIVED for item in batch.propagate_res):
                 batch.state[:] = np.nan
             batch.state[:n] = state[:, None]
-        arrive(batch, _pad(end[some]))
+        arrive(batch, padded(end[some]))
         return batch
 
     def rates(self, states: Array, phases: Array, constants: Constants) -> Array:
@@ -376,7 +331,7 @@ class Flow:
         """
         single = self._code.single
         single.time = grid[0]
-        _forget(single)
+        forget(single)
         single.state[:] = state / constants.scales
         single.pars[:] = np.concatenate([constants.values, constants.scales])
         return pass_through(single, grid, patient=patient) * constants.scales
@@ -392,7 +347,7 @@ class Flow:
         """
         single = self._code.single
         single.time = 0.0
-        _forget(single)
+        forget(single)
         single.state[:] = state / constants.scales
         single.pars[:] = np.concatenate([constants.values, constants.scales])
         output = single.propagate_until(end, max_steps=steps, c_output=True)[4]
@@ -446,8 +401,8 @@ class Flow:
         """Give an integrator the beginnings of some trajectories."""
         values, scales = constants.of(some)
         count, n = len(values), self.dimension
-        _set_out(batch, start[some])
-        batch.state[:n] = _pad(states[some]).T / scales
+        set_out(batch, start[some])
+        batch.state[:n] = padded(states[some]).T / scales
         batch.pars[:count] = values
         batch.pars[count : count + n] = scales
         return batch
@@ -457,7 +412,7 @@ class Flow:
         count, k = directions.shape[-2:]
         first = count + self.dimension
         for i in range(k):
-            batch.pars[first : first + count] = _lanes(directions[..., i], some)
+            batch.pars[first : first + count] = by_lane(directions[..., i], some)
             first += count
 
 
@@ -484,57 +439,12 @@ def _shared_flow(kind: Kind, tolerance: float) -> Flow:
 
 
 @cache
-def _chunks(count: int) -> tuple[slice, ...]:
-    return tuple(slice(first, min(first + LANES, count)) for first in range(0, count, LANES))
-
-
-def _pad(items: Array) -> Array:
-    """Fill the lanes that are left over with copies of the last item."""
-    if len(items) == LANES:
-        return items
-    return np.concatenate([items, np.repeat(items[-1:], LANES - len(items), axis=0)])
-
-
-@cache
 def _identity(n: int, k: int) -> Array:
     """Derivatives at the start, in the order in which the integrator holds them."""
     return np.repeat(np.eye(n, n + k).reshape(-1, 1), LANES, axis=1)
-
-
-def _lanes(values: Array, some: slice) -> Array:
-    """Constants by lane: shape (n_c, 1) if all trajectories share them, (n_c, LANES) if not."""
-    return values[:, None] if values.ndim == 1 else _pad(values[some]).T
-
-
-def _of_order_one(directions: Array) -> tuple[Array, Array]:
-    """Return directions over powers of two, so that no jet of theirs hides another, and these."""
-    lengths = np.abs(directions).max(axis=1)
-    far = (lengths > FAR) | ((lengths > 0) & (lengths < 1 / FAR))
-    lengths = power_of_two(np.where(far & np.isfinite(lengths), lengths, 1.0))
-    return directions / lengths[:, None], lengths
 
 
 def _units(scales: Array, directions: int) -> Array:
     """What derivatives of scaled states are to be multiplied by, shape (..., n, n + k)."""
     from_scaled = np.concatenate([1 / scales, np.ones((*scales.shape[:-1], directions))], axis=-1)
     return np.asarray(scales[..., :, None] * from_scaled[..., None, :])
-
-
-def _set_out(batch: Any, start: Array) -> None:
-    batch.set_time(_pad(start))
-    _forget(batch)
-
-
-def _forget(integrator: Any) -> None:
-    """Forget the events of the last run."""
-    if integrator.with_events:
-        integrator.reset_cooldowns()
-
-
-def _finished(batch: Any, state: Array, count: int) -> Array:
-    """Return one row per lane; NaN where the integrator did not arrive."""
-    result = state.T[:count].copy()
-    outcomes = [item[0] for item in batch.propagate_res[:count]]
-    if outcomes.count(ARRIVED) < count:  # one comparison costs more than a look at all of them
-        result[[outcome != ARRIVED for outcome in outcomes]] = np.nan
-    return result

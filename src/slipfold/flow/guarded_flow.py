@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.flow.cache import cached
-from slipfold.flow.equations import build_equations
-from slipfold.flow.flow import Constants, Flow, flow_of
+from slipfold.flow.equations import Constants, build_equations
+from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.own_copies import OwnCopies
 from slipfold.flow.patience import CALL, LONGEST, STEEP, STEP_LIMIT, go_on
 from slipfold.flow.precision import TOLERANCE

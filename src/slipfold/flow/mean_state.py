@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.flow.flow import Constants, Flow
+from slipfold.flow.equations import Constants
+from slipfold.flow.flow import Flow
 from slipfold.models.damped_newton import damped_newton
 
 __all__ = ["PHASES", "mean_state"]

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.flow.dense_motion import DenseMotion
-from slipfold.flow.flow import Constants, Flow
+from slipfold.flow.equations import Constants
+from slipfold.flow.flow import Flow
 
 __all__ = ["Returns", "find_returns"]
 

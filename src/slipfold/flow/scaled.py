@@ -12,9 +12,12 @@ from numpy.typing import NDArray
 from slipfold.flow.equations import Equations
 from slipfold.models.output import Expression
 
-__all__ = ["Scaled", "power_of_two"]
+__all__ = ["Scaled", "of_order_one", "power_of_two"]
 
 Array = NDArray[np.float64]
+
+FAR = 16.0
+"""Length of a direction beyond which its third power hides the first one from the tolerance."""
 
 
 @dataclass(frozen=True)
@@ -53,3 +56,11 @@ class Scaled:
 def power_of_two(sizes: Array) -> Array:
     """Return the powers of two nearest to sizes: scaling by them rounds nothing."""
     return np.asarray(np.exp2(np.round(np.log2(sizes))))
+
+
+def of_order_one(directions: Array) -> tuple[Array, Array]:
+    """Return directions over powers of two, so that no jet of theirs hides another, and these."""
+    lengths = np.abs(directions).max(axis=1)
+    far = (lengths > FAR) | ((lengths > 0) & (lengths < 1 / FAR))
+    lengths = power_of_two(np.where(far & np.isfinite(lengths), lengths, 1.0))
+    return directions / lengths[:, None], lengths

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipfold.errors import InputError
-from slipfold.flow.flow import Constants, Flow, flow_of
+from slipfold.flow.equations import Constants
+from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.guarded_flow import Stop
 from slipfold.flow.settlement import Settlement
 from slipfold.models.model import Model

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.flow import Flow, flow_of
-from slipfold.flow.flow import Constants
+from slipfold.flow.equations import Constants
 from slipfold.flow.scaled import power_of_two
 from slipfold.models.model import Model
 

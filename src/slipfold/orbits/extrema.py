@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from slipfold.errors import InputError
 from slipfold.flow import Flow, flow_of
-from slipfold.flow.flow import Constants
+from slipfold.flow.equations import Constants
 from slipfold.flow.scaled import power_of_two
 from slipfold.models.model import Model
 from slipfold.text.one_line import OneLine, listed, number_text

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.flow import Flow
-from slipfold.flow.flow import Constants
+from slipfold.flow.equations import Constants
 from slipfold.flow.mean_state import PHASES, mean_state
 
 __all__ = ["linear_response"]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from slipfold.continuation.curve import Curve
 from slipfold.continuation.newton import Correction
-from slipfold.flow.flow import Constants
+from slipfold.flow.equations import Constants
 from slipfold.models.model import Model
 from slipfold.orbits.discretisation import Discretisation
 from slipfold.orbits.linearisation import Linearisation

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.flow.flow import Constants
+from slipfold.flow.equations import Constants
 from slipfold.models.model import Model
 from slipfold.orbits.discretisation import Discretisation
 from slipfold.orbits.spectrum.degeneracy import Degeneracy

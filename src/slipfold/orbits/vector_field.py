@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.flow.flow import Constants
+from slipfold.flow.equations import Constants
 from slipfold.orbits.discretisation import Discretisation
 
 __all__ = ["VectorField"]

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from slipfold.errors import InputError
 from slipfold.flow import Flow
-from slipfold.flow.flow import Constants
+from slipfold.flow.equations import Constants
 from slipfold.flow.scaled import power_of_two
 from slipfold.models.model import Model
 from slipfold.orbits.forced_orbits import ForcedOrbits
