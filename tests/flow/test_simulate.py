@@ -181,6 +181,18 @@ def test_start_beyond_a_limit_ends_at_once():
         run.steady()
 
 
+def test_an_overflow_says_when_it_was_at_the_earliest():
+    # cosh(1/w) is beyond what there is.
+    steep = sf.System(
+        parameters={"w": 1e-4},
+        states={"x": "v", "v": "cos(t) - x - 0.1*v - 0.5/cosh(v/w)^2"},
+        forcing={"period": "2*pi"},
+    )
+    run = simulate(steep, 5, [0.1, 0.05])
+    assert "more than 0 s after the start, in forcing period 1" in run.stopped.reason
+    assert run.stopped.time == 0
+
+
 def test_singularity_without_a_limit_ends_the_run():
     run = simulate(Runaway(f=2.0), 1000, [1 / 9.7])
     assert run.stopped.kind == "singular"

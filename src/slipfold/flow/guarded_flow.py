@@ -125,7 +125,10 @@ class GuardedFlow:
         if -len(self.limits) <= outcome < 0:
             met = integrator.state * constants.scales
             return states, self._stop(-1 - outcome, met, integrator.time, constants, time)
-        place = f"{time:.6g} s after the start"
+        known = np.isfinite(time)
+        if not known:  # an overflow left nothing but what is no number
+            time = (done + len(states)) * constants.period
+        place = f"{'' if known else 'more than '}{time:.6g} s after the start"
         if self._forced:
             place += f", in forcing period {done + len(states) + 1}"
         if outcome == STEP_LIMIT and abs(integrator.last_h) > STANDSTILL:
