@@ -100,6 +100,17 @@ def test_a_short_simulation_checks_less():
     ]
 
 
+def test_a_period_of_many_steps_is_computed_again_in_parts():
+    slow = sf.System(
+        parameters={"W": 1e-4},
+        states={"q": "v", "v": "cos(W*t) - 0.1*v - q"},
+        forcing={"period": "2*pi/W"},
+    )
+    motion = sf.simulate(slow, periods=3)
+    assert motion.checked.agree
+    assert len(motion.checked.checks) == 2
+
+
 def test_a_map_checks_some_thresholds(thresholds):
     checks = thresholds.checked.checks
     highest, lowest = np.nanmax(thresholds.values), np.nanmin(thresholds.values)
