@@ -6,6 +6,7 @@ import functools
 import importlib
 import inspect
 import pkgutil
+import sys
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -69,8 +70,16 @@ def default(owner: Any, parameter: inspect.Parameter) -> Any:
 def documented(value: Any) -> dict[str, DocumentedParameter]:
     """Return what the docstring says of each parameter, by name.
 
-    A class documents each field once, as a parameter or as an attribute.
+    A class documents each field once, as a parameter or as an attribute. A method that overrides
+    another may leave its parameters to that one's docstring.
     """
+    own = _sections(value)
+    overridden = [entry for base in _overridden(value) for entry in _sections(base).items()]
+    left_out = {name: entry for name, entry in reversed(overridden) if name in parameters(value)}
+    return left_out | own
+
+
+def _sections(value: Any) -> dict[str, DocumentedParameter]:
     doc = NumpyDocString(inspect.getdoc(value) or "")
     sections = ["Parameters", "Other Parameters"]
     if inspect.isclass(value):
@@ -81,6 +90,15 @@ def documented(value: Any) -> dict[str, DocumentedParameter]:
         for entry in doc[section]
         for name in entry.name.split(",")
     }
+
+
+def _overridden(value: Any) -> list[Any]:
+    """Return the methods of base classes that this one takes the place of, the nearest first."""
+    if not inspect.isfunction(value):
+        return []
+    owner = getattr(sys.modules[value.__module__], value.__qualname__.rpartition(".")[0], None)
+    bases = owner.__mro__[1:] if inspect.isclass(owner) else ()
+    return [vars(base)[value.__name__] for base in bases if value.__name__ in vars(base)]
 
 
 def _members(class_name: str, cls: type) -> Iterator[PublicObject]:

@@ -221,13 +221,7 @@ class SlidingOscillator(Model):
         return f"{type(self).__name__}({', '.join([f'friction={self.friction!r}', *given])})"
 
     def check(self, values: Mapping[str, float]) -> None:
-        """Refuse a pulsation that would lift the tip off the plate.
-
-        Parameters
-        ----------
-        values
-            All parameter values by name.
-        """
+        """Refuse a pulsation that would lift the tip off the plate."""
         if values["Nd"] >= values["Ns"]:
             raise InputError(
                 f"Nd = {values['Nd']:g} N is not below Ns = {values['Ns']:g} N, so the tip would "
@@ -237,13 +231,7 @@ class SlidingOscillator(Model):
             self._law.check(values)
 
     def coefficients(self, p: Symbols) -> dict[str, Expression]:
-        """Mass-normalised stiffness, damping, friction and plate velocity.
-
-        Parameters
-        ----------
-        p
-            The parameters by name, symbols or floats.
-        """
+        """Mass-normalised stiffness, damping, friction and plate velocity."""
         w1, w2 = 2 * math.pi * p["f1"], 2 * math.pi * p["f2"]
         m1, m2 = p["k1"] / (w1 * w1), p["k2"] / (w2 * w2)
         cos, sin = _trigonometry(p["alpha"])
@@ -273,17 +261,7 @@ class SlidingOscillator(Model):
         return {**coefficients, "f": p["f"], **own}
 
     def rates(self, q: Symbols, c: Symbols, phase: Expression) -> dict[str, Expression]:
-        """Equations of motion (1)-(2) of the source paper, divided by mass and L.
-
-        Parameters
-        ----------
-        q
-            The states by name.
-        c
-            The coefficients by name.
-        phase
-            Time divided by the forcing period.
-        """
+        """Equations of motion (1)-(2) of the source paper, divided by mass and L."""
         height = 1.0 + q["y"]
         stretch = 1.0 - spring_length_squared(q) ** -0.5
         push_x, push_y, memory = self._friction_terms(q, c, phase)
@@ -321,13 +299,7 @@ class SlidingOscillator(Model):
         return push_x, c["mass_ratio"] * push_y, dict(zip(names, rates, strict=True))
 
     def period(self, p: Symbols) -> Expression:
-        """Return the forcing period 1/f in seconds.
-
-        Parameters
-        ----------
-        p
-            The parameters by name.
-        """
+        """Return the forcing period 1/f in seconds."""
         return 1.0 / p["f"]
 
     @property

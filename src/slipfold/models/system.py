@@ -198,23 +198,11 @@ class System(Model):
         return self._built.definition.events
 
     def check(self, values: Mapping[str, float]) -> None:
-        """Refuse parameter values with which the equations have no meaning.
-
-        Parameters
-        ----------
-        values
-            All parameter values by name.
-        """
+        """Refuse parameter values with which the equations have no meaning."""
         self._built.check(values)
 
     def coefficients(self, p: Symbols) -> dict[str, Expression]:
-        """Return the largest parts of the formulas that depend on parameters alone.
-
-        Parameters
-        ----------
-        p
-            The parameters by name, symbols or floats.
-        """
+        """Return the largest parts of the formulas that depend on parameters alone."""
         return self._built.equations.coefficients(p)
 
     def rates(self, q: Symbols, c: Symbols, phase: Expression) -> dict[str, Expression]:
@@ -232,13 +220,7 @@ class System(Model):
         return self._built.rates(q, c, phase)
 
     def period(self, p: Symbols) -> Expression:
-        """Return the forcing period in seconds; of an autonomous system the ``duration``.
-
-        Parameters
-        ----------
-        p
-            The parameters by name.
-        """
+        """Return the forcing period in seconds; of an autonomous system the ``duration``."""
         return self._built.equations.period(p)
 
     def outputs(self) -> tuple[Output, ...]:

@@ -110,23 +110,11 @@ class Unforced(Model):
         return other.replace(**changes) if changes else other
 
     def check(self, values: Mapping[str, float]) -> None:
-        """Refuse what the forced model refuses.
-
-        Parameters
-        ----------
-        values
-            All parameter values by name.
-        """
+        """Refuse what the forced model refuses."""
         self._base.check({**self._base.values, **values})
 
     def coefficients(self, p: Symbols) -> dict[str, Expression]:
-        """Coefficients of the forced model, without those that the forcing alone needs.
-
-        Parameters
-        ----------
-        p
-            The parameters by name, symbols or floats.
-        """
+        """Coefficients of the forced model, without those that the forcing alone needs."""
         found = self._base.coefficients({**self._base.values, **p})
         return {name: found[name] for name in self._terms.coefficients}
 
@@ -145,13 +133,7 @@ class Unforced(Model):
         return self._base.rates(q, {**self._terms.others, **c}, _REST)
 
     def period(self, p: Symbols) -> Expression:
-        """Return the ``duration`` in seconds.
-
-        Parameters
-        ----------
-        p
-            The parameters by name.
-        """
+        """Return the ``duration`` in seconds."""
         return p[DURATION.name]
 
     def outputs(self) -> tuple[Output, ...]:

@@ -78,13 +78,7 @@ class BoucWen(MemoryLaw):
     exponent: int = 2
 
     def check(self, values: Mapping[str, float]) -> None:
-        """Refuse shapes whose deflection is unbounded or that give energy.
-
-        Parameters
-        ----------
-        values
-            Values of the parameters by name.
-        """
+        """Refuse shapes whose deflection is unbounded or that give energy."""
         b, c = values["b"], values["c"]
         if not b + c > 0:
             raise InputError(
@@ -107,39 +101,15 @@ class BoucWen(MemoryLaw):
         return float(self._limit(self.values))
 
     def formula(self, speed: Expression, p: Symbols) -> Expression:
-        """``(A/(b + c))^(1/n)``, whatever the speed.
-
-        Parameters
-        ----------
-        speed
-            Slip speed in m/s.
-        p
-            The parameters by name.
-        """
+        """``(A/(b + c))^(1/n)``, whatever the speed."""
         return self._limit(p)
 
     def traction(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
-        """The deflection itself.
-
-        Parameters
-        ----------
-        contact
-            Slip, deflection and normal force.
-        p
-            The parameters by name.
-        """
+        """The deflection itself."""
         return contact.memory
 
     def rates_of_memory(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
-        """``A v - |z|^(n-2) z (b |v.z| + c v.z)``.
-
-        Parameters
-        ----------
-        contact
-            Slip, deflection and normal force.
-        p
-            The parameters by name.
-        """
+        """``A v - |z|^(n-2) z (b |v.z| + c v.z)``."""
         slip, memory = contact.slip, contact.memory
         power = sum(v * z for v, z in zip(slip, memory, strict=True))
         floor = p["e"] * self._limit(p)

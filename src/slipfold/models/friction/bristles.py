@@ -41,15 +41,7 @@ class _Bristles(MemoryLaw):
         return max(float(self.level(0.0, p)), 1e-3) / p["s0"]
 
     def rates_of_memory(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
-        """``v - s0 |v| z/g(|v|)``.
-
-        Parameters
-        ----------
-        contact
-            Slip, deflection and normal force.
-        p
-            The parameters by name.
-        """
+        """``v - s0 |v| z/g(|v|)``."""
         square = contact.square
         fading = p["s0"] * _rounded(square, p) / self.level(square, p)
         return tuple(v - fading * z for v, z in zip(contact.slip, contact.memory, strict=True))
@@ -121,27 +113,11 @@ class Dahl(_Bristles):
         return p["mu_k"]
 
     def formula(self, speed: Expression, p: Symbols) -> Expression:
-        """``mu_k v/sqrt(v^2 + e^2)``.
-
-        Parameters
-        ----------
-        speed
-            Slip speed in m/s.
-        p
-            The parameters by name.
-        """
+        """``mu_k v/sqrt(v^2 + e^2)``."""
         return p["mu_k"] * speed / _rounded(speed * speed, p)
 
     def traction(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
-        """``s0 z``.
-
-        Parameters
-        ----------
-        contact
-            Slip, deflection and normal force.
-        p
-            The parameters by name.
-        """
+        """``s0 z``."""
         return tuple(p["s0"] * z for z in contact.memory)
 
 
@@ -214,13 +190,7 @@ class LuGre(_Bristles):
     e: float = described(REST_SPEED)
 
     def check(self, values: Mapping[str, float]) -> None:
-        """Refuse ``mu_s < mu_k``.
-
-        Parameters
-        ----------
-        values
-            Values of the parameters by name.
-        """
+        """Refuse ``mu_s < mu_k``."""
         check_static(values)
 
     @property
@@ -242,28 +212,12 @@ class LuGre(_Bristles):
         return p["mu_k"] + (p["mu_s"] - p["mu_k"]) * exp(-ratio)
 
     def formula(self, speed: Expression, p: Symbols) -> Expression:
-        """``g(v) v/sqrt(v^2 + e^2) + s2 v``.
-
-        Parameters
-        ----------
-        speed
-            Slip speed in m/s.
-        p
-            The parameters by name.
-        """
+        """``g(v) v/sqrt(v^2 + e^2) + s2 v``."""
         square = speed * speed
         return speed * (self.level(square, p) / _rounded(square, p) + p["s2"])
 
     def traction(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
-        """``s0 z + s1 z' + s2 v``.
-
-        Parameters
-        ----------
-        contact
-            Slip, deflection and normal force.
-        p
-            The parameters by name.
-        """
+        """``s0 z + s1 z' + s2 v``."""
         rates = self.rates_of_memory(contact, p)
         return tuple(
             p["s0"] * z + p["s1"] * rate + p["s2"] * v

@@ -47,13 +47,7 @@ class Coulomb(FrictionLaw):
     mu_k: float = described(replace(KINETIC, default=0.5))
 
     def check(self, values: Mapping[str, float]) -> None:
-        """Refuse ``mu_s < mu_k``.
-
-        Parameters
-        ----------
-        values
-            Values of the parameters by name.
-        """
+        """Refuse ``mu_s < mu_k``."""
         check_static(values)
 
     @property
@@ -62,15 +56,7 @@ class Coulomb(FrictionLaw):
         return self.mu_s
 
     def formula(self, speed: Expression, p: Symbols) -> Expression:
-        """``mu_k``.
-
-        Parameters
-        ----------
-        speed
-            Slip speed in m/s.
-        p
-            The parameters by name.
-        """
+        """``mu_k``."""
         return p["mu_k"]
 
 
@@ -109,13 +95,7 @@ class CoulombViscous(FrictionLaw):
     s2: float = described(replace(VISCOUS, default=0.1))
 
     def check(self, values: Mapping[str, float]) -> None:
-        """Refuse ``mu_s < mu_k``.
-
-        Parameters
-        ----------
-        values
-            Values of the parameters by name.
-        """
+        """Refuse ``mu_s < mu_k``."""
         check_static(values)
 
     @property
@@ -124,13 +104,5 @@ class CoulombViscous(FrictionLaw):
         return self.mu_s
 
     def formula(self, speed: Expression, p: Symbols) -> Expression:
-        """``mu_k + s2 v``.
-
-        Parameters
-        ----------
-        speed
-            Slip speed in m/s.
-        p
-            The parameters by name.
-        """
+        """``mu_k + s2 v``."""
         return p["mu_k"] + p["s2"] * speed

@@ -114,13 +114,7 @@ class Iwan(FrictionLaw):
         return type(self)(elements)
 
     def memory(self, dimensions: int) -> tuple[State, ...]:
-        """Return the states of all elements, with their numbers.
-
-        Parameters
-        ----------
-        dimensions
-            1 for slip along a line, 2 for slip in a plane.
-        """
+        """Return the states of all elements, with their numbers."""
         return tuple(
             State(f"{state.name}{place}", state.unit, f"{state.doc}, element {place}")
             for place, element in enumerate(self.elements, 1)
@@ -128,52 +122,22 @@ class Iwan(FrictionLaw):
         )
 
     def steady_memory(self, slip: Sequence[float]) -> tuple[float, ...]:
-        """Return the memory after a long slip at a constant velocity.
-
-        Parameters
-        ----------
-        slip
-            Velocity of the counter-body relative to the body in m/s, one or two components.
-        """
+        """Return the memory after a long slip at a constant velocity."""
         return tuple(part for element in self.elements for part in element.steady_memory(slip))
 
     # -- forces --------------------------------------------------------------------------------
 
     def formula(self, speed: Expression, p: Symbols) -> Expression:
-        """Sum of the elements' friction coefficients, in steady slip.
-
-        Parameters
-        ----------
-        speed
-            Slip speed in m/s.
-        p
-            The parameters by name.
-        """
+        """Sum of the elements' friction coefficients, in steady slip."""
         return sum(p[f"mu_k{place}"] for place in range(1, len(self.elements) + 1))
 
     def traction(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
-        """Sum of those of the elements.
-
-        Parameters
-        ----------
-        contact
-            Slip, memory and normal force.
-        p
-            The parameters by name.
-        """
+        """Sum of those of the elements."""
         parts = [element.traction(own, q) for element, own, q in self._apart(contact, p)]
         return tuple(sum(components) for components in zip(*parts, strict=True))
 
     def rates_of_memory(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
-        """Those of the elements.
-
-        Parameters
-        ----------
-        contact
-            Slip, memory and normal force.
-        p
-            The parameters by name.
-        """
+        """Those of the elements."""
         return tuple(
             rate
             for element, own, q in self._apart(contact, p)

@@ -108,39 +108,15 @@ class Jenkins(MemoryLaw):
         object.__setattr__(self, "exponent", checked_exponent(self.exponent))
 
     def formula(self, speed: Expression, p: Symbols) -> Expression:
-        """``mu_k``, in steady slip.
-
-        Parameters
-        ----------
-        speed
-            Slip speed in m/s.
-        p
-            The parameters by name.
-        """
+        """``mu_k``, in steady slip."""
         return p["mu_k"]
 
     def traction(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
-        """``mu_k z``.
-
-        Parameters
-        ----------
-        contact
-            Slip, force over its limit and normal force.
-        p
-            The parameters by name.
-        """
+        """``mu_k z``."""
         return tuple(p["mu_k"] * z for z in contact.memory)
 
     def rates_of_memory(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
-        """``w - z |z|^(n-2) max(w.z, 0)`` with ``w = kt v/(mu_k N) - z N'/N``, rounded off.
-
-        Parameters
-        ----------
-        contact
-            Slip, force over its limit and normal force.
-        p
-            The parameters by name.
-        """
+        """``w - z |z|^(n-2) max(w.z, 0)`` with ``w = kt v/(mu_k N) - z N'/N``, rounded off."""
         inverse, memory = p["kt"] / (p["mu_k"] * contact.normal), contact.memory
         fading = contact.normal_rate / contact.normal
         held = [inverse * v - fading * z for v, z in zip(contact.slip, memory, strict=True)]

@@ -43,13 +43,7 @@ class MemoryLaw(FrictionLaw):
         """Return the deflection after a long slip at a constant speed."""
 
     def memory(self, dimensions: int) -> tuple[State, ...]:
-        """Return the states ``z``, or ``zx`` and ``zy``.
-
-        Parameters
-        ----------
-        dimensions
-            1 for slip along a line, 2 for slip in a plane.
-        """
+        """Return the states ``z``, or ``zx`` and ``zy``."""
         if dimensions == 1:
             return (State("z", self.unit, self.meaning, "$z$"),)
         return tuple(
@@ -58,12 +52,6 @@ class MemoryLaw(FrictionLaw):
         )
 
     def steady_memory(self, slip: Sequence[float]) -> tuple[float, ...]:
-        """Return the deflection after a long slip at a constant velocity.
-
-        Parameters
-        ----------
-        slip
-            Velocity of the counter-body relative to the body in m/s, one or two components.
-        """
+        """Return the deflection after a long slip at a constant velocity."""
         speed = float(np.linalg.norm(slip))
         return tuple(self.steady_deflection(speed) * float(part) / speed for part in slip)

@@ -92,13 +92,7 @@ class Regularised(FrictionLaw):
             )
 
     def check(self, values: Mapping[str, float]) -> None:
-        """Refuse values that contradict each other in the law.
-
-        Parameters
-        ----------
-        values
-            Values of the parameters by name.
-        """
+        """Refuse values that contradict each other in the law."""
         self.law.check(values)
 
     @property
@@ -129,11 +123,6 @@ class Regularised(FrictionLaw):
     def replace(self, **changes: Any) -> Self:
         """Return a new law with some values changed, its own or the law's.
 
-        Parameters
-        ----------
-        **changes
-            New values by name, numbers in SI units or text with a unit.
-
         Raises
         ------
         InputError
@@ -145,27 +134,11 @@ class Regularised(FrictionLaw):
         return super().replace(law=law.replace(**inner) if inner else law, **own)
 
     def formula(self, speed: Expression, p: Symbols) -> Expression:
-        """The law's coefficient times the rise.
-
-        Parameters
-        ----------
-        speed
-            Slip speed in m/s.
-        p
-            The parameters by name.
-        """
+        """The law's coefficient times the rise."""
         return self.law.formula(speed, p) * self._rise(speed / p["e"])
 
     def traction(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
-        """Friction force over normal force, smooth at rest.
-
-        Parameters
-        ----------
-        contact
-            Slip and normal force.
-        p
-            The parameters by name.
-        """
+        """Friction force over normal force, smooth at rest."""
         slip, square = contact.slip, contact.square
         floor = _FLOOR * p["e"]
         speed = sqrt(square + floor * floor)

@@ -68,13 +68,7 @@ class Stribeck(FrictionLaw):
     exponent: int = 1
 
     def check(self, values: Mapping[str, float]) -> None:
-        """Refuse ``mu_s < mu_k``.
-
-        Parameters
-        ----------
-        values
-            Values of the parameters by name.
-        """
+        """Refuse ``mu_s < mu_k``."""
         check_static(values)
 
     def check_structure(self) -> None:
@@ -89,15 +83,7 @@ class Stribeck(FrictionLaw):
         return self.vs
 
     def formula(self, speed: Expression, p: Symbols) -> Expression:
-        """``mu_k + (mu_s - mu_k) exp(-(v/vs)^n) + s2 v``.
-
-        Parameters
-        ----------
-        speed
-            Slip speed in m/s.
-        p
-            The parameters by name.
-        """
+        """``mu_k + (mu_s - mu_k) exp(-(v/vs)^n) + s2 v``."""
         ratio = speed / p["vs"]
         power = ratio if self.exponent == 1 else ratio * ratio
         return p["mu_k"] + (p["mu_s"] - p["mu_k"]) * exp(-power) + p["s2"] * speed
@@ -149,15 +135,7 @@ class RationalStribeck(FrictionLaw):
         return 1.0 / max(self.d, 1.0)
 
     def formula(self, speed: Expression, p: Symbols) -> Expression:
-        """``mu_s/(1 + d v)``.
-
-        Parameters
-        ----------
-        speed
-            Slip speed in m/s.
-        p
-            The parameters by name.
-        """
+        """``mu_s/(1 + d v)``."""
         return p["mu_s"] / (1.0 + p["d"] * speed)
 
 
@@ -207,13 +185,7 @@ class CubicStribeck(FrictionLaw):
     )
 
     def check(self, values: Mapping[str, float]) -> None:
-        """Refuse ``mu_s < mu_m``.
-
-        Parameters
-        ----------
-        values
-            Values of the parameters by name.
-        """
+        """Refuse ``mu_s < mu_m``."""
         if values["mu_s"] < values["mu_m"]:
             raise InputError(
                 f"mu_s = {values['mu_s']:g} is below mu_m = {values['mu_m']:g}, the smallest "
@@ -236,15 +208,7 @@ class CubicStribeck(FrictionLaw):
         return self.vm / 3
 
     def formula(self, speed: Expression, p: Symbols) -> Expression:
-        """``mu_s - a v + b v^3``.
-
-        Parameters
-        ----------
-        speed
-            Slip speed in m/s.
-        p
-            The parameters by name.
-        """
+        """``mu_s - a v + b v^3``."""
         ratio = speed / p["vm"]
         fall = ratio * (1.5 - 0.5 * (ratio * ratio))
         return p["mu_s"] - (p["mu_s"] - p["mu_m"]) * fall

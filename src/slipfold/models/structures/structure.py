@@ -248,37 +248,16 @@ class Structure(LinearStructure):
         return self._assembly.forced
 
     def check(self, values: Mapping[str, float]) -> None:
-        """Refuse parameter values that contradict each other.
-
-        Parameters
-        ----------
-        values
-            All parameter values by name.
-        """
+        """Refuse parameter values that contradict each other."""
         for item in self._assembly.placed:
             item.component.check(self._assembly.own_values(item, values))
 
     def coefficients(self, p: Symbols) -> dict[str, Expression]:
-        """Return the coefficients of the components.
-
-        Parameters
-        ----------
-        p
-            The parameters by name, symbols or floats.
-        """
+        """Return the coefficients of the components."""
         return self._assembly.coefficients(p)
 
     def rates(self, q: Symbols, c: Symbols, phase: Expression) -> dict[str, Expression]:
         """Return the time derivatives of the states, per second.
-
-        Parameters
-        ----------
-        q
-            The states by name.
-        c
-            The coefficients by name.
-        phase
-            Time divided by the forcing period.
 
         Raises
         ------
@@ -294,13 +273,7 @@ class Structure(LinearStructure):
         return self._assembly.rates(q, c, phase)
 
     def period(self, p: Symbols) -> Expression:
-        """Return the forcing period 1/f in seconds; without forcing the ``duration``.
-
-        Parameters
-        ----------
-        p
-            The parameters by name.
-        """
+        """Return the forcing period 1/f in seconds; without forcing the ``duration``."""
         return 1.0 / p["f"] if self.forced else p["duration"]
 
     def outputs(self) -> tuple[Output, ...]:

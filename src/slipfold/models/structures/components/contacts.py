@@ -139,13 +139,7 @@ class FrictionContact(Component):
         return replace(self, law=self.law.kind, load=self.load.kind, Vd=1.0, alpha=0.0)
 
     def check(self, values: Mapping[str, float]) -> None:
-        """Refuse values that contradict each other in the load or the law.
-
-        Parameters
-        ----------
-        values
-            Parameter values by their own names.
-        """
+        """Refuse values that contradict each other in the load or the law."""
         self.load.check(values)
         self.law.check(values)
 
@@ -161,13 +155,7 @@ class FrictionContact(Component):
         return tuple(self.load.amplitudes)
 
     def coefficients(self, p: Symbols) -> dict[str, Expression]:
-        """Parameters of load and law, and the velocity of the counter-body.
-
-        Parameters
-        ----------
-        p
-            The parameters by their own names.
-        """
+        """Parameters of load and law, and the velocity of the counter-body."""
         result = {item.name: p[item.name] for item in self.own_parameters if item.name != "alpha"}
         if self.memory() and self.amplitudes:
             result["f"] = p["f"]
@@ -228,28 +216,12 @@ class FrictionContact(Component):
         return self.law.memory(len(self.along))
 
     def memory_rates(self, motion: Motion, c: Symbols, phase: Expression) -> tuple[Expression, ...]:
-        """Return the rates of the law's memory, per second.
-
-        Parameters
-        ----------
-        motion
-            How the structure moves there, with its acceleration.
-        c
-            The coefficients by their own names.
-        phase
-            Time divided by the forcing period.
-        """
+        """Return the rates of the law's memory, per second."""
         normal, rate = self._normal(motion, c, phase), self._normal_rate(motion, c, phase)
         return self.law.memory_rates(self._slip(motion, c), motion.memory, c, normal, rate)
 
     def steady_memory(self, values: Mapping[str, float]) -> tuple[float, ...]:
-        """Return the law's memory after a long slip; zero where the counter-body is at rest.
-
-        Parameters
-        ----------
-        values
-            Parameter values by their own names.
-        """
+        """Return the law's memory after a long slip; zero where the counter-body is at rest."""
         states = self.memory()
         if not states or not values["Vd"]:
             return (0.0,) * len(states)
@@ -258,13 +230,7 @@ class FrictionContact(Component):
         return self._law_of(values).steady_memory(plate[: len(self.along)])
 
     def memory_scale(self, values: Mapping[str, float]) -> float:
-        """Return the typical size of the law's memory.
-
-        Parameters
-        ----------
-        values
-            Parameter values by their own names.
-        """
+        """Return the typical size of the law's memory."""
         return self._law_of(values).memory_scale
 
     def _law_of(self, values: Mapping[str, float]) -> FrictionLaw:

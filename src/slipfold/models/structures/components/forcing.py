@@ -70,13 +70,7 @@ class HarmonicForce(Component):
         return ("F",)
 
     def coefficients(self, p: Symbols) -> dict[str, Expression]:
-        """Parts in phase and out of phase.
-
-        Parameters
-        ----------
-        p
-            The parameters by their own names.
-        """
+        """Parts in phase and out of phase."""
         cos, sin = cos_sin(p["phi"])
         return {"cos": p["F"] * cos, "sin": p["F"] * sin}
 
@@ -188,13 +182,7 @@ class MultiHarmonicForce(Component):
         return tuple(f"F{h}" for h, _, _ in self.harmonics if h)
 
     def coefficients(self, p: Symbols) -> dict[str, Expression]:
-        """Parts of each harmonic in phase and out of phase.
-
-        Parameters
-        ----------
-        p
-            The parameters by their own names.
-        """
+        """Parts of each harmonic in phase and out of phase."""
         result: dict[str, Expression] = {}
         for h, _, _ in self.harmonics:
             cos, sin = cos_sin(p[f"phi{h}"]) if h else (1.0, 0.0)
@@ -278,13 +266,7 @@ class BaseMotion(Component):
         return ("A",)
 
     def coefficients(self, p: Symbols) -> dict[str, Expression]:
-        """Parts of minus the acceleration in phase and out of phase, in m/s^2.
-
-        Parameters
-        ----------
-        p
-            The parameters by their own names, and ``f``.
-        """
+        """Parts of minus the acceleration in phase and out of phase, in m/s^2."""
         cos, sin = cos_sin(p["phi"])
         rate = 2 * math.pi * self.harmonic * p["f"]
         size = p["A"] * rate * rate

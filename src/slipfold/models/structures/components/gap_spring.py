@@ -104,13 +104,7 @@ class GapSpring(Component):
         return (self.at,)
 
     def coefficients(self, p: Symbols) -> dict[str, Expression]:
-        """Half the stiffness, the gap, and the square of the rounding.
-
-        Parameters
-        ----------
-        p
-            The parameters by their own names.
-        """
+        """Half the stiffness, the gap, and the square of the rounding."""
         return {"half": 0.5 * p["k"], "gap": p["gap"], "square": p["e"] * p["e"], "e": p["e"]}
 
     def forces(
@@ -135,15 +129,7 @@ class GapSpring(Component):
         return (total(parts),)
 
     def potential(self, motion: Motion, c: Symbols) -> Expression | None:
-        """Return the work that pressing the stop takes, zero at the touch.
-
-        Parameters
-        ----------
-        motion
-            How the structure moves there.
-        c
-            The coefficients by their own names.
-        """
+        """Return the work that pressing the stop takes, zero at the touch."""
         (u,) = motion.displacement
         parts = []
         for sign in _SIDES[self.side]:

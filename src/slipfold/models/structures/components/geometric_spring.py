@@ -99,13 +99,7 @@ class GeometricSpring(Component):
         return tuple(self.at)
 
     def coefficients(self, p: Symbols) -> dict[str, Expression]:
-        """Force at a stretch of one length, the length, its inverse, the stretch.
-
-        Parameters
-        ----------
-        p
-            The parameters by their own names.
-        """
+        """Force at a stretch of one length, the length, its inverse, the stretch."""
         return {
             "force": p["k"] * p["L"],
             "inverse": 1.0 / p["L"],
@@ -143,15 +137,7 @@ class GeometricSpring(Component):
         return tuple(pull * part for part in arrow[: len(self.at)])
 
     def potential(self, motion: Motion, c: Symbols) -> Expression | None:
-        """``k (l - L)^2/2``.
-
-        Parameters
-        ----------
-        motion
-            How the structure moves there.
-        c
-            The coefficients by their own names.
-        """
+        """``k (l - L)^2/2``."""
         change = self._length(motion, c, hy.expression(0.0)) - 1.0
         return 0.5 * c["force"] * c["L"] * change * change
 

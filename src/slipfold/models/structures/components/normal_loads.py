@@ -62,7 +62,17 @@ class NormalLoad(Parametric, ABC):
 
     @abstractmethod
     def force(self, u: Expression, v: Expression, c: Symbols, phase: Expression) -> Expression:
-        """Return the normal force in N."""
+        """Return the normal force in N.
+
+        Parameters
+        ----------
+        u, v
+            Displacement in m and velocity in m/s along the normal; None without one.
+        c
+            The parameters by name.
+        phase
+            Time divided by the forcing period.
+        """
 
     def rate(self, v: Expression, a: Expression, c: Symbols, phase: Expression) -> Expression:
         """Return the rate of the normal force in N/s; zero unless a subclass says otherwise.
@@ -101,17 +111,7 @@ class ConstantLoad(NormalLoad):
     Ns: float = described(_STATIC)
 
     def force(self, u: Expression, v: Expression, c: Symbols, phase: Expression) -> Expression:
-        """``Ns``.
-
-        Parameters
-        ----------
-        u, v
-            Displacement in m and velocity in m/s along the normal; None without one.
-        c
-            The parameters by name.
-        phase
-            Time divided by the forcing period.
-        """
+        """``Ns``."""
         return c["Ns"]
 
 
@@ -150,13 +150,7 @@ class ModulatedLoad(NormalLoad):
         object.__setattr__(self, "harmonic", checked_harmonic(self.harmonic, self.title))
 
     def check(self, values: Mapping[str, float]) -> None:
-        """Refuse a pulsation that would lift the structure off.
-
-        Parameters
-        ----------
-        values
-            Values of ``Ns`` and ``Nd``.
-        """
+        """Refuse a pulsation that would lift the structure off."""
         if values["Nd"] >= values["Ns"]:
             raise InputError(
                 f"Nd = {values['Nd']:g} N is not below Ns = {values['Ns']:g} N, so the contact "
@@ -174,31 +168,11 @@ class ModulatedLoad(NormalLoad):
         return (Limit("lost contact", "N", LOST, reason),)
 
     def force(self, u: Expression, v: Expression, c: Symbols, phase: Expression) -> Expression:
-        """``Ns + Nd cos(2 pi h f t)``.
-
-        Parameters
-        ----------
-        u, v
-            Displacement in m and velocity in m/s along the normal; None without one.
-        c
-            The parameters by name.
-        phase
-            Time divided by the forcing period.
-        """
+        """``Ns + Nd cos(2 pi h f t)``."""
         return c["Ns"] + c["Nd"] * wave(self.harmonic, phase)[0]
 
     def rate(self, v: Expression, a: Expression, c: Symbols, phase: Expression) -> Expression:
-        """``-2 pi h f Nd sin(2 pi h f t)``.
-
-        Parameters
-        ----------
-        v, a
-            Velocity in m/s and acceleration in m/s^2 along the normal; None without one.
-        c
-            The parameters by name, and ``f`` if the force is periodic in time.
-        phase
-            Time divided by the forcing period.
-        """
+        """``-2 pi h f Nd sin(2 pi h f t)``."""
         frequency = 2 * math.pi * self.harmonic * c["f"]
         return -frequency * c["Nd"] * wave(self.harmonic, phase)[1]
 
@@ -269,29 +243,9 @@ class ContactLoad(NormalLoad):
         return (Limit("lost contact", "N", LOST, reason),)
 
     def force(self, u: Expression, v: Expression, c: Symbols, phase: Expression) -> Expression:
-        """``Ns - kn u - cn v``.
-
-        Parameters
-        ----------
-        u, v
-            Displacement in m and velocity in m/s along the normal.
-        c
-            The parameters by name.
-        phase
-            Time divided by the forcing period.
-        """
+        """``Ns - kn u - cn v``."""
         return c["Ns"] - c["kn"] * u - c["cn"] * v
 
     def rate(self, v: Expression, a: Expression, c: Symbols, phase: Expression) -> Expression:
-        """``-kn v - cn a``.
-
-        Parameters
-        ----------
-        v, a
-            Velocity in m/s and acceleration in m/s^2 along the normal; None without one.
-        c
-            The parameters by name, and ``f`` if the force is periodic in time.
-        phase
-            Time divided by the forcing period.
-        """
+        """``-kn v - cn a``."""
         return -c["kn"] * v - c["cn"] * a

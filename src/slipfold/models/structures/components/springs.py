@@ -83,28 +83,12 @@ class LinearSpring(_Spring):
         return (-(c["k"] * u + c["c"] * v),)
 
     def potential(self, motion: Motion, c: Symbols) -> Expression | None:
-        """``k u^2/2``.
-
-        Parameters
-        ----------
-        motion
-            How the structure moves there.
-        c
-            The coefficients by their own names.
-        """
+        """``k u^2/2``."""
         (u,) = motion.displacement
         return 0.5 * c["k"] * u * u
 
     def dissipation(self, motion: Motion, c: Symbols) -> Expression | None:
-        """``c v^2``.
-
-        Parameters
-        ----------
-        motion
-            How the structure moves there.
-        c
-            The coefficients by their own names.
-        """
+        """``c v^2``."""
         (v,) = motion.velocity
         return c["c"] * v * v
 
@@ -150,15 +134,7 @@ class CubicSpring(_Spring):
         return (-c["k3"] * whole_power(u, 3),)
 
     def potential(self, motion: Motion, c: Symbols) -> Expression | None:
-        """``k3 u^4/4``.
-
-        Parameters
-        ----------
-        motion
-            How the structure moves there.
-        c
-            The coefficients by their own names.
-        """
+        """``k3 u^4/4``."""
         (u,) = motion.displacement
         return 0.25 * c["k3"] * whole_power(u, 4)
 
@@ -244,15 +220,7 @@ class PolynomialSpring(_Spring):
         return (-total([c[f"k{n}"] * whole_power(u, n) for n, _ in self.stiffness]),)
 
     def potential(self, motion: Motion, c: Symbols) -> Expression | None:
-        """``sum kn u^(n + 1)/(n + 1)``.
-
-        Parameters
-        ----------
-        motion
-            How the structure moves there.
-        c
-            The coefficients by their own names.
-        """
+        """``sum kn u^(n + 1)/(n + 1)``."""
         (u,) = motion.displacement
         return total([c[f"k{n}"] * whole_power(u, n + 1) / (n + 1.0) for n, _ in self.stiffness])
 
