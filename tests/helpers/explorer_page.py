@@ -10,8 +10,10 @@ from contextlib import contextmanager
 
 from playwright.sync_api import Page, expect
 
-PATIENCE = 40_000
-"""Milliseconds to wait for what a busy machine computes."""
+PATIENCE = 180_000
+"""Milliseconds to wait for what a busy machine computes; what passes does not wait for them."""
+
+expect.set_options(timeout=PATIENCE)
 
 DIAGRAM = "#diagram .plot"
 ORBIT = ".orbit"
@@ -77,7 +79,6 @@ class ExplorerPage:
         self.address = address
         self.faults: list[str] = []
         page.set_default_timeout(PATIENCE)
-        expect.set_options(timeout=PATIENCE)
         page.on("pageerror", lambda error: self.faults.append(str(error)))
         page.on("console", self._note)
 
@@ -201,7 +202,7 @@ class ExplorerPage:
 
     def orbit_shown(self, period):
         """Wait for an orbit of a period; return the value of the parameter it is at."""
-        self.page.wait_for_selector(f"{ORBIT}[data-period='{period}']")
+        self.page.wait_for_selector(f"{ORBIT}[data-period='{period}'][aria-busy=false]")
         return float(self.page.locator(ORBIT).get_attribute("data-drawn"))
 
     def parameter(self, name):

@@ -9,7 +9,7 @@ pytest.importorskip("fastapi", reason="the extra explore is not installed")
 sync_api = pytest.importorskip("playwright.sync_api", reason="the browser tests need playwright")
 
 from helpers.explorer_models import BRAKE, HOSTILE  # noqa: E402
-from helpers.explorer_page import ExplorerPage, served  # noqa: E402
+from helpers.explorer_page import PATIENCE, ExplorerPage, served  # noqa: E402
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 AS_ROOT = ["--no-sandbox"] if hasattr(os, "geteuid") and os.geteuid() == 0 else []
@@ -43,7 +43,9 @@ def browser():
     if CHROMIUM is None:
         pytest.skip("there is no chromium")
     with sync_api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=AS_ROOT)
+        browser = playwright.chromium.launch(
+            executable_path=CHROMIUM, args=AS_ROOT, timeout=PATIENCE
+        )
         yield browser
         browser.close()
 
@@ -56,6 +58,7 @@ def context(browser):
         permissions=["clipboard-read", "clipboard-write"],
         reduced_motion="reduce",
     )
+    context.set_default_timeout(PATIENCE)
     context.add_init_script("localStorage.setItem('slipfold-tour-seen', 'yes')")
     yield context
     context.close()

@@ -83,7 +83,8 @@ def test_pointing_moves_nothing(still):
 def test_pointing_at_an_equilibrium_between_cycles_moves_nothing(explorer):
     """It has other pictures: eigenvalues, and nothing over time."""
     explorer.open("model=squeal&p.mu=0.9")
-    explorer.page.wait_for_selector("#plot-multipliers:visible")
+    explorer.orbit_shown(1)
+    expect(explorer.page.locator("#plot-multipliers")).to_be_visible()
     panels = "section.panel, input, select, .player, .stage"
     rest = places(explorer, panels)
     explorer.page.mouse.move(*explorer.pixel(0.4, 0))

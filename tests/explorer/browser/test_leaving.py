@@ -34,6 +34,7 @@ def shown(explorer):
 def test_python_and_toml_are_copied(shown):
     menu(shown, "diagram", "Copy as Python").click()
     dialog = shown.page.locator("dialog")
+    expect(dialog).to_be_visible()
     expect(dialog).to_contain_text("Copied.")
     text = shown.page.evaluate("navigator.clipboard.readText()")
     assert dialog.locator("pre").inner_text().strip() == text.strip()
@@ -90,6 +91,7 @@ def test_a_link_gives_the_same_page(shown, new_tab):
     with shown.redrawn():
         shown.type("f", 12.4)
     page.get_by_label("Copy the link").click()
+    expect(page.get_by_text("Link copied.")).to_be_visible()
     link = page.evaluate("navigator.clipboard.readText()")
     assert "token" not in link
     other = new_tab

@@ -19,7 +19,7 @@ def test_every_model_goes_through_every_panel(explorer, name):
     assert explorer.traces()
     page.wait_for_selector(f"{ORBIT}[data-drawn]:not(.empty)")
     expect(page.locator("#orbit-title")).to_contain_text("stable")
-    assert page.locator(".smalls .small:visible .dot").count() > 0
+    expect(page.locator(".smalls .small:visible .dot")).not_to_have_count(0)
     page.get_by_role("button", name="From rest").click()
     page.wait_for_selector("#plot-settling .dot", state="attached")
     expect(page.locator(".verdict")).not_to_be_empty()

@@ -17,6 +17,8 @@ DOTS = (  # the trace of a simulation is that with fading markers
 
 
 def dots(explorer):
+    """The dots in the diagram, once those that have come are drawn."""
+    explorer.page.wait_for_selector(f"{DIAGRAM}[aria-busy=false]")
     x, y = explorer.page.evaluate(DOTS, f"{DIAGRAM} .plot-canvas")
     return x, y
 

@@ -19,8 +19,8 @@ def test_an_unforced_structure_of_ones_own_is_shown(brake, brake_file):
     assert brake.specials() == ["HB 0.8952\u202fm/s subcritical"]
     brake.page.get_by_label("Export the diagram").first.click()
     brake.page.locator("#diagram .menu").get_by_text("Copy as Python", exact=True).click()
-    copied = brake.page.locator("dialog pre").inner_text()
-    assert f"sf.Structure.from_toml({str(brake_file)!r})" in copied
+    copied = brake.page.locator("dialog pre")
+    expect(copied).to_contain_text(f"sf.Structure.from_toml({str(brake_file)!r})")
     brake.page.keyboard.press("Escape")
 
 
@@ -65,12 +65,15 @@ def test_a_page_that_cannot_start_says_why(context, address, part, answer, reaso
         alert = page.get_by_role("alert")
         expect(alert).to_contain_text("The page could not start")
         expect(alert).to_contain_text(reason)
-        assert "Starting" not in page.locator("#page").inner_text()
+        expect(page.locator("#page")).not_to_contain_text("Starting")
 
 
 def test_what_fails_later_is_said_too(context, address):
     with context.new_page() as page:
         explorer = ExplorerPage(page, address).open()
-        page.evaluate("() => { queueMicrotask(() => { throw new Error('a plot fell over'); }); }")
+        with page.expect_event("pageerror"):
+            page.evaluate(
+                "() => { queueMicrotask(() => { throw new Error('a plot fell over'); }); }"
+            )
         expect(page.get_by_role("alert")).to_contain_text(re.compile("defect.*a plot fell over"))
         assert explorer.faults == ["a plot fell over"]

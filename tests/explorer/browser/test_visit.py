@@ -101,9 +101,9 @@ def test_it_can_be_read_in_both_themes_and_every_width(new_tab, theme):
     for width in WIDTHS:
         page.set_viewport_size({"width": width, "height": 900})
         page.wait_for_function(
-            "(selector) => { const plot = document.querySelector(selector);"
-            " return plot.firstChild.layout.width === plot.clientWidth; }",
-            arg=DIAGRAM,
+            "([selector, width]) => { const plot = document.querySelector(selector);"
+            " return innerWidth === width && plot.firstChild.layout.width === plot.clientWidth; }",
+            arg=[DIAGRAM, width],
         )
         assert page.evaluate("document.documentElement.scrollWidth") <= width
 

@@ -41,6 +41,9 @@ export class DiagramPlot {
   #simulated = null;
   #isDrawnFaint = false;
   #frame = 0;
+  /** Numbers of the drawings that were asked for, and that are on the screen. */
+  #asked = 0;
+  #painted = 0;
   #pressed = null;
 
   /** @param {import("./session.js").Session} session */
@@ -98,6 +101,8 @@ export class DiagramPlot {
   }
 
   #schedule() {
+    this.#asked += 1;
+    if (this.#session.diagram) this.node.setAttribute("aria-busy", "true");
     if (this.#frame) return;
     this.#frame = requestAnimationFrame(() => {
       this.#frame = 0;
@@ -108,6 +113,7 @@ export class DiagramPlot {
   async #draw() {
     const { diagram, view } = this.#session;
     if (!diagram || this.node.clientWidth === 0) return;
+    const number = this.#asked;
     const size = [this.node.clientWidth, this.node.clientHeight];
     const range = this.#ranges(diagram);
     this.#drawn = { diagram, size, map: mapping(size, range.x, range.y), names: view.pins };
@@ -119,11 +125,12 @@ export class DiagramPlot {
     this.#place();
     await plotted;
     this.#listenToPlot();
-    requestAnimationFrame(() => this.#painted(diagram));
+    requestAnimationFrame(() => this.#tellPainted(number, diagram));
   }
 
   /** Tell that a diagram is on the screen: those who measure or test wait for it. */
-  #painted({ id, draft = false }) {
+  #tellPainted(number, { id, draft = false }) {
+    this.#painted = number;
     this.node.dataset.drawn = id;
     this.#tellBusy();
     this.node.dispatchEvent(new CustomEvent("painted", { detail: { id, draft } }));
@@ -201,8 +208,9 @@ export class DiagramPlot {
   /** Whether what is drawn is still to be replaced; what is of another model is not shown. */
   #tellBusy() {
     const { isSettled, diagram, connection, hasFailed } = this.#session;
+    const isPainted = !diagram || this.#painted === this.#asked;
     this.node.classList.toggle("refused", hasFailed);
-    this.node.setAttribute("aria-busy", String(!isSettled));
+    this.node.setAttribute("aria-busy", String(!isSettled || !isPainted));
     this.node.classList.toggle("empty", !diagram);
     this.node.classList.toggle("working", !isSettled && !diagram?.draft);
     this.#words.textContent = connection.isAlive

@@ -47,6 +47,9 @@ export class OrbitPanel {
     this.cursor.toggled.subscribe((plays) => this.#playing(plays));
     this.#playing(false);
     session.orbitArrived.subscribe((arrived) => (arrived ? this.#show(arrived) : this.#none()));
+    for (const signal of [session.orbitAwaited, session.orbitArrived, session.failed]) {
+      signal.subscribe(() => this.#tellBusy());
+    }
     calm.addEventListener("change", () => calm.matches && this.cursor.pause());
   }
 
@@ -86,6 +89,11 @@ export class OrbitPanel {
     if (isFirst && !calm.matches) this.cursor.play();
     this.node.dataset.drawn = answer.value;
     this.node.dataset.period = answer.period;
+  }
+
+  /** Tell whether the orbit that is meant is still to come. */
+  #tellBusy() {
+    this.node.setAttribute("aria-busy", String(this.#session.requests.isBusy("orbit")));
   }
 
   #none() {

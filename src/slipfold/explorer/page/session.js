@@ -19,6 +19,8 @@ export class Session {
   pinsChanged = new Signal();
   /** The place of the orbit shown, or null where there is none. */
   placeChanged = new Signal();
+  /** Nothing: an orbit is asked for. */
+  orbitAwaited = new Signal();
   /** An orbit: `{answer, place, view}`. */
   orbitArrived = new Signal();
   /**
@@ -254,6 +256,7 @@ export class Session {
     const onError = (sentence, again) =>
       this.#fail("orbit", sentence, again && (() => this.#askOrbit(this.#hovered ?? this.place)));
     this.requests.ask(request, { onAnswer, onError });
+    this.orbitAwaited.announce();
   }
 
   #fail(kind, sentence, again = null) {
