@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 
 from slipfold.branches.settings import Settings
+from slipfold.branches.special_point import SpecialPoint
 from slipfold.errors import InputError
 from slipfold.flow.typical_sizes import measured_within
-from slipfold.loci.fan import follow_fan, follow_settled, largest_period
-from slipfold.loci.follow import LOCUS_TYPES, follow_loci
+from slipfold.loci.fan import FanLine, follow_fan, follow_settled, largest_period
+from slipfold.loci.follow import LOCUS_TYPES, follow_found
 from slipfold.loci.locus import Locus
 from slipfold.loci.progress import LocusObserver, LocusProgress
 from slipfold.loci.region_map import RegionMap
@@ -76,43 +77,52 @@ def find_bifurcation_set(
     settings = largest_period(settings or Settings(), periods)
     if model.found_sizes is None:
         model = measured_across(model, plane, window)
-    lines = follow_fan(model, plane, window, LINES, settings, observer)
-    if not model.forced:
-        lines += follow_settled(model, plane, window, settings, observer)
+    lines: list[FanLine] = []
+
+    def found() -> Iterator[SpecialPoint]:
+        for line in _across(model, plane, window, settings, observer):
+            lines.append(line)
+            if line.interrupted:
+                return
+            yield from (point for branch in line.branches for point in branch.special)
+
+    points = (
+        point
+        for point in found()
+        if point.type in types and point.period in periods and _inside(point.model, plane, window)
+    )
+    # A locus is followed as soon as a response shows it: whoever watches sees it at once.
+    loci = follow_found(points, plane, window, settings, observer, types, max(periods))
     if not any(line.branches for line in lines):
         raise InputError(
             f"no response exists on any of {len(lines)} lines across the window: {lines[0].failure}"
         )
-    if any(line.interrupted for line in lines):
-        return BifurcationSet((), None, True)
-    points = [
-        point
-        for line in lines
-        for branch in line.branches
-        for point in branch.special
-        if point.type in types and point.period in periods and _inside(point.model, plane, window)
-    ]
-    loci = follow_loci(
-        points,
-        plane,
-        window,
-        settings=settings,
-        observer=observer,
-        types=types,
-        largest_period=max(periods),
-    )
-    interrupted = any(locus.interrupted for locus in loci)
-    found = None
+    stopped = [*(line.interrupted for line in lines), *(locus.interrupted for locus in loci)]
+    interrupted = any(stopped)
+    labels = None
     if regions and not interrupted:
         try:
             if observer is not None:
                 middle = (sum(window[0]) / 2, sum(window[1]) / 2)
                 text = f"between {len(loci)} loci"
                 observer(LocusProgress("regions", 0, None, middle, text, loci=loci))
-            found = map_regions(model, plane, window, loci, lines, observer)
+            labels = map_regions(model, plane, window, loci, lines, observer)
         except KeyboardInterrupt:
             interrupted = True
-    return BifurcationSet(loci, found, interrupted)
+    return BifurcationSet(loci, labels, interrupted)
+
+
+def _across(
+    model: Model,
+    plane: tuple[str, str],
+    window: Window,
+    settings: Settings,
+    observer: LocusObserver | None,
+) -> Iterator[FanLine]:
+    """Follow responses across the window, one after the other."""
+    yield from follow_fan(model, plane, window, LINES, settings, observer)
+    if not model.forced:
+        yield from follow_settled(model, plane, window, settings, observer)
 
 
 def measured_across(model: Model, plane: tuple[str, str], window: Window) -> Model:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import product
@@ -75,9 +76,9 @@ def follow_fan(
     counts: tuple[int, int],
     settings: Settings,
     observer: LocusObserver | None = None,
-) -> list[FanLine]:
+) -> Iterator[FanLine]:
     """Follow responses across a window, first in the second parameter, then in the first."""
-    lines: list[FanLine] = []
+    done = 0
     for count, vary, fixed, across, along in (
         (counts[0], plane[1], plane[0], window[0], window[1]),
         (counts[1], plane[0], plane[1], window[1], window[0]),
@@ -86,17 +87,21 @@ def follow_fan(
         for value in np.linspace(*across, count) if count > 1 else [sum(across) / 2]:
 
             def tell(
-                progress: Progress, value: float = float(value), swapped: bool = vary == plane[0]
+                progress: Progress,
+                value: float = float(value),
+                swapped: bool = vary == plane[0],
+                done: int = done,
             ) -> None:
                 if observer is not None:
                     at = (progress.parameter, value) if swapped else (value, progress.parameter)
                     text = f"period {progress.period}, {progress.points} points"
-                    observer(LocusProgress("responses", len(lines), sum(counts), at, text))
+                    observer(LocusProgress("responses", done, sum(counts), at, text))
 
-            lines.append(follow_line(model, vary, along, fixed, float(value), settings, tell))
-            if lines[-1].interrupted:
-                return lines
-    return lines
+            line = follow_line(model, vary, along, fixed, float(value), settings, tell)
+            yield line
+            if line.interrupted:
+                return
+            done += 1
 
 
 def follow_line(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -33,7 +33,7 @@ from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.shooting import SEGMENTS
 from slipfold.orbits.spectrum.eigenvalues import Cayley
 
-__all__ = ["LOCUS_TYPES", "follow_loci"]
+__all__ = ["LOCUS_TYPES", "follow_found", "follow_loci"]
 
 LOCUS_TYPES = ("LP", "PD", "NS", "HB")
 """Types of bifurcation that have a locus in two parameters."""
@@ -50,21 +50,33 @@ def follow_loci(
     settings: Settings | None = None,
     observer: LocusObserver | None = None,
     switch: bool = True,
-    types: Sequence[str] = LOCUS_TYPES,
-    largest_period: int | None = None,
 ) -> tuple[Locus, ...]:
     """Follow the loci of special points in two parameters, each locus once."""
     if not points:
         return ()
     base = points[0].model
     window = check_window(base, vary, window)
-    settings = settings or Settings()
     for point in points:
         _check_point(point, base, vary, window)
-    largest = largest_period or 2 * max(point.period for point in points)
-    work = _Loci(base, vary, window, settings, observer, types if switch else (), largest)
+    largest = 2 * max(point.period for point in points)
+    types = LOCUS_TYPES if switch else ()
+    return follow_found(points, vary, window, settings or Settings(), observer, types, largest)
+
+
+def follow_found(
+    points: Iterable[SpecialPoint],
+    vary: tuple[str, str],
+    window: Window,
+    settings: Settings,
+    observer: LocusObserver | None,
+    types: Sequence[str],
+    largest_period: int,
+) -> tuple[Locus, ...]:
+    """Follow the loci of special points, each before the next point is asked for."""
+    work: _Loci | None = None
     refusals: list[InputError] = []
     for point in points:
+        work = work or _Loci(point.model, vary, window, settings, observer, types, largest_period)
         curve = work.curve(point)
         z = _unknown(curve.orbits, point)
         if work.passing(curve, z) is None:
@@ -76,7 +88,9 @@ def follow_loci(
             work.explore(start)
         if work.interrupted:
             break
-    if len(refusals) == len(points):  # one point among many may be known too badly to start from
+    if work is None:
+        return ()
+    if refusals and not work.charts:  # one point among many may be known too badly to start from
         raise refusals[0]
     return tuple(as_locus(chart, work.leads) for chart in work.charts)
 
