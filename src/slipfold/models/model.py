@@ -101,6 +101,11 @@ class Model(ABC):
             The parameters by name.
         """
 
+    @property
+    def varied_first(self) -> str | None:
+        """Name of the parameter to look at first: None if none stands out."""
+        return self.quiet
+
     def outputs(self) -> tuple[Output, ...]:
         """Quantities of interest besides the states."""
         return ()

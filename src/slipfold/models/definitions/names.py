@@ -45,7 +45,7 @@ _TAKEN = frozenset(
             "values",
         ),
         *("vector", "parameter", "parameter_index", "replace", "evaluate"),
-        *("variable_parameter", "variable_parameters"),
+        *("variable_parameter", "variable_parameters", "varied_first"),
         *("events", "forced", "start", "from_toml", "to_toml"),
         # ... and arguments of what takes parameters by name.
         *(

@@ -171,6 +171,13 @@ class Assembly:
             return LEVEL.name
         return self._amplitudes[0] if self._amplitudes else None
 
+    @property
+    def speeds(self) -> tuple[str, ...]:
+        """Names of the parameters that are speeds of counter-bodies."""
+        return tuple(
+            item.component.called(name) for item in self.placed for name in item.component.speeds
+        )
+
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
         """The structure's own, then those of the components."""

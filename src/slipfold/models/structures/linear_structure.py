@@ -21,6 +21,11 @@ class LinearStructure(Model):
     _assembly: Assembly
 
     @property
+    def varied_first(self) -> str | None:
+        """What switches the forcing off; where nothing does, the speed of a counter-body."""
+        return self.quiet or next(iter(self._assembly.speeds), None)
+
+    @property
     def mass_matrix(self) -> Array:
         """Mass matrix of the kept coordinates in kg, shape (n_kept, n_kept)."""
         return self._assembly.mass.copy()

@@ -125,6 +125,11 @@ class Component(Parametric, ABC):
         """Names of the parameters that switch off what is periodic in time."""
         return ()
 
+    @property
+    def speeds(self) -> tuple[str, ...]:
+        """Names of the parameters that are speeds of a counter-body."""
+        return ()
+
     def memory(self) -> tuple[State, ...]:
         """Return the component's own states."""
         return ()

@@ -154,6 +154,11 @@ class FrictionContact(Component):
         """That of the load."""
         return tuple(self.load.amplitudes)
 
+    @property
+    def speeds(self) -> tuple[str, ...]:
+        """That of the counter-body."""
+        return ("Vd",)
+
     def coefficients(self, p: Symbols) -> dict[str, Expression]:
         """Parameters of load and law, and the velocity of the counter-body."""
         result = {item.name: p[item.name] for item in self.own_parameters if item.name != "alpha"}
