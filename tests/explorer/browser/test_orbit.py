@@ -60,6 +60,19 @@ def test_a_marker_is_the_special_point_that_it_marks(explorer):
     expect(title).to_contain_text("period 1, supercritical period doubling; largest multiplier 1")
 
 
+def test_the_marker_of_a_limit_is_the_end_of_the_branch_too(explorer):
+    explorer.open()
+    explorer.orbit_shown(2)
+    place = explorer.pixel(*explorer.mark("spring collapsed"))
+    explorer.page.mouse.move(place[0] - 4, place[1] + 5)
+    tip = explorer.page.locator(f"{DIAGRAM} .tip")
+    expect(tip).to_contain_text("Nd = 0.375947\u202fN: spring collapsed: l/L fell to 0.0001")
+    explorer.page.mouse.click(place[0] - 4, place[1] + 5)
+    assert explorer.orbit_shown(1) == pytest.approx(0.3759473, abs=1e-6)
+    title = explorer.page.locator("#orbit-title")
+    expect(title).to_contain_text("period 1, spring collapsed; largest multiplier")
+
+
 def test_special_points_are_a_list_to_go_to(explorer):
     explorer.open()
     explorer.page.locator(".chip", has_text="NS 0.1664").click()

@@ -1,5 +1,6 @@
 /** A response diagram as traces of plotly: colour tells the curve, dashes the stability. */
 
+import { markedPoints } from "./marked_points.js";
 import { display } from "./quantities.js";
 
 /** Line of each kind of orbit, as in the package's figures. */
@@ -29,28 +30,20 @@ const SHORT = { supercritical: "super", subcritical: "sub" };
  * @returns {Mark[]} in SI units
  */
 export function marksOf(diagram) {
-  return distinct(diagram.branches.flatMap((branch) => [
-    ...branch.special.map((point) => ({
-      type: point.type,
-      text: [point.type, SHORT[point.criticality]].filter(Boolean).join(" "),
-      x: point.value,
-      y: point.y,
-      hollow: point.criticality === "subcritical",
-    })),
-    ...limitOf(branch),
-  ]));
+  const points = diagram.branches.flatMap((branch) => markedPoints(branch, diagram.x));
+  return distinct(points.map(({ type, criticality, words, value, y }) => ({
+    type,
+    text: type === "LIMIT" ? words : [type, SHORT[criticality]].filter(Boolean).join(" "),
+    x: value,
+    y,
+    hollow: type === "LIMIT" || criticality === "subcritical",
+  })));
 }
 
 /** Marks without those that lie on another of the same name: branches that mirror each other. */
 function distinct(marks) {
   const places = marks.map(({ text, x, y }) => `${text} ${x.toPrecision(5)} ${y.toPrecision(5)}`);
   return marks.filter((_, i) => places.indexOf(places[i]) === i);
-}
-
-function limitOf({ stopped, x, y }) {
-  if (stopped.kind !== "limit" || x.length === 0) return [];
-  const text = stopped.reason.split(":")[0];
-  return [{ type: "LIMIT", text, x: x.at(-1), y: y.at(-1), hollow: true }];
 }
 
 /**

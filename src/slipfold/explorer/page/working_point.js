@@ -1,5 +1,7 @@
 /** Which orbit of a diagram is shown: where the branches cross the value of the varied parameter. */
 
+import { markedPoints } from "./marked_points.js";
+
 /**
  * @typedef {object} Place a point on a drawn branch
  * @property {number} branch
@@ -105,7 +107,7 @@ export function asSpecial(diagram, place) {
   const branch = place && diagram.branches.find(({ id }) => id === place.branch);
   if (!branch) return place;
   const [width, height] = [branch.x, branch.y].map((values) => Math.max(...values) - Math.min(...values));
-  const special = branch.special.find(({ value, y }) =>
+  const special = markedPoints(branch, diagram.x).find(({ value, y }) =>
     Math.abs(value - place.x) <= TURN * width && Math.abs(y - place.y) <= SAME * height);
   return special ? placeOfSpecial(branch, special) : place;
 }
@@ -114,7 +116,7 @@ export function asSpecial(diagram, place) {
  * The special point whose marker a point of the screen is on; as `nearestPlace`.
  */
 export function nearestSpecial(diagram, pixel, point, reach) {
-  const known = diagram.branches.flatMap((branch) => branch.special.map((special) => {
+  const known = diagram.branches.flatMap((branch) => markedPoints(branch, diagram.x).map((special) => {
     const [x, y] = pixel(special.value, special.y);
     return { gap: Math.hypot(x - point[0], y - point[1]), branch, special };
   })).filter(({ gap }) => gap < reach);
