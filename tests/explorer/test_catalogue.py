@@ -50,6 +50,16 @@ def test_the_first_view_of_the_first_model_is_the_papers_figure():
     assert (view["vary"], view["span"], view["show"]) == ("Nd", [0.0, 0.98], "x")
 
 
+def test_an_unforced_structure_is_first_shown_over_the_speed_under_it():
+    belt = sf.FrictionContact("tip", sf.Stribeck(), Vd="2 m/s", name="belt")
+    matrices = {"M": [[1.0]], "K": [[100.0]], "names": ["tip"], "contacts": belt}
+    alone = sf.Structure(**matrices)
+    view = Catalogue(alone).describe()[0]["default"]
+    assert (view["vary"], view["span"]) == ("Vd_belt", [0.002, 4.0])
+    forced = sf.Structure(**matrices, forcing=sf.HarmonicForce("tip"))
+    assert Catalogue(forced).describe()[0]["default"]["vary"] == forced.quiet
+
+
 def test_a_given_model_comes_first_with_its_own_values():
     described = Catalogue(sf.SlidingOscillator(f=12.2)).describe()
     assert described[0]["name"] == "sliding"
@@ -122,6 +132,21 @@ def test_a_model_with_nothing_to_vary_is_refused():
 def test_an_unknown_model_is_refused_with_a_suggestion():
     with pytest.raises(InputError, match=r"there is no model 'dufing'.*duffing"):
         Catalogue().model("dufing", {})
+
+
+@pytest.mark.parametrize(
+    ("values", "refused"),
+    [
+        ({"Nd": 0.5, "Ns": 1.0}, {}),
+        ({"Vd": -1.0, "mu": -2.0, "f": 12.0}, {"Vd": "Vd = -1 is", "mu": "mu = -2 is"}),
+        ({"Nd": 5.0, "Ns": 1.0, "f": 12.0}, {"Nd": "Nd = 5 N is not below Ns = 1 N"}),
+        ({"Nd": 0.5, "Ns": 0.4}, {"Nd": "Nd = 0.5 N is not", "Ns": "Nd = 0.5 N is not"}),
+    ],
+)
+def test_each_value_that_cannot_be_had_is_named(values, refused):
+    found = Catalogue().refusals("sliding", values)
+    assert found.keys() == refused.keys()
+    assert all(found[name].startswith(refused[name]) for name in refused)
 
 
 @pytest.mark.parametrize(

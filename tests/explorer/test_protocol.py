@@ -44,6 +44,14 @@ def test_a_diagram_has_the_branches_and_bifurcations_of_the_response(client, bas
             assert point.name in mark["sentence"]
 
 
+def test_values_that_cannot_be_had_are_told_without_computing(explorer):
+    asked = {"model": "sliding", "parameters": {"Nd": 5.0, "Ns": 1.0}}
+    with explorer.http() as http:
+        assert "not below Ns" in http.post("/api/values", json=asked).json()["Nd"]
+        unknown = http.post("/api/values", json={**asked, "model": "nothing"})
+    assert (unknown.status_code, "no model 'nothing'" in unknown.text) == (400, True)
+
+
 def test_lines_are_whole_and_marks_lie_on_them(client):
     answer = client.ask(diagram())
     for branch in answer["branches"]:

@@ -14,11 +14,12 @@ from fastapi import FastAPI, Request, WebSocket
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import FileResponse, JSONResponse, PlainTextResponse, Response
 
+from slipfold.errors import InputError
 from slipfold.explorer.catalogue import Catalogue
 from slipfold.explorer.export.files import MEDIA_TYPES, SUFFIXES
 from slipfold.explorer.job import Job
 from slipfold.explorer.limits import Allowance, Limits
-from slipfold.explorer.messages import ExportRequest
+from slipfold.explorer.messages import ExportRequest, ValuesRequest
 from slipfold.explorer.security import Access, Application, Guard
 from slipfold.explorer.session import TRY_AGAIN, Session
 from slipfold.explorer.worker import Reply
@@ -35,6 +36,8 @@ PAGE_TYPES = {
 """Media types of the page's files; nothing else is served."""
 
 DAY = "private, max-age=86400"
+
+TOO_MANY = "too many requests a second; wait a little"
 
 
 def make_app(catalogue: Catalogue, access: Access, workers: Workers, limits: Limits) -> Application:
@@ -101,10 +104,20 @@ def _add_interface(app: FastAPI, catalogue: Catalogue, workers: Workers, limits:
     async def models() -> list[dict[str, Any]]:
         return described
 
+    @app.post("/api/values", response_model=dict[str, str])
+    async def values(request: ValuesRequest) -> Response:
+        """Tell which values a model cannot have: sentences by parameter."""
+        if not allowance.take():
+            return PlainTextResponse(TOO_MANY, 429)
+        try:
+            return JSONResponse(catalogue.refusals(request.model, request.parameters))
+        except InputError as error:
+            return PlainTextResponse(str(error), 400)
+
     @app.post("/api/export", responses=answers, response_class=PlainTextResponse)
     async def export(request: ExportRequest) -> Response:
         if not allowance.take():
-            return PlainTextResponse("too many requests a second; wait a little", 429)
+            return PlainTextResponse(TOO_MANY, 429)
         reply = await _computed(workers, request)
         if isinstance(reply, str) or reply.refused:
             sentence = reply if isinstance(reply, str) else reply.body.decode()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -70,6 +70,29 @@ class Catalogue:
             )
         return self._models[name].replace(**values)
 
+    def refusals(self, name: str, values: Mapping[str, float]) -> dict[str, str]:
+        """Return why a model cannot have some values, by parameter.
+
+        Of values that contradict each other those are named that differ from the model's own and
+        without which the others would do; all of them if there is none.
+
+        Examples
+        --------
+        >>> Catalogue().refusals("sliding", {"Ns": 2.0, "Vd": -1.0})
+        {'Vd': 'Vd = -1 is outside its bounds; Vd must be > 0 m/s'}
+        """
+        model = self.model(name, {})
+        alone = {key: _refused(model.parameter(key).check, values[key]) for key in values}
+        found = {key: sentence for key, sentence in alone.items() if sentence}
+        if found:
+            return found
+        sentence = _refused(model.replace, **values)
+        if not sentence:
+            return {}
+        own = model.values
+        blamed = [key for key in values if not _refused(model.replace, **{**values, key: own[key]})]
+        return dict.fromkeys(blamed or values, sentence)
+
     def file(self, model: Model) -> Path | None:
         """Return the file that holds the equations of a model."""
         given, file = self._file
@@ -78,6 +101,15 @@ class Catalogue:
     def describe(self) -> list[dict[str, Any]]:
         """Return all models as plain data for the page."""
         return [_described(name, model) for name, model in self._models.items()]
+
+
+def _refused(attempt: Callable[..., object], *values: float, **named: float) -> str:
+    """Return why something is refused; empty if it is not."""
+    try:
+        attempt(*values, **named)
+    except InputError as error:
+        return str(error)
+    return ""
 
 
 def _key(name: str) -> str:
@@ -102,7 +134,7 @@ def _described(name: str, model: Model) -> dict[str, Any]:
 
 
 def _default(model: Model, first: Mapping[str, Any]) -> dict[str, Any]:
-    vary = first.get("vary") or model.quiet or model.variable_parameters[0].name
+    vary = first.get("vary") or model.varied_first or model.variable_parameters[0].name
     return {
         "vary": vary,
         "span": first.get("span") or list(_around(model.parameter(vary), model.values[vary])),

@@ -28,6 +28,7 @@ __all__ = [
     "PlaneRequest",
     "Request",
     "SimulationRequest",
+    "ValuesRequest",
     "ViewRequest",
     "parse_request",
     "refusal_of",
@@ -278,6 +279,21 @@ class ExportRequest(_Message):
 
     view: ViewRequest
     format: Literal["python", "toml", "csv", "nc"]
+
+
+class ValuesRequest(_Message):
+    """Values of a model's parameters, all of them, to learn which it cannot have.
+
+    Parameters
+    ----------
+    model
+        Name of the model.
+    parameters
+        The values, SI units.
+    """
+
+    model: ModelName
+    parameters: Values
 
 
 def parse_request(text: str | bytes) -> Request:

@@ -1,6 +1,7 @@
 """Boxes take the numbers and units that the command line takes, and say what they do not take."""
 
 import random
+import re
 
 import pytest
 from playwright.sync_api import expect
@@ -104,6 +105,36 @@ def test_what_is_no_quantity_is_refused_and_the_value_is_back(explorer, name, te
     with explorer.redrawn():
         explorer.type("f", "12.4")
     expect(explorer.page.get_by_role("alert")).to_have_count(0)
+
+
+def test_every_value_that_cannot_be_had_is_marked_and_says_why(explorer):
+    explorer.open()
+    reasons = {name: f"{name} = -1 is outside its bounds; {name} must be" for name in ("Vd", "mu")}
+    alert = explorer.page.get_by_role("alert")
+    for name in reasons:
+        explorer.type(name, -1)
+    for name, reason in reasons.items():
+        expect(alert.filter(has_text=reason)).to_have_count(1)
+        expect(explorer.box(name)).to_have_attribute("aria-invalid", "true")
+        expect(explorer.box(name)).to_have_attribute("title", re.compile(reason))
+    expect(alert).to_have_count(2)
+    expect(explorer.page.locator(".number[aria-invalid]")).to_have_count(2)
+    explorer.type("mu", 0.5)
+    expect(alert).to_have_count(1)
+    expect(explorer.page.locator(".number[aria-invalid]")).to_have_id("parameter-Vd-box")
+    explorer.type("Vd", 0.6)
+    expect(alert).to_have_count(0)
+    expect(explorer.page.locator(".number[aria-invalid]")).to_have_count(0)
+
+
+def test_a_value_of_what_is_varied_is_refused_like_any_other(explorer):
+    explorer.open()
+    explorer.type("Nd", 5)
+    alert = explorer.page.get_by_role("alert")
+    expect(alert).to_contain_text("Nd = 5 N is not below Ns = 1 N")
+    expect(explorer.page.locator(".number[aria-invalid]")).to_have_id("parameter-Nd-box")
+    explorer.type("Nd", 0.3)
+    expect(alert).to_have_count(0)
 
 
 def test_a_refusal_moves_nothing_under_the_pointer(explorer):

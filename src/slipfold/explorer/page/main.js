@@ -15,6 +15,7 @@ import { Pins } from "./pins.js";
 import { PlaneControls } from "./plane_controls.js";
 import { PlanePlot } from "./plane_plot.js";
 import { PlaneSwitch } from "./plane_switch.js";
+import { Refusals } from "./refusals.js";
 import { Session } from "./session.js";
 import { Simulation } from "./simulation.js";
 import { SimulationPanel } from "./simulation_panel.js";
@@ -56,6 +57,7 @@ function build(models) {
   const socket = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws`;
   const connection = new Connection(socket);
   const session = new Session(models, given ?? initialView(models[0]), connection);
+  const refusals = new Refusals(session);
   const notices = new Notices();
   const status = new StatusLine(session, notices);
   const dialog = new TextDialog();
@@ -89,7 +91,7 @@ function build(models) {
   const planeControls = new PlaneControls(session);
   const planeSwitch = new PlaneSwitch(session);
   const panels = {
-    parameters: panel("parameters", "Parameters", [], new ParameterPanel(session).node),
+    parameters: panel("parameters", "Parameters", [], new ParameterPanel(session, refusals).node),
     diagram: panel("diagram", "Response", [new Pins(session).node, planeSwitch.node, menus.diagram.node],
       new DiagramControls(session).node, diagram.node, new SpecialPoints(session).node, keyHelp()),
     plane: panel("plane", "Plane", [menus.plane.node],
@@ -114,6 +116,7 @@ function build(models) {
   session.failed.announce({ kind: "link", sentence });
   connection.open();
   session.start();
+  refusals.ask();
   if (!given && isFirstVisit() && session.view.model === TOLD_OF) tour.start({ isFirst: true });
   document.getElementById("page").dataset.started = "";
 }

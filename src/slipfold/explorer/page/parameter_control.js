@@ -1,6 +1,6 @@
 /** A slider, a number box with its unit, and a way back, for one parameter. */
 
-import { element, icon } from "./dom.js";
+import { element, icon, set } from "./dom.js";
 import { display, formatted } from "./quantities.js";
 import { QuantityBox } from "./quantity_box.js";
 import { roundStep, snapped, stepped } from "./steps.js";
@@ -81,6 +81,14 @@ export class ParameterControl {
     this.node.classList.toggle("varied", isVaried);
     this.#back.classList.toggle("needed", !isVaried && value !== this.#parameter.value);
     this.#back.tabIndex = !isVaried && value !== this.#parameter.value ? 0 : -1;
+  }
+
+  /**
+   * Mark the value as one that the model cannot have.
+   * @param {string|null} sentence why; null where it can
+   */
+  refuse(sentence) {
+    set(this.#box.node, { "aria-invalid": sentence !== null && "true", title: sentence });
   }
 
   /** The value of the slider: round, unless it is at an end. */

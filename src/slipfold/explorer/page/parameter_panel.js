@@ -14,8 +14,11 @@ export class ParameterPanel {
   #controls = new Map();
   #model = null;
 
-  /** @param {import("./session.js").Session} session */
-  constructor(session) {
+  /**
+   * @param {import("./session.js").Session} session
+   * @param {import("./refusals.js").Refusals} refusals
+   */
+  constructor(session, refusals) {
     this.#session = session;
     this.node = element("div", { class: "parameter-panel" }, this.#rows,
       element("p", { class: "meaning", "aria-hidden": "true" }, this.#meaning));
@@ -24,6 +27,9 @@ export class ParameterPanel {
       this.#rows.addEventListener(event, explain);
     }
     session.store.changed.subscribe(() => this.#show());
+    refusals.changed.subscribe((sentences) => {
+      for (const [name, control] of this.#controls) control.refuse(sentences[name] ?? null);
+    });
     this.#show();
   }
 
