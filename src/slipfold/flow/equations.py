@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import pickle
 from dataclasses import dataclass
+from functools import cached_property
 
 import heyoka as hy
 import numpy as np
@@ -132,6 +133,16 @@ class Constants:
         scales = self.scales if self.scales.ndim == 1 else np.repeat(self.scales, count, axis=0)
         return Constants(np.repeat(self.values, count, axis=0), self.rates[:0], scales)
 
+    @cached_property
+    def known(self) -> Array:
+        """What every integrator is given first: coefficients and scales, (n_c + n,) or (m, ...)."""
+        values, scales = self.values, self.scales
+        if values.ndim != scales.ndim:
+            count = max(values.shape[:-1], scales.shape[:-1])
+            values = np.broadcast_to(values, (*count, values.shape[-1]))
+            scales = np.broadcast_to(scales, (*count, scales.shape[-1]))
+        return np.concatenate([values, scales], axis=-1)
+
     def of(self, some: slice) -> tuple[Array, Array]:
-        """Return coefficients and scales of some trajectories, by lane of an integrator."""
-        return by_lane(self.values, some), by_lane(self.scales, some)
+        """Return what is known and the scales of some trajectories, by lane of an integrator."""
+        return by_lane(self.known, some), by_lane(self.scales, some)

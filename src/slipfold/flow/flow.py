@@ -14,8 +14,8 @@ from slipfold.errors import InputError
 from slipfold.flow.compiled_code import JET_ORDER, CompiledCode
 from slipfold.flow.dense_motion import DenseMotion
 from slipfold.flow.equations import Constants, Equations, build_equations
-from slipfold.flow.lanes import ARRIVED, by_lane, chunks, finished_lanes, forget, padded, set_out
-from slipfold.flow.patience import arrive, pass_through, sampled
+from slipfold.flow.lanes import by_lane, carried, chunks, forget, joined, padded, set_out
+from slipfold.flow.patience import ARRIVED, arrive, pass_through, sampled
 from slipfold.flow.precision import LANES, TOLERANCE
 from slipfold.flow.scaled import of_order_one, power_of_two
 from slipfold.models.model import Kind, Model
@@ -78,12 +78,12 @@ class Flow:
 
         Shapes: states (m, n); start, end (m,); returns (m, n).
         """
-        result = np.empty_like(states)
-        for some in chunks(len(states)):
-            batch = self._prepare(self._code.plain, states, start, constants, some)
-            arrive(batch, padded(end[some]))
-            result[some] = finished_lanes(batch, batch.state, some.stop - some.start)
-        return result * constants.scales
+        code = self._code.plain
+        ends = joined(
+            carried(self._prepare(code, states, start, constants, some), end[some])
+            for some in chunks(len(states))
+        )
+        return ends * constants.scales
 
     def sample(
         self, states: Array, start: Array, end: Array, count: int, constants: Constants
@@ -100,11 +100,15 @@ class Flow:
 
         Shapes: states (m, n); phases (m, p); returns (m, p, n).
         """
-        result = np.empty((*phases.shape, self.dimension))
+        result, code, start = (
+            np.empty((*phases.shape, self.dimension)),
+            self._code.plain,
+            phases[:, 0],
+        )
         for some in chunks(len(states)):
-            batch = self._prepare(self._code.plain, states, phases[:, 0], constants, some)
+            batch = self._prepare(code, states, start, constants, some)
             grid = sampled(batch, padded(phases[some]).T.copy())
-            result[some] = np.moveaxis(grid, 2, 0)[: some.stop - some.start]
+            result[some] = grid.transpose(2, 0, 1)[: some.stop - some.start]
         return result * constants.scales[..., None, :]
 
     def linearise(
@@ -117,22 +121,18 @@ class Flow:
         """
         n, k = self.dimension, directions.shape[-1]
         if not carried_whole(n):
-            finished, derivatives = self._columns(states, start, end, constants, directions)
-            return finished, derivatives[:, :, :n], derivatives[:, :, n:]
-        derivatives = np.empty((len(states), n, n + k))
-        ends = np.empty_like(states)
-        code = self._code.linear(k)
-        identity = _identity(n, k)
+            ends, derivatives = self._columns(states, start, end, constants, directions)
+            return ends, derivatives[:, :, :n], derivatives[:, :, n:]
+        code, identity = self._code.linear(k), _identity(n, k)
+        finished = list[Array]()
         for some in chunks(len(states)):
             batch = self._prepare(code, states, start, constants, some)
             self._direct(batch, directions, some)
             batch.state[n:] = identity
-            arrive(batch, padded(end[some]))
-            result = finished_lanes(batch, batch.state, some.stop - some.start)
-            ends[some] = result[:, :n]
-            derivatives[some] = result[:, n:].reshape(-1, n, n + k)
-        derivatives *= _units(constants.scales, k)
-        return ends * constants.scales, derivatives[:, :, :n], derivatives[:, :, n:]
+            finished.append(carried(batch, end[some]))
+        found = joined(finished)
+        derivatives = found[:, n:].reshape(-1, n, n + k) * _units(constants.scales, k)
+        return found[:, :n] * constants.scales, derivatives[:, :, :n], derivatives[:, :, n:]
 
     def _columns(
         self, states: Array, start: Array, end: Array, constants: Constants, directions: Array
@@ -178,14 +178,13 @@ class Flow:
     ) -> Array:
         """Carry whole states of compiled code; starts and values are given in parts, by column."""
         state, pars = np.concatenate(starts, axis=1), np.concatenate(values, axis=1)
-        result = np.empty_like(state)
+        finished = []
         for some in chunks(len(state)):
             set_out(code, start[some])
             code.state[:] = padded(state[some]).T
             code.pars[:] = padded(pars[some]).T
-            arrive(code, padded(end[some]))
-            result[some] = finished_lanes(code, code.state, some.stop - some.start)
-        return result
+            finished.append(carried(code, end[some]))
+        return joined(finished)
 
     def curve(
         self,
@@ -215,8 +214,7 @@ class Flow:
             batch.state[n : 2 * n] = padded(scaled[some]).T
             batch.state[2 * n :] = 0.0
             batch.state[2 * n : 2 * n + n * (n + k)] = _identity(n, k)
-            arrive(batch, padded(end[some]))
-            finished = finished_lanes(batch, batch.state, some.stop - some.start)
+            finished = carried(batch, end[some])
             result[some] = finished[:, 2 * n + n * (n + k) :].reshape(-1, n, n + k)
         result *= _units(constants.scales, k)
         return result[:, :, :n], result[:, :, n:]
@@ -241,8 +239,8 @@ class Flow:
         first, last = np.broadcast_to(start, total), np.broadcast_to(end, total)
         scaled, lengths = of_order_one(directions / constants.scales)
         for some in chunks(total):
-            batch = self._run_jets(starts, first, last, constants, scaled, some, beyond)
-            finished = finished_lanes(batch, batch.state, some.stop - some.start)
+            batch = self._begin_jets(starts, first, last, constants, scaled, some, beyond)
+            finished = carried(batch, last[some])
             result[some] = finished[:, n:].reshape(-1, JET_ORDER, n)
         result *= lengths[:, None, None] ** np.arange(1, JET_ORDER + 1)[:, None]
         result *= constants.scales
@@ -262,8 +260,8 @@ class Flow:
         first, last = np.full(total, start), np.full(total, end)
         scaled, lengths = of_order_one(directions / constants.scales)
         for some in chunks(total):
-            batch = self._run_jets(starts, first, last, constants, scaled, some, nodes[1:])
-            ends = finished_lanes(batch, batch.state, some.stop - some.start)
+            batch = self._begin_jets(starts, first, last, constants, scaled, some, nodes[1:])
+            ends = carried(batch, last[some])
             batch.step(np.full(LANES, TINY), write_tc=True)  # for the Taylor coefficients in time
             for k in range(orders):
                 taylor = batch.tc[:, k, : len(ends)].T * math.factorial(k)
@@ -274,7 +272,7 @@ class Flow:
         result[:, 1, 0] += directions  # the jet is that of phi(x + s v) - s v
         return result
 
-    def _run_jets(
+    def _begin_jets(
         self,
         states: Array,
         start: Array,
@@ -284,7 +282,10 @@ class Flow:
         some: slice,
         beyond: Array | None,
     ) -> Any:
-        """Carry as many jets as there are lanes to their end; directions are of scaled states."""
+        """Carry as many jets as there are lanes to the last of the nodes that are passed.
+
+        Directions are of scaled states.
+        """
         n = self.dimension
         batch = self._prepare(self._code.jet, states, start, constants, some)
         batch.pars[-n - 1 : -1] = padded(directions[some]).T
@@ -293,11 +294,10 @@ class Flow:
         passed = () if beyond is None else beyond / constants.scales
         for number, state in enumerate(passed, 1):
             share = number / (len(passed) + 1)
-            arrive(batch, padded((start + share * (end - start))[some]))
-            if any(item[0] != ARRIVED for item in batch.propagate_res):
+            outcomes = arrive(batch, padded((start + share * (end - start))[some]))
+            if any(outcome != ARRIVED for outcome in outcomes):
                 batch.state[:] = np.nan
             batch.state[:n] = state[:, None]
-        arrive(batch, padded(end[some]))
         return batch
 
     def rates(self, states: Array, phases: Array, constants: Constants) -> Array:
@@ -333,7 +333,7 @@ class Flow:
         single.time = grid[0]
         forget(single)
         single.state[:] = state / constants.scales
-        single.pars[:] = np.concatenate([constants.values, constants.scales])
+        single.pars[:] = constants.known
         return pass_through(single, grid, patient=patient) * constants.scales
 
     def dense(
@@ -349,7 +349,7 @@ class Flow:
         single.time = 0.0
         forget(single)
         single.state[:] = state / constants.scales
-        single.pars[:] = np.concatenate([constants.values, constants.scales])
+        single.pars[:] = constants.known
         output = single.propagate_until(end, max_steps=steps, c_output=True)[4]
         return output and DenseMotion(np.array(output.times), output, constants.scales)
 
@@ -399,12 +399,10 @@ class Flow:
         self, batch: Any, states: Array, start: Array, constants: Constants, some: slice
     ) -> Any:
         """Give an integrator the beginnings of some trajectories."""
-        values, scales = constants.of(some)
-        count, n = len(values), self.dimension
+        known, scales = constants.of(some)
         set_out(batch, start[some])
-        batch.state[:n] = padded(states[some]).T / scales
-        batch.pars[:count] = values
-        batch.pars[count : count + n] = scales
+        batch.state[: self.dimension] = padded(states[some]).T / scales
+        batch.pars[: len(known)] = known
         return batch
 
     def _direct(self, batch: Any, directions: Array, some: slice) -> None:

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import cache
 from typing import Any
 
-import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.flow.patience import ARRIVED, arrive
 from slipfold.flow.precision import LANES
 
-__all__ = ["ARRIVED", "by_lane", "chunks", "finished_lanes", "forget", "padded", "set_out"]
+__all__ = ["by_lane", "carried", "chunks", "forget", "joined", "padded", "set_out"]
 
 Array = NDArray[np.float64]
-
-ARRIVED = hy.taylor_outcome.time_limit
 
 
 @cache
@@ -48,10 +47,19 @@ def forget(integrator: Any) -> None:
         integrator.reset_cooldowns()
 
 
-def finished_lanes(batch: Any, state: Array, count: int) -> Array:
-    """Return one row per lane; NaN where the integrator did not arrive."""
-    result = state.T[:count].copy()
-    outcomes = [item[0] for item in batch.propagate_res[:count]]
-    if outcomes.count(ARRIVED) < count:  # one comparison costs more than a look at all of them
-        result[[outcome != ARRIVED for outcome in outcomes]] = np.nan
-    return result
+def carried(batch: Any, end: Array) -> Array:
+    """Integrate a batch; return one row a trajectory, NaN where the integrator did not arrive.
+
+    Shapes: end (m,); returns (m, N).
+    """
+    outcomes, count = arrive(batch, padded(end)), len(end)
+    rows = batch.state.T[:count].copy()
+    if outcomes.count(ARRIVED) < len(outcomes):  # one comparison costs as much as this count
+        rows[[outcome != ARRIVED for outcome in outcomes[:count]]] = np.nan
+    return np.asarray(rows)
+
+
+def joined(batches: Iterable[Array]) -> Array:
+    """Return the rows of all batches."""
+    parts = list(batches)
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)

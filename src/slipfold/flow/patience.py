@@ -8,7 +8,17 @@ import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["CALL", "LONGEST", "STEEP", "STEP_LIMIT", "arrive", "go_on", "pass_through", "sampled"]
+__all__ = [
+    "ARRIVED",
+    "CALL",
+    "LONGEST",
+    "STEEP",
+    "STEP_LIMIT",
+    "arrive",
+    "go_on",
+    "pass_through",
+    "sampled",
+]
 
 Array = NDArray[np.float64]
 
@@ -31,24 +41,34 @@ HOPELESS = 1e-5
 """Share of what is left of a motion that `CALL` steps must gain: less is a singularity, however
 steep the formulas are."""
 
+ARRIVED = hy.taylor_outcome.time_limit
 STOPPED = hy.taylor_outcome.step_limit
 STEP_LIMIT = int(STOPPED)
 
 
-def arrive(batch: Any, ends: Array) -> None:
-    """Integrate a batch to its ends, unless one of its motions would take too many steps."""
+def arrive(batch: Any, ends: Array) -> list[Any]:
+    """Integrate a batch to its ends, unless one of its motions would take too many steps.
+
+    Return each lane's outcome.
+    """
     free, taken = STEEP if batch.with_events else CALL, 0
     while True:
-        before = np.array(batch.time)
+        before = batch.time.copy()
         batch.propagate_until(ends, max_steps=CALL)
-        if STOPPED not in [item[0] for item in batch.propagate_res]:
-            return
+        outcomes = _outcomes(batch)
+        if STOPPED not in outcomes:
+            return outcomes
         taken += CALL
         left, gained = np.abs(ends - batch.time), np.abs(batch.time - before)
         if np.any(gained < HOPELESS * left):
-            return
+            return outcomes
         if taken >= free and not np.all(left * CALL <= gained * (LONGEST_SEGMENT - taken)):
-            return
+            return outcomes
+
+
+def _outcomes(batch: Any) -> list[Any]:
+    """Return how the last integration ended in each lane."""
+    return [item[0] for item in batch.propagate_res]
 
 
 def sampled(batch: Any, times: Array) -> Array:
@@ -56,18 +76,17 @@ def sampled(batch: Any, times: Array) -> Array:
 
     Shapes: times (m, n_lanes); returns (m, n, n_lanes).
     """
-    start, states = np.array(batch.state), np.empty((len(times), *batch.state.shape))
+    start = batch.state.copy()
     found = batch.propagate_grid(times, max_steps=STEEP if batch.with_events else CALL)[1]
-    if STOPPED not in [item[0] for item in batch.propagate_res]:
+    if STOPPED not in _outcomes(batch):
         return np.asarray(found)
+    states = np.empty((len(times), *start.shape))
     batch.set_time(times[0])
     batch.state[:] = start
     for place, ends in enumerate(times):
-        arrive(batch, ends)
+        outcomes = arrive(batch, ends)
         states[place] = batch.state
-        for lane, item in enumerate(batch.propagate_res):
-            if item[0] != hy.taylor_outcome.time_limit:
-                states[place, :, lane] = np.nan
+        states[place][:, [outcome != ARRIVED for outcome in outcomes]] = np.nan
     return states
 
 
