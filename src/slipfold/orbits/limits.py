@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,21 +30,19 @@ def limit_margins(orbits: Orbits, z: Array) -> Array:
     limits = orbits.model.limits
     if not limits:
         return np.empty(0)
-    flow, constants, nodes = orbits.flow, orbits.constants(z), orbits.nodes(z)
-    m, period = orbits.segments, orbits.period
-    each = -(-SAMPLES * period // m)
-    edges = np.linspace(0.0, period, m + 1)
-    samples = flow.sample(nodes, edges[:-1], edges[1:], each, constants).reshape(m * each, -1)
-    spacing = period / len(samples)
-    phases: Array = np.arange(len(samples), dtype=float) * spacing
+    flow, constants = orbits.flow, orbits.constants(z)
+    grid = _grid(orbits.segments, orbits.period)
+    phases, spacing = grid.ravel(), orbits.period / grid.size
+    samples = flow.along(orbits.nodes(z), grid, constants).reshape(grid.size, -1)
     columns = [flow.output_index(limit.output) for limit in limits]
     bounds = np.array([limit.bound for limit in limits])
     values = flow.outputs(samples, phases, constants)[:, columns]
     lowest = values.min(axis=0)
-    steps = np.diff(values, axis=0, append=values[:1])
-    bends = np.diff(steps, axis=0, prepend=steps[-1:])
+    closed = np.concatenate([values[-1:], values, values[:1]])
+    steps = closed[1:] - closed[:-1]
+    bends = steps[1:] - steps[:-1]
     fall = np.minimum(np.abs(steps).max(axis=0), np.abs(bends).max(axis=0))
-    for i in np.flatnonzero(lowest - fall < 2 * bounds):
+    for i in (lowest - fall < 2 * bounds).nonzero()[0]:
         before = [int(values[:, i].argmin()) - 1]  # -1 is the last sample: the orbit is closed
         lowest[i] = refine_minimum(
             flow,
@@ -54,6 +54,15 @@ def limit_margins(orbits: Orbits, z: Array) -> Array:
             np.ones(1),
         )[0]
     return lowest - bounds
+
+
+@cache
+def _grid(segments: int, period: int) -> Array:
+    """Phases of the first look, shape (segments, samples on each)."""
+    each = -(-SAMPLES * period // segments)
+    spacing = period / (segments * each)
+    phases: Array = np.arange(segments * each, dtype=float) * spacing
+    return phases.reshape(segments, each)
 
 
 def broken_limit(orbits: Orbits, z: Array) -> str | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property, reduce
-from math import isfinite
+from math import isfinite, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,14 +75,17 @@ class Linearisation:
     def blend(parts: Sequence[Linearisation], weights: Array) -> Linearisation:
         """Return what is the weighted sum of several in its Jacobian, and the first in all else."""
 
-        def total(arrays: Sequence[Array | None]) -> Array:
-            return np.tensordot(weights, np.array(arrays), axes=1)
+        def total(arrays: Sequence[Array]) -> Array:
+            flat = weights @ np.array([array.ravel() for array in arrays])
+            return flat.reshape(arrays[0].shape)
 
         first = parts[0]
         conditions = first.conditions
         if conditions.gradients is not None:
-            gradients = total([part.conditions.gradients for part in parts])
-            conditions = Conditions(conditions.values, gradients)
+            gradients = [part.conditions.gradients for part in parts]
+            conditions = Conditions(
+                conditions.values, total([each for each in gradients if each is not None])
+            )
         return replace(
             first,
             blocks=total([part.blocks for part in parts]),
@@ -93,7 +96,10 @@ class Linearisation:
     @cached_property
     def product(self) -> Array:
         """Product of the transition matrices, shape (n, n), in scaled states."""
-        return reduce(lambda product, block: block @ product, self.blocks)
+        factors = self.blocks
+        while len(factors) % 2 == 0:  # pairs side by side: three operations for eight segments
+            factors = factors[1::2] @ factors[::2]
+        return reduce(lambda product, block: block @ product, factors)
 
     @cached_property
     def monodromy(self) -> Array:
@@ -154,7 +160,7 @@ def defect_of(residual: Array, values: Array) -> Array:
 
     Shapes: residual (m, n); values (d,).
     """
-    flat = residual.ravel() / np.sqrt(len(residual))
+    flat = residual.ravel() / sqrt(len(residual))
     return np.concatenate([flat, values]) if len(values) else flat
 
 
