@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 from slipfold.errors import InputError
 
-__all__ = ["Newton", "Stepping", "Steps"]
+__all__ = ["Coarse", "Newton", "Stepping", "Steps"]
 
 
 @dataclass(frozen=True)
@@ -84,3 +85,12 @@ class Stepping:
 
     newton: Newton = field(default_factory=Newton)
     steps: Steps = field(default_factory=Steps)
+
+    coarse: ClassVar[float] = 1.0
+    """How much less well points may be foreseen than where what lies between them is searched."""
+
+
+class Coarse(Stepping):
+    """The same for a curve of which only the end matters."""
+
+    coarse = 8.0

@@ -213,7 +213,8 @@ def _correct(
     curve: Curve[P], guess: Array, row: Array, settings: Stepping, expected: Linearised | None
 ) -> Correction:
     tolerance, iterations = settings.newton.tolerance, settings.newton.iterations
-    return correct(curve, guess, row, tolerance, iterations, 2 * REJECT * ERROR, expected)
+    reach = 2 * REJECT * ERROR * settings.coarse
+    return correct(curve, guess, row, tolerance, iterations, reach, expected)
 
 
 def _arclength_at(recent: list[P], index: int, bound: float, beyond: float) -> float:
@@ -232,9 +233,9 @@ def _arclength_at(recent: list[P], index: int, bound: float, beyond: float) -> f
 def _measure(recent: list[P], point: P, correction: Correction, settings: Stepping) -> _Measures:
     turn = float(np.arccos(np.clip(recent[-1].tangent @ point.tangent, -1.0, 1.0)))
     return _Measures(
-        max(correction.distance, 1e-12) / ERROR,
+        max(correction.distance, 1e-12) / (ERROR * settings.coarse),
         turn / settings.steps.turn,
-        min(_drift(recent, point) / DRIFT, contraction_drift(recent, point)),
+        min(_drift(recent, point) / DRIFT, contraction_drift(recent, point)) / settings.coarse,
     )
 
 

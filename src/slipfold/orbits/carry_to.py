@@ -17,7 +17,7 @@ from slipfold.orbits.linearisation import Conditions, Linearisation
 from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
-__all__ = ["Straight", "carry_to", "hold_parameter"]
+__all__ = ["CARRYING", "Straight", "carry_to", "hold_parameter"]
 
 Array = NDArray[np.float64]
 Values = NDArray[np.complex128]
@@ -38,7 +38,11 @@ def hold_parameter(size: int) -> Array:
 
 
 def carry_to(
-    curve: OrbitCurve, z: Array, target: float, refuse: Callable[[OrbitPoint], str | None]
+    curve: OrbitCurve,
+    z: Array,
+    target: float,
+    refuse: Callable[[OrbitPoint], str | None],
+    stepping: Stepping = CARRYING,
 ) -> OrbitPoint | Failure:
     """Follow a curve from an orbit to where its last parameter has another value, round its folds.
 
@@ -53,7 +57,7 @@ def carry_to(
     if begin == end:
         return start
     reached = None
-    for point in walk(curve, [start], FIRST, [(-1, min(begin, end), max(begin, end))], CARRYING):
+    for point in walk(curve, [start], FIRST, [(-1, min(begin, end), max(begin, end))], stepping):
         if isinstance(point, Failure):
             return point
         wrong = refuse(point)

@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.continuation.newton import Correction, correct
+from slipfold.continuation.settings import Coarse
 from slipfold.continuation.walk import Failure
 from slipfold.models.model import Model
-from slipfold.orbits.carry_to import carry_to, hold_parameter
+from slipfold.orbits.carry_to import CARRYING, carry_to, hold_parameter
 from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.orbits.limits import broken_limit
 from slipfold.orbits.linear_response import linear_response
@@ -26,6 +27,9 @@ SETTLING = (25, 75, 300)
 """Forcing periods after which a motion from rest is tried, one after the other."""
 
 ITERATIONS = 20
+
+RISING = Coarse(steps=replace(CARRYING.steps, turn=0.6))
+"""Of orbits on the way from the quiet state nothing is asked but that they lead on."""
 
 
 def find_response(orbits: ForcedOrbits, value: float) -> Correction:
@@ -69,7 +73,7 @@ def _from_quiet(orbits: ForcedOrbits, model: Model, value: float) -> Correction 
     rest = guess_orbit(rising, 0.0)
     if not rest.converged:
         return f"there is no rest state with {quiet} = 0: {rest.failure}"
-    reached = carry_to(rising, rest.z, target, lambda point: broken_limit(rising, point.z))
+    reached = carry_to(rising, rest.z, target, lambda point: broken_limit(rising, point.z), RISING)
     if isinstance(reached, Failure):
         return (
             f"followed from {quiet} = 0 it does not reach {quiet} = {target:g} ({reached.reason})"
