@@ -3,15 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import acos, sin
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.continuation.curve import Curve
-from slipfold.continuation.newton import Linearised
+from slipfold.continuation.newton import Linearised, length_of
 from slipfold.continuation.point import P, Point
 
-__all__ = ["arc_between", "derivatives", "hermite", "lagrange", "polynomial", "well_spaced"]
+__all__ = [
+    "angle_between",
+    "arc_between",
+    "derivatives",
+    "hermite",
+    "lagrange",
+    "polynomial",
+    "well_spaced",
+]
 
 Array = NDArray[np.float64]
 
@@ -25,9 +34,13 @@ SPACING = 0.2
 
 def arc_between(a: Point, b: Point) -> float:
     """Return the arclength between two points of a curve, exact for a circle."""
-    chord = float(np.linalg.norm(b.z - a.z))
-    turn = float(np.arccos(np.clip(a.tangent @ b.tangent, -1.0, 1.0)))
-    return chord if turn < 1e-4 else chord * 0.5 * turn / np.sin(0.5 * turn)
+    chord, turn = length_of(b.z - a.z), angle_between(a.tangent, b.tangent)
+    return chord if turn < 1e-4 else chord * 0.5 * turn / sin(0.5 * turn)
+
+
+def angle_between(a: Array, b: Array) -> float:
+    """Return the angle between unit vectors."""
+    return acos(min(max(float(a @ b), -1.0), 1.0))
 
 
 def well_spaced(known: Sequence[P], low: float, high: float, count: int) -> list[P]:
@@ -52,7 +65,7 @@ def hermite(points: Sequence[Point], arclength: float) -> tuple[Array, Array]:
     values, slopes = _hermite_weights([point.arclength for point in points], arclength)
     data = np.array([point.z for point in points] + [point.tangent for point in points])
     slope = slopes @ data
-    return values @ data, slope / np.linalg.norm(slope)
+    return values @ data, slope / length_of(slope)
 
 
 def _hermite_weights(where: list[float], target: float) -> tuple[Array, Array]:

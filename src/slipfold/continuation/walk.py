@@ -12,6 +12,7 @@ from slipfold.continuation.contraction import contraction_drift
 from slipfold.continuation.curve import Curve
 from slipfold.continuation.interpolation import (
     POINTS,
+    angle_between,
     arc_between,
     derivatives,
     hermite,
@@ -90,7 +91,7 @@ class _Measures:
         The turn grows with the first power of the step, the drift with the second to third.
         """
         wanted = min(self.error**-POWER, 0.9 / max(self.turn, 1e-3), max(self.drift, 1e-6) ** -0.4)
-        return float(np.clip(0.9 * wanted, 0.2, 2.5))
+        return min(max(0.9 * wanted, 0.2), 2.5)
 
 
 def walk(
@@ -231,7 +232,7 @@ def _arclength_at(recent: list[P], index: int, bound: float, beyond: float) -> f
 
 
 def _measure(recent: list[P], point: P, correction: Correction, settings: Stepping) -> _Measures:
-    turn = float(np.arccos(np.clip(recent[-1].tangent @ point.tangent, -1.0, 1.0)))
+    turn = angle_between(recent[-1].tangent, point.tangent)
     return _Measures(
         max(correction.distance, 1e-12) / (ERROR * settings.coarse),
         turn / settings.steps.turn,

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from functools import cached_property
+from math import log
 
 import numpy as np
 from numpy.typing import NDArray
+
+from slipfold.continuation.newton import length_of
 
 __all__ = ["SquareMatrix", "WholeMatrix"]
 
@@ -47,12 +50,12 @@ class SquareMatrix(ABC):
         A row r and the tangent t give determinants in the ratio r t, and the last column of the
         inverse is t/(r t).
         """
-        return self._determinant[1] + float(np.log(np.linalg.norm(self._kernel)))
+        return self._determinant[1] + log(length_of(self._kernel))
 
     def tangent(self) -> Array:
         """Return the unit vector of the kernel that the last row leaves, along that row."""
         kernel = self._kernel
-        return np.asarray(kernel / np.linalg.norm(kernel))
+        return np.asarray(kernel / length_of(kernel))
 
 
 class WholeMatrix(SquareMatrix):
