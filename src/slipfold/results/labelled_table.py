@@ -98,8 +98,7 @@ def _write_variable(file: Any, name: str, item: Variable) -> None:
     else:
         packed = {"compression": "gzip"} if values.nbytes > LARGE else {}
         written = file.create_variable(name, item.dimensions, data=values, **packed)
-    for key, value in attributes.items():
-        written.attrs[key] = value
+    written.attrs.update(attributes)
 
 
 def read_netcdf(path: str | Path) -> LabelledTable:
@@ -113,12 +112,15 @@ def read_netcdf(path: str | Path) -> LabelledTable:
         ) from error
     try:
         import h5netcdf
+        import h5py
 
-        with h5netcdf.File(io.BytesIO(content), "r") as file:
-            attributes = {key: _plain(file.attrs[key]) for key in file.attrs}
+        with h5py.File(io.BytesIO(content)) as store, h5netcdf.File(store) as file:
+            attributes = {key: _plain(value) for key, value in file.attrs.items()}
             labels = str(attributes.pop("coordinates", "")).split()
+            # h5netcdf looks an array up in the file a dozen times before it reads it.
             variables = {
-                name: _read_variable(item, name in labels) for name, item in file.variables.items()
+                name: _read_variable(item, store[name][...], name in labels)
+                for name, item in file.variables.items()
             }
     # A damaged file makes HDF5 fail in many ways.
     except (OSError, RuntimeError, KeyError, ValueError, TypeError, AttributeError) as error:
@@ -128,9 +130,8 @@ def read_netcdf(path: str | Path) -> LabelledTable:
     return LabelledTable(variables, attributes)
 
 
-def _read_variable(item: Any, label: bool) -> Variable:
-    values = item[...]
-    attributes = {key: _plain(item.attrs[key]) for key in item.attrs}
+def _read_variable(item: Any, values: NDArray[Any], label: bool) -> Variable:
+    attributes = {key: _plain(value) for key, value in item.attrs.items()}
     if values.dtype.kind in "OT":
         texts = [part.decode() if isinstance(part, bytes) else str(part) for part in values.flat]
         values = np.array(texts, dtype=str).reshape(values.shape)
