@@ -29,17 +29,14 @@ def module_names() -> list[str]:
     return ["slipfold", *(m.name for m in found if not m.name.endswith(".__main__"))]
 
 
-def public_objects() -> list[PublicObject]:
-    """Return the public classes and functions with the classes' own methods and properties."""
-    found: list[PublicObject] = []
-    for name in slipfold.__all__:
-        value = getattr(slipfold, name, None)
-        if inspect.isclass(value):
-            found.append(PublicObject(name, value))
-            found.extend(_members(name, value))
-        elif inspect.isroutine(value) or isinstance(value, functools._lru_cache_wrapper):
-            found.append(PublicObject(name, value))
-    return found
+def public_objects(name: str) -> list[PublicObject]:
+    """Return a public class with its own methods and properties, or a public function."""
+    value = getattr(slipfold, name, None)
+    if inspect.isclass(value):
+        return [PublicObject(name, value), *_members(name, value)]
+    if inspect.isroutine(value) or isinstance(value, functools._lru_cache_wrapper):
+        return [PublicObject(name, value)]
+    return []
 
 
 def parameters(value: Any) -> dict[str, inspect.Parameter]:
