@@ -10,6 +10,9 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 UV := $(BIN)/uv
+# Each process begins with half of the tests in their order, so that what the tests of a file
+# share is made once; who is done takes over half of what the other still has.
+PYTEST := $(BIN)/python -m pytest -n $(JOBS) --dist worksteal
 LOCK := $(UV) pip compile --quiet --universal --python-version 3.11 \
 	--no-emit-index-url --no-emit-find-links --custom-compile-command "make lock"
 
@@ -48,25 +51,25 @@ explore: $(SETUP) ## open the explorer in the browser, for this machine alone
 	$(BIN)/slipfold explore
 
 test: $(SETUP) ## run the tests and the examples in the docstrings
-	$(BIN)/python -m pytest -n $(JOBS) $(PYTEST_ARGS)
+	$(PYTEST) $(PYTEST_ARGS)
 
 long: $(SETUP) ## run the tests that take minutes
-	$(BIN)/python -m pytest -n $(JOBS) -m long $(PYTEST_ARGS)
+	$(PYTEST) -m long $(PYTEST_ARGS)
 
 portable: $(SETUP) ## run the numerics' tests as on other processors
 	$(call SAME_POINTS)
 	for kernel in $(KERNELS); do \
 		echo "OPENBLAS_CORETYPE=$$kernel"; \
-		OPENBLAS_CORETYPE=$$kernel $(BIN)/python -m pytest -q -n $(JOBS) $(NUMERICS) || exit 1; \
+		OPENBLAS_CORETYPE=$$kernel $(PYTEST) -q $(NUMERICS) || exit 1; \
 	done
 	for setting in SLIPFOLD_TOLERANCE=3e-14 SLIPFOLD_TOLERANCE=3e-13 SLIPFOLD_LANES=4; do \
 		echo "$$setting"; \
-		env $$setting $(BIN)/python -m pytest -q -n $(JOBS) $(NUMERICS) || exit 1; \
+		env $$setting $(PYTEST) -q $(NUMERICS) || exit 1; \
 	done
 
 portable-quick: $(SETUP) ## the same in ten minutes: all special points, some tests on an old processor
 	$(call SAME_POINTS)
-	OPENBLAS_CORETYPE=Nehalem $(BIN)/python -m pytest -q -n $(JOBS) $(SENSITIVE)
+	OPENBLAS_CORETYPE=Nehalem $(PYTEST) -q $(SENSITIVE)
 
 SAME_POINTS = $(BIN)/python -m pytest -q -n 0 -m portable tests/portable
 KERNELS := Nehalem Sandybridge Haswell \

@@ -1,19 +1,21 @@
 """Nothing missed and nothing invented, whatever the step, the tolerance and the direction."""
 
+from itertools import product
+
 import pytest
 
 from helpers.reference import CASES, specials, traced
 
+ALL = list(product((0.005, 0.02, 0.1, 1.0), (1e-10, 1e-6), (False, True)))
+PAIRS = [
+    *((0.02, 1e-10, False), (0.02, 1e-6, True)),
+    *((0.1, 1e-10, True), (0.1, 1e-6, False)),
+    *((1.0, 1e-10, False), (1.0, 1e-6, True)),
+]
+"""Any two of step, tolerance and direction meet in every way; the shortest steps take long."""
+
 COMBINATIONS = [
-    pytest.param(
-        largest,
-        tolerance,
-        backward,
-        marks=[] if largest > 0.01 or (tolerance == 1e-6 and backward) else pytest.mark.long,
-    )
-    for largest in (0.005, 0.02, 0.1, 1.0)
-    for tolerance in (1e-10, 1e-6)
-    for backward in (False, True)
+    pytest.param(*item, marks=[] if item in PAIRS else pytest.mark.long) for item in ALL
 ]
 
 

@@ -159,7 +159,7 @@ def regions(draw):
 
 
 @given(loci(), st.none() | regions(), st.booleans())
-@settings(max_examples=30)
+@settings(max_examples=12)
 def test_any_numbers_survive(tmp_path_factory, one, map_, interrupted):
     diagram = made_locus_diagram(loci=(one, fold_locus()), regions=map_, interrupted=interrupted)
     path = tmp_path_factory.mktemp("any") / "x.nc"

@@ -278,7 +278,7 @@ words = st.text(st.characters(blacklist_categories=["Cs"], blacklist_characters=
 
 
 @given(st.data(), st.integers(1, 3), st.integers(1, 3))
-@settings(max_examples=30)
+@settings(max_examples=12)
 def test_any_numbers_survive(tmp_path_factory, data, rows, columns):
     def numbers(*shape):
         return data.draw(arrays(float, shape, elements=anything))
