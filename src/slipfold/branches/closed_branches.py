@@ -88,13 +88,13 @@ def _meets_its_copy(orbits: Orbits, before: OrbitPoint, point: OrbitPoint) -> bo
     return bool(here @ there < 0 or np.linalg.norm(there) < 0.1 * BEFORE)
 
 
-def step_beside_parent(orbits: Orbits, point: OrbitPoint) -> float:
+def step_beside_parent(point: OrbitPoint) -> float:
     """Return the longest step that cannot pass the parent by more than its distance.
 
     Near the parent the halves of the orbit differ by about 1.4 times the arclength to it. A longer
     step could land on another branch that leaves the same parent nearby.
     """
-    return max(BEFORE, 0.9 * float(np.linalg.norm(asymmetry(orbits, point.z))))
+    return max(BEFORE, 0.9 * float(np.linalg.norm(asymmetry(point.curve.orbits, point.z))))
 
 
 def asymmetry(orbits: Orbits, z: Array) -> Array:
@@ -218,27 +218,29 @@ class Returns:
         if len(stretch.trail.points) < 4:
             return Sight()
         length = point.arclength - before.arclength
-        first = self._begun_alike(stretch.trail.points[0].z, before.z, length)
+        first = self._begun_alike(stretch.trail.points[0], before.z, length)
+        if first is None:
+            return Sight()
         along = float((first - before.z) @ before.tangent)
         if not 0 < along < 1.5 * length or np.linalg.norm(first - before.z) > 1.5 * length:
             return Sight()
-        known = [*stretch.trail.points[-2:], point]
+        known = stretch.known[-3:]
         passed = self._abeam(known, first, before.arclength + min(along, length))
         if passed is None or not np.linalg.norm(passed.z - first) < SAME_ORBIT:
             return Sight()
         end = End("closed", self._reason, self._curve.place(passed.z))
         return Sight(stop=Stop(passed, end, closes=True))
 
-    def _begun_alike(self, first: Array, last: Array, length: float) -> Array:
-        """Return the first orbit begun where it lies nearest to the last, if it may be near.
+    def _begun_alike(self, first: OrbitPoint, last: Array, length: float) -> Array | None:
+        """Return the first orbit begun where it lies nearest to the last, None if it is far away.
 
-        Round a closed curve, cycles come back begun elsewhere.
+        Round a closed curve, cycles come back begun elsewhere, and on another mesh.
         """
         orbits = self._curve.orbits
-        free = slice(orbits.size, None)
-        if np.linalg.norm(first[free] - last[free]) > AROUND * length:
-            return first
-        return orbits.begun_near(first, last)
+        free = len(orbits.units)
+        if np.linalg.norm(first.z[-free:] - last[-free:]) > AROUND * length:
+            return None
+        return orbits.begun_near(orbits.adopt(first.curve.orbits, first.z), last)
 
     def _abeam(self, known: list[OrbitPoint], first: Array, place: float) -> OrbitPoint | None:
         """Return the orbit that has the first one abeam; None if it lies beyond the step."""

@@ -113,7 +113,7 @@ def _special(
         value=value,
         uncertainty=uncertainty,
         period=orbits.period,
-        nodes=orbits.nodes(point.z),
+        nodes=orbits.evenly(point.z),
         multipliers=orbits.multipliers(point),
         multiplier_uncertainty=_padded(orbits, point, multiplier_uncertainty),
         residual=point.residual,

@@ -34,20 +34,19 @@ CLOSE_TO_LIMIT = 5.0
 class BranchEndings(Endings[OrbitPoint]):
     """The ends of branches in words."""
 
-    def __init__(self, orbits: Orbits, span: tuple[float, float], settings: Stepping) -> None:
-        self._orbits = orbits
+    def __init__(self, span: tuple[float, float], settings: Stepping) -> None:
         self._span = span
         self._settings = settings
 
     def left(self, trail: Trail[OrbitPoint]) -> End:
         """Return the end of a branch that reached the end of the span."""
-        return span_end(self._orbits, trail.points[-1])
+        return span_end(trail.curve, trail.points[-1])
 
     def failed(self, trail: Trail[OrbitPoint], failure: Failure) -> End:
         """Return the end of a branch that cannot be followed: there, or on the end of the span."""
-        orbits = self._orbits
+        orbits = trail.curve
         try:
-            on_edge = _end_on_edge(orbits, trail.points, self._span, self._settings)
+            on_edge = _end_on_edge(orbits, trail, self._span, self._settings)
         except BREAKDOWNS:
             on_edge = None
         if failure.kind == "failed" and on_edge is not None:
@@ -65,8 +64,8 @@ class BranchEndings(Endings[OrbitPoint]):
 
     def interrupted(self, trail: Trail[OrbitPoint]) -> End:
         """Return the end of a branch that whoever watches stopped."""
-        value = self._orbits.value(trail.points[-1].z)
-        reason = f"interrupted at {self._orbits.vary} = {value:.6g}; what was found before is kept"
+        value = trail.curve.value(trail.points[-1].z)
+        reason = f"interrupted at {trail.curve.vary} = {value:.6g}; what was found before is kept"
         return End("interrupted", reason, (value,))
 
 
@@ -92,7 +91,7 @@ def failure_reason(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[
 
 def _end_on_edge(
     orbits: Orbits,
-    points: list[OrbitPoint],
+    trail: Trail[OrbitPoint],
     span: tuple[float, float],
     settings: Stepping,
 ) -> tuple[list[OrbitPoint], list[Found]] | None:
@@ -101,6 +100,7 @@ def _end_on_edge(
     With the parameter held Newton's method is singular there. So a step is taken over the end, and
     the branch point is located between.
     """
+    points = trail.points
     edge = min(orbits.bounds(span)[0][1:], key=lambda bound: abs(points[-1].z[-1] - bound))
 
     def away(point: OrbitPoint) -> float:

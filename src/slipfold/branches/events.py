@@ -53,7 +53,7 @@ class Events(Zeros[OrbitPoint]):
                 names.append(event.name)
         measured = {"parameter": orbits.value(z)}
         if names:
-            vector, nodes = orbits.vector(z)[None], orbits.nodes(z)[None]
+            vector, nodes = orbits.vector(z)[None], orbits.evenly(z)[None]
             extrema = find_extrema(orbits.model, vector, nodes, orbits.period, tuple(names))
         found = []
         for event in self._events:

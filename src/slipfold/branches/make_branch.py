@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipfold.branches.branch import Branch
 from slipfold.branches.describe import describe_bifurcation, describe_event
@@ -26,10 +27,10 @@ def assemble(atlas: Atlas[OrbitPoint], begun: End) -> tuple[Branch, ...]:
     described: dict[Found, SpecialPoint] = {}
     branches = []
     for chart in atlas.charts:
-        orbits, own = chart.trail.curve, []
+        own = []
         for found in chart.trail.found:
             (leads_to,) = atlas.leads.get(found, [None])[-1:]
-            described[found] = replace(_described(orbits, found), leads_to=leads_to)
+            described[found] = replace(_described(found.point.curve, found), leads_to=leads_to)
             own.append(described[found])
         first = begun
         if chart.start.found is not None:
@@ -58,7 +59,7 @@ def _branch(chart: Chart[OrbitPoint], begun: End, special: Sequence[SpecialPoint
         model=model if durations is None else model.replace(duration=float(durations[0])),
         vary=orbits.vary,
         parameter=parameter,
-        nodes=np.array([orbits.nodes(point.z) for point in points]),
+        nodes=_evenly(points),
         multipliers=np.array([orbits.multipliers(point) for point in points]),
         residual=np.array([point.residual for point in points]),
         arclength=np.array([point.arclength for point in points]),
@@ -67,6 +68,13 @@ def _branch(chart: Chart[OrbitPoint], begun: End, special: Sequence[SpecialPoint
         begun=begun,
         durations=durations,
     )
+
+
+def _evenly(points: Sequence[OrbitPoint]) -> NDArray[np.float64]:
+    """States at phases that are the same for all points, shape (n_points, m, n)."""
+    count = max(point.curve.segments for point in points)
+    nodes = [point.curve.evenly(point.z, count) for point in points]
+    return np.array(nodes)
 
 
 def _described(orbits: Orbits, found: Found) -> SpecialPoint:

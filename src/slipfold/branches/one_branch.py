@@ -52,12 +52,12 @@ def trace_branch(
         orbits,
         start,
         orbits.bounds(span),
-        _monitors(orbits, span, settings, departs, births, events),
+        lambda curve: _monitors(curve, span, settings, departs, births, events),
         settings=settings,
         departs=departs,
         first_step=_first_step(orbits, start, settings) if departs else None,
-        cap=partial(step_beside_parent, orbits) if has_copy(orbits) else None,
-        endings=BranchEndings(orbits, span, settings),
+        cap=step_beside_parent if has_copy(orbits) else None,
+        endings=BranchEndings(span, settings),
         watch=watch,
     )
 

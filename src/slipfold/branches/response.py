@@ -24,6 +24,7 @@ from slipfold.models.model import Model
 from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
+from slipfold.orbits.redescribed import by_collocation
 
 __all__ = ["measured_over", "trace_response"]
 
@@ -54,6 +55,8 @@ def trace_response(
     if begin is not None:
         begin = begin.measured_in(model.found_sizes)
     orbits, point, begun = _first(model, vary, first, last, begin)
+    if settings.discretisation == "collocation" and orbits.kind == "periodic":
+        orbits, point = _by_collocation(orbits, point)
     branches = _Branches((first, last), settings, events, observer)
     branches.explore(Start(orbits, _ways(orbits, point, (first, last))))
     return assemble(branches, begun)
@@ -154,6 +157,16 @@ def _begin(model: Model, vary: str, first: float, last: float) -> tuple[Orbits, 
         ) from None
 
 
+def _by_collocation(orbits: Orbits, point: OrbitPoint) -> tuple[Orbits, OrbitPoint]:
+    found = by_collocation(orbits, point)
+    if found is None:
+        raise InputError(
+            f"the orbit at {orbits.vary} = {orbits.value(point.z):g} could not be taken up by "
+            "collocation; use shooting"
+        )
+    return found
+
+
 def _span_begin(vary: str, first: float) -> End:
     return End("span", f"the span begins at {vary} = {first:g}", (first,))
 
@@ -193,7 +206,7 @@ class _Branches(Atlas[OrbitPoint]):
         for item in self._junctions:
             if any(item.birth is reached for reached in chart.trail.reached):
                 self.lead(item.found, chart.number)
-        new = junctions_on(chart, self._settings.largest_period)
+        new = junctions_on(chart, self._settings)
         for i, junction in enumerate(new):
             other = find_meeting(junction, [*self._junctions, *new[:i]])
             if other is not None and other.parent is not None:

@@ -9,6 +9,8 @@ from slipfold.errors import InputError
 
 __all__ = ["Newton", "Settings", "Steps"]
 
+DISCRETISATIONS = ("shooting", "collocation")
+
 
 @dataclass(frozen=True)
 class Settings(Stepping):
@@ -27,6 +29,11 @@ class Settings(Stepping):
         Near a homoclinic orbit the duration grows without bound; then eight segments of equal time
         are few, and there may be infinitely many bifurcations.
 
+    discretisation
+        By what periodic orbits are computed: ``"shooting"``, or ``"collocation"`` on a mesh that
+        adapts itself, for stiff motion and for motion that grows and decays by many orders of
+        magnitude within a period. Special points are the same.
+
     Examples
     --------
     >>> Settings(steps=Steps(largest=0.05)).newton.tolerance
@@ -35,9 +42,15 @@ class Settings(Stepping):
 
     largest_period: int = 8
     largest_duration: float = 20.0
+    discretisation: str = "shooting"
 
     def __post_init__(self) -> None:
         """Refuse a period or a duration that no response has."""
+        if self.discretisation not in DISCRETISATIONS:
+            raise InputError(
+                f"discretisation = {self.discretisation!r} is not known; give one of "
+                f"{', '.join(DISCRETISATIONS)}"
+            )
         if not self.largest_duration > 1:
             raise InputError(
                 f"largest_duration = {self.largest_duration:g} leaves no branch of cycles; give "

@@ -9,13 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.closed_branches import SAME_ORBIT, Birth
+from slipfold.branches.settings import Settings
 from slipfold.continuation.atlas import Chart, Start
 from slipfold.continuation.search import Found
 from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.births import Newborn, cycle_of_no_amplitude, passed_twice
+from slipfold.orbits.collocation import Collocation
 from slipfold.orbits.equilibria import Equilibria
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
+from slipfold.orbits.shooting import Shooting
 
 __all__ = ["Junction", "find_meeting", "junctions_on"]
 
@@ -39,16 +42,17 @@ class Junction(Start[OrbitPoint]):
     birth: Birth | None = None
 
 
-def junctions_on(chart: Chart[OrbitPoint], largest_period: int) -> list[Junction]:
+def junctions_on(chart: Chart[OrbitPoint], settings: Settings) -> list[Junction]:
     """Return the places of a branch at which others begin.
 
     What may end at a place of birth is followed once those are known: equilibria before cycles,
     orbits before those of longer period.
     """
-    orbits, junctions = chart.trail.curve, []
+    junctions = []
     for found in chart.trail.found:
+        orbits = found.point.curve
         try:
-            birth = _birth(orbits, found, largest_period)
+            birth = _birth(orbits, found, settings)
         except BREAKDOWNS:  # nothing can be followed from there; the point itself is kept
             continue
         if birth is None:
@@ -63,12 +67,13 @@ def junctions_on(chart: Chart[OrbitPoint], largest_period: int) -> list[Junction
     return junctions
 
 
-def _birth(orbits: Orbits, found: Found, largest_period: int) -> Birth | None:
+def _birth(orbits: Orbits, found: Found, settings: Settings) -> Birth | None:
     if found.type == "BP" and found.other is not None:
         return Birth(orbits, _other_branch(found, found.other))
     if isinstance(orbits, Equilibria) and found.type == "HB":
-        return _born(cycle_of_no_amplitude(orbits, found.point.z), found.point)
-    if found.type == "PD" and 2 * orbits.period <= largest_period:
+        by = Collocation if settings.discretisation == "collocation" else Shooting
+        return _born(cycle_of_no_amplitude(orbits, found.point.z, by), found.point)
+    if found.type == "PD" and 2 * orbits.period <= settings.largest_period:
         return _born(passed_twice(orbits, found.point.z), found.point)
     return None
 

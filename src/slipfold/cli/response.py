@@ -60,6 +60,13 @@ LargestPeriod = Annotated[
     str | None,
     typer.Option(metavar="K", help="Follow doubled branches up to this many forcing periods."),
 ]
+Discretisation = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAME",
+        help="Compute orbits by shooting, or by collocation: for stiff motion.",
+    ),
+]
 Settled = Annotated[
     bool,
     typer.Option(
@@ -86,6 +93,7 @@ def response(
     largest_period: LargestPeriod = None,
     start: Start = None,
     settled: Settled = False,
+    discretisation: Discretisation = None,
 ) -> int:
     """Follow the periodic response over a parameter; find every bifurcation and go on past it.
 
@@ -103,7 +111,7 @@ def response(
     refuse_varied(given, (name,))
     events = [parse_event(text, chosen, name) for text in event or ()]
     events += [parse_event(text, chosen, name, stop=True) for text in stop_at or ()]
-    settings = parse_settings(max_step, tolerance, max_points, largest_period)
+    settings = parse_settings(max_step, tolerance, max_points, largest_period, discretisation)
     words = response_text(name, chosen.parameter(name).unit)
     begin = parse_assignments(start, "--start") or None
     with deferred_interrupts() as check:

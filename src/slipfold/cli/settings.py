@@ -18,6 +18,7 @@ def parse_settings(
     tolerance: str | None = None,
     max_points: str | None = None,
     largest_period: str | None = None,
+    discretisation: str | None = None,
 ) -> Settings:
     """Read the options of continuation.
 
@@ -38,4 +39,6 @@ def parse_settings(
     if largest_period is not None:
         whole = parse_whole(largest_period, "--largest-period")
         settings = replace(settings, largest_period=whole)
+    if discretisation is not None:
+        settings = replace(settings, discretisation=discretisation)
     return replace(settings, newton=newton, steps=steps)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from slipfold.collocation.gauss import GaussPoints
 
-__all__ = ["equidistribute", "halve", "uniform"]
+__all__ = ["equidistribute", "halve", "spread", "steepness", "uniform"]
 
 Array = NDArray[np.float64]
 
@@ -37,12 +37,25 @@ def equidistribute(
 ) -> Array:
     r"""Return a mesh on which the estimated error is the same on each interval.
 
-    The error on an interval of length h is :math:`h^{m + 1} |x^{(m + 1)}|` for polynomials of
-    degree m. Their highest derivative is constant on an interval; the next one is estimated from
-    how it differs between neighbours (de Boor 1973; Russell and Christiansen, SIAM Journal on
-    Numerical Analysis 15 (1978) 59-80).
-
     Shapes: edges (N + 1,); slopes (N, m, n); returns (N' + 1,).
+    """
+    density = steepness(edges, slopes, gauss)
+    lengths = np.diff(edges)
+    mean = float(density @ lengths) / (edges[-1] - edges[0])
+    density = density + (FLOOR * mean if mean > 0 else 1.0)
+    return _anchored(spread(edges, density, count), anchors)
+
+
+def steepness(edges: Array, slopes: Array, gauss: GaussPoints) -> Array:
+    r"""Return how fine a mesh has to be on each interval, shape (N,).
+
+    The error on an interval of length h is :math:`h^{m + 1} |x^{(m + 1)}|` for polynomials of
+    degree m; returned is the root of order m + 1 of the derivative. The highest derivative of the
+    polynomial is constant on an interval; the next one is estimated from how it differs between
+    neighbours (de Boor 1973; Russell and Christiansen, SIAM Journal on Numerical Analysis 15 (1978)
+    59-80).
+
+    Shapes: edges (N + 1,); slopes (N, m, n).
     """
     m = len(gauss.points)
     lengths = np.diff(edges)
@@ -50,12 +63,16 @@ def equidistribute(
     # The orbit is closed: the last interval is the neighbour of the first.
     gaps = (lengths + np.roll(lengths, -1)) / 2
     jumps = np.abs(np.roll(highest, -1, axis=0) - highest).max(axis=1) / gaps
-    density = np.maximum(jumps, np.roll(jumps, 1)) ** (1 / (m + 1))
-    mean = float(density @ lengths) / (edges[-1] - edges[0])
-    density = density + (FLOOR * mean if mean > 0 else 1.0)
-    cumulated = np.concatenate([[0.0], np.cumsum(density * lengths)])
-    shares = np.linspace(0.0, cumulated[-1], count + 1)
-    return _anchored(np.interp(shares, cumulated, edges), anchors)
+    return np.asarray(np.maximum(jumps, np.roll(jumps, 1)) ** (1 / (m + 1)))
+
+
+def spread(edges: Array, density: Array, count: int) -> Array:
+    """Return a mesh of so many intervals, all of which have the same share of a density.
+
+    Shapes: edges (N + 1,); density (N,); returns (N' + 1,).
+    """
+    cumulated = np.concatenate([[0.0], np.cumsum(density * np.diff(edges))])
+    return np.interp(np.linspace(0.0, cumulated[-1], count + 1), cumulated, edges)
 
 
 def _anchored(edges: Array, anchors: int) -> Array:

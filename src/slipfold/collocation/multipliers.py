@@ -98,13 +98,15 @@ def cycle_multipliers(matrices: Array, rates: Array) -> tuple[complex, Complex]:
 def without_motion(matrices: Array, rates: Array) -> tuple[Array, Array]:
     """Return what each matrix does along a cycle's motion, (N,), and beside it, (N, n - 1, n - 1).
 
-    Matrices and rates are those of `cycle_multipliers`.
+    The motion is carried into itself but for errors, which are eliminated: where all else decays by
+    orders of magnitude they would decide. Matrices and rates are those of `cycle_multipliers`.
     """
     n = rates.shape[1]
     eye = np.broadcast_to(np.eye(n)[:, : n - 1], (len(rates), n, n - 1))
     bases = np.linalg.qr(np.concatenate([rates[:, :, None], eye], axis=2))[0]
     turned = np.roll(bases, -1, axis=0).transpose(0, 2, 1) @ matrices @ bases
-    return turned[:, 0, 0], turned[:, 1:, 1:]
+    along, left = turned[:, 0, 0], turned[:, 1:, :1] * turned[:, :1, 1:]
+    return along, turned[:, 1:, 1:] - left / along[:, None, None]
 
 
 def product(matrices: Array) -> Array:

@@ -48,6 +48,13 @@ class Curve(ABC, Generic[P]):
         """Return a guess as near to a known solution as its freedom allows, if it has any."""
         return guess
 
+    def renewed(self, points: Sequence[P]) -> tuple[Any, list[P]] | None:
+        """Return the last points of the curve as those of one that is better described from there.
+
+        None where its own description serves, as most do everywhere.
+        """
+        return None
+
     def place(self, z: Array) -> tuple[float, ...]:
         """Return the values that tell where on the curve a solution is."""
         return (float(z[-1]),)

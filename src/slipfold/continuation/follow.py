@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import Generic
+from typing import Any, Generic
 
 from slipfold.continuation.curve import Curve
 from slipfold.continuation.end import End
@@ -57,7 +57,7 @@ def follow(
     curve: Curve[P],
     start: P,
     bounds: Sequence[Bound],
-    monitors: Sequence[Monitor[P]] = (),
+    monitors: Sequence[Monitor[P]] | Callable[[Any], Sequence[Monitor[P]]] = (),
     *,
     settings: Stepping | None = None,
     departs: bool = False,
@@ -66,7 +66,10 @@ def follow(
     endings: Endings[P] | None = None,
     watch: Callable[[Trail[P]], None] = lambda trail: None,
 ) -> Trail[P]:
-    """Follow a curve to its end."""
+    """Follow a curve to its end.
+
+    Monitors may be given as what makes them of the curve, if its description changes on the way.
+    """
     settings, endings = settings or Stepping(), endings or Endings()
     trail = Trail(curve, [start], departs)
     step: float | None = first_step or (BIRTH if departs else FIRST)
@@ -74,8 +77,9 @@ def follow(
         trail.end, step = endings.left(trail), None
     try:
         while step is not None:
-            steps = walk(curve, trail.points, step, bounds, settings, cap)
-            step = _advance(trail, steps, monitors, settings.steps.smallest, endings, watch)
+            steps = walk(trail.curve, trail.recent(MEMORY), step, bounds, settings, cap)
+            watching = monitors(trail.curve) if callable(monitors) else monitors
+            step = _advance(trail, steps, watching, settings.steps.smallest, endings, watch)
     except KeyboardInterrupt:
         trail.end = endings.interrupted(trail)
     return trail
@@ -92,7 +96,8 @@ def _advance(
     """Follow a curve until it ends; return None then.
 
     Where a point between two others cannot be found, the curve is not known well enough there: the
-    last step is undone, and a shorter one to take instead is returned.
+    last step is undone, and a shorter one to take instead is returned. Where the curve is better
+    described in another way from a point on, the next step is.
     """
     for item in steps:
         if isinstance(item, Failure):
@@ -108,8 +113,16 @@ def _advance(
             trail.end = endings.failed(trail, Failure("failed", lost_reason(error)))
             return None
         watch(trail)
+        if trail.end is not None and trail.end.kind == "closed":  # on what is known
+            return None
+        renewed = trail.curve.renewed(trail.points)
+        if renewed is not None:
+            trail.curve, points = renewed
+            trail.points[-len(points) :] = points
         if trail.end is not None:
             return None
+        if renewed is not None:
+            return item.arclength - before.arclength
     trail.end = endings.left(trail)
     return None
 

@@ -37,6 +37,8 @@ class Point:
         Logarithm of that determinant's size; minus infinity where it is not known.
     linearisation
         Derivatives of the equations there; None where they are not known any more.
+    curve
+        Says what the unknown means, where that changes along a curve; None where it does not.
     """
 
     z: NDArray[np.float64]
@@ -48,6 +50,7 @@ class Point:
     growth: float = np.inf
     volume: float = -np.inf
     linearisation: Any = None
+    curve: Any = None
 
 
 P = TypeVar("P", bound=Point)

@@ -43,6 +43,11 @@ class Trail(Generic[P]):
     reached: tuple[Any, ...] = ()
     closes: bool = False
 
+    def recent(self, count: int) -> list[P]:
+        """Return the last points, as far as their unknowns mean the same."""
+        last = self.points[-1]
+        return [point for point in self.points[-count:] if point.curve is last.curve]
+
 
 @dataclass(frozen=True, eq=False)
 class Stop(Generic[P]):
@@ -92,7 +97,7 @@ class Stretch(Generic[P]):
 
     def __init__(self, trail: Trail[P], point: P, memory: int) -> None:
         self.trail = trail
-        self.known = [*trail.points[-memory:], point]
+        self.known = [*trail.recent(memory), point]
         self.before = trail.points[-1]
         self.point = point
 

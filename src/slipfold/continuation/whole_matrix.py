@@ -28,6 +28,10 @@ class SquareMatrix(ABC):
     def solve(self, right: Array) -> Array:
         """Return the solution for a right-hand side, NaN if the matrix is singular."""
 
+    def solve_transposed(self, right: Array) -> Array:
+        """Return the solution with the transposed matrix."""
+        return np.asarray(np.linalg.solve(self.matrix.T, right), dtype=float)
+
     @property
     @abstractmethod
     def _kernel(self) -> Array:

@@ -354,36 +354,44 @@ class Flow:
         return output and DenseMotion(np.array(output.times), output, constants.scales)
 
     def curvatures(
-        self, state: Array, constants: Constants, vectors: Array, directions: Array
+        self,
+        states: Array,
+        phases: Array,
+        constants: Constants,
+        vectors: Array,
+        directions: Array,
     ) -> tuple[Array, Array]:
-        """Differentiate the slopes of an autonomous model's rates along vectors.
+        """Differentiate the slopes of the rates along vectors, each at a state of its own.
 
-        Shapes: state (n,); vectors (r, n); directions (n_c, k); returns second (r, n, n), mixed
-        (r, n, k).
+        Shapes: states, vectors (m, n); phases (m,); directions (n_c, k); returns second (m, n, n),
+        mixed (m, n, k).
         """
-        n, r, k = self.dimension, len(vectors), directions.shape[1]
-        more = np.concatenate([np.repeat(vectors, k, axis=0), np.tile(directions.T, (r, 1))], 1)
-        states = np.tile(state, (r * k, 1))
-        found = self._evaluate(self._code.curvature, states, np.zeros(r * k), constants, more)
-        found = found.reshape(r, k, n * n + n)
+        m, n, k = len(states), self.dimension, directions.shape[1]
+        more = np.concatenate([np.repeat(vectors, k, axis=0), np.tile(directions.T, (m, 1))], 1)
+        rows, at = np.repeat(states, k, axis=0), np.repeat(phases, k)
+        found = self._evaluate(self._code.curvature, rows, at, constants, more)
+        found = found.reshape(m, k, n * n + n)
         mixed = np.swapaxes(found[:, :, n * n :], 1, 2)
-        return found[:, 0, : n * n].reshape(r, n, n), mixed
+        return found[:, 0, : n * n].reshape(m, n, n), mixed
 
-    def pulls(self, state: Array, constants: Constants, directions: Array) -> Array:
-        """Return the derivatives of the rates along changes of the coefficients, shape (n, k).
+    def pulls(self, states: Array, phases: Array, constants: Constants, directions: Array) -> Array:
+        """Return the derivatives of the rates along changes of the coefficients.
 
-        Shapes: state (n,); directions (n_c, k).
+        Shapes: states (m, n); phases (m,); directions (n_c, k); returns (m, n, k).
         """
-        count = directions.shape[1]
-        states = np.tile(state, (count, 1))
-        return self._evaluate(self._code.pull, states, np.zeros(count), constants, directions.T).T
+        m, k = len(states), directions.shape[1]
+        rows, at = np.repeat(states, k, axis=0), np.repeat(phases, k)
+        along = np.tile(directions.T, (m, 1))
+        found = self._evaluate(self._code.pull, rows, at, constants, along)
+        return found.reshape(m, k, -1).transpose(0, 2, 1)
 
-    def powers(self, state: Array, constants: Constants, vectors: Array) -> tuple[Array, Array]:
-        """Return second and third derivatives of the rates of an autonomous model along vectors.
+    def powers(
+        self, states: Array, phases: Array, constants: Constants, vectors: Array
+    ) -> tuple[Array, Array]:
+        """Return second and third derivatives of the rates along vectors.
 
-        Shapes: state (n,); vectors (r, n); returns second, third (r, n).
+        Shapes: states, vectors (m, n); phases (m,); returns second, third (m, n).
         """
-        states, phases = np.tile(state, (len(vectors), 1)), np.zeros(len(vectors))
         found = self._evaluate(self._code.powers, states, phases, constants, vectors)
         return found[:, : self.dimension], found[:, self.dimension :]
 

@@ -245,12 +245,13 @@ def _orbits(point: SpecialPoint, model: Model, plane: Mapping[str, float]) -> Or
 def _unknown(orbits: Orbits, point: SpecialPoint) -> NDArray[np.float64]:
     """Return the unknown of a special point."""
     nodes = point.nodes[:1] if orbits.kind == "equilibrium" else point.nodes
-    if len(nodes) != orbits.segments:
+    every, rest = divmod(len(nodes), orbits.segments)
+    if rest:
         raise InputError(
             f"the special point is given at {len(nodes)} phases, not {orbits.segments}; "
             "compute it anew"
         )
-    return orbits.unknown(nodes, point.model)
+    return orbits.unknown(nodes[::every], point.model)
 
 
 def _crossed(trace: Trail[OrbitPoint], kind: str) -> list[Found]:

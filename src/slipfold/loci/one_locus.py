@@ -53,7 +53,7 @@ def trace_locus(
         settings=settings,
         departs=born,
         first_step=None if born else FIRST,
-        cap=partial(step_beside_parent, orbits) if has_copy(orbits) else None,
+        cap=step_beside_parent if has_copy(orbits) else None,
         endings=_LocusEndings(curve, window),
         watch=watch,
     )

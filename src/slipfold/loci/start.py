@@ -195,6 +195,7 @@ def _born(
         curve.tests(z, linearisation, multipliers, first.tangent),
         0,
         parent.residual,
+        curve=curve,
         monodromy=first.monodromy,
         multipliers=multipliers,
     )

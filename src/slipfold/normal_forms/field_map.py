@@ -46,7 +46,8 @@ class FieldMap:
     @property
     def pull(self) -> Array:
         """Derivative of the rates with respect to the last free parameter, shape (n,)."""
-        found = self._flow.pulls(self._state, self._constants, self._along)[:, 0]
+        states = self._state[None]
+        found = self._flow.pulls(states, np.zeros(1), self._constants, self._along)[0, :, 0]
         return np.asarray(found / self._scales / self._time)
 
     def rescaled(self, monodromy: Array) -> Array:
@@ -62,7 +63,9 @@ class FieldMap:
         Shapes: directions (r, n); returns second, third (r, n).
         """
         units = self._scales * self._time
-        found = self._flow.powers(self._state, self._constants, directions * self._scales)
+        states, phases = np.tile(self._state, (len(directions), 1)), np.zeros(len(directions))
+        along = directions * self._scales
+        found = self._flow.powers(states, phases, self._constants, along)
         return found[0] / units, found[1] / units
 
     def second(self, pairs: list[tuple[Vector, Vector]]) -> list[Vector]:
@@ -72,7 +75,9 @@ class FieldMap:
         """
         parts = np.array([part for u, _ in pairs for part in (u.real, u.imag)])
         none = np.zeros((len(self._constants.values), 1))
-        bent = self._flow.curvatures(self._state, self._constants, parts * self._scales, none)[0]
+        states, phases = np.tile(self._state, (len(parts), 1)), np.zeros(len(parts))
+        along = parts * self._scales
+        bent = self._flow.curvatures(states, phases, self._constants, along, none)[0]
         bent = bent * self._scales / self._scales[:, None] / self._time
         return [
             (bent[2 * i] + 1j * bent[2 * i + 1]) @ v.astype(complex)

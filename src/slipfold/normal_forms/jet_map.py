@@ -39,7 +39,7 @@ class JetMap:
         self, orbits: Orbits, z: Array, constants: Constants, scales: Array | None = None
     ) -> None:
         self._flow = orbits.flow
-        self._nodes = orbits.nodes(z)
+        self._nodes = orbits.evenly(z)
         self._constants = constants
         self._scales = orbits.scales if scales is None else scales
         self.rescaling = orbits.scales / self._scales

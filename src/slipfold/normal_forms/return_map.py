@@ -47,8 +47,8 @@ class ReturnMap:
         self._constants = orbits.constants(z)
         self._scales = scales
         self._rescaling = orbits.scales / scales
-        node = orbits.nodes(z)[:1]
-        rates = orbits.flow.rates(node, np.array([orbits.phase]), self._constants)[0]
+        self._nodes = orbits.evenly(z)
+        rates = orbits.flow.rates(self._nodes[:1], np.array([orbits.phase]), self._constants)[0]
         self._flow = rates / scales
         self._basis = np.linalg.qr(self._flow[:, None], mode="complete")[0][:, 1:]
 
@@ -73,7 +73,7 @@ class ReturnMap:
         """
         orbits = self._orbits
         jets = orbits.flow.jet_in_time(
-            orbits.nodes(self._z),
+            self._nodes,
             orbits.phase,
             orbits.phase + orbits.period,
             self._constants,
@@ -114,8 +114,8 @@ class ReturnMap:
         if abs(multiplier - 1) > OFF_ONE:
             along = f @ (self._in_scales(monodromy) @ vector) / (f @ f)
             vector = vector + f * along / (multiplier - 1)
-        edges = np.linspace(orbits.phase, orbits.phase + orbits.period, orbits.segments + 1)
-        nodes, total = orbits.nodes(self._z), 0.0
+        edges = np.linspace(orbits.phase, orbits.phase + orbits.period, len(self._nodes) + 1)
+        nodes, total = self._nodes, 0.0
         blocks = self._blocks(edges[:-1], edges[1:])[1]
         starts = [vector]
         for block in blocks[:-1]:
@@ -141,7 +141,5 @@ class ReturnMap:
         """Return where segments end and their transition matrices."""
         orbits = self._orbits
         along = self._constants.rates[:, orbits.indices]  # as compiled for the branch
-        ends, matrices, _ = orbits.flow.linearise(
-            orbits.nodes(self._z), start, end, self._constants, along
-        )
+        ends, matrices, _ = orbits.flow.linearise(self._nodes, start, end, self._constants, along)
         return ends, matrices * self._scales[None, :] / self._scales[:, None]

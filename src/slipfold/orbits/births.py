@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from slipfold.orbits.cycles import Cycles
 from slipfold.orbits.equilibria import Equilibria
 from slipfold.orbits.orbit_curve import Orbits
+from slipfold.orbits.segments import Cut, Segments
+from slipfold.orbits.shooting import Shooting
 from slipfold.orbits.spectrum.eigenvalues import transition
 from slipfold.orbits.spectrum.multipliers import on_quotient
 
@@ -45,25 +47,27 @@ def passed_twice(orbits: Orbits, z: Array) -> Newborn:
 
     That is the critical direction, which changes sign from one period to the next.
     """
-    m, part = orbits.segments, orbits.linearise(z)
+    part = orbits.linearise(z)
     values, vectors = np.linalg.eig(part.product)
     direction = vectors[:, np.argmin(np.abs(values + 1))].real
     along = [direction]
     for block in part.blocks[:-1]:
         along.append(block @ along[-1])
     child = orbits.with_period(2 * orbits.period)
-    # A segment of the child is two of the parent.
-    every_second = np.arange(0, 2 * m, 2) % m
-    sign = np.where(np.arange(0, 2 * m, 2) < m, 1.0, -1.0)
-    moved = (np.array(along)[every_second] * sign[:, None]).ravel()
+    assert isinstance(orbits.by, Segments)
+    assert isinstance(child.by, Segments)
+    # A segment of the child is two of the parent, or one of either round.
+    own, turns = np.divmod(child.by.start, orbits.period)[::-1]
+    same = np.abs(orbits.by.start[None, :] - own[:, None]).argmin(axis=1)
+    moved = (np.array(along)[same] * np.where(turns == 0, 1.0, -1.0)[:, None]).ravel()
     tangent = np.concatenate([moved, np.zeros(len(orbits.units))])
     # The largest component starts positive: of the two copies always the same one.
     tangent *= np.sign(direction[np.abs(direction).argmax()]) / np.linalg.norm(tangent)
-    doubled = child.join(orbits.nodes(z)[every_second], orbits.free_values(z))
+    doubled = child.join(orbits.nodes(z)[same], orbits.free_values(z))
     return Newborn(child, doubled, tangent, part.monodromy @ part.monodromy)
 
 
-def cycle_of_no_amplitude(orbits: Equilibria, z: Array) -> Newborn:
+def cycle_of_no_amplitude(orbits: Equilibria, z: Array, by: Cut = Shooting) -> Newborn:
     """Return an equilibrium at a Hopf point as a cycle, with the direction of those born there.
 
     That is the critical eigenvector turning once.
@@ -72,9 +76,9 @@ def cycle_of_no_amplitude(orbits: Equilibria, z: Array) -> Newborn:
     values, vectors = np.linalg.eig(jacobian)
     critical = int(np.where(values.imag > 0, np.abs(values.real), np.inf).argmin())
     turn = 2 * np.pi / float(values[critical].imag)
-    child = Cycles(orbits.model.replace(duration=unit * turn), orbits.varied)
+    child = Cycles(orbits.model.replace(duration=unit * turn), orbits.varied, by=by)
     q, m = vectors[:, critical], child.segments
-    turns = np.exp(2j * np.pi * np.arange(m) / m)
+    turns = np.exp(2j * np.pi * np.arange(m) / m)  # both discretisations begin with equal segments
     turning = np.real(q * turns[:, None]).ravel()
     tangent = np.concatenate([turning, np.zeros(len(child.units))])
     nodes = np.tile(orbits.nodes(z), (m, 1))

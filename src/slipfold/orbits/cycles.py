@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from slipfold.models.model import Model
 from slipfold.orbits.linearisation import Conditions, Linearisation, defect_of
 from slipfold.orbits.orbit_curve import Orbits
+from slipfold.orbits.segments import Cut, Segments
 from slipfold.orbits.shooting import SEGMENTS, Shooting
 from slipfold.orbits.spectrum.degeneracy import Degeneracy
 from slipfold.orbits.spectrum.multipliers import CycleMultipliers
@@ -23,12 +24,6 @@ ALIGNMENTS = 3
 
 STANDING = 1e-9
 """A cycle whose nodes differ by less, in scaled states, is an equilibrium: it has no phase."""
-
-PHASES = 32
-"""Places in each segment that are looked at first."""
-
-CORRECTIONS = 4
-"""Newton steps from the nearest of them: each doubles the digits."""
 
 
 class Cycles(Orbits):
@@ -47,21 +42,24 @@ class Cycles(Orbits):
         Rounds until an orbit closes.
     segments
         Number of segments m.
+    by
+        The discretisation, made of model, free parameters, period and number of segments.
     """
 
-    by: Shooting
+    by: Segments
     spectrum: CycleMultipliers
     free_phase = True
 
     def __init__(
-        self, model: Model, vary: Mapping[str, float], period: int = 1, segments: int = SEGMENTS
+        self,
+        model: Model,
+        vary: Mapping[str, float],
+        period: int = 1,
+        segments: int = SEGMENTS,
+        by: Cut = Shooting,
     ) -> None:
         free = {"duration": model.values["duration"], **vary}
-        super().__init__(model, vary, Shooting(model, free, period, segments), CycleMultipliers())
-
-    def with_period(self, period: int) -> Cycles:
-        """Return the same for orbits of another period."""
-        return Cycles(self.model, self.varied, period, self.segments)
+        super().__init__(model, vary, by(model, free, period, segments), CycleMultipliers())
 
     def duration(self, z: Array) -> float:
         """Return the duration of one round in seconds."""
@@ -109,22 +107,7 @@ class Cycles(Orbits):
 
     def begun_near(self, z: Array, reference: Array) -> Array:
         """Return the same cycle begun where it lies nearest to another."""
-        m, period = self.segments, self.period
-        constants, wanted = self.constants(z), self.nodes(reference)
-        start: Array = np.arange(m, dtype=float) * (period / m)
         if np.ptp(self.nodes(z) / self.scales, axis=0).max() < STANDING:
             return z
-        samples = self.flow.sample(
-            self.nodes(z), start, start + period / m, PHASES, constants
-        ).reshape(m * PHASES, -1)
-        rolled = [np.roll(samples, -shift, axis=0)[::PHASES] for shift in range(m * PHASES)]
-        gaps = [float(np.linalg.norm((item - wanted) / self.scales)) for item in rolled]
-        nodes = rolled[int(np.argmin(gaps))]
-        apart = period / (m * PHASES)
-        for _ in range(CORRECTIONS):
-            rates = self.flow.rates(nodes, start, constants) / self.scales
-            gap = (wanted - nodes) / self.scales
-            later = float((rates * gap).sum() / (rates * rates).sum())
-            later = min(max(later, -apart), apart)  # beside an equilibrium all phases are as near
-            nodes = self.flow.advance(nodes, start, start + later, constants)
+        nodes = self.by.begun_near(self.nodes(z), self.constants(z), self.nodes(reference))
         return self.join(nodes, self.free_values(z))

@@ -37,6 +37,9 @@ class Discretisation(ABC):
         Number of phases m.
     """
 
+    growing = False
+    """Whether multipliers keep their digits beside any that are larger by orders of magnitude."""
+
     phase = 0.0
     """Phase of the first node."""
 
@@ -58,6 +61,24 @@ class Discretisation(ABC):
         self.scales = scales
         self.ratios = scales[None, :] / scales[:, None]
         self.pull_units = self.units / scales[:, None]
+
+    def taken(self, other: Discretisation, nodes: Array, constants: Constants) -> Array:
+        """Return the nodes of an orbit that has those of another discretisation, shape (m, n).
+
+        Shapes: nodes (m', n).
+        """
+        return nodes
+
+    def evenly(self, nodes: Array, constants: Constants, count: int = 0) -> Array:
+        """Return the states at equidistant phases from that of the first node, shape (M, n).
+
+        There are at least as many as asked for, and as nodes. Shapes: nodes (m, n).
+        """
+        return nodes
+
+    @abstractmethod
+    def with_period(self, period: int) -> Self:
+        """Return the same for orbits of another period."""
 
     @abstractmethod
     def shifted(

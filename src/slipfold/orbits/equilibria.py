@@ -45,10 +45,6 @@ class Equilibria(Orbits):
     ) -> None:
         super().__init__(model, vary, VectorField(model, vary), spectrum or Paced())
 
-    def with_period(self, period: int) -> Equilibria:
-        """Return the same: equilibria repeat after any time."""
-        return self
-
     def vector(self, z: Array) -> Array:
         """Return the model's parameter vector, with the unit of time of this equilibrium."""
         vector = super().vector(z)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from slipfold.models.model import Model
 from slipfold.orbits.linearisation import NO_CONDITIONS, Linearisation, defect_of
 from slipfold.orbits.orbit_curve import Orbits
+from slipfold.orbits.segments import Cut, Segments
 from slipfold.orbits.shooting import SEGMENTS, Shooting
 from slipfold.orbits.spectrum.degeneracy import Degeneracy
 from slipfold.orbits.spectrum.multipliers import Multipliers
@@ -32,18 +33,21 @@ class ForcedOrbits(Orbits):
         Period in forcing periods.
     segments
         Number of segments m.
+    by
+        The discretisation, made of model, free parameters, period and number of segments.
     """
 
-    by: Shooting
+    by: Segments
 
     def __init__(
-        self, model: Model, vary: Mapping[str, float], period: int = 1, segments: int = SEGMENTS
+        self,
+        model: Model,
+        vary: Mapping[str, float],
+        period: int = 1,
+        segments: int = SEGMENTS,
+        by: Cut = Shooting,
     ) -> None:
-        super().__init__(model, vary, Shooting(model, vary, period, segments), Multipliers())
-
-    def with_period(self, period: int) -> ForcedOrbits:
-        """Return the same for orbits of another period."""
-        return ForcedOrbits(self.model, self.varied, period, self.segments)
+        super().__init__(model, vary, by(model, vary, period, segments), Multipliers())
 
     def defect(self, z: Array) -> Array:
         """Return what Newton's method brings to zero, shape (m n,)."""

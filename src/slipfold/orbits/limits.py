@@ -30,10 +30,10 @@ def limit_margins(orbits: Orbits, z: Array) -> Array:
     limits = orbits.model.limits
     if not limits:
         return np.empty(0)
-    flow, constants = orbits.flow, orbits.constants(z)
-    grid = _grid(orbits.segments, orbits.period)
+    flow, constants, nodes = orbits.flow, orbits.constants(z), orbits.evenly(z)
+    grid = _grid(len(nodes), orbits.period)
     phases, spacing = grid.ravel(), orbits.period / grid.size
-    samples = flow.along(orbits.nodes(z), grid, constants).reshape(grid.size, -1)
+    samples = flow.along(nodes, grid, constants).reshape(grid.size, -1)
     columns = [flow.output_index(limit.output) for limit in limits]
     bounds = np.array([limit.bound for limit in limits])
     values = flow.outputs(samples, phases, constants)[:, columns]

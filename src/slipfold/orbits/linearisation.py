@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.continuation.whole_matrix import SquareMatrix, WholeMatrix
+from slipfold.orbits.sparse_matrix import Sparse
 
 __all__ = ["Conditions", "Eliminated", "Linearisation"]
 
@@ -20,6 +21,9 @@ LARGE = 64
 """Unknowns beyond which nodes are eliminated one after the other; below, one inversion of the whole
 matrix is quicker than so many small operations (measured: 76 us instead of 165 at 33 unknowns, the
 same at 80), and no threads are started for it."""
+
+MANY = 12
+"""Nodes beyond which they may be those of a mesh, through which an orbit may grow without bound."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,6 +154,8 @@ class Linearisation:
 
         Shapes: row (m n + k,).
         """
+        if len(self.blocks) > MANY:
+            return Sparse(self, row)
         if len(row) > LARGE:
             return Eliminated(self, row)
         return WholeMatrix(np.concatenate([self.jacobian, row[None]]))

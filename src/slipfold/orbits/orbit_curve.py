@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from copy import copy
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,7 +75,7 @@ class OrbitCurve(Curve[OrbitPoint]):
         """
         linearisation, bordered = correction.linearisation, correction.bordered
         tangent = bordered.tangent()
-        multipliers = floquet_multipliers(linearisation.monodromy)
+        multipliers = self.orbits.spectrum.values(linearisation)
         return OrbitPoint(
             correction.z,
             tangent,
@@ -86,6 +86,7 @@ class OrbitCurve(Curve[OrbitPoint]):
             self.growth(linearisation) if np.abs(multipliers[0]) < 1 else np.inf,
             bordered.volume,
             linearisation,
+            curve=self,
             monodromy=linearisation.monodromy,
             multipliers=multipliers,
         )
@@ -145,16 +146,21 @@ class Orbits(OrbitCurve):
         """Return the same orbit and direction, so described that all errors are others."""
         nodes, along, rates = self.nodes(z), self.nodes(tangent), self.free_values(tangent)
         by, nodes, along = self.by.shifted(nodes, self.constants(z), along, rates)
-        other = copy(self)
-        other.orbits = other
-        other._describe_by(by)
+        other = self.described_by(by)
         direction = other.join(along, rates)
         moved = other.join(nodes, self.free_values(z))
         return other, moved, direction / np.linalg.norm(direction)
 
-    @abstractmethod
-    def with_period(self, period: int) -> Orbits:
+    def with_period(self, period: int) -> Self:
         """Return the same for orbits of another period."""
+        return self.described_by(self.by.with_period(period))
+
+    def described_by(self, by: Discretisation) -> Self:
+        """Return the same in terms of another discretisation."""
+        other = copy(self)
+        other.orbits = other
+        other._describe_by(by)
+        return other
 
     @abstractmethod
     def slope(
@@ -189,8 +195,9 @@ class Orbits(OrbitCurve):
         return self.join(nodes, [model.values[name] for name in self.free])
 
     def adopt(self, other: Orbits, z: Array) -> Array:
-        """Return the unknown of an orbit that is described in other scales."""
-        return self.join(other.nodes(z), other.vector(z)[self.indices])
+        """Return the unknown of an orbit that is described in other scales, or at other phases."""
+        nodes = self.by.taken(other.by, other.nodes(z), other.constants(z))
+        return self.join(nodes, other.vector(z)[self.indices])
 
     def free_values(self, z: Array) -> Array:
         """Return the values of the free parameters."""
@@ -222,7 +229,7 @@ class Orbits(OrbitCurve):
 
     def durations(self, points: Sequence[OrbitPoint]) -> Array | None:
         """Return the durations along a curve, None where the parameters give them."""
-        found = [self.duration(point.z) for point in points]
+        found = [point.curve.orbits.duration(point.z) for point in points]
         return None if None in found else np.array(found, dtype=float)
 
     def constants(self, z: Array) -> Constants:
@@ -244,6 +251,10 @@ class Orbits(OrbitCurve):
         """Return the states at the nodes, shape (m, n)."""
         return (z[: self.size] * self._node_scales).reshape(self.segments, -1)
 
+    def evenly(self, z: Array, count: int = 0) -> Array:
+        """Return the states at equidistant phases, shape (M, n): those at the nodes, or more."""
+        return self.by.evenly(self.nodes(z), self.constants(z), count)
+
     def bounds(self, *spans: tuple[float, float]) -> list[tuple[int, float, float]]:
         """Return the places of the parameters that vary in the unknown, with scaled bounds."""
         ends = zip(spans, self.widths.tolist(), strict=True)
@@ -251,6 +262,12 @@ class Orbits(OrbitCurve):
             (place, min(span) / width, max(span) / width)
             for place, (span, width) in enumerate(ends, -len(spans))
         ]
+
+    def renewed(self, points: Sequence[OrbitPoint]) -> tuple[Any, list[OrbitPoint]] | None:
+        """Return the last points on a mesh that fits the last one, None if its own does."""
+        from slipfold.orbits.redescribed import renewed  # which makes orbits
+
+        return renewed(self, points)
 
     # -- one orbit and another -----------------------------------------------------------------
 
@@ -299,5 +316,13 @@ class Orbits(OrbitCurve):
         multipliers = floquet_multipliers(monodromy)
         tests = self._branch_tests(multipliers, tangent)
         return OrbitPoint(
-            z, tangent, arclength, tests, 0, residual, monodromy=monodromy, multipliers=multipliers
+            z,
+            tangent,
+            arclength,
+            tests,
+            0,
+            residual,
+            curve=self,
+            monodromy=monodromy,
+            multipliers=multipliers,
         )

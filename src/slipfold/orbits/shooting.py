@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from slipfold.flow.equations import Constants
 from slipfold.models.model import Model
-from slipfold.orbits.discretisation import Discretisation
-from slipfold.orbits.spectrum.degeneracy import Degeneracy
+from slipfold.orbits.segments import Segments
 
 __all__ = ["SEGMENTS", "Shooting"]
 
@@ -19,8 +18,14 @@ Array = NDArray[np.float64]
 SEGMENTS = 8
 """Segments an orbit is split into: one SIMD batch, and growth of 500 a period becomes 2.2 each."""
 
+PHASES = 32
+"""Places in each segment that are looked at first for where one cycle lies nearest another."""
 
-class Shooting(Discretisation):
+CORRECTIONS = 4
+"""Newton steps from the nearest of them: each doubles the digits."""
+
+
+class Shooting(Segments):
     """The flow over m segments of a period: each has to end where the next begins.
 
     Parameters
@@ -45,11 +50,12 @@ class Shooting(Discretisation):
         segments: int = SEGMENTS,
         offset: float = 0.0,
     ) -> None:
-        super().__init__(model, free, period, segments)
         edges: Array = (np.arange(segments + 1, dtype=float) + offset) * (period / segments)
-        self.start, self.end = edges[:-1], edges[1:]
-        self.phase = float(edges[0])
-        self._following = (np.arange(segments) + 1) % segments
+        super().__init__(model, free, period, edges)
+
+    def with_period(self, period: int) -> Shooting:
+        """Return the same for orbits of another period."""
+        return Shooting(self.model, self.free, period, self.segments)
 
     def shifted(
         self, nodes: Array, constants: Constants, along: Array, rates: Array
@@ -106,23 +112,58 @@ class Shooting(Discretisation):
         samples = self.flow.sample(nodes, self.start, self.end, 2, constants)
         return samples.reshape(2 * len(nodes), -1)
 
-    def rates(self, nodes: Array, constants: Constants) -> Array:
-        """Return the rates at the nodes a forcing period, in scaled states, shape (m, n).
+    def carried_to(
+        self, nodes: Array, constants: Constants, phases: Array
+    ) -> tuple[NDArray[np.intp], Array, Array, Array]:
+        """Return the states at any phases, from which node each is reached, and their derivatives.
 
-        Shapes: nodes (m, n).
+        Shapes: nodes (m, n); phases (q,); returns which (q,), states (q, n), matrices (q, n, n),
+        vectors (q, n, k), nothing scaled.
         """
-        return self.flow.rates(nodes, self.start, constants) / self.scales
+        which, within = self.before(phases)
+        along = constants.rates[:, self.indices]
+        return which, *self.flow.linearise(
+            nodes[which], self.start[which], within, constants, along
+        )
 
-    def first_rates(self, nodes: Array, constants: Constants) -> tuple[Array, Array, Array]:
-        """Return the rates at the first node with their derivatives, in scaled variables.
+    def states(self, nodes: Array, constants: Constants, phases: Array) -> Array:
+        """Return the states at any phases, shape (q, n).
 
-        Shapes: nodes (m, n); returns rates (n,), slopes (n, n), pulls (n, k).
+        Shapes: nodes (m, n); phases (q,).
         """
-        first, at = nodes[:1], self.start[:1]
-        rates = self.flow.rates(first, at, constants)[0] / self.scales
-        slopes = self.flow.jacobians(first, at, constants)[0] * self.ratios
-        pulls = self.flow.pulls(first[0], constants, constants.rates[:, self.indices])
-        return rates, slopes, pulls * self.pull_units
+        which, within = self.before(phases)
+        return self.flow.advance(nodes[which], self.start[which], within, constants)
+
+    def evenly(self, nodes: Array, constants: Constants, count: int = 0) -> Array:
+        """Return the states at equidistant phases from that of the first node, shape (M, n).
+
+        There are at least as many as asked for, and as nodes. Shapes: nodes (m, n).
+        """
+        each = -(-count // self.segments)
+        if each < 2:
+            return nodes
+        samples = self.flow.sample(nodes, self.start, self.end, each, constants)
+        return samples.reshape(each * self.segments, -1)
+
+    def begun_near(self, nodes: Array, constants: Constants, wanted: Array) -> Array:
+        """Return the nodes of an orbit begun where these lie nearest to others.
+
+        Shapes: nodes, wanted (m, n).
+        """
+        m, start = self.segments, self.start
+        samples = self.flow.sample(nodes, start, self.end, PHASES, constants)
+        samples = samples.reshape(m * PHASES, -1)
+        rolled = [np.roll(samples, -shift, axis=0)[::PHASES] for shift in range(m * PHASES)]
+        gaps = [float(np.linalg.norm((item - wanted) / self.scales)) for item in rolled]
+        nodes = rolled[int(np.argmin(gaps))]
+        apart = self.period / (m * PHASES)
+        for _ in range(CORRECTIONS):
+            rates = self.flow.rates(nodes, start, constants) / self.scales
+            gap = (wanted - nodes) / self.scales
+            later = float((rates * gap).sum() / (rates * rates).sum())
+            later = min(max(later, -apart), apart)  # beside an equilibrium all phases are as near
+            nodes = self.flow.advance(nodes, start, start + later, constants)
+        return nodes
 
     def curvatures(self, nodes: Array, constants: Constants, vectors: Array) -> tuple[Array, Array]:
         """Return the derivatives of ``blocks @ vectors``, all in scaled states.
@@ -156,31 +197,3 @@ class Shooting(Discretisation):
             (vectors * self.scales).reshape(-1, n),
         )
         return (jets[:, 2] / self.scales).reshape(r, m, n)
-
-    def slope(
-        self, found: Degeneracy, blocks: Array, nodes: Array, constants: Constants
-    ) -> tuple[Array, Array, Array]:
-        r"""Differentiate a function of the monodromy matrix with respect to the unknown.
-
-        With :math:`M = A_{m-1} ... A_0` a term :math:`p^T dM q` is the sum over the segments of
-        :math:`p_j^T dA_j q_j`, where q is carried forward to segment j and p backward to its end,
-        and a change of :math:`A_j q_j` is a second derivative of the flow along q_j.
-
-        Shapes: blocks (m, n, n); nodes (m, n); returns the gradient (m n + k,), q_j (r, m, n) and
-        the second derivatives along them (r, m, n, n).
-        """
-        forward, backward = _carried(blocks, found.left, found.right)
-        bent, pulled = self.curvatures(nodes, constants, forward)
-        along_nodes = np.einsum("rja,rjab->jb", backward, bent).ravel() * np.sqrt(self.segments)
-        along_free = np.einsum("rja,rjak->k", backward, pulled)
-        return np.concatenate([along_nodes, along_free]), forward, bent
-
-
-def _carried(blocks: Array, left: Array, right: Array) -> tuple[Array, Array]:
-    """Carry r vectors forward to the start of each segment, r backward to each end: (r, m, n)."""
-    forward, backward = [right], [left]
-    for block in blocks[:-1]:
-        forward.append(forward[-1] @ block.T)
-    for block in blocks[:0:-1]:
-        backward.append(backward[-1] @ block)
-    return np.stack(forward, axis=1), np.stack(backward[::-1], axis=1)

@@ -62,7 +62,7 @@ def place_rounding(bordered: SquareMatrix, z: Array) -> float:
     """Return what rounding of the segments' ends can do to the last unknown, the parameter."""
     unit = np.zeros(len(z))
     unit[-1] = 1.0
-    weights = np.abs(np.linalg.solve(bordered.matrix.T, unit))
+    weights = np.abs(bordered.solve_transposed(unit))
     return float(weights @ (ROUNDING * np.maximum(1.0, np.abs(z))))
 
 

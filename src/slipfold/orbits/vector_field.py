@@ -22,6 +22,10 @@ of two, so that all rounding differs."""
 class VectorField(Discretisation):
     """The rates of one state, per unit of time in scaled states, and their derivatives."""
 
+    def with_period(self, period: int) -> VectorField:
+        """Return the same: equilibria repeat after any time."""
+        return self
+
     def shifted(
         self, nodes: Array, constants: Constants, along: Array, rates: Array
     ) -> tuple[VectorField, Array, Array]:
@@ -52,15 +56,17 @@ class VectorField(Discretisation):
 
         Shapes: nodes (1, n).
         """
-        found = self.flow.pulls(nodes[0], constants, constants.rates[:, self.indices])
-        return found * self.pull_units
+        along = constants.rates[:, self.indices]
+        return self.flow.pulls(nodes, np.zeros(1), constants, along)[0] * self.pull_units
 
     def curvatures(self, nodes: Array, constants: Constants, vectors: Array) -> tuple[Any, Any]:
         """Return the derivatives of ``jacobian @ vectors``, shapes (r, n, n) and (r, n, k).
 
         Shapes: nodes (1, n); vectors (r, n).
         """
+        states, phases = np.tile(nodes, (len(vectors), 1)), np.zeros(len(vectors))
+        along = constants.rates[:, self.indices]
         second, mixed = self.flow.curvatures(
-            nodes[0], constants, vectors * self.scales, constants.rates[:, self.indices]
+            states, phases, constants, vectors * self.scales, along
         )
         return second * self.ratios, mixed * self.pull_units

@@ -31,6 +31,10 @@ class Eigenvalues(Multipliers):
 
     tests = ("fold", "HB")
 
+    def factors(self, part: Linearisation) -> Array:
+        """Return the matrix itself: nothing is carried from one phase to another."""
+        return part.monodromy[None]
+
     tells_unit = False
     """Whether results state multipliers over the unit of time; else over the model's duration."""
 

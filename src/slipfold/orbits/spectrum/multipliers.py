@@ -5,14 +5,20 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.orbits.linearisation import Linearisation
+from slipfold.collocation.multipliers import product, product_eigenvalues, without_motion
+from slipfold.orbits.linearisation import MANY, Linearisation
 from slipfold.orbits.spectrum.contraction import growth_bound
 from slipfold.orbits.spectrum.degeneracy import Degeneracy
+from slipfold.orbits.spectrum.floquet import floquet_multipliers
 
 __all__ = ["CycleMultipliers", "Multipliers", "on_quotient"]
 
 Array = NDArray[np.float64]
 Values = NDArray[np.complex128]
+
+
+LARGE = 1e4
+"""Multipliers beside which others lose digits in the product."""
 
 
 class Multipliers:
@@ -24,6 +30,20 @@ class Multipliers:
     def matrix(self, part: Linearisation) -> Array:
         """Return the matrix whose eigenvalues are watched, in scaled states."""
         return part.product
+
+    def factors(self, part: Linearisation) -> Array:
+        """Return matrices whose product that matrix is, shape (m, n, n), in scaled states."""
+        return part.blocks
+
+    def values(self, part: Linearisation) -> Values:
+        """Return the eigenvalues of the matrix that is watched, largest modulus first.
+
+        Of many factors beside a large one the product keeps no digits of the others.
+        """
+        values = floquet_multipliers(part.monodromy)
+        if len(part.blocks) > MANY and len(values) > 1 and not abs(values[0]) < LARGE:
+            return product_eigenvalues(self.factors(part))
+        return values
 
     def growth(self, part: Linearisation) -> float:
         """Return an upper bound of the logarithms of the multipliers' moduli."""
@@ -41,8 +61,19 @@ class CycleMultipliers(Multipliers):
     """
 
     def matrix(self, part: Linearisation) -> Array:
-        """Return the monodromy matrix on the quotient, shape (n - 1, n - 1)."""
+        """Return the monodromy matrix on the quotient, shape (n - 1, n - 1).
+
+        With many nodes it is the product of what happens beside the motion from one to the next:
+        in the whole matrix growth on the way, and decay later, may have taken all digits.
+        """
+        if len(part.blocks) > MANY:
+            return product(self.factors(part))
         return on_quotient(part.product, _direction(part))
+
+    def factors(self, part: Linearisation) -> Array:
+        """Return matrices whose product that matrix is, shape (m, n - 1, n - 1)."""
+        m, n = part.blocks.shape[:2]
+        return without_motion(part.blocks, _gauge(part)[: m * n].reshape(m, n))[1]
 
     def growth(self, part: Linearisation) -> float:
         """Return infinity: along a cycle perturbations neither grow nor shrink."""
@@ -70,10 +101,15 @@ class CycleMultipliers(Multipliers):
         return lifted, (direction @ part.product @ lifted.right.T) @ lifted.left
 
 
+def _gauge(part: Linearisation) -> Array:
+    """Direction of the flow at all nodes, then zeros, shape (m n + k,)."""
+    assert part.conditions.gradients is not None
+    return part.conditions.gradients[0]
+
+
 def _direction(part: Linearisation) -> Array:
     """Direction of the flow at the first node, shape (n,)."""
-    assert part.conditions.gradients is not None
-    return part.conditions.gradients[0, : part.blocks.shape[1]]
+    return _gauge(part)[: part.blocks.shape[1]]
 
 
 def on_quotient(matrix: Array, direction: Array) -> Array:

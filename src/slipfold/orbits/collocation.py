@@ -1,0 +1,367 @@
+"""Orthogonal collocation: orbits as piecewise polynomials on a mesh that follows them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.collocation.mesh import spread, steepness
+from slipfold.flow.equations import Constants
+from slipfold.models.model import Model
+from slipfold.orbits.intervals import STAGES, Field, Solved, solve_intervals
+from slipfold.orbits.segments import Segments
+
+__all__ = ["Collocation"]
+
+Array = NDArray[np.float64]
+Places = NDArray[np.intp]
+
+INTERVALS = 16
+"""Intervals of the part of a mesh that is repeated, to begin with; and at least."""
+
+LARGEST = 1500
+"""Intervals of a mesh at most: beyond, the errors are what they are."""
+
+TOLERANCE = 1e-6
+"""Error inside an interval that meshes are made for, in scaled states. At the nodes it is nearly
+the square of that."""
+
+SLACK = 5.0
+"""A mesh serves until the error inside one of its intervals is this many times the tolerance."""
+
+SPARE = 1.15
+"""A mesh has this many times the intervals that the tolerance asks for."""
+
+WASTEFUL = 2.5
+"""A mesh with this many times the intervals that are needed is made coarser."""
+
+FLOOR = 0.15
+"""Density of a mesh where nothing happens, as a share of the mean."""
+
+FINER = 1.3
+"""Intervals of the other mesh on which results are computed anew: its errors are a 23rd."""
+
+REACH = 0.2
+"""Change of the states, in scaled ones, over which polynomials are extrapolated linearly."""
+
+CORRECTIONS = 4
+"""Newton steps to where one cycle lies nearest to another."""
+
+CONSTANT = 3.6e-8
+"""Error of a polynomial of degree 6 through Gauss points, in units of its next derivative."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Known:
+    """What was solved last, and how its stages change with the free parameters."""
+
+    values: Array
+    solved: Solved
+    pulled: Array
+
+
+class Collocation(Segments):
+    """Polynomials that meet the equations at the Gauss points of the m intervals of a mesh.
+
+    An interval is solved from its first state alone, so that the unknowns are those of shooting:
+    the states at the mesh points. Being implicit and symmetric, it takes fast decay and fast growth
+    alike. Errors at the nodes fall with the 12th power of the intervals' lengths.
+
+    Parameters
+    ----------
+    model
+        The model.
+    free
+        The free parameters with their scales, in their own units.
+    period
+        Period in forcing periods.
+    segments
+        Number of intervals of a uniform mesh; shooting's number is too small for one.
+    edges
+        The mesh over the whole period, shape (m + 1,), instead.
+    """
+
+    growing = True
+
+    def __init__(
+        self,
+        model: Model,
+        free: Mapping[str, float],
+        period: int = 1,
+        segments: int = 0,
+        *,
+        edges: Array | None = None,
+    ) -> None:
+        self.copies = _copies(model, period)
+        if edges is None:
+            count = max(segments, INTERVALS * self.copies)
+            edges = np.linspace(0.0, period, -(-count // self.copies) * self.copies + 1)
+        super().__init__(model, free, period, edges)
+        self.lengths = np.diff(edges)
+        self._last: _Known | None = None
+
+    def on(self, edges: Array) -> Collocation:
+        """Return the same on another mesh over the whole period.
+
+        Shapes: edges (m + 1,).
+        """
+        other = Collocation(self.model, self.free, round(edges[-1] - edges[0]), edges=edges)
+        other.measure_in(self.scales)
+        return other
+
+    def with_period(self, period: int) -> Collocation:
+        """Return the same for orbits of another period: the mesh is repeated, or its half taken."""
+        wanted = _copies(self.model, period)
+        own = self.period / self.copies
+        pattern = self.edges[: self.segments // self.copies + 1]
+        if wanted * own == period:
+            return self.on(_repeated(pattern, wanted))
+        # Of a cycle the mesh is that of half a round; of a forced orbit that of a whole one.
+        if wanted * own < period:
+            return self.on(_repeated(_repeated(pattern, round(period / (wanted * own))), wanted))
+        return Collocation(self.model, self.free, period)
+
+    # -- equations -----------------------------------------------------------------------------
+
+    def mismatch(self, nodes: Array, constants: Constants) -> Array:
+        """Return by how much intervals end beside the next node, in scaled states, shape (m, n).
+
+        Shapes: nodes (m, n).
+        """
+        scaled = nodes / self.scales
+        return self._solved(scaled, constants, again=True).ends - scaled[self._following]
+
+    def transitions(self, nodes: Array, constants: Constants) -> tuple[Array, Array, Array]:
+        """Return the mismatch and the derivatives of the intervals' ends, all in scaled states.
+
+        Shapes: nodes (m, n); returns mismatch (m, n), blocks (m, n, n), along (m, n, k).
+        """
+        scaled, field = nodes / self.scales, self._field(constants)
+        solved = self._solved(scaled, constants)
+        pulled, along = solved.answered(field.pulls(solved.stages, solved.phases))
+        self._last = _Known(constants.values, solved, pulled)
+        mismatch = solved.ends - scaled[self._following]
+        return mismatch, solved.matrices, along * (self.units / np.sqrt(self.segments))
+
+    def _field(self, constants: Constants) -> Field:
+        return Field(self.flow, constants, self.scales, self.indices)
+
+    def _solved(self, scaled: Array, constants: Constants, *, again: bool = False) -> Solved:
+        """Return the polynomials from scaled nodes; with old derivatives if they serve again."""
+        field, inverses = self._field(constants), None
+        guess = self._extrapolated(scaled, constants)
+        if guess is not None:
+            inverses = self._last.solved.inverses if again and self._last else None
+            solved = solve_intervals(field, scaled, self.start, self.lengths, guess, inverses)
+            if np.isfinite(solved.slopes[0, 0, 0]):
+                return solved
+        guess = self._interpolated(scaled, field)
+        return solve_intervals(field, scaled, self.start, self.lengths, guess)
+
+    def _extrapolated(self, scaled: Array, constants: Constants) -> Array | None:
+        """Return stages from those that were found last, None if these are far away."""
+        if self._last is None:
+            return None
+        known = self._last
+        change = scaled - known.solved.nodes
+        if not np.abs(change).max() < REACH:
+            return None
+        along = constants.rates[:, self.indices]
+        moved = np.linalg.lstsq(along, constants.values - known.values, rcond=None)[0]
+        return np.asarray(
+            known.solved.stages
+            + np.einsum("jkab,jb->jka", known.solved.moved, change)
+            + known.pulled @ moved
+        )
+
+    def _interpolated(self, scaled: Array, field: Field) -> Array:
+        """Return stages on the cubics through the nodes with the rates there."""
+        from slipfold.collocation.gauss import gauss_points
+
+        t = gauss_points(STAGES).points[:, None]
+        rates = field.rates(scaled, self.start) * self.lengths[:, None]
+        after = field.rates(scaled[self._following], self.end) * self.lengths[:, None]
+        a, b = scaled[:, None], scaled[self._following][:, None]
+        rise = 3 * t**2 - 2 * t**3
+        return np.asarray(
+            a
+            + (b - a) * rise
+            + rates[:, None] * (t - 2 * t**2 + t**3)
+            + after[:, None] * (t**3 - t**2)
+        )
+
+    def curvatures(self, nodes: Array, constants: Constants, vectors: Array) -> tuple[Array, Array]:
+        """Return the derivatives of ``blocks @ vectors``, all in scaled states.
+
+        Shapes: nodes (m, n); vectors (r, m, n); returns bent (r, m, n, n), pulled (r, m, n, k).
+        """
+        field = self._field(constants)
+        solved = self._solved(nodes / self.scales, constants)
+        pulled = solved.answered(field.pulls(solved.stages, solved.phases))[0]
+        found = [_curved(field, solved, pulled, vector) for vector in vectors]
+        bent, mixed = zip(*found, strict=True)
+        return np.array(bent), np.array(mixed) * self.units
+
+    def cubes(self, nodes: Array, constants: Constants, vectors: Array) -> Array:
+        """Return the third derivatives of the intervals' ends along vectors, in scaled states.
+
+        Shapes: nodes (m, n); vectors (r, m, n); returns (r, m, n).
+        """
+        field = self._field(constants)
+        solved = self._solved(nodes / self.scales, constants)
+        return np.array([_cube(field, solved, vector) for vector in vectors])
+
+    # -- states elsewhere ----------------------------------------------------------------------
+
+    def _ended(self, nodes: Array, constants: Constants, phases: Array) -> tuple[Solved, Places]:
+        """Intervals that end at any phases, solved from the nodes before them."""
+        scaled, (which, within) = nodes / self.scales, self.before(phases)
+        solved = self._solved(scaled, constants)
+        beyond = within - self.start[which]
+        places = (beyond / self.lengths[which])[:, None] * solved.gauss.points
+        guess, field = solved.at(places, which), self._field(constants)
+        return solve_intervals(field, scaled[which], self.start[which], beyond, guess), which
+
+    def carried_to(
+        self, nodes: Array, constants: Constants, phases: Array
+    ) -> tuple[Places, Array, Array, Array]:
+        """Return the states at any phases, from which node each is reached, and their derivatives.
+
+        Shapes: nodes (m, n); phases (q,); returns which (q,), states (q, n), matrices (q, n, n),
+        vectors (q, n, k), nothing scaled.
+        """
+        part, which = self._ended(nodes, constants, phases)
+        pulls = part.answered(self._field(constants).pulls(part.stages, part.phases))[1]
+        return (
+            which,
+            part.ends * self.scales,
+            part.matrices / self.ratios,
+            pulls * self.scales[:, None],
+        )
+
+    def states(self, nodes: Array, constants: Constants, phases: Array) -> Array:
+        """Return the states at any phases, shape (q, n).
+
+        Shapes: nodes (m, n); phases (q,).
+        """
+        return self._ended(nodes, constants, phases)[0].ends * self.scales
+
+    def advanced(self, nodes: Array, constants: Constants, turns: float) -> Array:
+        """Return the states some forcing periods later, shape (m, n).
+
+        Shapes: nodes (m, n).
+        """
+        return self.states(nodes, constants, self.start + turns)
+
+    def evenly(self, nodes: Array, constants: Constants, count: int = 0) -> Array:
+        """Return the states at equidistant phases from that of the first node, shape (M, n).
+
+        There are eight, or a double, at least as many as asked for, and as nodes. Shapes: nodes
+        (m, n).
+        """
+        total = 8
+        while total < max(self.segments, count):
+            total *= 2
+        phases: Array = self.phase + np.arange(total, dtype=float) * (self.period / total)
+        return self.states(nodes, constants, phases)
+
+    def shifted(
+        self, nodes: Array, constants: Constants, along: Array, rates: Array
+    ) -> tuple[Collocation, Array, Array]:
+        """Return the same on another, finer mesh, so that the errors are others.
+
+        Shapes: nodes, along (m, n); rates (k,); returns nodes and direction (m', n).
+        """
+        count = round(FINER * self.segments / self.copies) * self.copies
+        places = np.linspace(0.0, self.segments, count + 1)
+        other = self.on(np.interp(places, np.arange(self.segments + 1), self.edges))
+        return other, *self.moved_to(other, nodes, constants, along, rates)
+
+    def begun_near(self, nodes: Array, constants: Constants, wanted: Array) -> Array:
+        """Return the nodes of an orbit begun where these lie nearest to others.
+
+        Shapes: nodes, wanted (m, n).
+        """
+        count = 8 * self.segments
+        tried: Array = np.arange(count, dtype=float) * (self.period / count)
+        states = self.states(nodes, constants, self.phase + tried)
+        closed = np.concatenate([states, states[:1]])
+        places = (self.start - self.phase)[None] + tried[:, None]
+        moved = np.array(
+            [
+                np.interp(places % self.period, np.append(tried, self.period), column)
+                for column in closed.T
+            ]
+        )
+        gaps = np.moveaxis(moved, 0, 2) - wanted
+        turns = float(tried[(np.abs(gaps / self.scales) ** 2).sum(axis=(1, 2)).argmin()])
+        for _ in range(CORRECTIONS):
+            begun = self.advanced(nodes, constants, turns)
+            rates = self.rates(begun, constants)
+            gap = (wanted - begun) / self.scales
+            later = float((rates * gap).sum() / (rates * rates).sum())
+            turns += min(max(later, -self.period / count), self.period / count)
+        return self.advanced(nodes, constants, turns)
+
+    # -- the mesh ------------------------------------------------------------------------------
+
+    def better(self, nodes: Array, constants: Constants) -> Collocation | None:
+        """Return the same on a mesh that fits an orbit better, None if its own serves.
+
+        Shapes: nodes (m, n).
+        """
+        solved = self._solved(nodes / self.scales, constants)
+        if not np.isfinite(solved.slopes).all():
+            return None
+        density = steepness(self.edges, solved.slopes, solved.gauss)
+        density *= (CONSTANT / TOLERANCE) ** (1 / (STAGES + 1))
+        errors = (density * self.lengths) ** (STAGES + 1)
+        # The same mesh for each half of an orbit, and in each forcing period.
+        density = density.reshape(self.copies, -1).max(axis=0)
+        density = np.maximum(density, (np.roll(density, 1) + np.roll(density, -1)) / 2)
+        own = self.segments // self.copies
+        pattern = self.edges[: own + 1]
+        lengths = np.diff(pattern)
+        total = float(density @ lengths)
+        density += FLOOR * total / (pattern[-1] - pattern[0])
+        wanted = max(INTERVALS, int(np.ceil(SPARE * (1 + FLOOR) * total)))
+        wanted = min(wanted, LARGEST // self.copies)
+        if errors.max() <= SLACK and own <= WASTEFUL * wanted:
+            return None
+        return self.on(_repeated(spread(pattern, density, wanted), self.copies))
+
+
+def _curved(field: Field, solved: Solved, pulled: Array, vector: Array) -> tuple[Array, Array]:
+    """Derivatives of the ends' change along a vector by the nodes and the free parameters."""
+    along = np.einsum("jkab,jb->jka", solved.moved, vector)
+    bent, mixed = field.curvatures(solved.stages, solved.phases, along)
+    pushes = np.concatenate([bent @ solved.moved, bent @ pulled + mixed], axis=3)
+    ends = solved.answered(pushes)[1]
+    n = vector.shape[1]
+    return ends[:, :, :n], ends[:, :, n:]
+
+
+def _cube(field: Field, solved: Solved, vector: Array) -> Array:
+    """Third derivatives of the ends along a vector, from those of the rates order by order."""
+    first = np.einsum("jkab,jb->jka", solved.moved, vector)
+    bent = field.curvatures(solved.stages, solved.phases, first)[0]
+    second = solved.answered(bent @ first[..., None])[0]
+    cubes = field.cubes(solved.stages, solved.phases, first)[..., None]
+    return solved.answered(cubes + 3 * bent @ second)[1][..., 0]
+
+
+def _copies(model: Model, period: int) -> int:
+    """How often a mesh repeats itself, so that an orbit begun a part of its period later has it.
+
+    So have doubled orbits and their copies, and the two halves of a cycle.
+    """
+    return period if model.forced or period % 2 == 0 else 2 * period
+
+
+def _repeated(pattern: Array, times: int) -> Array:
+    own = pattern[-1] - pattern[0]
+    parts = [pattern[:-1] - pattern[0] + turn * own for turn in range(times)]
+    return np.append(np.concatenate(parts), times * own)

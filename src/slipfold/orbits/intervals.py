@@ -1,0 +1,267 @@
+"""Collocation on many intervals side by side: each solved from the state at its beginning."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.collocation.gauss import GaussPoints, gauss_points
+from slipfold.flow import Flow
+from slipfold.flow.equations import Constants
+
+__all__ = ["STAGES", "Field", "Solved", "solve_intervals"]
+
+Array = NDArray[np.float64]
+
+STAGES = 6
+"""Gauss points an interval: errors at its ends fall with the 12th power of its length."""
+
+ITERATIONS = 10
+
+STILL = 1e-10
+"""A step this short, in scaled states, is the last one: what it leaves is rounding."""
+
+EXACT = 1e-13
+"""Steps with old derivatives go on until they are this short."""
+
+CHORDS = 6
+"""Steps with old derivatives before new ones are taken."""
+
+FAR = 1e6
+"""Steps longer than this, in scaled states, lead nowhere."""
+
+
+@dataclass(frozen=True, eq=False)
+class Field:
+    """The right-hand side of a model with the values of its coefficients, in scaled states.
+
+    Parameters
+    ----------
+    flow
+        The model's compiled functions.
+    constants
+        Coefficients.
+    scales
+        Scales of the states, shape (n,).
+    indices
+        Which parameters are free.
+    """
+
+    flow: Flow
+    constants: Constants
+    scales: Array
+    indices: list[int]
+
+    def rates(self, states: Array, phases: Array) -> Array:
+        """Return the rates a unit of phase.
+
+        Shapes: states (..., n); phases (...).
+        """
+        rows = states.reshape(-1, states.shape[-1]) * self.scales
+        found = self.flow.rates(rows, phases.ravel(), self.constants)
+        return np.asarray((found / self.scales).reshape(states.shape))
+
+    def jacobians(self, states: Array, phases: Array) -> Array:
+        """Return the derivatives of the rates, shape (..., n, n).
+
+        Shapes: states (..., n); phases (...).
+        """
+        n = states.shape[-1]
+        rows = states.reshape(-1, n) * self.scales
+        found = self.flow.jacobians(rows, phases.ravel(), self.constants)
+        ratios = self.scales[None, :] / self.scales[:, None]
+        return np.asarray((found * ratios).reshape(*states.shape, n))
+
+    def pulls(self, states: Array, phases: Array) -> Array:
+        """Return the derivatives of the rates by the free parameters, shape (..., n, k).
+
+        Shapes: states (..., n); phases (...).
+        """
+        rows = states.reshape(-1, states.shape[-1]) * self.scales
+        along = self.constants.rates[:, self.indices]
+        found = self.flow.pulls(rows, phases.ravel(), self.constants, along)
+        return np.asarray((found / self.scales[:, None]).reshape(*states.shape, -1))
+
+    def curvatures(self, states: Array, phases: Array, vectors: Array) -> tuple[Array, Array]:
+        """Return the derivatives of ``jacobians @ vectors``, (..., n, n) and (..., n, k).
+
+        Shapes: states, vectors (..., n); phases (...).
+        """
+        n = states.shape[-1]
+        rows = states.reshape(-1, n) * self.scales
+        along = self.constants.rates[:, self.indices]
+        second, mixed = self.flow.curvatures(
+            rows, phases.ravel(), self.constants, vectors.reshape(-1, n) * self.scales, along
+        )
+        ratios = self.scales[None, :] / self.scales[:, None]
+        return (
+            np.asarray((second * ratios).reshape(*states.shape, n)),
+            np.asarray((mixed / self.scales[:, None]).reshape(*states.shape, -1)),
+        )
+
+    def cubes(self, states: Array, phases: Array, vectors: Array) -> Array:
+        """Return the third derivatives of the rates along vectors, shape (..., n).
+
+        Shapes: states, vectors (..., n); phases (...).
+        """
+        n = states.shape[-1]
+        rows, along = states.reshape(-1, n) * self.scales, vectors.reshape(-1, n) * self.scales
+        third = self.flow.powers(rows, phases.ravel(), self.constants, along)[1]
+        return np.asarray((third / self.scales).reshape(states.shape))
+
+
+@dataclass(frozen=True, eq=False)
+class Solved:
+    r"""Polynomials that meet the equations at the Gauss points, and how they depend on the start.
+
+    With stages Y and slopes F the equations in the Runge-Kutta basis are
+
+    .. math:: Y_l = x + h \sum_k a_{lk} F(Y_k), \quad x_+ = x + h \sum_k b_k F(Y_k).
+
+    Parameters
+    ----------
+    nodes
+        States at the beginnings, shape (m, n).
+    start, lengths
+        Phases of the beginnings and lengths, shape (m,).
+    stages, slopes
+        States and rates at the Gauss points, shape (m, s, n); NaN where there is no solution.
+    inverses
+        Of the derivatives of the equations by the stages, shape (m, s n, s n).
+    jacobians
+        Derivatives of the rates at the Gauss points, shape (m, s, n, n).
+    """
+
+    nodes: Array
+    start: Array
+    lengths: Array
+    stages: Array
+    slopes: Array
+    inverses: Array
+    jacobians: Array
+
+    @property
+    def gauss(self) -> GaussPoints:
+        """The Gauss points."""
+        return gauss_points(self.stages.shape[1])
+
+    @cached_property
+    def phases(self) -> Array:
+        """Phases of the stages, shape (m, s)."""
+        return _phases(self.start, self.lengths, self.gauss)
+
+    @cached_property
+    def ends(self) -> Array:
+        """States at the ends, shape (m, n)."""
+        total = np.einsum("k,jkn->jn", self.gauss.weights, self.slopes)
+        return self.nodes + self.lengths[:, None] * total
+
+    @cached_property
+    def moved(self) -> Array:
+        """Derivatives of the stages by the state at the beginning, shape (m, s, n, n)."""
+        m, s, n = self.stages.shape
+        return self.inverses.reshape(m, s * n, s, n).sum(axis=2).reshape(m, s, n, n)
+
+    @cached_property
+    def matrices(self) -> Array:
+        """Derivatives of the ends by the beginnings, shape (m, n, n)."""
+        return np.eye(self.nodes.shape[1]) + self.carried(self.moved)
+
+    def carried(self, changes: Array) -> Array:
+        """Return what changes of the stages do to the ends, besides those of the rates.
+
+        Shapes: changes (m, s, n, q); returns (m, n, q).
+        """
+        weighted = self.jacobians * self.gauss.weights[:, None, None]
+        return np.asarray(
+            self.lengths[:, None, None] * np.einsum("jkab,jkbq->jaq", weighted, changes)
+        )
+
+    def answered(self, pushes: Array) -> tuple[Array, Array]:
+        """Return how stages and ends change with the rates at the stages.
+
+        Shapes: pushes (m, s, n, q); returns (m, s, n, q), (m, n, q).
+        """
+        m, s, n, q = pushes.shape
+        gauss, lengths = self.gauss, self.lengths[:, None, None]
+        inner = np.einsum("lk,jkaq->jlaq", gauss.integrals(gauss.points), pushes)
+        right = (lengths[..., None] * inner).reshape(m, s * n, q)
+        stages = (self.inverses @ right).reshape(m, s, n, q)
+        outer = lengths * np.einsum("k,jkaq->jaq", gauss.weights, pushes)
+        return stages, self.carried(stages) + outer
+
+    def at(self, fractions: Array, which: NDArray[np.intp]) -> Array:
+        """Evaluate the polynomials of some intervals, each at places of its own.
+
+        Shapes: fractions (q, p); which (q,); returns (q, p, n).
+        """
+        weights = self.gauss.integrals(fractions.ravel()).reshape(*fractions.shape, -1)
+        grown = np.einsum("qpk,qkn->qpn", weights, self.slopes[which])
+        return np.asarray(self.nodes[which][:, None] + self.lengths[which][:, None, None] * grown)
+
+
+def _phases(start: Array, lengths: Array, gauss: GaussPoints) -> Array:
+    return np.asarray(start[:, None] + lengths[:, None] * gauss.points)
+
+
+def solve_intervals(
+    field: Field,
+    nodes: Array,
+    start: Array,
+    lengths: Array,
+    guess: Array,
+    inverses: Array | None = None,
+) -> Solved:
+    """Solve the equations of intervals, with derivatives taken at the solution.
+
+    With inverses of derivatives nearby, new ones are taken only where these do not serve.
+
+    Shapes: nodes (m, n); start, lengths (m,); guess (m, s, n); inverses (m, s n, s n).
+    """
+    gauss = gauss_points(guess.shape[1])
+    phases, inner = _phases(start, lengths, gauss), gauss.integrals(gauss.points)
+    steps, size = lengths[:, None, None], guess.shape[1] * guess.shape[2]
+    m, s, n = guess.shape
+    stages, nothing = guess, np.empty((0, s, n, n))
+
+    def beside(slopes: Array) -> Array:
+        grown = steps * np.einsum("lk,jkn->jln", inner, slopes)
+        return (stages - nodes[:, None] - grown).reshape(m, size, 1)
+
+    if inverses is not None:
+        before = np.inf
+        for _ in range(CHORDS):
+            slopes = field.rates(stages, phases)
+            step = -(inverses @ beside(slopes)).reshape(m, s, n)
+            length = float(np.abs(step).max())
+            if not length < 0.3 * before:
+                break
+            stages, before = stages + step, length
+            if length < EXACT * max(1.0, float(np.abs(stages).max())):
+                return Solved(nodes, start, lengths, stages, slopes, inverses, nothing)
+    previous = np.inf
+    for _ in range(ITERATIONS):
+        slopes, jacobians = field.rates(stages, phases), field.jacobians(stages, phases)
+        matrix = np.einsum("lk,jkab->jlakb", -inner, jacobians * steps[..., None])
+        matrix = matrix.reshape(m, size, size)
+        matrix[:, np.arange(size), np.arange(size)] += 1.0
+        try:
+            inverses = np.linalg.inv(matrix)
+        except np.linalg.LinAlgError:
+            break
+        step = -(inverses @ beside(slopes)).reshape(m, s, n)
+        length = float(np.abs(step).max())
+        if not length < FAR:
+            break
+        stages = stages + step
+        size_of_states = max(1.0, float(np.abs(stages).max()))
+        if length < STILL * size_of_states or 1e-7 > length > 0.5 * previous:
+            slopes = slopes + np.einsum("jkab,jkb->jka", jacobians, step)
+            return Solved(nodes, start, lengths, stages, slopes, inverses, jacobians)
+        previous = length
+    lost = np.full((m, s, n), np.nan)
+    none = np.full((m, size, size), np.nan)
+    return Solved(nodes, start, lengths, lost, lost, none, np.full((m, s, n, n), np.nan))

@@ -1,0 +1,178 @@
+"""Orbits cut into segments, each of which has to end where the next begins."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.flow.equations import Constants
+from slipfold.models.model import Model
+from slipfold.orbits.discretisation import Discretisation
+from slipfold.orbits.spectrum.degeneracy import Degeneracy
+
+__all__ = ["Cut", "Segments"]
+
+Array = NDArray[np.float64]
+
+
+class Segments(Discretisation):
+    """How orbits that move are computed: by what happens over m segments of a period.
+
+    Parameters
+    ----------
+    model
+        The model.
+    free
+        The free parameters with their scales, in their own units.
+    period
+        Period in forcing periods.
+    edges
+        Phases at which segments begin and end, shape (m + 1,).
+    """
+
+    def __init__(self, model: Model, free: Mapping[str, float], period: int, edges: Array) -> None:
+        super().__init__(model, free, period, len(edges) - 1)
+        self.edges = edges
+        self.start, self.end = edges[:-1], edges[1:]
+        self.phase = float(edges[0])
+        self._following = (np.arange(self.segments) + 1) % self.segments
+
+    @abstractmethod
+    def mismatch(self, nodes: Array, constants: Constants) -> Array:
+        """Return by how much segments end beside the next node, in scaled states, shape (m, n).
+
+        Shapes: nodes (m, n).
+        """
+
+    @abstractmethod
+    def transitions(self, nodes: Array, constants: Constants) -> tuple[Array, Array, Array]:
+        """Return the mismatch and the derivatives of the segments' ends, all in scaled states.
+
+        Shapes: nodes (m, n); returns mismatch (m, n), blocks (m, n, n), along (m, n, k).
+        """
+
+    @abstractmethod
+    def advanced(self, nodes: Array, constants: Constants, turns: float) -> Array:
+        """Return the states some forcing periods later, shape (m, n).
+
+        Shapes: nodes (m, n).
+        """
+
+    @abstractmethod
+    def carried_to(
+        self, nodes: Array, constants: Constants, phases: Array
+    ) -> tuple[NDArray[np.intp], Array, Array, Array]:
+        """Return the states at any phases, from which node each is reached, and their derivatives.
+
+        Shapes: nodes (m, n); phases (q,); returns which (q,), states (q, n), matrices (q, n, n),
+        vectors (q, n, k), nothing scaled.
+        """
+
+    @abstractmethod
+    def states(self, nodes: Array, constants: Constants, phases: Array) -> Array:
+        """Return the states at any phases, shape (q, n).
+
+        Shapes: nodes (m, n); phases (q,).
+        """
+
+    @abstractmethod
+    def begun_near(self, nodes: Array, constants: Constants, wanted: Array) -> Array:
+        """Return the nodes of an orbit begun where these lie nearest to others.
+
+        Shapes: nodes, wanted (m, n).
+        """
+
+    @abstractmethod
+    def curvatures(self, nodes: Array, constants: Constants, vectors: Array) -> tuple[Array, Array]:
+        """Return the derivatives of ``blocks @ vectors``, all in scaled states.
+
+        Shapes: nodes (m, n); vectors (r, m, n); returns bent (r, m, n, n), pulled (r, m, n, k).
+        """
+
+    @abstractmethod
+    def cubes(self, nodes: Array, constants: Constants, vectors: Array) -> Array:
+        """Return the third derivatives of the segments' ends along vectors, in scaled states.
+
+        Shapes: nodes (m, n); vectors (r, m, n); returns (r, m, n).
+        """
+
+    def taken(self, other: Discretisation, nodes: Array, constants: Constants) -> Array:
+        """Return the nodes of an orbit that has those of another discretisation, shape (m, n).
+
+        Shapes: nodes (m', n).
+        """
+        if not isinstance(other, Segments) or np.array_equal(self.edges, other.edges):
+            return nodes
+        return other.states(nodes, constants, self.start)
+
+    def before(self, phases: Array) -> tuple[NDArray[np.intp], Array]:
+        """Return the segments in which phases lie, and the phases brought into the orbit.
+
+        Shapes: phases (q,).
+        """
+        within = self.phase + (phases - self.phase) % self.period
+        which = np.searchsorted(self.edges, within, "right") - 1
+        return np.clip(which, 0, self.segments - 1), within
+
+    def moved_to(
+        self, other: Segments, nodes: Array, constants: Constants, along: Array, rates: Array
+    ) -> tuple[Array, Array]:
+        """Return an orbit and a direction at the phases of another.
+
+        Shapes: nodes, along (m, n); rates (k,); returns nodes and direction (m', n).
+        """
+        which, states, matrices, vectors = self.carried_to(nodes, constants, other.start)
+        return states, np.einsum("jab,jb->ja", matrices, along[which]) + vectors @ rates
+
+    def rates(self, nodes: Array, constants: Constants) -> Array:
+        """Return the rates at the nodes a forcing period, in scaled states, shape (m, n).
+
+        Shapes: nodes (m, n).
+        """
+        return self.flow.rates(nodes, self.start, constants) / self.scales
+
+    def first_rates(self, nodes: Array, constants: Constants) -> tuple[Array, Array, Array]:
+        """Return the rates at the first node with their derivatives, in scaled variables.
+
+        Shapes: nodes (m, n); returns rates (n,), slopes (n, n), pulls (n, k).
+        """
+        first, at = nodes[:1], self.start[:1]
+        rates = self.flow.rates(first, at, constants)[0] / self.scales
+        slopes = self.flow.jacobians(first, at, constants)[0] * self.ratios
+        pulls = self.flow.pulls(first, at, constants, constants.rates[:, self.indices])[0]
+        return rates, slopes, pulls * self.pull_units
+
+    def slope(
+        self, found: Degeneracy, blocks: Array, nodes: Array, constants: Constants
+    ) -> tuple[Array, Array, Array]:
+        r"""Differentiate a function of the monodromy matrix with respect to the unknown.
+
+        With :math:`M = A_{m-1} ... A_0` a term :math:`p^T dM q` is the sum over the segments of
+        :math:`p_j^T dA_j q_j`, where q is carried forward to segment j and p backward to its end,
+        and a change of :math:`A_j q_j` is a second derivative of the flow along q_j.
+
+        Shapes: blocks (m, n, n); nodes (m, n); returns the gradient (m n + k,), q_j (r, m, n) and
+        the second derivatives along them (r, m, n, n).
+        """
+        forward, backward = _carried(blocks, found.left, found.right)
+        bent, pulled = self.curvatures(nodes, constants, forward)
+        along_nodes = np.einsum("rja,rjab->jb", backward, bent).ravel() * np.sqrt(self.segments)
+        along_free = np.einsum("rja,rjak->k", backward, pulled)
+        return np.concatenate([along_nodes, along_free]), forward, bent
+
+
+def _carried(blocks: Array, left: Array, right: Array) -> tuple[Array, Array]:
+    """Carry r vectors forward to the start of each segment, r backward to each end: (r, m, n)."""
+    forward, backward = [right], [left]
+    for block in blocks[:-1]:
+        forward.append(forward[-1] @ block.T)
+    for block in blocks[:0:-1]:
+        backward.append(backward[-1] @ block)
+    return np.stack(forward, axis=1), np.stack(backward[::-1], axis=1)
+
+
+Cut = Callable[[Model, Mapping[str, float], int, int], Segments]
+"""Makes a discretisation of a model, its free parameters, a period and a number of segments."""

@@ -1,0 +1,127 @@
+"""The Jacobian of an orbit with many nodes and one more row, factored without growth."""
+
+from __future__ import annotations
+
+from functools import cache, cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.continuation.whole_matrix import SquareMatrix
+
+if TYPE_CHECKING:
+    from slipfold.orbits.linearisation import Linearisation
+
+__all__ = ["Sparse"]
+
+Array = NDArray[np.float64]
+Places = NDArray[np.intp]
+
+
+class Sparse(SquareMatrix):
+    """A Jacobian as its blocks, with pivots where they are largest.
+
+    Where an orbit first grows and then decays by many orders of magnitude, as along canards, going
+    from node to node would lose all digits.
+
+    Parameters
+    ----------
+    linearisation
+        The derivatives.
+    row
+        The last row, shape (m n + k,).
+    """
+
+    def __init__(self, linearisation: Linearisation, row: Array) -> None:
+        self.linearisation = linearisation
+        self.row = row
+
+    @property
+    def matrix(self) -> Array:
+        """The whole matrix."""
+        return np.concatenate([self.linearisation.jacobian, self.row[None]])
+
+    @cached_property
+    def _factors(self) -> Any:
+        """Sparse factors, None of a matrix that is exactly singular."""
+        from scipy.sparse import csc_array
+        from scipy.sparse.linalg import splu
+
+        part = self.linearisation
+        m, n, k = part.along.shape
+        gradients = part.conditions.gradients
+        lines = self.row[None] if gradients is None else np.vstack([gradients, self.row])
+        order, rows, begins = _pattern(m, n, k)
+        ones = np.full(m * n, -1.0)
+        data = np.concatenate([part.blocks.ravel(), ones, part.along.ravel(), lines.ravel()])
+        size = m * n + k
+        matrix = csc_array((data[order], rows, begins), shape=(size, size))
+        try:
+            return splu(matrix)
+        except RuntimeError:
+            return None
+
+    def solve(self, right: Array) -> Array:
+        """Return the solution for a right-hand side, NaN if the matrix is singular.
+
+        Shapes: right (m n + k,).
+        """
+        return np.full_like(right, np.nan) if self._factors is None else self._factors.solve(right)
+
+    def solve_transposed(self, right: Array) -> Array:
+        """Return the solution with the transposed matrix, NaN if it is singular.
+
+        Shapes: right (m n + k,).
+        """
+        if self._factors is None:
+            return np.full_like(right, np.nan)
+        return np.asarray(self._factors.solve(right, "T"))
+
+    @cached_property
+    def _kernel(self) -> Array:
+        unit = np.zeros(len(self.row))
+        unit[-1] = 1.0
+        return self.solve(unit)
+
+    @cached_property
+    def _determinant(self) -> tuple[float, float]:
+        factors = self._factors
+        if factors is None:
+            return 0.0, -np.inf
+        pivots = factors.U.diagonal()
+        sign = np.prod(np.sign(pivots)) * _parity(factors.perm_r) * _parity(factors.perm_c)
+        with np.errstate(divide="ignore"):
+            return float(sign), float(np.log(np.abs(pivots)).sum())
+
+
+@cache
+def _pattern(m: int, n: int, k: int) -> tuple[Places, Places, Places]:
+    """Order of the entries by column, their rows, and where columns begin."""
+    size, width = m * n, m * n + k
+    inner = np.arange(n)
+    own = (np.arange(m) * n)[:, None, None]
+    shape = (m, n, n)
+    block_rows = np.broadcast_to(own + inner[:, None], shape).ravel()
+    block_columns = np.broadcast_to(own + inner[None, :], shape).ravel()
+    node = np.arange(size)
+    along_rows, along_columns = np.divmod(np.arange(size * k), k)
+    line_rows, line_columns = np.divmod(np.arange(k * width), width)
+    rows = np.concatenate([block_rows, node, along_rows, size + line_rows])
+    columns = np.concatenate([block_columns, (node + n) % size, size + along_columns, line_columns])
+    order = np.lexsort((rows, columns))
+    begins = np.searchsorted(columns[order], np.arange(width + 1))
+    return order, rows[order].astype(np.int32), begins.astype(np.int32)
+
+
+def _parity(permutation: Places) -> int:
+    """Return 1 for an even permutation, -1 for an odd one."""
+    seen, sign = np.zeros(len(permutation), dtype=bool), 1
+    following = permutation.tolist()
+    for first in range(len(following)):
+        length, at = 0, first
+        while not seen[at]:
+            seen[at], at, length = True, following[at], length + 1
+        if length and length % 2 == 0:
+            sign = -sign
+    return sign
