@@ -99,7 +99,10 @@ class Bifurcations(Zeros[OrbitPoint]):
             return None
         orbits, start = self._orbits, stretch.trail.points[0]
         for place, item in enumerate(found):
-            if item.type == "BP" and orbits.distance(start.z, item.point.z) < SAME_ORBIT:
+            if item.type != "BP":
+                continue
+            first = orbits.adopt(start.curve, start.z)
+            if orbits.distance(first, item.point.z) < SAME_ORBIT:
                 end = End("closed", CLOSED, orbits.place(item.point.z))
                 return Sight(found[:place], Stop(item.point, end, closes=True))
         return None
@@ -117,7 +120,8 @@ class Bifurcations(Zeros[OrbitPoint]):
         turns = any(_turns(item) for item in found)
         for kind in a.tests:
             if kind != "fold" and not (turns and kind == "LP") and self.changes_sign(kind, a, b):
-                found.append(locate_test(self._orbits, known, a, b, kind, kind))
+                test = "fold" if kind == "LP" and _stands(a, b) else kind
+                found.append(locate_test(self._orbits, known, a, b, kind, test))
         return [item for item in found if self.is_genuine(item) and not _undamped(item, a, b)]
 
     def _branch_point(self, known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint) -> Found:
@@ -159,10 +163,12 @@ class Bifurcations(Zeros[OrbitPoint]):
         whose product is one. A function alone may be small where none is: it is a product over all
         multipliers, which lie close together where fast decay sets the unit of time.
         """
+        if name == "LP" and _stands(a, b):  # the sign of the tangent is rounding
+            passes = (a.tests["fold"] > 0) != (b.tests["fold"] > 0)
+            crosses = a.orientation * b.orientation < 0
+            return passes and not crosses and min(map(_off_circle, (a, b))) > TEST_NOISE
         before, after = a.tests[name], b.tests[name]
         if (before > 0) == (after > 0):
-            return False
-        if name == "LP" and max(abs(before), abs(after)) <= TEST_NOISE:
             return False
         off = _off_pair if name in PAIRED else _off_circle
         return max(abs(before), abs(after)) > TEST_NOISE or max(map(off, (a, b))) > TEST_NOISE
@@ -203,6 +209,15 @@ def span_end(orbits: Orbits, last: OrbitPoint) -> End:
     """Say that a branch reached the end of the span."""
     value = orbits.value(last.z)
     return End("span", f"reached the end of the span at {orbits.vary} = {value:g}", (value,))
+
+
+def _stands(a: OrbitPoint, b: OrbitPoint) -> bool:
+    """Whether the parameter stands still from one point to the next but for rounding.
+
+    So it does along a family, and through a canard explosion, in which there may be a fold; that
+    is where a multiplier passes one.
+    """
+    return max(abs(a.tests["LP"]), abs(b.tests["LP"])) <= TEST_NOISE
 
 
 def _off_circle(point: OrbitPoint) -> float:

@@ -17,6 +17,12 @@ __all__ = ["Homoclinic", "nears_homoclinic"]
 GROWN = 2.0
 """A duration that has grown less since the branch began says nothing."""
 
+NEAR = 0.05
+"""Distance of a cycle from the saddle that it comes to, in scaled states."""
+
+APPROACHES = 20
+"""Newton steps from the slowest place of a cycle to an equilibrium."""
+
 STANDS = 1e-3
 """Change of the parameter, in spans, over that of the duration, in first durations, below which the
 parameter has as good as come to its end."""
@@ -44,7 +50,7 @@ class Homoclinic:
         """Return the point at which the branch has as good as come to its end."""
         orbits, points = self._orbits, [*stretch.trail.points, stretch.point]
         growth, value = _growth(orbits, points), orbits.value(stretch.point.z)
-        if _stands(orbits, points, STANDS_STILL):
+        if _stands(orbits, points, STANDS_STILL) and _passes_saddle(points[-1]):
             end = End(
                 "homoclinic",
                 f"the duration grew to {growth:.3g} times that at first while {orbits.vary} stays "
@@ -65,7 +71,7 @@ class Homoclinic:
 
 def nears_homoclinic(orbits: Orbits, points: Sequence[OrbitPoint]) -> str:
     """Return a clause for the sentence of another end where a homoclinic orbit is near, else ""."""
-    if not _stands(orbits, points, STANDS):
+    if not _stands(orbits, points, STANDS) or not _passes_saddle(points[-1]):
         return ""
     return (
         f"the duration grew to {_growth(orbits, points):.3g} times that at first while "
@@ -76,10 +82,10 @@ def nears_homoclinic(orbits: Orbits, points: Sequence[OrbitPoint]) -> str:
 def _growth(orbits: Orbits, points: Sequence[OrbitPoint]) -> float:
     if not orbits.free_phase:  # of equilibria it is a unit of time
         return 1.0
-    first, last = orbits.duration(points[0].z), orbits.duration(points[-1].z)
+    first, last = (point.curve.duration(point.z) for point in (points[0], points[-1]))
     assert first is not None
     assert last is not None
-    return last / first
+    return float(last / first)
 
 
 def _stands(orbits: Orbits, points: Sequence[OrbitPoint], share: float) -> bool:
@@ -90,3 +96,29 @@ def _stands(orbits: Orbits, points: Sequence[OrbitPoint], share: float) -> bool:
     unit = points[0].z[-2]
     last = np.array([point.tangent[-2:] for point in points[-2:]])
     return bool((np.abs(last[:, 1]) < share * last[:, 0] / unit).all())
+
+
+def _passes_saddle(point: OrbitPoint) -> bool:
+    """Whether a cycle is slowest beside a saddle: only there does a longer one stay longer.
+
+    Through a canard explosion the parameter stands still as well, but the duration has a bound.
+    """
+    orbits = point.curve
+    constants, flow, zero = orbits.constants(point.z), orbits.flow, np.zeros(1)
+    nodes = orbits.nodes(point.z)
+    speeds = np.linalg.norm(
+        flow.rates(nodes, np.zeros(len(nodes)), constants) / orbits.scales, axis=1
+    )
+    slowest = nodes[speeds.argmin()][None]
+    state = slowest
+    for _ in range(APPROACHES):
+        slopes = flow.jacobians(state, zero, constants)[0]
+        try:
+            step = np.linalg.solve(slopes, flow.rates(state, zero, constants)[0])
+        except np.linalg.LinAlgError:
+            return False
+        state = state - step
+        if not np.abs((state - slowest) / orbits.scales).max() < NEAR:
+            return False
+    growth = np.linalg.eigvals(slopes).real
+    return bool(growth.max() > 0 > growth.min())

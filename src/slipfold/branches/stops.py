@@ -18,6 +18,9 @@ __all__ = ["STANDS_STILL", "Families", "Limits", "Unresolved"]
 FAMILY = 200
 """Orbits with one value of the parameter after which a family is followed no farther."""
 
+NEUTRAL = 1e-4
+"""Test function of a fold below which a multiplier is one: all orbits of a family have one."""
+
 STANDS_STILL = 1e-9
 """Change of the parameter, in spans, that is none: special points are located to less, so all that
 could still be found would have one and the same value of it."""
@@ -73,7 +76,7 @@ class Unresolved:
     def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:
         """Return the last point, if the next one is too unstable."""
         largest = float(np.abs(stretch.point.multipliers).max())
-        if largest <= RESOLVED:
+        if largest <= RESOLVED or self._curve.orbits.by.growing:
             return Sight()
         reason = (
             f"a multiplier of {largest:.1e} leaves too few digits for the others, so bifurcations "
@@ -102,6 +105,8 @@ class Families:
         values = [point.z[-1] for point in points]
         if len(stretch.trail.points) < FAMILY or max(values) - min(values) > STANDS_STILL:
             return Sight()
+        if not _in_family(points):  # through a canard explosion the parameter stands still as well
+            return Sight()
         value = orbits.value(points[-1].z)
         shown = 0.0 if abs(value) < STANDS_STILL * orbits.width else value
         reason = (
@@ -109,3 +114,7 @@ class Families:
             "round a centre, that goes on; stop it at an amplitude by an event"
         )
         return Sight(stop=Stop(stretch.point, End("family", reason, (value,))))
+
+
+def _in_family(points: Sequence[OrbitPoint]) -> bool:
+    return all(abs(point.tests["fold"]) < NEUTRAL for point in points)

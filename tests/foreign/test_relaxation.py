@@ -1,0 +1,64 @@
+"""Relaxation oscillators: cycles that are slow and fast in turn, and canards among them."""
+
+import numpy as np
+import pytest
+
+import slipfold as sf
+
+BY_COLLOCATION = sf.Settings(discretisation="collocation", largest_period=1)
+
+
+def fitzhugh_nagumo(eps):
+    """FitzHugh, Biophysical Journal 1 (1961) 445-466, with his constants."""
+    return sf.System(
+        name="fitzhugh-nagumo",
+        parameters={"I": 0.0, "eps": eps},
+        states={
+            "v": {"rate": "v - v^3/3 - w + I", "start": -1.2},
+            "w": {"rate": "eps*(v + 0.7 - 0.8*w)", "start": -0.6},
+        },
+    )
+
+
+def hopf_current(eps):
+    """Where the trace 1 - v^2 - 0.8 eps of the Jacobian vanishes."""
+    v = -np.sqrt(1 - 0.8 * eps)
+    return (v + 0.7) / 0.8 - v + v**3 / 3
+
+
+def closes_by_radau(orbit):
+    """How far a stable orbit fails to close by an implicit Runge-Kutta method of order five."""
+    from scipy.integrate import solve_ivp
+
+    model = orbit.model
+    current, eps = model.values["I"], model.values["eps"]
+
+    def rates(_, y):
+        return [y[0] - y[0] ** 3 / 3 - y[1] + current, eps * (y[0] + 0.7 - 0.8 * y[1])]
+
+    span = (0.0, orbit.duration)
+    end = solve_ivp(rates, span, orbit.state, method="Radau", rtol=1e-10, atol=1e-12).y[:, -1]
+    return float(np.abs(end - orbit.state).max())
+
+
+@pytest.fixture(scope="module")
+def spiking():
+    """From rest to spikes; the branch of cycles goes through its canards and turns at a fold."""
+    return sf.response(fitzhugh_nagumo(0.08), vary="I", span=(0.3, 0.4), settings=BY_COLLOCATION)
+
+
+def test_the_fold_of_cycles_beyond_the_canards_is_found(spiking):
+    rest, cycles = spiking.branches
+    assert [item.type for item in rest.special] == ["HB"]
+    assert rest.special[0].value == pytest.approx(hopf_current(0.08), abs=1e-12)
+    assert rest.special[0].criticality == "subcritical"
+    assert [item.type for item in cycles.special] == ["LP"]
+    # AUTO-07p, NTST = 200, NCOL = 4, EPSU = 1e-10.
+    assert cycles.special[0].value == pytest.approx(0.324178522504, abs=1e-11)
+    assert cycles.stopped.kind == "span"
+
+
+def test_what_it_leads_to_are_the_spikes_that_a_stiff_integrator_finds(spiking):
+    cycles = spiking.branches[1]
+    assert cycles.stable[-1]
+    assert closes_by_radau(cycles.orbit(len(cycles) - 1)) < 1e-8
