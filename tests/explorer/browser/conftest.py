@@ -34,7 +34,7 @@ def brake_file(tmp_path_factory):
 @pytest.fixture(scope="session")
 def brake_address(brake_file):
     """The address of a page that offers a structure from a file."""
-    with served(brake_file) as printed:
+    with served(brake_file, workers=1) as printed:
         yield printed
 
 

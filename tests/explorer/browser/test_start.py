@@ -27,7 +27,7 @@ def test_an_unforced_structure_of_ones_own_is_shown(brake, brake_file):
 def test_a_model_with_an_unusual_name_and_many_parameters_is_shown(context, tmp_path):
     case = tmp_path / "unusual.toml"
     case.write_text(UNUSUAL)
-    with served(case) as address, context.new_page() as page:
+    with served(case, workers=1) as address, context.new_page() as page:
         explorer = ExplorerPage(page, address)
         page.goto(address)
         expect(page.locator(f"{DIAGRAM}[data-drawn]")).to_have_attribute("aria-busy", "false")
