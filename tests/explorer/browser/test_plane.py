@@ -165,6 +165,31 @@ def test_it_is_put_away_and_comes_back(new_tab):
     expect(explorer.page.locator("#plane")).to_be_hidden()
 
 
+KEYS = """async (lines) => {
+  const { PlaneLegend } = await import("/page/plane_legend.js");
+  const legend = new PlaneLegend();
+  const loci = lines.map(([name, type, ...kinds]) => ({
+    name, type, period: 1, stretches: kinds.map((criticality) => ({ criticality, x: [], y: [] })),
+  }));
+  legend.show({ loci, regions: null });
+  return [...legend.node.children].map(({ textContent }) => textContent);
+}"""
+
+
+def test_the_legend_says_of_a_line_that_is_dashed_all_along_why(explorer):
+    page = explorer.open().page
+    hopf = ["HB of equilibria", "HB", "subcritical"]
+    doubling = ["PD of period 1", "PD", "supercritical", "subcritical"]
+    assert page.evaluate(KEYS, [hopf]) == ["HB of equilibria, subcritical"]
+    assert page.evaluate(KEYS, [doubling]) == ["PD of period 1", "subcritical"]
+    assert page.evaluate(KEYS, [doubling, hopf, ["LP of period 1", "LP", None]]) == [
+        "HB of equilibria, subcritical",
+        "LP of period 1",
+        "PD of period 1",
+        "subcritical",
+    ]
+
+
 SHADES = """async (combinations) => {
   const { regionColour } = await import("/page/region_colours.js");
   const { colours } = await import("/page/theme.js");

@@ -1,20 +1,24 @@
 /** What the lines and shades of the plane mean: below it, where a laptop has room for the words. */
 
 import { element, svg } from "./dom.js";
-import { lineStyle } from "./plane_traces.js";
+import { lineStyle, nameOf } from "./plane_traces.js";
 import { regionColour } from "./region_colours.js";
 import { colours } from "./theme.js";
 
-/** The lines of a plane, each type and period once, and what dashes mean if any are subcritical. */
+const HARD = "subcritical";
+
+/** The lines of a plane, each type and period once, and what dashes mean if a line has both kinds. */
 function lineKeys({ loci }) {
-  const usual = ({ stretches }) => stretches.find(({ criticality }) => criticality === "supercritical");
-  const keys = loci.map((locus) =>
-    ({ name: locus.name, locus, criticality: (usual(locus) ?? locus.stretches[0])?.criticality }));
-  const hard = loci.find(({ stretches }) => stretches.some(({ criticality }) => criticality === "subcritical"));
-  return [
-    ...distinct(keys).sort((a, b) => (a.name < b.name ? -1 : 1)),
-    ...(hard ? [{ name: "subcritical", locus: { ...hard, type: "" }, criticality: "subcritical" }] : []),
-  ];
+  const names = [...new Set(loci.map(({ name }) => name))].sort();
+  const keys = names.map((name) => {
+    const [locus, ...others] = loci.filter((item) => item.name === name);
+    const kinds = [locus, ...others].flatMap(({ stretches }) => stretches.map(({ criticality }) => criticality));
+    const criticality = kinds.find((kind) => kind === "supercritical") ?? kinds[0];
+    const isHard = kinds.every((kind) => kind === HARD);
+    return { name: isHard ? nameOf(locus, HARD) : name, locus, criticality, isMixed: !isHard && kinds.includes(HARD) };
+  });
+  const mixed = keys.find(({ isMixed }) => isMixed);
+  return mixed ? [...keys, { name: HARD, locus: { ...mixed.locus, type: "" }, criticality: HARD }] : keys;
 }
 
 /**
