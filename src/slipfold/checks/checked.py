@@ -71,6 +71,8 @@ class Checked(OneLine):
     ----------
     checks
         What was checked.
+    remark
+        What a motion that agrees piece by piece does not tell as a whole; empty if nothing.
 
     Examples
     --------
@@ -81,6 +83,7 @@ class Checked(OneLine):
     """
 
     checks: tuple[Check, ...]
+    remark: str = ""
 
     @property
     def count(self) -> int:
@@ -117,7 +120,8 @@ class Checked(OneLine):
             found += f" to {self.to:.0e}"
         others = self.disagreeing
         more = f"; {len(others) - SHOWN} more do not agree" if len(others) > SHOWN else ""
-        return found + "".join(f"; {each._line()}" for each in others[:SHOWN]) + more
+        remark = f"; {self.remark}" if self.remark else ""
+        return found + "".join(f"; {each._line()}" for each in others[:SHOWN]) + more + remark
 
     def _line(self) -> str:
         return str(self)
@@ -141,6 +145,7 @@ class Checked(OneLine):
                 }
                 for check in self.checks
             ],
+            **({"remark": self.remark} if self.remark else {}),
         }
 
     @classmethod
@@ -155,5 +160,6 @@ class Checked(OneLine):
                     float(item["allowed"]),
                 )
                 for item in data["checks"]
-            )
+            ),
+            str(data.get("remark", "")),
         )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,8 +11,10 @@ from slipfold.checks.checked import Check, Checked
 from slipfold.checks.choice import spread
 from slipfold.checks.orbit_difference import ALLOWED, PIECES
 from slipfold.checks.retraced import Motion, retrace
+from slipfold.checks.sensitivity import sensitivity
 from slipfold.flow.equilibrium import PUSH
 from slipfold.flow.flow import flow_of
+from slipfold.flow.own_sizes import unfed_states
 from slipfold.flow.trajectory import Trajectory
 
 __all__ = ["check_motion"]
@@ -26,10 +30,16 @@ period, in its ten to twenty steps, is integrated."""
 FEW, CHEAP = 2, 240
 """Forcing periods that are retraced in any case, as long as that takes no more pieces than this."""
 
-SHORT, BATCH = 600, 8
-"""Of a motion of fewer forcing periods than the first, one is retraced and so many are integrated
-again, which takes no longer than one. Less would be no check: a millisecond, a tenth of what two
-hundred periods take."""
+BRIEF, SHORT, UNSETTLED, BATCH = 400, 600, 2000, 8
+"""Of a motion of fewer forcing periods than the first none is retraced, as one takes the time of
+thirty, and of fewer than the second only one, or than the third where it has not settled and is
+disturbed instead; so many are integrated again. That is a tenth of the time of fifty."""
+
+SMALL = 1e-6
+"""Scaled size below which what nothing feeds is looked at by itself."""
+
+BESIDE_ITSELF = "other steps, relative to it"
+"""How that is compared."""
 
 SHARES = 16
 """Calls that integrate a period which one does not: enough where forcing is 10,000 times slower."""
@@ -44,7 +54,9 @@ def check_motion(motion: Trajectory) -> Checked:
         return Checked(())
     try:
         with np.errstate(all="ignore"):  # numbers of a wrong motion may overflow
-            return Checked((*_retraced(motion), _again(motion)))
+            traced = [] if motion.periods < BRIEF else _retraced(motion)
+            checks = (*traced, _again(motion), *_smallest(motion))
+            return Checked(checks, _remark(motion, checks))
     except KeyboardInterrupt:
         return Checked(())
 
@@ -65,6 +77,34 @@ def _again(motion: Trajectory) -> Check:
         f"repetition of {len(chosen)} of {motion.periods} {each}{'s' if motion.periods > 1 else ''}"
     )
     return Check(name, "other steps", difference, ALLOWED)
+
+
+def _smallest(motion: Trajectory) -> list[Check]:
+    """Integrate again where least is left of what nothing feeds, and compare relative to it."""
+    scaled = np.abs(motion.strobe[:-1] / motion.model.state_scales())
+    if not ((scaled > 0) & (scaled < SMALL)).any():
+        return []
+    checks = list[Check]()
+    for group in map(list, unfed_states(motion.model)):
+        left = scaled[:, group].max(axis=1)
+        place = int(np.where(left > 0, left, np.inf).argmin())
+        if not 0 < left[place] < SMALL:
+            continue
+        end = _ends(motion, motion.strobe[place][None], 1)[0, group]
+        right = motion.strobe[place + 1, group]
+        difference = float(np.abs(end - right).max() / np.abs(right).max())
+        names = " and ".join(motion.model.states[i].name for i in group)
+        name = f"{names} from {place * motion.forcing_period:.6g} s on, where least is left of it,"
+        difference = difference if np.isfinite(difference) else np.inf
+        checks.append(Check(name, BESIDE_ITSELF, difference, ALLOWED))
+    return checks
+
+
+def _remark(motion: Trajectory, checks: Sequence[Check]) -> str:
+    """Return what to do where digits were lost for good, and else whether the motion is chaotic."""
+    if any(check.method == BESIDE_ITSELF and not check.agrees for check in checks):
+        return "what comes back from so little is not known; write the equation for its logarithm"
+    return sensitivity(motion)
 
 
 def _ends(motion: Trajectory, states: NDArray[np.float64], shares: int) -> NDArray[np.float64]:
@@ -96,9 +136,11 @@ def _retraced(motion: Trajectory) -> list[Check]:
 
 def _pushed(motion: Trajectory) -> NDArray[np.bool_]:
     """Whether a period may end with a push off an unstable equilibrium, which no equation makes."""
+    if motion.model.forced:
+        return np.zeros(motion.periods, dtype=bool)
     moved = np.abs(np.diff(motion.strobe, axis=0) / motion.model.state_scales()).max(axis=1)
-    return np.asarray((moved < 2 * PUSH) & (moved > PUSH / 10) & (not motion.model.forced))
+    return np.asarray((moved < 2 * PUSH) & (moved > PUSH / 10))
 
 
 def _short(motion: Trajectory) -> bool:
-    return motion.periods < SHORT
+    return motion.periods < (SHORT if motion.settlement.settled else UNSETTLED)

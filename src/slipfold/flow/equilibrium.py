@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.flow.own_sizes import unfed_states
 from slipfold.models.damped_newton import damped_newton
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
@@ -88,6 +89,16 @@ def pushed_off(model: Model, state: Array) -> Array | None:
     if np.abs(away).max() > AT_REST:
         return None
     rest = equilibrium_near(model, state)
-    if rest is None or rest.growth <= 0 or rest.distance > AT_REST:
+    if rest is None or rest.growth <= 0 or rest.distance > AT_REST or _leaves(model, state, rest):
         return None
     return state + PUSH * scales * rest.direction
+
+
+def _leaves(model: Model, state: Array, rest: Equilibrium) -> bool:
+    """Whether what nothing feeds, however little there is of it, grows back by itself."""
+    jacobian = evaluation_of(model).jacobian(model, rest.state)
+    for group in map(list, unfed_states(model)):
+        growth = np.linalg.eigvals(jacobian[np.ix_(group, group)]).real.max()
+        if np.any(state[group] != 0) and growth > 0:
+            return True
+    return False

@@ -18,6 +18,7 @@ import heyoka as hy
 from slipfold.flow.elementary import Operation, take_apart
 from slipfold.flow.equations import Equations
 from slipfold.flow.scaled import Scaled
+from slipfold.flow.unfed import FASTER, relative_sizes
 from slipfold.models.output import Expression
 
 __all__ = ["VERSION", "SharpTurns", "sharp_turns"]
@@ -43,7 +44,7 @@ ends a step at half of its distance."""
 COOLDOWN = 1e-10
 """Phase in which an edge just met is not met again: more than rounding, less than a crossing."""
 
-VERSION = f"turns of powers={FLAT, STEEP_POWER, WEIGHT, COOLDOWN}"
+VERSION = f"turns of powers, unfed={FLAT, STEEP_POWER, WEIGHT, COOLDOWN, FASTER}"
 """What is compiled with other events differs."""
 
 # Where a motion with events ends in NaN, heyoka warns on the terminal; here that is data.
@@ -102,7 +103,7 @@ def sharp_turns(equations: Equations, outputs: Sequence[Expression] = ()) -> Sha
     sums += [1.0 + operations[index].expression ** 2.0 for index in _arctangents(operations)]
     # Squared, because a sum may be negative too.
     watched = [1.0 + WEIGHT * hy.log(item**2.0) for item in sums]
-    return SharpTurns(tuple(rising), tuple(falling), tuple(watched))
+    return SharpTurns(tuple(rising), tuple(falling), (*watched, *relative_sizes(equations)))
 
 
 def _saturations(operations: Sequence[Operation]) -> Iterator[tuple[int, float]]:

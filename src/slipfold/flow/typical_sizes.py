@@ -34,6 +34,9 @@ displacements alone, and what follows it vibrates faster."""
 ROUNDING = 1e-9
 """Motion smaller than this share of the displacement at rest is rounding."""
 
+ROUNDING_OF_ZERO = 1e-15
+"""Share of the start below which a state at rest is zero."""
+
 BENT = 0.5
 """Share of the linear rates that the others make up where a motion counts as large."""
 
@@ -116,6 +119,8 @@ class _Look:
         guess = _largest(np.abs(found).max(axis=0) / ratios) / self._rate(slopes, ratios)
         constants = self.flow.constants(self.model.vector)
         state = mean_state(self.flow, constants, ratios * (guess or 1.0), start)
+        # Newton's method leaves of a zero what is no size that anything has.
+        state = np.where(np.abs(state) < ROUNDING_OF_ZERO * np.abs(start), 0.0, state)
         return np.where(np.isfinite(state), state, start)
 
     @cached_property

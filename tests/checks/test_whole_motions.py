@@ -1,0 +1,87 @@
+"""What a check says of a motion as a whole: what has grown from errors, and what is sensitive."""
+
+import heyoka as hy
+import numpy as np
+import pytest
+
+import slipfold as sf
+from slipfold.checks.checked import Checked
+from slipfold.checks.of_motion import check_motion
+from slipfold.flow.settlement import Settlement
+from slipfold.flow.trajectory import Trajectory
+from slipfold.models import model_named
+
+
+def epidemic():
+    infections = "400*(1 + 0.25*cos(2*pi*t))*S*I"
+    return sf.System(
+        name="epidemic",
+        parameters={"g": 50.0},
+        states={"S": f"0.02 - 0.02*S - {infections}", "I": f"{infections} - (g + 0.02)*I"},
+        forcing={"period": "1"},
+    )
+
+
+def test_what_has_grown_from_errors_is_found():
+    s, i = hy.make_vars("S", "I")
+    infections = 400.0 * (1.0 + 0.25 * hy.cos(2 * np.pi * hy.time)) * s * i
+    rates = [(s, 0.02 - 0.02 * s - infections), (i, infections - 50.02 * i)]
+    absolute = hy.taylor_adaptive(rates, [0.3, 1e-3], tol=1e-13)
+    strobe = absolute.propagate_grid(np.arange(9.0))[-1]
+    settlement = Settlement(False, None, np.nan, None, "not settled")
+    wrong = check_motion(Trajectory(epidemic(), strobe, settlement))
+    assert not wrong.agree
+    assert "least is left" in str(wrong)
+    assert "write the equation for its logarithm" in str(wrong)
+    right = sf.simulate(epidemic(), 8, [0.3, 1e-3])
+    assert np.abs(strobe[-1, 1] / right.strobe[-1, 1] - 1) > 0.1
+    assert right.checked.agree
+    assert right.checked.count == 2
+
+
+def oscillator(rate, start, **parameters):
+    return sf.System(
+        name="oscillator",
+        parameters={"w": 1.0, **parameters},
+        states={"x": {"rate": "v", "start": start}, "v": rate},
+        forcing={"period": "2*pi/w"},
+    )
+
+
+def cycle(rates, **start):
+    states = {name: {"rate": rates[name], "start": start.get(name, 0.0)} for name in rates}
+    return sf.System(name="cycle", parameters={}, states=states)
+
+
+CHAOS = oscillator("0.3*cos(w*t) - 0.15*v + x - x^3", 0.0)
+
+
+@pytest.mark.parametrize("model", [CHAOS, model_named("lorenz")], ids=["duffing", "lorenz"])
+def test_chaos_is_sensitive(model):
+    checked = sf.simulate(model, 1000).checked
+    assert checked.agree
+    assert "the motion is sensitive: its single points are known for about" in str(checked)
+    known = float(checked.remark.split("about ")[1].split()[0])
+    # An error of 1e-13 grows by e in one to four periods of either.
+    assert 15 < known < 200
+    assert Checked.from_json(checked.to_json()) == checked
+
+
+@pytest.mark.parametrize(
+    "model",
+    [
+        sf.SlidingOscillator(f=12.2, Nd=0.15),
+        sf.SlidingOscillator(f=12.5, Nd=0.3),
+        oscillator("0.1*cos(w*t) - 0.15*v + x - x^3", 0.0),
+        oscillator("0.1*cos(w*t) - 2*x - 0.1*x^3", 1.0),
+        cycle({"x": "v", "v": "-sin(x)"}, x=2.0),
+        cycle({"x": "x*(1 - y)", "y": "y*(x - 1)"}, x=5.0, y=0.1),
+        cycle({"x": "x*(1 - y)", "y": "y*(x - 1)"}, x=60.0, y=1e-3),
+        cycle({"x": "v", "v": "50*(1 - x^2)*v - x"}, x=2.0),
+    ],
+    ids=["base", "unsettled", "damped", "torus", "pendulum", "prey", "few prey", "relaxation"],
+)
+def test_what_is_not_chaotic_is_not_sensitive(model):
+    checked = sf.simulate(model, 1000).checked
+    assert checked.agree
+    assert checked.remark == ""
