@@ -10,6 +10,7 @@ import heyoka as hy
 import numpy as np
 
 from slipfold.flow.cache import cached
+from slipfold.flow.derivatives import with_derivatives
 from slipfold.flow.equations import Equations
 from slipfold.flow.own_copies import OwnCopies
 from slipfold.flow.perturbed import perturbed_system
@@ -78,24 +79,25 @@ class CompiledCode:
     def linear(self, directions: int) -> Any:
         """Batch of the states and their first derivatives.
 
-        Derivatives are with respect to the start and to each ``s_k`` in ``c + s_1 d_1 + ...``;
-        parameters are the coefficients c, the scales, the directions d_k one after the other, and
-        the s_k, all zero.
+        Parameters are the coefficients c, the scales, and the changes of c along which there are
+        derivatives, one after the other.
         """
-        return self._own(f"linear along {directions}", lambda: self._linear_batch(directions))
+        return self._own(f"derivatives along {directions}", lambda: self._linear_batch(directions))
 
     def _linear_batch(self, directions: int) -> Any:
-        moved, along = self._moved_along(directions)
-        arguments = [*self._equations.states, *along]
-        variations = hy.var_ode_sys(self._system(moved), arguments, order=1)
-        return self._batch(variations, self._known + directions * (self._count + 1), moved)
+        system = with_derivatives(self._equations, self._scaled, directions, self._known)
+        places, parameters = self._places(), self._known + directions * self._count
+        rates = hy.subs([rate for _, rate in system], places)
+        system = [(state, rate) for (state, _), rate in zip(system, rates, strict=True)]
+        size = 1 + self._equations.dimension + directions
+        return self._batch(system, parameters, places, size=size)
 
     def curved(self, directions: int) -> Any:
         """Batch of the states, one derivative of them along a vector, and the derivatives of both.
 
         A perturbation v is carried along by the linearised equations; differentiated with respect
-        to the start and to each ``s_k`` it gives second derivatives with v as one direction.
-        Parameters are as for `linear`.
+        to the start and to each ``s_k`` in ``c + s_1 d_1 + ...`` it gives second derivatives with v
+        as one direction. Parameters are as for `linear`, then the s_k, all zero.
         """
         return self._own(f"curved along {directions}", lambda: self._curved_batch(directions))
 

@@ -38,8 +38,8 @@ class Equations:
         Expressions of the coefficients in the parameters, length n_c.
     phase
         Symbol of the phase: time over the forcing period.
-    rates
-        ``dq/dphase`` in states, coefficients and phase, length n.
+    field
+        ``f`` in states, coefficients and phase, length n.
     outputs
         Name and expression of each output; the states come first.
     """
@@ -50,8 +50,13 @@ class Equations:
     coefficients: tuple[Expression, ...]
     coefficient_values: tuple[Expression, ...]
     phase: Expression
-    rates: tuple[Expression, ...]
+    field: tuple[Expression, ...]
     outputs: tuple[tuple[str, Expression], ...]
+
+    @property
+    def rates(self) -> tuple[Expression, ...]:
+        """``dq/dphase``, length n."""
+        return tuple(self.coefficients[-1] * item for item in self.field)
 
     @property
     def dimension(self) -> int:
@@ -92,7 +97,7 @@ def build_equations(model: Model) -> Equations:
         coefficients=tuple(c.values()),
         coefficient_values=tuple(_as_expression(value) for value in values.values()),
         phase=phase,
-        rates=tuple(c["T"] * rates[name] for name in names),
+        field=tuple(_as_expression(rates[name]) for name in names),
         outputs=tuple(outputs),
     )
 
