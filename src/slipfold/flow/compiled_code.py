@@ -10,7 +10,7 @@ import heyoka as hy
 import numpy as np
 
 from slipfold.flow.cache import cached
-from slipfold.flow.derivatives import with_derivatives
+from slipfold.flow.derivatives import with_derivatives, with_tangent
 from slipfold.flow.equations import Equations
 from slipfold.flow.own_copies import OwnCopies
 from slipfold.flow.perturbed import perturbed_system
@@ -82,31 +82,35 @@ class CompiledCode:
         Parameters are the coefficients c, the scales, and the changes of c along which there are
         derivatives, one after the other.
         """
-        return self._own(f"derivatives along {directions}", lambda: self._linear_batch(directions))
 
-    def _linear_batch(self, directions: int) -> Any:
-        system = with_derivatives(self._equations, self._scaled, directions, self._known)
-        places, parameters = self._places(), self._known + directions * self._count
-        rates = hy.subs([rate for _, rate in system], places)
+        def build() -> Any:
+            return self._derivatives(self._equations, self._scaled, directions)
+
+        return self._own(f"derivatives along {directions}", build)
+
+    def _derivatives(self, equations: Equations, scaled: Scaled, directions: int) -> Any:
+        """Batch of states and their first derivatives; the scales are those of the model's own."""
+        own, known = self._equations.dimension, self._places()
+        for i, scale in enumerate(scaled.scales):
+            known[str(scale)] = hy.par[self._count + i % own]
+        system = with_derivatives(equations, scaled, own, directions, self._known)
+        rates = hy.subs([rate for _, rate in system], known)
         system = [(state, rate) for (state, _), rate in zip(system, rates, strict=True)]
-        size = 1 + self._equations.dimension + directions
-        return self._batch(system, parameters, places, size=size)
+        size = (1 + own + directions) * (equations.dimension // own)
+        return self._batch(system, self._known + directions * self._count, known, size=size)
 
     def curved(self, directions: int) -> Any:
         """Batch of the states, one derivative of them along a vector, and the derivatives of both.
 
-        A perturbation v is carried along by the linearised equations; differentiated with respect
-        to the start and to each ``s_k`` in ``c + s_1 d_1 + ...`` it gives second derivatives with v
-        as one direction. Parameters are as for `linear`, then the s_k, all zero.
+        A perturbation v is carried along by the linearised equations; differentiated it gives
+        second derivatives with v as one direction. Parameters are as for `linear`.
         """
-        return self._own(f"curved along {directions}", lambda: self._curved_batch(directions))
 
-    def _curved_batch(self, directions: int) -> Any:
-        states, rates = self._with_tangent()
-        moved, along = self._moved_along(directions)
-        system = list(zip(states, hy.subs(rates, moved), strict=True))
-        variations = hy.var_ode_sys(system, [*self._equations.states, *along], order=1)
-        return self._batch(variations, self._known + directions * (self._count + 1), moved, size=2)
+        def build() -> Any:
+            both = with_tangent(self._equations)
+            return self._derivatives(both, Scaled.of(both), directions)
+
+        return self._own(f"second derivatives along {directions}", build)
 
     def _alone(self) -> tuple[list[Any], list[Any]]:
         """Scaled states and their rates."""
@@ -133,17 +137,6 @@ class CompiledCode:
             return self._batch(system, parameters, self._places(), size=size)
 
         return self._own(f"{columns} perturbations tangent={tangent} changed={changed}", build)
-
-    def _moved_along(self, directions: int) -> tuple[dict[str, Any], list[Any]]:
-        """As `_places`, with coefficients moved by s_k along their directions; and the s_k."""
-        count, first = self._count, self._known
-        along = [hy.par[first + directions * count + k] for k in range(directions)]
-        moved = self._places()
-        for i, symbol in enumerate(self._equations.coefficients):
-            moved[str(symbol)] += sum(
-                s * hy.par[first + k * count + i] for k, s in enumerate(along)
-            )
-        return moved, along
 
     def _places(self) -> dict[str, Any]:
         """Parameters of an integrator that stand for coefficients, scales and the phase."""
