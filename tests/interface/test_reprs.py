@@ -81,6 +81,41 @@ def test_lines_say_what_was_found():
     assert "NS at 0.0566907, NS at 0.166438" in repr(second)
 
 
+SHORT = {
+    "end at a limit": lambda: diagram().branches[0].stopped,
+    "end at birth": lambda: diagram().branches[1].begun,
+    "end of a locus": lambda: plane().loci[0].stopped,
+    "check": lambda: diagram().special[0].point.orbit.check(),
+    "settled": lambda: motion().settlement,
+    "not settled": lambda: sf.simulate(sf.SlidingOscillator(), periods=20).settlement,
+    "on a cycle": lambda: sf.simulate(sf.built_in_models()["vanderpol-free"]()).settlement,
+    "settings": sf.Settings,
+    "other settings": lambda: sf.Settings(steps=sf.Steps(largest=0.05, points=9), largest_period=2),
+}
+
+
+@pytest.mark.parametrize("name", SHORT)
+def test_a_verdict_prints_as_less_than_one_hundred_characters(name):
+    text = repr(SHORT[name]())
+    assert "\n" not in text
+    assert len(text) < 100
+
+
+def test_verdicts_say_what_a_person_wants():
+    start, born = diagram().branches[0].stopped, diagram().branches[1].begun
+    assert repr(start).startswith("<End: limit at 0.375947: spring collapsed: l/L fell to")
+    assert str(start) == start.reason
+    assert repr(born) == "<End: born at 0.0435789: born at Nd = 0.0435789115>"
+    settled = motion().settlement
+    assert repr(settled) == f"<Settlement: settled on period 2, drift {settled.drift:.1e}>"
+    assert "settled on a cycle of 6.66" in repr(SHORT["on a cycle"]())
+    assert repr(SHORT["not settled"]()).startswith("<Settlement: not settled")
+    assert repr(sf.Settings()) == "Settings()"
+    other = SHORT["other settings"]()
+    assert repr(other) == "Settings(steps=Steps(largest=0.05, points=9), largest_period=2)"
+    assert eval(repr(other), vars(sf)) == other
+
+
 def test_a_check_says_where_it_started():
     # As `region_check` writes it, and as files of others may have it.
     for start in ("period 2", "2"):

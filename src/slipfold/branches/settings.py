@@ -12,7 +12,7 @@ __all__ = ["Newton", "Settings", "Steps"]
 DISCRETISATIONS = ("shooting", "collocation")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Settings(Stepping):
     """All options of continuation.
 

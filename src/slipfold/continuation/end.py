@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from textwrap import shorten
+
+from slipfold.text.one_line import number_text
 
 __all__ = ["End"]
 
+SHOWN = 95
+"""Characters of a line that shows an end; its reason is a sentence of any length."""
 
-@dataclass(frozen=True, init=False)
+
+@dataclass(frozen=True, init=False, repr=False)
 class End:
     """Why a branch or a locus begins or ends where it does.
 
@@ -31,6 +37,15 @@ class End:
         for name, value in (("kind", kind), ("reason", reason)):
             object.__setattr__(self, name, value)
         object.__setattr__(self, "values", values if isinstance(values, tuple) else (values,))
+
+    def __repr__(self) -> str:
+        """One line: the kind, the place and as much of the reason as there is room for."""
+        line = f"{self.kind} at {', '.join(map(number_text, self.values))}: {self.reason}"
+        return f"<End: {shorten(line, SHOWN - 7, placeholder=' ...')}>"
+
+    def __str__(self) -> str:
+        """Return the sentence."""
+        return self.reason
 
     @property
     def value(self) -> float:

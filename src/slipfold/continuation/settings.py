@@ -6,11 +6,12 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 from slipfold.errors import InputError
+from slipfold.text.one_line import call_text
 
 __all__ = ["Coarse", "Newton", "Stepping", "Steps"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Newton:
     """When an orbit counts as found.
 
@@ -25,6 +26,10 @@ class Newton:
     tolerance: float = 1e-10
     iterations: int = 8
 
+    def __repr__(self) -> str:
+        """What was given."""
+        return call_text(self)
+
     def __post_init__(self) -> None:
         """Refuse tolerances that mean nothing in double precision."""
         if not 1e-13 <= self.tolerance <= 1e-3:
@@ -35,7 +40,7 @@ class Newton:
             raise InputError(f"iterations = {self.iterations} cannot converge; give at least 2")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Steps:
     """How far a branch goes from one point to the next.
 
@@ -59,6 +64,10 @@ class Steps:
     turn: float = 0.35
     points: int = 2000
 
+    def __repr__(self) -> str:
+        """What was given."""
+        return call_text(self)
+
     def __post_init__(self) -> None:
         """Refuse steps that contradict each other."""
         if self.points < 1:
@@ -71,7 +80,7 @@ class Steps:
             )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Stepping:
     """What is needed to follow any curve.
 
@@ -88,6 +97,10 @@ class Stepping:
 
     coarse: ClassVar[float] = 1.0
     """How much less well points may be foreseen than where what lies between them is searched."""
+
+    def __repr__(self) -> str:
+        """What was given."""
+        return call_text(self)
 
 
 class Coarse(Stepping):

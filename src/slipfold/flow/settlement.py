@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.text.one_line import number_text
+
 __all__ = ["SHORTEST", "Settlement", "Trend", "judge_settlement", "trends_of"]
 
 Array = NDArray[np.float64]
@@ -26,7 +28,7 @@ TREND = 0.9
 """Ratio of the changes in successive windows that counts as shrinking (growing: its inverse)."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Settlement:
     """Whether a trajectory has settled, and how that was judged.
 
@@ -59,6 +61,17 @@ class Settlement:
     message: str
     duration: float | None = None
     kind: str | None = None
+
+    def __repr__(self) -> str:
+        """One line: on what, if on anything, and how nearly."""
+        if self.kind == "cycle":
+            on = f"a cycle of {number_text(self.duration)} s"
+        elif self.kind == "equilibrium":
+            on = "an equilibrium"
+        else:
+            on = f"period {self.period}"
+        found = f"settled on {on}" if self.settled else "not settled"
+        return f"<Settlement: {found}, drift {self.drift:.1e}>"
 
     def __str__(self) -> str:
         """Return the sentence."""

@@ -71,7 +71,11 @@ class OrbitCheck(OneLine):
         return float(np.max(differences))  # NaN if any is
 
     def _line(self) -> str:
-        return f"OrbitCheck: {self}"
+        verdict = "within" if self.passed else "not within"
+        return (
+            f"OrbitCheck: states {self.states:.1e}, duration {self.duration:.1e}, multipliers "
+            f"{self.multipliers:.1e}, {verdict} {self.tolerance:.0e}"
+        )
 
     def _rows(self) -> PrintedTable:
         differences = {

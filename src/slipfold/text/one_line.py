@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Protocol
+from dataclasses import MISSING, Field, fields
+from typing import TYPE_CHECKING, Any, Protocol
 
 from slipfold.text.printed_table import PrintedTable, with_unit
 
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "OneLine",
+    "call_text",
     "certain",
     "headed",
     "listed",
@@ -55,6 +57,26 @@ class OneLine:
 
     def _repr_html_(self) -> str:
         return self._rows().html(self._line())
+
+
+def call_text(options: Any) -> str:
+    """Return what makes a data class of options: those that differ from their defaults.
+
+    >>> from slipfold.continuation.settings import Steps
+    >>> call_text(Steps(largest=0.05))
+    'Steps(largest=0.05)'
+    """
+    values = {item.name: getattr(options, item.name) for item in fields(options)}
+    changed = [
+        f"{item.name}={values[item.name]!r}"
+        for item in fields(options)
+        if values[item.name] != _default(item)
+    ]
+    return f"{type(options).__name__}({', '.join(changed)})"
+
+
+def _default(item: Field[Any]) -> Any:
+    return item.default if item.default_factory is MISSING else item.default_factory()
 
 
 def listed(names: Iterable[str], none: str = "") -> str:
