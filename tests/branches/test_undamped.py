@@ -5,9 +5,9 @@ import pytest
 import slipfold as sf
 
 
-def duffing(k3: float) -> sf.System:
+def duffing(k3: float, force: float = 0.1) -> sf.System:
     return sf.System(
-        parameters={"W": 0.5, "F": 0.1},
+        parameters={"W": 0.5, "F": force},
         states={"q": "v", "v": f"F*cos(W*t) - q - {k3}*q^3"},
         forcing={"period": "2*pi/W", "quiet": "F"},
     )
@@ -24,3 +24,21 @@ def test_a_harmonic_may_meet_a_resonance_that_nothing_damps():
     orbit = sf.periodic_orbit(duffing(0.3))  # twice the forcing's frequency is the natural one
     assert orbit.state == pytest.approx([0.1 / 0.75, 0], abs=1e-3)
     assert sf.response(duffing(0.3), "F", (0.1, 0.2)).branches[0].stopped.kind == "span"
+
+
+def test_a_branch_ends_where_rounding_decides_where_its_orbits_are():
+    # Beside the superharmonic the spring swings as if nothing forced it: with any phase, nearly.
+    main, *others = sf.response(duffing(0.3), "W", (0.5, 1.5)).branches
+    assert [point.type for point in main.special] == ["BP", "BP"]
+    assert main.stopped.kind == "span"
+    for branch in others:
+        assert len(branch) < 100
+        assert [end.kind for end in branch.ends] == ["unresolved"] * 2
+        assert "damping" in branch.stopped.reason
+        assert 0.8 < branch.parameter.max() < 1.1
+
+
+@pytest.mark.parametrize(("k3", "force"), [(0.3, 0.3), (3, 0.05)])
+def test_no_branch_winds_where_rounding_decides(k3, force):
+    branches = sf.response(duffing(k3, force), "W", (0.5, 1.5)).branches
+    assert all(len(branch) < 100 for branch in branches)

@@ -5,6 +5,7 @@ import pytest
 
 from slipfold.continuation import AlgebraicCurve, End, Sight, Stop, Zeros, follow
 from slipfold.continuation.locate import LostCurveError, locate
+from slipfold.continuation.settings import Stepping, Steps
 
 
 class Cubic(AlgebraicCurve):
@@ -91,6 +92,24 @@ def test_a_step_whose_inside_is_not_known_is_taken_again_shorter():
     assert lost
     assert trail.end.kind == "window"
     assert np.diff([point.arclength for point in trail.points]).max() <= 0.05
+
+
+def test_points_are_counted_whatever_steps_are_taken_again():
+    curve = Cubic(1.0)
+
+    class LosesNow:
+        def __init__(self):
+            self.looks = 0
+
+        def watch(self, stretch):
+            self.looks += 1
+            if self.looks % 3 == 0:
+                raise LostCurveError("not found")
+            return Sight()
+
+    settings = Stepping(steps=Steps(points=20, largest=0.02))
+    trail = followed(curve, [LosesNow()], settings=settings)
+    assert (trail.end.kind, len(trail.points)) == ("points", 21)
 
 
 def test_a_curve_that_begins_on_a_bound_and_leaves_is_a_point():

@@ -21,7 +21,7 @@ from slipfold.branches.event import Event
 from slipfold.branches.events import Events
 from slipfold.branches.homoclinic import Homoclinic, nears_homoclinic
 from slipfold.branches.settings import Settings
-from slipfold.branches.stops import Families, Limits, Unresolved
+from slipfold.branches.stops import Families, Limits, Undetermined, Unresolved
 from slipfold.continuation.follow import BIRTH, follow
 from slipfold.continuation.monitor import Monitor
 from slipfold.continuation.trail import Trail
@@ -80,6 +80,8 @@ def _monitors(
     if events:
         monitors.append(Events(orbits, events))
     monitors.append(Bifurcations(orbits, span))
+    if orbits.model.forced:
+        monitors.append(Undetermined(orbits))
     return [*monitors, Homoclinic(orbits, settings.largest_duration), Families(orbits)]
 
 

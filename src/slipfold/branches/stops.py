@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipfold.continuation.end import End
 from slipfold.continuation.locate import locate
@@ -13,7 +14,7 @@ from slipfold.orbits.limits import limit_margins
 from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
-__all__ = ["STANDS_STILL", "Families", "Limits", "Unresolved"]
+__all__ = ["STANDS_STILL", "Families", "Limits", "Undetermined", "Unresolved"]
 
 FAMILY = 200
 """Orbits with one value of the parameter after which a family is followed no farther."""
@@ -30,6 +31,13 @@ LIMIT_CLOSE = 1e-9
 
 RESOLVED = 1e7
 """Largest multiplier beside which those near the unit circle are still known to five digits."""
+
+LOOSE = 1e9
+"""Times what its equations fail by that an orbit may move: rounding of 1e-14 is 1e-5 then, more
+than Newton's method takes for rounding, and steps become ever shorter."""
+
+ONE = 1e-3
+"""Distance of a multiplier from one beyond which every orbit is held well enough."""
 
 
 class Limits:
@@ -87,6 +95,47 @@ class Unresolved:
         reason = f"{clause}; {reason}" if clause else reason
         end = End(kind, reason, self._curve.place(stretch.point.z))
         return Sight(stop=Stop(stretch.before, end))
+
+
+class Undetermined:
+    """Ends a branch where its orbits are members of a family but for rounding.
+
+    So are those of large amplitude that nothing damps: they swing as if nothing forced them either,
+    with any phase.
+    """
+
+    def __init__(self, orbits: Orbits) -> None:
+        self._orbits = orbits
+
+    def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:
+        """Return the second orbit in a row that rounding may move far; a branch point is one."""
+        if stretch.leaves or not self._moves(stretch.before) > LOOSE:
+            return Sight()
+        moves = self._moves(stretch.point)
+        if not moves > LOOSE:
+            return Sight()
+        reason = (
+            f"an error of the equations moves the orbit by {moves:.0e} times as much: it is one of "
+            "a family, with any phase, but for rounding; with a little damping there is one orbit"
+        )
+        end = End("unresolved", reason, self._orbits.place(stretch.point.z))
+        return Sight(stop=Stop(stretch.point, end))
+
+    def _moves(self, point: OrbitPoint) -> float:
+        """Return by how much errors of the equations move an orbit; 0 if by little."""
+        orbits, part = self._orbits, point.linearisation
+        if part is None or np.abs(point.multipliers - 1).min() > ONE:
+            return 0.0
+        bordered = part.bordered(point.tangent)
+        last = range(orbits.size - len(orbits.scales), orbits.size)  # ends of the last segment
+        moves = [np.linalg.norm(bordered.solve(_unit(i, len(point.z)))) for i in last]
+        return float(np.sqrt(orbits.segments) * max(moves))
+
+
+def _unit(place: int, size: int) -> NDArray[np.float64]:
+    vector = np.zeros(size)
+    vector[place] = 1.0
+    return vector
 
 
 class Families:

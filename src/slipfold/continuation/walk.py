@@ -102,10 +102,10 @@ def walk(
     settings: Stepping,
     cap: Callable[[P], float] | None = None,
 ) -> Iterator[P | Failure]:
-    """Follow a curve from a point until a parameter leaves its bounds."""
+    """Follow a curve from its points so far until a parameter leaves its bounds."""
     recent = list(start)[-POINTS:]
     step = min(first_step, settings.steps.largest)
-    for _ in range(settings.steps.points):
+    for _ in range(len(start), settings.steps.points + 1):
         if cap is not None:
             step = min(step, cap(recent[-1]))
         point, step = _next_point(curve, recent, step, bounds, settings)
