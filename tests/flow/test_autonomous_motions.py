@@ -173,3 +173,9 @@ def test_a_motion_that_becomes_fast_is_kept_more_finely():
     motion = sf.simulate(chirp, 40, duration=1.0)
     assert motion.stopped is None
     assert motion.duration == pytest.approx(40.0)
+
+
+def test_the_header_names_only_what_was_given():
+    motion = sf.simulate(model_named("vanderpol-free"), mu=0.5)
+    header = f"System('vanderpol-free', mu=0.5) over {motion.duration:.6g} s"
+    assert motion.summary().splitlines()[0] == header

@@ -14,6 +14,7 @@ from slipfold.flow.guarded_flow import Stop
 from slipfold.flow.settlement import Settlement
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.model import Model
+from slipfold.models.parameter import DURATION
 from slipfold.results.column import WHOLE, Column
 from slipfold.results.labelled_table import Variable
 from slipfold.results.provenance import Provenance
@@ -124,8 +125,10 @@ class Simulation(Trajectory, Result):
         message = self.settlement.message
         forced = self.model.forced
         length = f"{self.duration:.6g} s"
+        # At how long intervals a motion that nothing forces was kept is no property of the model.
+        model = self.model if forced else self.model.replace(**{DURATION.name: DURATION.default})
         lines = [
-            f"{self.model!r} over "
+            f"{model!r} over "
             + (f"{self.periods} forcing periods ({length})" if forced else length),
             message[:1].upper() + message[1:],
             f"Last state{' at phase zero' if forced else ''}: {state}",
