@@ -7,6 +7,7 @@ import pytest
 import scipy.linalg
 
 import slipfold as sf
+from slipfold.loci import fan
 from slipfold.models import model_named
 
 BOGDANOV_TAKENS = sf.System(
@@ -281,3 +282,44 @@ def test_an_equilibrium_that_branched_off_outside_the_window_is_looked_for():
     assert locus.type == "HB"
     rho, s = locus.values.T
     np.testing.assert_allclose(rho, s * (s + 8 / 3 + 3) / (s - 8 / 3 - 1), rtol=1e-10)
+
+
+STEERED = sf.System(
+    name="steered",
+    parameters={"a": 0.0, "b": 0.0},
+    states={
+        "x": "x - x^3 + b*y",  # b decides where a motion goes, and plays no part there
+        "y": {"rate": "-2*y", "start": 1},
+        "u": "(a + x/2)*u - w - (u^2 + w^2)*u",
+        "w": "u + (a + x/2)*w - (u^2 + w^2)*w",
+    },
+)
+STEERED_WINDOW = ("a", "b"), ((-1.2, 0.8), (-1.0, 1.5))
+
+
+def test_all_equilibria_that_motions_settle_on_are_followed():
+    found = sf.bifurcation_set(STEERED, *STEERED_WINDOW, types="HB", periods=1, regions=False)
+    at = sorted(locus.values[:, 0].mean() for locus in found.loci)
+    assert at == pytest.approx([-0.5, 0, 0.5], abs=1e-9)
+    assert found.missing == ()
+
+
+def test_an_equilibrium_that_cannot_be_followed_is_told(monkeypatch, tmp_path):
+    follow = fan.trace_response
+
+    def refuse(*args, begin=None, **options):
+        if begin is not None:
+            raise sf.InputError("the equilibrium there is at a fold")
+        return follow(*args, **options)
+
+    monkeypatch.setattr(fan, "trace_response", refuse)
+    found = sf.bifurcation_set(STEERED, *STEERED_WINDOW, types="HB", periods=1, regions=False)
+    assert len(found.loci) == 1
+    assert found.missing[0] == (
+        "another equilibrium, at a = -0.7, b = -0.375, could not be followed in b: "
+        "the equilibrium there is at a fold"
+    )
+    assert "Another equilibrium, at a = -0.7" in found.summary()
+    assert found.to_json()["missing"] == list(found.missing)
+    found.save(tmp_path / "found.nc")
+    assert sf.load(tmp_path / "found.nc").missing == found.missing

@@ -113,6 +113,7 @@ def bifurcation_set(
         chosen,
         provenance(perf_counter() - started),
         interrupted=found.interrupted,
+        missing=found.missing,
         checked=checked,
     )
 

@@ -39,11 +39,14 @@ class BifurcationSet:
         The regions, None if they were not asked for or the computation was interrupted.
     interrupted
         Whether the computation was interrupted.
+    missing
+        Sentences on what was found and could not be followed.
     """
 
     loci: tuple[Locus, ...]
     regions: RegionMap | None
     interrupted: bool
+    missing: tuple[str, ...] = ()
 
 
 def find_bifurcation_set(
@@ -109,7 +112,9 @@ def find_bifurcation_set(
             labels = map_regions(model, plane, window, loci, lines, observer)
         except KeyboardInterrupt:
             interrupted = True
-    return BifurcationSet(loci, labels, interrupted)
+    others = lines[sum(LINES) :]
+    missing = tuple(dict.fromkeys(line.failure for line in others if line.failure))
+    return BifurcationSet(loci, labels, interrupted, missing)
 
 
 def _across(

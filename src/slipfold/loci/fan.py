@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import product
@@ -137,11 +137,12 @@ def follow_settled(
     window: Window,
     settings: Settings,
     observer: LocusObserver | None = None,
-) -> list[FanLine]:
-    """Follow an equilibrium that motions settle on and that is not the one near the start.
+) -> Iterator[FanLine]:
+    """Follow equilibria that motions settle on and that are not the one near the start.
 
-    Where it branched off outside the window, no line across the window leads to it.
+    Where they branched off outside the window, no line across the window leads to them.
     """
+    known = [model.start]
     for shares in SHARES:
         place = [
             low + part * (high - low) for part, (low, high) in zip(shares, window, strict=True)
@@ -150,20 +151,22 @@ def follow_settled(
         if observer is not None:
             text = "a motion that may settle on another equilibrium"
             observer(LocusProgress("responses", 0, None, (place[0], place[1]), text))
+        state = None
         with suppress(InputError):
             state = settled_on(there)
-            if isinstance(state, np.ndarray) and _is_another(there, state):
-                return [
-                    _through(there, state, plane[i], window[i], plane[1 - i], settings)
-                    for i in (1, 0)
-                ]
-    return []
+        if isinstance(state, np.ndarray) and _is_another(there, state, known):
+            known.append(state)
+            for i in (1, 0):
+                yield _through(there, state, plane[i], window[i], plane[1 - i], settings)
 
 
-def _is_another(model: Model, state: NDArray[np.float64]) -> bool:
-    """Whether an equilibrium is not the one found from the model's start."""
-    known = search_equilibrium(model, model.start)
-    return known is None or bool((np.abs(known - state) > SAME_REST * model.state_scales()).any())
+def _is_another(
+    model: Model, state: NDArray[np.float64], known: Sequence[NDArray[np.float64]]
+) -> bool:
+    """Whether an equilibrium is none of those that are found from known states."""
+    found = [search_equilibrium(model, near) for near in known]
+    near = SAME_REST * model.state_scales()
+    return all(other is None or bool((np.abs(other - state) > near).any()) for other in found)
 
 
 def _through(
@@ -176,9 +179,14 @@ def _through(
 ) -> FanLine:
     """Follow an equilibrium across the window in one parameter."""
     begin = Begin(model.values[vary], state=state)
-    span = _extended(model, vary, along)
-    branches = trace_response(model, vary, span, settings=settings, begin=begin)
-    return FanLine(vary, fixed, model.values[fixed], branches)
+    span, value = _extended(model, vary, along), model.values[fixed]
+    try:
+        branches = trace_response(model, vary, span, settings=settings, begin=begin)
+    except InputError as error:
+        at = f"{fixed} = {value:.6g}, {vary} = {begin.value:.6g}"
+        failure = f"another equilibrium, at {at}, could not be followed in {vary}: {error}"
+        return FanLine(vary, fixed, value, (), failure)
+    return FanLine(vary, fixed, value, branches)
 
 
 def _extended(model: Model, vary: str, span: tuple[float, float]) -> tuple[float, float]:

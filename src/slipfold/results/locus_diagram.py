@@ -71,6 +71,8 @@ class LocusDiagram(Result):
     checked
         Ends and special points of loci that were computed again by other means; None if nothing
         was.
+    missing
+        Sentences on what was found in the window and could not be followed.
 
     Notes
     -----
@@ -101,6 +103,7 @@ class LocusDiagram(Result):
     provenance: Provenance
     interrupted: bool = False
     checked: Checked | None = None
+    missing: tuple[str, ...] = ()
 
     @property
     def special(self) -> tuple[LabelledLocus, ...]:
@@ -147,6 +150,9 @@ class LocusDiagram(Result):
         what = (self.model, self.vary, self.window, self.loci, self.regions, self.interrupted)
         return LocusSummary(*what, self._remarks())
 
+    def _remarks(self) -> list[str]:
+        return [*(f"{item[:1].upper()}{item[1:]}" for item in self.missing), *super()._remarks()]
+
     def _title(self) -> str:
         return f"bifurcations of {self.model.name} over {' and '.join(self.vary)}"
 
@@ -157,6 +163,7 @@ class LocusDiagram(Result):
             "settings": asdict(self.settings),
             "regions": self.regions is not None,
             "interrupted": self.interrupted,
+            "missing": list(self.missing),
         }
 
     def _attributes(self) -> dict[str, Any]:
@@ -182,6 +189,7 @@ class LocusDiagram(Result):
             "plane": self.vary,
             "window": self.window,
             "interrupted": self.interrupted,
+            **({"missing": self.missing} if self.missing else {}),
             "loci": [table.record(locus) for locus in self.loci],
             "regions": region_records(self.regions),
         }
@@ -228,6 +236,7 @@ class LocusDiagram(Result):
             saved.provenance,
             bool(given["interrupted"]),
             saved.checked,
+            tuple(given.get("missing", ())),
         )
 
 
