@@ -16,6 +16,7 @@ from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.orbits.uncertainty import multiplier_uncertainty
 from slipfold.text.one_line import OneLine, headed, listed, number_text, parameter_text
 from slipfold.text.printed_table import PrintedTable
+from slipfold.text.stability import outside
 
 __all__ = ["Branch", "End"]
 
@@ -131,11 +132,11 @@ class Branch(OneLine):
     @property
     def unstable(self) -> NDArray[np.int64]:
         """Number of multipliers outside the unit circle, shape (n_points,)."""
-        return (np.abs(self.multipliers) > 1).sum(axis=1)
+        return outside(self.multipliers).sum(axis=1)
 
     @property
     def stable(self) -> NDArray[np.bool_]:
-        """Whether each orbit is stable, shape (n_points,)."""
+        """Whether each orbit is stable, or neutral as without damping, shape (n_points,)."""
         return self.unstable == 0
 
     @property

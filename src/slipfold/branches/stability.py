@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
+from slipfold.text.stability import outside
 
 __all__ = ["StabilityStretch", "stability_stretches"]
 
@@ -43,7 +44,7 @@ class StabilityStretch:
 
     @property
     def stable(self) -> bool:
-        """Whether there are none."""
+        """Whether there are none: it is stable, or neutral where nothing damps."""
         return len(self.outside) == 0
 
 
@@ -79,7 +80,7 @@ def stability_stretches(branch: Branch) -> tuple[StabilityStretch, ...]:
 
 
 def _outside(multipliers: Multipliers) -> Multipliers:
-    return multipliers[np.abs(multipliers) > 1]
+    return multipliers[outside(multipliers)]
 
 
 def _behind(point: SpecialPoint, before: int, cycle: bool) -> Multipliers:

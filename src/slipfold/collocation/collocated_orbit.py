@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.models.model import Model
-from slipfold.text.one_line import OneLine, multipliers_text, number_text
+from slipfold.text.one_line import OneLine, number_text
 from slipfold.text.printed_table import PrintedTable
+from slipfold.text.stability import multipliers_text
 
 __all__ = ["CollocatedOrbit"]
 
@@ -61,7 +62,7 @@ class CollocatedOrbit(OneLine):
         return (
             f"CollocatedOrbit of {self.model.name}: period {self.period}, "
             f"{len(self.edges) - 1} intervals, {verdict}converged, "
-            f"{multipliers_text(self.multipliers)}"
+            f"{multipliers_text(self.multipliers, cycle=not self.model.forced)}"
         )
 
     def _rows(self) -> PrintedTable:

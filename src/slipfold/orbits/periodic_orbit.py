@@ -13,8 +13,9 @@ from slipfold.models.model import Model
 from slipfold.orbits.check import OrbitCheck, check_orbit
 from slipfold.orbits.extrema import Extrema, find_extrema
 from slipfold.orbits.uncertainty import multiplier_uncertainty
-from slipfold.text.one_line import OneLine, headed, multipliers_text, number_text
+from slipfold.text.one_line import OneLine, headed, number_text
 from slipfold.text.printed_table import PrintedTable
+from slipfold.text.stability import multipliers_text, outside
 
 __all__ = ["PeriodicOrbit"]
 
@@ -53,7 +54,7 @@ class PeriodicOrbit(OneLine):
     residual: float
 
     def _line(self) -> str:
-        judged = multipliers_text(self.multipliers)
+        judged = multipliers_text(self.multipliers, cycle=not self.model.forced)
         return f"PeriodicOrbit of {self.model.name}: period {self.period}, {judged}"
 
     def _rows(self) -> PrintedTable:
@@ -74,8 +75,8 @@ class PeriodicOrbit(OneLine):
 
     @property
     def stable(self) -> bool:
-        """Whether no multiplier lies outside the unit circle."""
-        return bool(np.all(np.abs(self.multipliers) <= 1))
+        """Whether no multiplier lies outside the unit circle; without damping all lie on it."""
+        return not outside(self.multipliers).any()
 
     @property
     def duration(self) -> float:

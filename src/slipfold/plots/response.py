@@ -49,8 +49,9 @@ def draw_response(
 ) -> Axes:
     """Draw one response diagram.
 
-    Stable orbits are solid; unstable by period doubling dashed; unstable by a fold or a torus
-    dotted. A subcritical PD or NS has an open marker.
+    Stable orbits are solid, and so are neutral ones, which nothing damps; unstable by period
+    doubling dashed; unstable by a fold or a torus dotted. A subcritical PD or NS has an open
+    marker.
     """
     ax = draw_family([diagram], output, measure, ax, [colour])
     if annotate:

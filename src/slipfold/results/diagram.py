@@ -27,6 +27,7 @@ from slipfold.results.result import Result
 from slipfold.results.saved_table import SavedTable
 from slipfold.results.table import axes_of, meaning_of, names
 from slipfold.text.one_line import headed, listed
+from slipfold.text.stability import outside
 
 __all__ = ["Diagram", "Labelled"]
 
@@ -261,7 +262,7 @@ def _curves(model: Model, vary: str) -> Curves:
         ),
         at=(
             Column("multiplier_uncertainty", REAL, uncertain, "", ("multiplier",), record=True),
-            Column("unstable", WHOLE, get=lambda point: (np.abs(point.multipliers) > 1).sum()),
+            Column("unstable", WHOLE, get=lambda point: outside(point.multipliers).sum()),
             Column("criticality", TEXT, "empty: none", optional=True, record=True),
             Column("undecided", record=True),
             Column("coefficient", REAL, "of the normal form", optional=True, record=True),

@@ -17,6 +17,7 @@ from slipfold.orbits.extrema import Extrema
 from slipfold.results.sentences import uncertain_point, without_defaults
 from slipfold.text.one_line import certain
 from slipfold.text.printed_table import PrintedTable, html_list, with_unit
+from slipfold.text.stability import stability_word
 
 __all__ = ["DiagramSummary", "points_by_label"]
 
@@ -26,8 +27,8 @@ SHOWN = 2
 ROUNDING = 1e-14
 """What is smaller than this share of the size of its column is rounding, and shown as zero."""
 
-NEUTRAL = 1e-9
-"""A multiplier this near to the unit circle is neither inside nor outside."""
+WORDS = {"stable": "yes", "unstable": "no", "neutral": "neutral"}
+"""What the column that asks whether an orbit is stable says."""
 
 LOCATED = 1e-9
 """What special points are located to, over the largest value of the span."""
@@ -176,10 +177,8 @@ def _end_row(branch: Branch, index: int, end: End, noise: float) -> _Row:
 
 def _stability(branch: Branch, multipliers: NDArray[np.complex128]) -> str:
     """Say whether an orbit is stable; without damping it is neither that nor unstable."""
-    own = branch.kind == "periodic" and not branch.model.forced
-    others = np.delete(multipliers, np.abs(multipliers - 1).argmin()) if own else multipliers
-    beyond = float(np.abs(others).max(initial=0.0)) - 1
-    return "neutral" if abs(beyond) < NEUTRAL else "no" if beyond > 0 else "yes"
+    cycle = branch.kind == "periodic" and not branch.model.forced
+    return WORDS[stability_word(multipliers, cycle=cycle)]
 
 
 def _extrema(branch: Branch, index: int) -> Extrema:

@@ -5,13 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import MISSING, Field, fields
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 from slipfold.text.printed_table import PrintedTable, with_unit
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
 
 __all__ = [
     "OneLine",
@@ -19,16 +15,12 @@ __all__ = [
     "certain",
     "headed",
     "listed",
-    "multipliers_text",
     "number_text",
     "parameter_text",
 ]
 
 LISTED = 6
 """Names that a line lists before it counts the rest."""
-
-ROUNDING = 1e-9
-"""Modulus beyond one by which a multiplier on the unit circle may seem to lie outside."""
 
 
 class Quantity(Protocol):
@@ -115,16 +107,3 @@ def parameter_text(parameter: Quantity, *values: float) -> str:
     """Return e.g. ``"Nd = 0 to 0.98 N"``."""
     span = " to ".join(map(number_text, values))
     return with_unit(f"{parameter.name} = {span}", parameter.unit)
-
-
-def multipliers_text(multipliers: NDArray[np.complex128]) -> str:
-    """Return whether they are stable, and the modulus of the largest.
-
-    >>> import numpy as np
-    >>> multipliers_text(np.array([-1.2, 0.5j, -0.5j]))
-    'unstable by 1 of 3 multipliers, the largest 1.2'
-    """
-    sizes = abs(multipliers)
-    outside = int((sizes > 1 + ROUNDING).sum())
-    word = f"unstable by {outside} of {len(sizes)} multipliers" if outside else "stable"
-    return f"{word}, the largest {number_text(float(sizes.max()))}" if len(sizes) else word
