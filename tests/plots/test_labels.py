@@ -64,3 +64,17 @@ def test_a_far_label_is_joined_to_its_point(axes):
 
 def test_no_labels(axes):
     assert place_labels(axes, []) == []
+
+
+@pytest.mark.parametrize("x", [0.06, 0.07, 0.08])
+def test_labels_keep_off_ticks_that_point_inwards(axes, x):
+    axes.tick_params(direction="in", length=8)
+    ticks = np.linspace(0, 1, 21)
+    axes.set_yticks(ticks)
+    for y in np.linspace(0, 1, 60):  # no room on the right
+        axes.plot([x, 1], [y, y], color="black")
+    [text] = place_labels(axes, [Label("PD", np.array([[x, 0.6]]))])
+    box, left = text.get_window_extent(), axes.get_window_extent().x0
+    for _, height in axes.transData.transform(np.column_stack([0 * ticks, ticks])):
+        reaches = box.x0 < left + 8 * axes.figure.dpi / 72
+        assert not (reaches and box.y0 < height < box.y1)

@@ -97,6 +97,24 @@ class _Canvas:
                 low, high = (extent.get_points() - self.origin) * self.scale
                 self.add_box(low, high, 4.0)
 
+        self._add_ticks(axes)
+
+    def _add_ticks(self, axes: Axes) -> None:
+        """Draw the ticks along the frame; a text covers those that point inwards."""
+        for side, axis in enumerate((axes.xaxis, axes.yaxis)):
+            for minor in (False, True):
+                places = np.zeros((len(axis.get_ticklocs(minor=minor)), 2))
+                places[:, side] = axis.get_ticklocs(minor=minor)
+                places[:, 1 - side] = (axes.get_ylim, axes.get_xlim)[side]()[0]
+                ticks = axis.get_minor_ticks() if minor else axis.get_major_ticks()
+                for place, tick in zip(self.places(places), ticks, strict=False):
+                    length = tick.tick1line.get_markersize()
+                    for low in (0.0, self.size[1 - side] - length):
+                        place[1 - side] = low
+                        tip = place.copy()
+                        tip[1 - side] = low + length
+                        self.add_box(place, tip, 4.0)
+
     def places(self, points: Array) -> Array:
         """Return where data lie in the axes, in points, shape (n, 2)."""
         return (self.transform.transform(points) - self.origin) * self.scale
