@@ -155,3 +155,15 @@ def test_neurons_whose_rates_divide_zero_by_zero_keep_what_was_found():
     assert rest.stopped.kind == "span"
     assert len(cycles) > 5
     assert cycles.stopped.reason
+
+
+def test_a_cycle_that_comes_to_a_singularity_says_so():
+    model = sf.System(
+        parameters={"A": 3.0},
+        states={"x": {"rate": "v", "start": 1}, "v": "(1 - x^2)*v - x + 0.05*log(A - x)"},
+    )
+    diagram = sf.response(sf.periodic_orbit(model), "A", (3.0, 1.5))
+    (branch,) = diagram.branches
+    assert branch.stopped.kind == "failed"
+    assert "the orbit comes to where the equations have no value" in branch.stopped.reason
+    assert "duration" not in diagram.summary().splitlines()[0]

@@ -15,7 +15,7 @@ from slipfold.continuation.settings import Stepping
 from slipfold.continuation.trail import Trail
 from slipfold.continuation.walk import Failure, walk
 from slipfold.errors import BREAKDOWNS
-from slipfold.orbits.limits import limit_margins
+from slipfold.orbits.limits import limit_margins, loses_equations
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
@@ -74,13 +74,19 @@ def failure_reason(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[
     if failure.kind != "failed":
         return failure.kind, failure.reason
     try:
-        margins = limit_margins(orbits, last.z)
+        margins, singular = limit_margins(orbits, last.z), loses_equations(orbits, last.z)
     except BREAKDOWNS:
         return failure.kind, failure.reason
     for limit, margin in zip(orbits.model.limits, margins, strict=True):
         if margin < (CLOSE_TO_LIMIT - 1) * limit.bound:
             reason = limit.reason.format(value=margin + limit.bound)
             return "limit", f"{reason} (no orbit was found any nearer to the limit)"
+    if singular:
+        reason = (
+            "the orbit comes to where the equations have no value, such as the logarithm or root "
+            f"of what is negative, and no orbit was found beyond ({failure.reason})"
+        )
+        return failure.kind, reason
     limits = ", ".join(
         f"{limit.output} = {margin + limit.bound:.3g} (limit {limit.bound:g})"
         for limit, margin in zip(orbits.model.limits, margins, strict=True)

@@ -10,12 +10,16 @@ from numpy.typing import NDArray
 from slipfold.orbits.extrema import refine_minimum
 from slipfold.orbits.orbit_curve import Orbits
 
-__all__ = ["broken_limit", "limit_margins"]
+__all__ = ["broken_limit", "limit_margins", "loses_equations"]
 
 Array = NDArray[np.float64]
 
 SAMPLES = 48
 """Samples a forcing period of the first look."""
+
+BESIDE = 0.01
+"""Distance from an orbit, in typical sizes, within which equations are tried: samples may lie that
+far from where it comes nearest to a singularity."""
 
 
 def limit_margins(orbits: Orbits, z: Array) -> Array:
@@ -54,6 +58,18 @@ def limit_margins(orbits: Orbits, z: Array) -> Array:
             np.ones(1),
         )[0]
     return lowest - bounds
+
+
+def loses_equations(orbits: Orbits, z: Array) -> bool:
+    """Whether the equations have no value somewhere beside an orbit."""
+    flow, constants, nodes = orbits.flow, orbits.constants(z), orbits.evenly(z)
+    grid = _grid(len(nodes), orbits.period)
+    samples = flow.along(nodes, grid, constants).reshape(grid.size, -1)
+    around = BESIDE * np.diag(orbits.scales)
+    return not all(
+        np.isfinite(flow.rates(samples + step, grid.ravel(), constants)).all()
+        for step in (*around, *-around)
+    )
 
 
 @cache

@@ -18,10 +18,13 @@ and in a figure this cannot be seen."""
 
 
 def without_defaults(model: Model, varied: Collection[str]) -> str:
-    """Return the parameters that were set, as the end of a title: nothing if none was."""
+    """Return the parameters that were set, as the end of a title: nothing if none was.
+
+    The duration of a cycle is found, not set.
+    """
     values = ", ".join(
         with_unit(f"{item.name} = {model.values[item.name]:.6g}", item.unit)
-        for item in model.parameters
+        for item in model.variable_parameters
         if item.name not in varied and model.values[item.name] != item.default
     )
     return f"; {values}" if values else ""
