@@ -323,3 +323,12 @@ def test_an_equilibrium_that_cannot_be_followed_is_told(monkeypatch, tmp_path):
     assert found.to_json()["missing"] == list(found.missing)
     found.save(tmp_path / "found.nc")
     assert sf.load(tmp_path / "found.nc").missing == found.missing
+
+
+def test_a_locus_that_comes_to_where_nothing_damps_says_so():
+    # At c = 0 both frequencies of the squealing structure meet, and all eigenvalues are imaginary.
+    hopf = point_of(model_named("squeal"), "mu", (0.7, 0.8), "HB")
+    window = ("mu", "c"), ((0.5, 1.0), (0, 0.2))
+    (locus,) = sf.locus(hopf, *window, switch=False).loci
+    assert locus.values[0] == pytest.approx([0.75, 0], abs=1e-6)
+    assert "4 multipliers lie on the unit circle" in locus.begun.reason

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
+import numpy as np
+
 from slipfold.branches.closed_branches import MeetsCopy, Returns, has_copy, step_beside_parent
 from slipfold.branches.ends import failure_reason
 from slipfold.branches.settings import Settings
@@ -19,11 +21,15 @@ from slipfold.loci.locus_equations import LocusEquations
 from slipfold.loci.special_points import SpecialPoints
 from slipfold.loci.window import Window
 from slipfold.orbits.orbit_point import OrbitPoint
+from slipfold.orbits.spectrum.degeneracy import PAIRED
 
 __all__ = ["trace_locus"]
 
 FIRST = 0.01
 """First step from a regular point: a locus may be begun where it bends, beside a cusp."""
+
+UNDAMPED = 1e-6
+"""Distance from the unit circle within which multipliers beside the critical ones are on it."""
 
 
 def trace_locus(
@@ -80,9 +86,15 @@ class _LocusEndings(Endings[OrbitPoint]):
 
     def failed(self, trail: Trail[OrbitPoint], failure: Failure) -> End:
         """Return the end of a locus that could not be followed."""
-        last = trail.points[-1]
-        reason = failure_reason(self._curve.orbits, last, failure)
-        return End(*reason, self._curve.place(last.z))
+        curve, last = self._curve, trail.points[-1]
+        kind, reason = failure_reason(curve.orbits, last, failure)
+        on_circle = int(np.count_nonzero(np.abs(np.abs(last.multipliers) - 1) < UNDAMPED))
+        if on_circle > (2 if curve.condition in PAIRED else 1):
+            reason = (
+                f"{on_circle} multipliers lie on the unit circle there, as where nothing damps, "
+                f"and which of them crosses it is not defined ({reason})"
+            )
+        return End(kind, reason, curve.place(last.z))
 
 
 def _at_parent(curve: LocusEquations, last: OrbitPoint, meeting: object) -> Stop[OrbitPoint]:
