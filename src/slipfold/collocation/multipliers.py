@@ -35,7 +35,7 @@ TINY = 1e-300
 SEPARATE = 1e-13
 """Invariant subspaces are told apart once the basis turns by no more than this."""
 
-CLOSE = 1e-5
+DOUBLE = 1e-5
 """Multipliers nearer than this may be one that is double. Each of two is then known to no more
 than the square root of the precision, their mean to all of it."""
 
@@ -143,4 +143,4 @@ def _groups(turn: Array) -> list[slice]:
 
 
 def _mean_near(value: complex, values: Complex) -> complex:
-    return complex(values[np.abs(values - value) < CLOSE].mean())
+    return complex(values[np.abs(values - value) < DOUBLE].mean())

@@ -32,7 +32,7 @@ KINDS = STABLE, DOUBLED, OTHER = ("stable", "period doubling", "fold or torus")
 BORN, CLOSED = "born", "closed"
 """Kinds of ends of a branch that lie on its parent."""
 
-CLOSE = 1e-5
+BESIDE_BIFURCATION = 1e-5
 """Branch points this near to a special point, over the length of the branch, are left out."""
 
 
@@ -95,7 +95,7 @@ def _knots(branch: Branch, output: str, measure: str) -> list[Knot]:
         Knot(float(s), (float(branch.parameter[i]), float(values[i])), BORN * (i in on_parent))
         for i, s in enumerate(branch.arclength)
     ]
-    return arranged(located, others, branch.arclength, CLOSE)
+    return arranged(located, others, branch.arclength, BESIDE_BIFURCATION)
 
 
 def _kind(outside: NDArray[np.complex128]) -> str:

@@ -29,7 +29,7 @@ TURNS = {"PD": ("GPD", "LPPD", "R2"), "NS": ("CH", "LPNS"), "HB": ("GH", "ZH")}
 CUSPS = ("CPC", "CP")
 """Where a locus of folds stands still and turns back."""
 
-CLOSE = 1e-6
+BESIDE_SPECIAL = 1e-6
 """Points of a locus this near to a special point, over the length of the locus, are left out."""
 
 
@@ -72,7 +72,7 @@ def _knots(locus: Locus) -> list[Knot]:
         Knot(float(s), tuple(locus.values[i].tolist()), "", _criticality(locus, i))
         for i, s in enumerate(locus.arclength)
     ]
-    return arranged(located, others, locus.arclength, CLOSE)
+    return arranged(located, others, locus.arclength, BESIDE_SPECIAL)
 
 
 def _criticality(locus: Locus, index: int) -> str | None:
@@ -88,7 +88,7 @@ def _closed(knots: list[Knot]) -> list[Knot]:
     size = np.ptp(values, axis=0)
     steps = np.linalg.norm(np.diff(values, axis=0) / np.where(size > 0, size, 1.0), axis=1)
     gap = np.linalg.norm((values[0] - values[-1]) / np.where(size > 0, size, 1.0))
-    if gap < CLOSE:
+    if gap < BESIDE_SPECIAL:
         return [*knots[:-1], knots[0]._replace(s=float(s[-1]))]
     pace = (s[1] - s[0] + s[-1] - s[-2]) / (steps[0] + steps[-1])
     return [*knots, knots[0]._replace(s=float(s[-1] + gap * pace))]

@@ -24,7 +24,7 @@ __all__ = ["periodic_orbit"]
 
 Array = NDArray[np.float64]
 
-LONGEST = 64
+LONGEST_PERIOD = 64
 """Longest period that can be asked for, in forcing periods."""
 
 
@@ -85,9 +85,9 @@ def periodic_orbit(
     >>> round(cycle.duration, 9)
     6.663286859
     """
-    if period not in range(1, LONGEST + 1):
+    if period not in range(1, LONGEST_PERIOD + 1):
         raise InputError(
-            f"period = {period!r} is not a whole number from 1 to {LONGEST}; give e.g. 2"
+            f"period = {period!r} is not a whole number from 1 to {LONGEST_PERIOD}; give e.g. 2"
         )
     vary, model = model.parameters[0].name, measured(model)
     if not model.forced:

@@ -20,11 +20,11 @@ __all__ = ["Corrected", "correct_orbits", "transitions"]
 
 Array = NDArray[np.float64]
 
-CLOSE = 1e-6
+LAST_CORRECTION = 1e-6
 """A correction shorter than this is the last: as Newton's method squares it, what is left is below
 1e-10. The derivatives, taken before it, are good to about ten times its length."""
 
-LONGEST = 0.5
+LONGEST_CORRECTION = 0.5
 """A correction this long, in scaled variables, leads to another branch."""
 
 ITERATIONS = 6
@@ -94,7 +94,7 @@ class Corrected:
 
 
 def correct_orbits(
-    orbits: ForcedOrbits, guesses: Array, rows: Array, close: float = CLOSE
+    orbits: ForcedOrbits, guesses: Array, rows: Array, close: float = LAST_CORRECTION
 ) -> Corrected:
     """Find the orbits of one branch nearest guesses, each in the hyperplane through it.
 
@@ -116,7 +116,7 @@ def correct_orbits(
         tangents[some] = solved[:, :, 1] / np.linalg.norm(solved[:, :, 1], axis=1)[:, None]
         return np.asarray(solved[:, :, 0])
 
-    rule = Rule(close, LONGEST, iterations=ITERATIONS)
+    rule = Rule(close, LONGEST_CORRECTION, iterations=ITERATIONS)
     return Corrected(correct_many(steps, guesses, rule).z, monodromies, tangents)
 
 

@@ -32,7 +32,7 @@ PIXELS = (1000, 800)
 PICTURE = "regions"
 """Name of the picture among what is drawn in the axes."""
 
-REACH = 3.0
+BESIDE_LINE = 3.0
 """Cells of the map this near to a line, in cells, may belong to its other side: a strip of that
 width has no cells of its own."""
 
@@ -121,7 +121,7 @@ def _sharpened(
         return labels
     # Distances in cells of the map.
     sampling = [pixel[1] / _spacing(second), pixel[0] / _spacing(first)]
-    sure = ndimage.distance_transform_edt(~barrier, sampling=sampling) > REACH
+    sure = ndimage.distance_transform_edt(~barrier, sampling=sampling) > BESIDE_LINE
     labels = _spread(labels, sure, ~(sure | barrier))
     nearest = ndimage.distance_transform_edt(barrier, return_distances=False, return_indices=True)
     return np.asarray(labels[tuple(nearest)])

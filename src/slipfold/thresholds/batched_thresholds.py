@@ -19,10 +19,10 @@ __all__ = ["BatchedThresholds", "Found"]
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-REACH = 0.1
+ANOTHER_BRANCH = 0.1
 """An orbit this far from its guess, in scaled states and spans, may belong to another branch."""
 
-CLOSE = 1e-5
+ON_THE_WAY = 1e-5
 """Orbits on the way are corrected until the correction is shorter than this; the last one then has
 left an error of its square."""
 
@@ -86,7 +86,9 @@ class BatchedThresholds:
         )
         far = np.linalg.norm((found.states - guess.paths[:, -1]) / scales, axis=1)
         with np.errstate(invalid="ignore"):
-            near = (far < REACH) & (np.abs(found.values - guess.ends) < REACH * abs(width))
+            near = (far < ANOTHER_BRANCH) & (
+                np.abs(found.values - guess.ends) < ANOTHER_BRANCH * abs(width)
+            )
             share = (found.values - self.first) / width
             solved = (found.failures == "") & near & (share > 0)
             inside, beyond = solved & (share <= 1), solved & (share > 1)
@@ -117,7 +119,7 @@ class BatchedThresholds:
         Shapes: parameters (m, n_p); scales (m, n).
         """
         at_end = self._at(parameters, guess.ends)
-        orbits = find_orbits(self.flow, guess.paths[:, -1], at_end, scales, CLOSE)
+        orbits = find_orbits(self.flow, guess.paths[:, -1], at_end, scales, ON_THE_WAY)
         paths = np.concatenate([guess.paths[:, :-1], orbits.states[:, None]], axis=1)
         lasts, paths = self._prove(
             parameters, scales, Segments(guess.ends, paths), orbits.multipliers, orbits.moved
@@ -141,10 +143,12 @@ class BatchedThresholds:
         repeated = np.repeat(parameters, len(shares), axis=0)
         scale = np.repeat(scales, len(shares), axis=0)
         guessed = guess.paths[:, :-1].reshape(-1, n)
-        orbits = find_orbits(self.flow, guessed, self._at(repeated, values.ravel()), scale, CLOSE)
+        orbits = find_orbits(
+            self.flow, guessed, self._at(repeated, values.ravel()), scale, ON_THE_WAY
+        )
         far = np.linalg.norm((orbits.states - guessed) / scale, axis=1)
         with np.errstate(invalid="ignore"):
-            orbits.states[~(far < REACH)] = np.nan
+            orbits.states[~(far < ANOTHER_BRANCH)] = np.nan
         on_the_way = orbits.states.reshape(m, len(shares), n)
         return np.concatenate([on_the_way, guess.paths[:, -1:]], axis=1), orbits
 

@@ -8,6 +8,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.continuation.search import TOUCH
+
 __all__ = ["SHARES", "Segments", "find_doubts", "shortened"]
 
 Array = NDArray[np.float64]
@@ -17,9 +19,6 @@ SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
 
 MARGIN = 100.0
 """Errors of multipliers over those of the orbit, with a reserve."""
-
-TOUCH = 0.15
-"""A test function that falls on the way to this share of its lower value at the ends is doubted."""
 
 BETWEEN = np.linspace(0.0, 1.0, 41)
 

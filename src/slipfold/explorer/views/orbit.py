@@ -20,7 +20,7 @@ __all__ = ["orbit_view"]
 SAMPLES = 256
 """Samples a forcing period: enough for smooth curves on a large screen."""
 
-LONGEST = 4096
+MOST_SAMPLES = 4096
 """Most samples of one orbit."""
 
 PER_PERIOD = 64
@@ -34,7 +34,7 @@ def orbit_view(orbit: PeriodicOrbit, vary: str) -> dict[str, Any]:
     """Return an orbit as plain data."""
     model = orbit.model
     flow = flow_of(model)
-    time, states = orbit.sample(min(SAMPLES * orbit.period, LONGEST))
+    time, states = orbit.sample(min(SAMPLES * orbit.period, MOST_SAMPLES))
     time = np.append(time, orbit.duration)
     states = np.concatenate([states, states[:1]])
     constants = flow.constants_of(model)

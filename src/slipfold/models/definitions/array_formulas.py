@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from itertools import pairwise
 
 from slipfold.models.formulas.grammar import parse_formula
-from slipfold.models.formulas.tokens import LONGEST, FormulaError
+from slipfold.models.formulas.tokens import LONGEST_FORMULA, FormulaError
 from slipfold.models.formulas.tree import Binary, Name, Negative, Number, Tree, fold, format_tree
 
 __all__ = ["LARGEST_INDEX", "element_name", "index_range", "whole_number", "written_out"]
@@ -145,8 +145,8 @@ class _Writer:
 
     def _count(self, written: str) -> None:
         self._length += len(written)
-        if self._length > LONGEST:
-            raise FormulaError(f"written out it has more than {LONGEST} characters", 0)
+        if self._length > LONGEST_FORMULA:
+            raise FormulaError(f"written out it has more than {LONGEST_FORMULA} characters", 0)
 
     def _word(self, place: int) -> str:
         return self._words[place][0] if place < len(self._words) else ""

@@ -16,7 +16,7 @@ from slipfold.models.formulas.tokens import FormulaError
 
 __all__ = ["Source", "source_of_file", "source_of_tables", "source_of_text"]
 
-LONGEST = 300_000
+LONGEST_FILE = 300_000
 """Characters of the longest file."""
 
 WIDTH = 88
@@ -132,10 +132,10 @@ def source_of_text(text: str, label: str = "") -> Source:
     >>> source_of_text('[states]\nq = "-q"').tables
     {'states': {'q': '-q'}}
     """
-    if len(text) > LONGEST:
+    if len(text) > LONGEST_FILE:
         raise InputError(
-            f"{label or 'the text'} has {len(text)} characters, more than {LONGEST}; a system of "
-            "equations is shorter, give its file"
+            f"{label or 'the text'} has {len(text)} characters, more than {LONGEST_FILE}; a system "
+            "of equations is shorter, give its file"
         )
     # Some editors begin a file with a byte order mark.
     text = text.removeprefix("\ufeff").replace("\r\n", "\n")

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 __all__ = ["FormulaError", "Token", "split_formula"]
 
-LONGEST = 10_000
+LONGEST_FORMULA = 10_000
 """Characters of the longest formula: twenty pages of text are no formula but an accident."""
 
 _TOKEN = re.compile(
@@ -87,10 +87,10 @@ def split_formula(text: str) -> list[Token]:
     >>> [token.text for token in split_formula("F*cos(W*t)")]
     ['F', '*', 'cos', '(', 'W', '*', 't', ')', '']
     """
-    if len(text) > LONGEST:
+    if len(text) > LONGEST_FORMULA:
         raise FormulaError(
-            f"the formula has {len(text)} characters, more than {LONGEST}; split it over the table "
-            "[formulas]",
+            f"the formula has {len(text)} characters, more than {LONGEST_FORMULA}; split it "
+            "over the table [formulas]",
             0,
         )
     tokens: list[Token] = []

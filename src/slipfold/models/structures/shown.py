@@ -6,7 +6,7 @@ from typing import Any
 
 __all__ = ["shown"]
 
-LONGEST = 60
+LONGEST_LINE = 60
 
 
 def shown(value: Any) -> str:
@@ -21,4 +21,4 @@ def shown(value: Any) -> str:
         text = " ".join(repr(value).split())
     except ValueError:  # a whole number of more digits than Python prints
         text = f"a {type(value).__name__}"
-    return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."
+    return text if len(text) <= LONGEST_LINE else f"{text[: LONGEST_LINE - 3]}..."
