@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from typing import Any
 
 import heyoka as hy
 
+from slipfold.models.formulas.bounded import without_overflow
 from slipfold.models.formulas.functions import FUNCTIONS
 from slipfold.models.formulas.tree import Binary, Call, Name, Negative, Number, Tree, fold
 from slipfold.models.formulas.whole_power import whole_power
@@ -49,25 +49,7 @@ def value_of(tree: Tree, names: Mapping[str, Expression]) -> Expression:
             return _combined(node.operator, *values)
         return _called(node, values)
 
-    return fold(fold(tree, _without_overflow), combine)
-
-
-def _without_overflow(node: Tree, parts: tuple[Tree, ...]) -> Tree:
-    """Write a/(b + exp(x)) as a sigmoid: where the exponential overflows, its series is NaN."""
-    if isinstance(node, Negative):
-        return Negative(*parts)
-    if isinstance(node, Call):
-        return replace(node, arguments=parts)
-    if not isinstance(node, Binary):
-        return node
-    left, right = parts
-    if node.operator == "/" and isinstance(right, Binary) and right.operator == "+":
-        match (right.left, right.right):
-            case (Number(b), Call("exp", (x,))) | (Call("exp", (x,)), Number(b)) if b > 0:
-                below = Binary("-", Number(math.log(b)), x)
-                share = Call("sigmoid", (Negative(x) if b == 1 else below,))
-                return Binary("*", Binary("/", left, Number(b)), share)
-    return replace(node, left=left, right=right)
+    return fold(fold(tree, without_overflow), combine)
 
 
 def _combined(sign: str, left: Expression, right: Expression) -> Expression:
