@@ -77,7 +77,8 @@ def follow(
         trail.end, step = endings.left(trail), None
     try:
         while step is not None:
-            steps = walk(trail.curve, trail.recent(MEMORY), step, bounds, settings, cap)
+            known, taken = trail.recent(MEMORY), len(trail.points) - 1
+            steps = walk(trail.curve, known, step, bounds, settings, cap, taken)
             watching = monitors(trail.curve) if callable(monitors) else monitors
             step = _advance(trail, steps, watching, settings.steps.smallest, endings, watch)
     except KeyboardInterrupt:

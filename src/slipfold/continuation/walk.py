@@ -101,11 +101,12 @@ def walk(
     bounds: Sequence[Bound],
     settings: Stepping,
     cap: Callable[[P], float] | None = None,
+    taken: int = 0,
 ) -> Iterator[P | Failure]:
-    """Follow a curve from its points so far until a parameter leaves its bounds."""
+    """Follow a curve on which steps were taken until a parameter leaves its bounds."""
     recent = list(start)[-POINTS:]
     step = min(first_step, settings.steps.largest)
-    for _ in range(len(start), settings.steps.points + 1):
+    for _ in range(taken, settings.steps.points):
         if cap is not None:
             step = min(step, cap(recent[-1]))
         point, step = _next_point(curve, recent, step, bounds, settings)
