@@ -51,34 +51,7 @@ class GridThresholds:
     Every array has the grid's two axes first. Where there is no threshold, `kinds` and `reasons`
     say why, and the numbers are NaN.
 
-    Parameters
-    ----------
-    model
-        The model; its values of `threshold` and of the grid's parameters play no part.
-    threshold
-        Name of the parameter that is raised until stability is lost.
-    type
-        ``"PD"``: the bifurcation by which it is lost.
-    over
-        Values of the grid's two parameters by name, shapes (n1,) and (n2,).
-    span
-        First and last value of the threshold.
-    values
-        Thresholds, shape (n1, n2), in the unit of the parameter.
-    states
-        States of the orbits there at phase zero, shape (n1, n2, n_states).
-    multipliers
-        Their Floquet multipliers, complex, shape (n1, n2, n_states), largest modulus first.
-    residuals
-        How far each orbit fails to close, in scaled states, shape (n1, n2).
-    kinds
-        Why there is no threshold, in a few words, shape (n1, n2); empty where there is one.
-    reasons
-        The same as sentences.
-    followed
-        Whether the whole response was followed at this point, shape (n1, n2). Elsewhere the
-        threshold was computed from a guess between neighbours, and the response below it checked
-        at four places.
+    `slipfold.ThresholdMap`, which adds what a result has, describes the fields.
     """
 
     model: Model

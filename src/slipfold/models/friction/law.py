@@ -17,6 +17,7 @@ from slipfold.drawing import draw
 from slipfold.errors import InputError
 from slipfold.models.friction.contact_state import ContactState
 from slipfold.models.friction.functions import is_symbolic, sqrt
+from slipfold.models.friction.quantities import declared
 from slipfold.models.output import Expression, Symbols
 from slipfold.models.parameter import Parameter, State
 from slipfold.models.quantity import parse_quantity
@@ -58,7 +59,7 @@ class FrictionLaw(ABC):
 
     def __post_init__(self) -> None:
         """Check the values and convert what has a unit."""
-        for parameter in self._own_parameters():
+        for parameter in declared(type(self)):
             value = parse_quantity(getattr(self, parameter.name), parameter.unit, parameter.name)
             object.__setattr__(self, parameter.name, parameter.check(value))
         self.check_structure()
@@ -163,7 +164,7 @@ class FrictionLaw(ABC):
     @property
     def parameters(self) -> tuple[Parameter, ...]:
         """Names, units, bounds and meanings of the parameters."""
-        return self._own_parameters()
+        return declared(type(self))
 
     @property
     def values(self) -> dict[str, float]:
@@ -387,14 +388,6 @@ class FrictionLaw(ABC):
             The axes.
         """
         return draw(self, **options)
-
-    @classmethod
-    def _own_parameters(cls) -> tuple[Parameter, ...]:
-        return tuple(
-            item.metadata["parameter"]
-            for item in dataclasses.fields(cls)
-            if "parameter" in item.metadata
-        )
 
 
 def _checked_speeds(speed: Any) -> NDArray[Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import field, fields
 from typing import Any
 
 from slipfold.errors import InputError
@@ -18,6 +18,7 @@ __all__ = [
     "VISCOUS",
     "check_static",
     "checked_exponent",
+    "declared",
     "described",
 ]
 
@@ -54,6 +55,12 @@ REST_SPEED = Parameter(
 def described(parameter: Parameter) -> Any:
     """Return the dataclass field that holds the value of a parameter."""
     return field(default=parameter.default, metadata={"parameter": parameter})
+
+
+def declared(cls: type) -> tuple[Parameter, ...]:
+    """Return the parameters whose values a dataclass holds."""
+    found = (item.metadata.get("parameter") for item in fields(cls))
+    return tuple(item for item in found if item is not None)
 
 
 def check_static(values: Mapping[str, float]) -> None:

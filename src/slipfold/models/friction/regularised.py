@@ -11,7 +11,7 @@ from slipfold.errors import InputError
 from slipfold.models.friction.contact_state import ContactState
 from slipfold.models.friction.functions import arctan, sqrt, tanh
 from slipfold.models.friction.law import FrictionLaw
-from slipfold.models.friction.quantities import described
+from slipfold.models.friction.quantities import declared, described
 from slipfold.models.output import Expression, Symbols
 from slipfold.models.parameter import Parameter
 from slipfold.models.suggestion import suggest
@@ -98,7 +98,7 @@ class Regularised(FrictionLaw):
     @property
     def parameters(self) -> tuple[Parameter, ...]:
         """Those of the law, and ``e``."""
-        return (*self.law.parameters, *self._own_parameters())
+        return (*self.law.parameters, *declared(Regularised))
 
     @property
     def values(self) -> dict[str, float]:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Self
 
+from slipfold.models.friction.quantities import declared
 from slipfold.models.parameter import Parameter
 from slipfold.models.quantity import parse_quantity
 
@@ -30,7 +31,7 @@ class Parametric:
         """Check the fields and convert what has a unit."""
         self.prepare()
         for parameter in self.own_parameters:
-            if any(item.name == parameter.name for item in self._described()):
+            if any(item.name == parameter.name for item in declared(type(self))):
                 value = getattr(self, parameter.name)
                 number = parse_quantity(value, parameter.unit, parameter.name)
                 object.__setattr__(self, parameter.name, parameter.check(number))
@@ -48,18 +49,10 @@ class Parametric:
             Values of the part's own parameters by their own names.
         """
 
-    @classmethod
-    def _described(cls) -> tuple[Parameter, ...]:
-        return tuple(
-            item.metadata["parameter"]
-            for item in dataclasses.fields(cls)
-            if "parameter" in item.metadata
-        )
-
     @property
     def own_parameters(self) -> tuple[Parameter, ...]:
         """Names, units, bounds and meanings of the parameters."""
-        return self._described()
+        return declared(type(self))
 
     @property
     def own_values(self) -> dict[str, float]:
@@ -69,5 +62,5 @@ class Parametric:
     @property
     def kind(self) -> Self:
         """The part with default values: equal for all parts with the same equations."""
-        defaults = {item.name: item.default for item in self._described()}
+        defaults = {item.name: item.default for item in declared(type(self))}
         return dataclasses.replace(self, **defaults)

@@ -12,7 +12,7 @@ import heyoka as hy
 from slipfold.errors import InputError
 from slipfold.models.friction.coulomb import Coulomb
 from slipfold.models.friction.law import FrictionLaw
-from slipfold.models.friction.quantities import described
+from slipfold.models.friction.quantities import declared, described
 from slipfold.models.output import Expression, Limit, Symbols
 from slipfold.models.parameter import Parameter, State
 from slipfold.models.structures.components.component import Component, Measure, Motion
@@ -123,9 +123,9 @@ class FrictionContact(Component):
     @property
     def own_parameters(self) -> tuple[Parameter, ...]:
         """Those of the load, speed and direction of the counter-body, those of the law."""
-        mine = [replace(item, lower_open=self.law.sticks) for item in self._described()[:1]]
-        angle = self._described()[1:] if self.planar else ()
-        return (*self.load.own_parameters, *mine, *angle, *self.law.parameters)
+        speed, angle = declared(FrictionContact)
+        mine = (replace(speed, lower_open=self.law.sticks), *((angle,) if self.planar else ()))
+        return (*self.load.own_parameters, *mine, *self.law.parameters)
 
     @property
     def own_values(self) -> dict[str, float]:

@@ -15,6 +15,7 @@ from slipfold.models.quantity import parse_quantity
 from slipfold.models.structures.components.component import Component, Motion
 from slipfold.models.structures.components.direction import Direction, as_direction
 from slipfold.models.structures.components.harmonics import checked_harmonic
+from slipfold.models.structures.components.one_direction import OneDirection
 from slipfold.models.structures.components.sums import total
 from slipfold.models.structures.components.trigonometry import cos_sin, wave
 from slipfold.models.structures.shown import shown
@@ -25,7 +26,7 @@ _PHASE = Parameter("phi", 0.0, "rad", "phase by which a forcing leads", symbol=r
 
 
 @dataclass(frozen=True)
-class HarmonicForce(Component):
+class HarmonicForce(OneDirection):
     r"""A harmonic force :math:`F \cos(2\pi h f t + \varphi)`.
 
     Parameters
@@ -49,20 +50,14 @@ class HarmonicForce(Component):
 
     title: ClassVar[str] = "harmonic force"
 
-    at: Any
     F: float = described(Parameter("F", 0.0, "N", "amplitude of a force", symbol="$F$"))
     phi: float = described(_PHASE)
     harmonic: int = 1
 
     def prepare(self) -> None:
         """Read the direction and the harmonic."""
-        object.__setattr__(self, "at", as_direction(self.at, f"a {self.title}"))
+        super().prepare()
         object.__setattr__(self, "harmonic", checked_harmonic(self.harmonic, self.title))
-
-    @property
-    def directions(self) -> tuple[Direction | None, ...]:
-        """The one direction."""
-        return (self.at,)
 
     @property
     def amplitudes(self) -> tuple[str, ...]:
@@ -88,12 +83,11 @@ class HarmonicForce(Component):
         phase
             Time divided by the forcing period.
         """
-        cos, sin = wave(self.harmonic, phase)
-        return (c["cos"] * cos - c["sin"] * sin,)
+        return (_harmonic(self.harmonic, c, phase),)
 
 
 @dataclass(frozen=True)
-class MultiHarmonicForce(Component):
+class MultiHarmonicForce(OneDirection):
     r"""A force of several harmonics: :math:`\sum_h F_h \cos(2\pi h f t + \varphi_h)`.
 
     Parameters
@@ -115,12 +109,11 @@ class MultiHarmonicForce(Component):
 
     title: ClassVar[str] = "force of several harmonics"
 
-    at: Any
     harmonics: Any = field()
 
     def prepare(self) -> None:
         """Read the direction and the harmonics."""
-        object.__setattr__(self, "at", as_direction(self.at, f"a {self.title}"))
+        super().prepare()
         given = self.harmonics
         # A force that is made anew from its own fields has triples already.
         if isinstance(given, tuple) and all(
@@ -170,11 +163,6 @@ class MultiHarmonicForce(Component):
     def kind(self) -> Self:
         """The force with all amplitudes zero."""
         return replace(self, harmonics=tuple((h, 0.0, 0.0) for h, _, _ in self.harmonics))
-
-    @property
-    def directions(self) -> tuple[Direction | None, ...]:
-        """The one direction."""
-        return (self.at,)
 
     @property
     def amplitudes(self) -> tuple[str, ...]:
@@ -286,5 +274,9 @@ class BaseMotion(Component):
         phase
             Time divided by the forcing period.
         """
-        cos, sin = wave(self.harmonic, phase)
-        return (c["cos"] * cos - c["sin"] * sin,)
+        return (_harmonic(self.harmonic, c, phase),)
+
+
+def _harmonic(harmonic: int, c: Symbols, phase: Expression) -> Expression:
+    cos, sin = wave(harmonic, phase)
+    return c["cos"] * cos - c["sin"] * sin

@@ -11,8 +11,8 @@ from slipfold.errors import InputError
 from slipfold.models.friction.quantities import described
 from slipfold.models.output import Expression, Symbols
 from slipfold.models.parameter import Parameter
-from slipfold.models.structures.components.component import Component, Motion
-from slipfold.models.structures.components.direction import Direction, as_direction
+from slipfold.models.structures.components.component import Motion
+from slipfold.models.structures.components.one_direction import OneDirection
 from slipfold.models.structures.components.sums import total
 from slipfold.models.structures.shown import shown
 from slipfold.models.suggestion import suggest
@@ -35,7 +35,7 @@ _ROUNDING = Parameter(
 
 
 @dataclass(frozen=True)
-class GapSpring(Component):
+class GapSpring(OneDirection):
     r"""A stop beyond a gap, rounded off over a length; with no gap a unilateral spring.
 
     .. math::
@@ -75,7 +75,6 @@ class GapSpring(Component):
 
     title: ClassVar[str] = "gap spring"
 
-    at: Any
     k: float = described(
         Parameter("k", 1.0, "N/m", "stiffness of a stop", 0, lower_open=True, symbol="$k$")
     )
@@ -85,7 +84,7 @@ class GapSpring(Component):
 
     def prepare(self) -> None:
         """Read the direction; refuse the exact stop and unknown sides."""
-        object.__setattr__(self, "at", as_direction(self.at, f"a {self.title}"))
+        super().prepare()
         if self.e is None:
             raise InputError(
                 "a gap spring without e has a corner where it is touched, and motion through "
@@ -97,11 +96,6 @@ class GapSpring(Component):
                 f"side = {shown(self.side)} is not known; {suggest(str(self.side), _SIDES)}give "
                 "above, below or both"
             )
-
-    @property
-    def directions(self) -> tuple[Direction | None, ...]:
-        """The one direction."""
-        return (self.at,)
 
     def coefficients(self, p: Symbols) -> dict[str, Expression]:
         """Half the stiffness, the gap, and the square of the rounding."""

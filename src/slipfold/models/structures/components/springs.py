@@ -12,8 +12,8 @@ from slipfold.models.friction.quantities import described
 from slipfold.models.output import Expression, Symbols
 from slipfold.models.parameter import Parameter
 from slipfold.models.quantity import parse_quantity
-from slipfold.models.structures.components.component import Component, Motion
-from slipfold.models.structures.components.direction import Direction, as_direction
+from slipfold.models.structures.components.component import Motion
+from slipfold.models.structures.components.one_direction import OneDirection
 from slipfold.models.structures.components.sums import total
 from slipfold.models.structures.shown import shown
 
@@ -24,23 +24,7 @@ HIGHEST = 15
 
 
 @dataclass(frozen=True)
-class _Spring(Component):
-    """An element along one direction."""
-
-    at: Any
-
-    def prepare(self) -> None:
-        """Read the direction."""
-        object.__setattr__(self, "at", as_direction(self.at, f"a {self.title}"))
-
-    @property
-    def directions(self) -> tuple[Direction | None, ...]:
-        """The one direction."""
-        return (self.at,)
-
-
-@dataclass(frozen=True)
-class LinearSpring(_Spring):
+class LinearSpring(OneDirection):
     r"""A linear spring with a damper beside it: the force :math:`-(k u + c \dot u)`.
 
     Parameters
@@ -94,7 +78,7 @@ class LinearSpring(_Spring):
 
 
 @dataclass(frozen=True)
-class CubicSpring(_Spring):
+class CubicSpring(OneDirection):
     r"""A cubic spring: the force :math:`-k_3 u^3`.
 
     Parameters
@@ -140,7 +124,7 @@ class CubicSpring(_Spring):
 
 
 @dataclass(frozen=True)
-class PolynomialSpring(_Spring):
+class PolynomialSpring(OneDirection):
     r"""A polynomial spring: the force :math:`-\sum_n k_n u^n`.
 
     Parameters

@@ -12,9 +12,9 @@ from slipfold.errors import InputError
 from slipfold.models.friction.quantities import described
 from slipfold.models.output import Expression, Symbols
 from slipfold.models.parameter import Parameter
-from slipfold.models.structures.components.component import Component, Motion
-from slipfold.models.structures.components.direction import Direction, as_direction
+from slipfold.models.structures.components.component import Motion
 from slipfold.models.structures.components.harmonics import HIGHEST, checked_harmonic
+from slipfold.models.structures.components.one_direction import OneDirection
 from slipfold.models.structures.components.sums import total
 from slipfold.models.structures.components.trigonometry import wave
 
@@ -25,7 +25,7 @@ ROUNDING = 1e-14
 
 
 @dataclass(frozen=True)
-class TabulatedForce(Component):
+class TabulatedForce(OneDirection):
     """A force given by samples over one forcing period, times a factor.
 
     Between the samples it is their trigonometric interpolant. The factor multiplies the mean, too.
@@ -54,14 +54,13 @@ class TabulatedForce(Component):
 
     title: ClassVar[str] = "tabulated force"
 
-    at: Any
     samples: Any
     factor: float = described(Parameter("factor", 1.0, "", "factor of a tabulated force"))
     harmonics: int | None = None
 
     def prepare(self) -> None:
         """Read the direction and the samples."""
-        object.__setattr__(self, "at", as_direction(self.at, f"a {self.title}"))
+        super().prepare()
         object.__setattr__(self, "samples", _checked_samples(self.samples))
         if self.harmonics is not None:
             checked = checked_harmonic(self.harmonics, self.title)
@@ -98,11 +97,6 @@ class TabulatedForce(Component):
         for h, a, b in self.series:
             found += a * np.cos(h * angle) + b * np.sin(h * angle)
         return float(np.abs(found - samples).max() / np.abs(samples).max())
-
-    @property
-    def directions(self) -> tuple[Direction | None, ...]:
-        """The one direction."""
-        return (self.at,)
 
     @property
     def amplitudes(self) -> tuple[str, ...]:

@@ -157,11 +157,32 @@ class Reduction(ABC):
 
     @abstractmethod
     def apply(self, mass: Matrix, stiffness: Matrix, names: tuple[str, ...]) -> Reduced:
-        """Reduce a structure."""
+        """Return a structure in fewer coordinates.
+
+        Parameters
+        ----------
+        mass, stiffness
+            Matrices of all n degrees of freedom.
+        names
+            Their names.
+
+        Raises
+        ------
+        InputError
+            If it cannot be reduced so.
+        """
 
     @abstractmethod
     def fits(self, mass: Matrix, stiffness: Matrix, names: tuple[str, ...]) -> None:
-        """Raise if it is plain without a calculation that a structure cannot be reduced so."""
+        """Raise `InputError` if it is plain without a calculation that it cannot be reduced so.
+
+        Parameters
+        ----------
+        mass, stiffness
+            Matrices of all n degrees of freedom.
+        names
+            Their names.
+        """
 
 
 @dataclass(frozen=True)
@@ -194,20 +215,7 @@ class ModalReduction(Reduction):
         _check_extent(self, 1)
 
     def apply(self, mass: Matrix, stiffness: Matrix, names: tuple[str, ...]) -> Reduced:
-        """Reduce a structure to its lowest modes.
-
-        Parameters
-        ----------
-        mass, stiffness
-            Matrices of all n degrees of freedom.
-        names
-            Their names.
-
-        Raises
-        ------
-        InputError
-            If it does not have the modes.
-        """
+        """Reduce a structure to its lowest modes."""
         self.fits(mass, stiffness, names)
         m, k = mass.array(), stiffness.array()
         squares, basis = _modes_of_extent(k, m, self.modes, self.up_to)
@@ -223,20 +231,7 @@ class ModalReduction(Reduction):
         return Reduced(kept, basis, np.diag(modal), np.diag(modal * squares), report)
 
     def fits(self, mass: Matrix, stiffness: Matrix, names: tuple[str, ...]) -> None:
-        """Raise if the stiffness is not symmetric, or there are fewer modes.
-
-        Parameters
-        ----------
-        mass, stiffness
-            Matrices of all n degrees of freedom.
-        names
-            Their names.
-
-        Raises
-        ------
-        InputError
-            If it asks for more than the structure has.
-        """
+        """Refuse a stiffness that is not symmetric, and more modes than there are."""
         _require_symmetric_stiffness(stiffness, self.title)
         _check_count(self.modes, mass.size)
 
@@ -289,55 +284,27 @@ class CraigBampton(Reduction):
         object.__setattr__(self, "boundary", given)
 
     def apply(self, mass: Matrix, stiffness: Matrix, names: tuple[str, ...]) -> Reduced:
-        """Reduce a structure to its boundary and modes of the rest.
-
-        Parameters
-        ----------
-        mass, stiffness
-            Matrices of all n degrees of freedom.
-        names
-            Their names.
-
-        Raises
-        ------
-        InputError
-            If the boundary is not part of the structure, or does not hold the rest.
-        """
+        """Reduce a structure to its boundary and modes of the rest."""
         self.fits(mass, stiffness, names)
         m, k = mass.array(), stiffness.array()
         held, free = self._split(names)
+        k_free, m_free = _block(k, free, free), _block(m, free, free)
         solve = solver(
-            k[np.ix_(free, free)] if isinstance(k, np.ndarray) else k[free][:, free],
+            k_free,
             "the boundary does not hold the rest of the structure, which can move without force; "
             "add degrees of freedom to the boundary",
         )
-        coupling = (
-            k[np.ix_(free, held)] if isinstance(k, np.ndarray) else k[free][:, held].toarray()
-        )
-        m_free = m[np.ix_(free, free)] if isinstance(m, np.ndarray) else m[free][:, free]
-        k_free = k[np.ix_(free, free)] if isinstance(k, np.ndarray) else k[free][:, free]
+        coupling = _block(k, free, held)
+        coupling = coupling if isinstance(k, np.ndarray) else coupling.toarray()
         squares, shapes = _modes_of_extent(k_free, m_free, self.modes, self.up_to)
         basis = np.zeros((len(names), len(held) + len(squares)))
         basis[held, np.arange(len(held))] = 1.0
-        basis[np.ix_(free, np.arange(len(held)))] = -solve(np.asarray(coupling))
+        basis[np.ix_(free, np.arange(len(held)))] = -solve(coupling)
         basis[np.ix_(free, len(held) + np.arange(len(squares)))] = shapes
         return self._reduced(mass, stiffness, (m, k), basis, squares)
 
     def fits(self, mass: Matrix, stiffness: Matrix, names: tuple[str, ...]) -> None:
-        """Raise if the stiffness is not symmetric, or boundary or modes are not there.
-
-        Parameters
-        ----------
-        mass, stiffness
-            Matrices of all n degrees of freedom.
-        names
-            Their names.
-
-        Raises
-        ------
-        InputError
-            If it asks for more than the structure has.
-        """
+        """Refuse a stiffness that is not symmetric, a boundary or modes that are not there."""
         _require_symmetric_stiffness(stiffness, self.title)
         _check_count(self.modes, len(self._split(names)[1]))
 
@@ -378,6 +345,11 @@ class CraigBampton(Reduction):
         report = ReductionReport(found, exact, band, mass.size)
         names = (*self.boundary, *_mode_names(r - count))
         return Reduced(names, basis, small_mass, small_stiffness, report)
+
+
+def _block(matrix: Any, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> Any:
+    dense = isinstance(matrix, np.ndarray)
+    return matrix[np.ix_(rows, columns)] if dense else matrix[rows][:, columns]
 
 
 def _check_extent(reduction: Any, fewest: int) -> None:
