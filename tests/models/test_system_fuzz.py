@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import slipfold as sf
-from slipfold.errors import InputError
+from helpers.spoilt_files import SECONDS, check_made, spoilt_files
 from slipfold.models.formulas.functions import FUNCTIONS
 from slipfold.models.formulas.grammar import parse_formula
 from slipfold.models.formulas.tokens import FormulaError
@@ -17,9 +17,6 @@ from slipfold.models.formulas.tree import format_tree
 from slipfold.models.registry import built_in_models, built_in_text, model_named
 
 FEW, MANY = 300, 10_000
-
-SECONDS = 5.0
-"""More than any input may take; they take milliseconds."""
 
 WORDS = st.sampled_from(
     [
@@ -51,17 +48,6 @@ PIECES = st.one_of(
     ),
     st.text(max_size=8),
 )
-
-
-@st.composite
-def spoilt_files(draw):
-    """The text of a system with a few pieces replaced, left out or put in."""
-    text = draw(st.sampled_from(TEXTS))
-    for _ in range(draw(st.integers(1, 4))):
-        place = draw(st.integers(0, len(text)))
-        length = draw(st.sampled_from([0, 0, 1, 3, 10, 60]))
-        text = text[:place] + draw(PIECES) + text[place + length :]
-    return text
 
 
 SCALARS = st.one_of(
@@ -114,20 +100,6 @@ def formula(text):
     assert perf_counter() - begun < SECONDS
 
 
-def system(make):
-    begun = perf_counter()
-    try:
-        found = make()
-    except InputError as error:
-        found = str(error)
-    if isinstance(found, str):
-        assert found.strip()
-        assert len(found) < 5000
-    else:
-        use(found)
-    assert perf_counter() - begun < SECONDS
-
-
 def use(model):
     """What is accepted is a model: the same one from its text, with symbols and with numbers."""
     assert sf.System(model.to_toml()) == model
@@ -147,15 +119,15 @@ def test_any_formula(text):
 
 
 @settings(max_examples=FEW)
-@given(spoilt_files())
+@given(spoilt_files(TEXTS, PIECES))
 def test_any_spoilt_file(text):
-    system(lambda: sf.System.from_toml(f"\n{text}"))
+    check_made(lambda: sf.System.from_toml(f"\n{text}"), use)
 
 
 @settings(max_examples=FEW)
 @given(TABLES)
 def test_any_tables(tables):
-    system(lambda: sf.System(tables))
+    check_made(lambda: sf.System(tables), use)
 
 
 @settings(max_examples=FEW)
@@ -166,7 +138,7 @@ def test_any_formula_in_a_system(text):
         "states": {"q": "v", "v": text},
         "forcing": {"period": "2*pi/W"},
     }
-    system(lambda: sf.System(tables))
+    check_made(lambda: sf.System(tables), use)
 
 
 @pytest.mark.long
@@ -178,13 +150,13 @@ def test_ten_thousand_formulas(text):
 
 @pytest.mark.long
 @settings(max_examples=MANY)
-@given(spoilt_files())
+@given(spoilt_files(TEXTS, PIECES))
 def test_ten_thousand_spoilt_files(text):
-    system(lambda: sf.System.from_toml(f"\n{text}"))
+    check_made(lambda: sf.System.from_toml(f"\n{text}"), use)
 
 
 @pytest.mark.long
 @settings(max_examples=MANY)
 @given(TABLES)
 def test_ten_thousand_tables(tables):
-    system(lambda: sf.System(tables))
+    check_made(lambda: sf.System(tables), use)

@@ -1,20 +1,15 @@
 """Whatever stands in the file of a structure: a model or one clear message, soon."""
 
-from time import perf_counter
-
 import heyoka as hy
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import slipfold as sf
-from slipfold.errors import InputError
+from helpers.spoilt_files import check_made, spoilt_files
 from slipfold.models.registry import built_in_models, built_in_text, model_named
 
 FEW, MANY = 300, 10_000
-
-SECONDS = 5.0
-"""More than any input may take; they take milliseconds."""
 
 FRAME = """
 [structure]
@@ -138,31 +133,6 @@ PIECES = st.one_of(
 )
 
 
-@st.composite
-def spoilt_files(draw):
-    """The text of a structure with a few pieces replaced, left out or put in."""
-    text = draw(st.sampled_from(TEXTS))
-    for _ in range(draw(st.integers(1, 4))):
-        place = draw(st.integers(0, len(text)))
-        length = draw(st.sampled_from([0, 0, 1, 3, 10, 60]))
-        text = text[:place] + draw(PIECES) + text[place + length :]
-    return text
-
-
-def structure(make):
-    begun = perf_counter()
-    try:
-        found = make()
-    except InputError as error:
-        found = str(error)
-    if isinstance(found, str):
-        assert found.strip()
-        assert len(found) < 5000
-    else:
-        use(found)
-    assert perf_counter() - begun < SECONDS
-
-
 def use(model):
     """What is accepted is a model: the same one from its tables, and with equations."""
     assert sf.Structure.from_tables(model.to_tables()) == model
@@ -173,26 +143,26 @@ def use(model):
 
 
 @settings(max_examples=FEW)
-@given(spoilt_files())
+@given(spoilt_files(TEXTS, PIECES))
 def test_any_spoilt_file(text):
-    structure(lambda: sf.Structure.from_toml(f"\n{text}"))
+    check_made(lambda: sf.Structure.from_toml(f"\n{text}"), use)
 
 
 @settings(max_examples=FEW)
 @given(TABLES)
 def test_any_tables(tables):
-    structure(lambda: sf.Structure.from_tables(tables))
+    check_made(lambda: sf.Structure.from_tables(tables), use)
 
 
 @pytest.mark.long
 @settings(max_examples=MANY)
-@given(spoilt_files())
+@given(spoilt_files(TEXTS, PIECES))
 def test_ten_thousand_spoilt_files(text):
-    structure(lambda: sf.Structure.from_toml(f"\n{text}"))
+    check_made(lambda: sf.Structure.from_toml(f"\n{text}"), use)
 
 
 @pytest.mark.long
 @settings(max_examples=MANY)
 @given(TABLES)
 def test_ten_thousand_tables(tables):
-    structure(lambda: sf.Structure.from_tables(tables))
+    check_made(lambda: sf.Structure.from_tables(tables), use)

@@ -1,0 +1,36 @@
+"""Files with something wrong in them, and what must come of any: a model or one clear message."""
+
+from time import perf_counter
+
+from hypothesis import strategies as st
+
+from slipfold.errors import InputError
+
+SECONDS = 5.0
+"""More than any input may take; they take milliseconds."""
+
+
+@st.composite
+def spoilt_files(draw, texts, pieces):
+    """One of the texts with a few pieces replaced, left out or put in."""
+    text = draw(st.sampled_from(texts))
+    for _ in range(draw(st.integers(1, 4))):
+        place = draw(st.integers(0, len(text)))
+        length = draw(st.sampled_from([0, 0, 1, 3, 10, 60]))
+        text = text[:place] + draw(pieces) + text[place + length :]
+    return text
+
+
+def check_made(make, use):
+    """What is made is of use, or there is a message; either soon."""
+    begun = perf_counter()
+    try:
+        found = make()
+    except InputError as error:
+        found = str(error)
+    if isinstance(found, str):
+        assert found.strip()
+        assert len(found) < 5000
+    else:
+        use(found)
+    assert perf_counter() - begun < SECONDS
