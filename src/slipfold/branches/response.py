@@ -21,10 +21,10 @@ from slipfold.errors import BREAKDOWNS, InputError, breakdown
 from slipfold.flow import flow_of
 from slipfold.flow.typical_sizes import measured_within
 from slipfold.models.model import Model
+from slipfold.orbits.by_collocation import by_collocation
 from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
-from slipfold.orbits.redescribed import by_collocation
 
 __all__ = ["measured_over", "trace_response"]
 

@@ -76,6 +76,22 @@ class Discretisation(ABC):
         """
         return nodes
 
+    def moved_to(
+        self, other: Discretisation, nodes: Array, constants: Constants, along: Array, rates: Array
+    ) -> tuple[Array, Array]:
+        """Return an orbit and a direction at the phases of another discretisation.
+
+        Shapes: nodes, along (m, n); rates (k,); returns nodes and direction (m', n).
+        """
+        return nodes, along
+
+    def better(self, nodes: Array, constants: Constants) -> Discretisation | None:
+        """Return one that is made for this orbit, None where this one serves as well.
+
+        Shapes: nodes (m, n).
+        """
+        return None
+
     @abstractmethod
     def with_period(self, period: int) -> Self:
         """Return the same for orbits of another period."""

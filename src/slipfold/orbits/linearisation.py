@@ -155,10 +155,15 @@ class Linearisation:
         Shapes: row (m n + k,).
         """
         if len(self.blocks) > MANY:
-            return Sparse(self, row)
+            return Sparse(self.blocks, self.along, self._lines(row))
         if len(row) > LARGE:
             return Eliminated(self, row)
         return WholeMatrix(np.concatenate([self.jacobian, row[None]]))
+
+    def _lines(self, row: Array) -> Array:
+        """Return the rows below those of the segments, shape (d + 1, m n + k)."""
+        gradients = self.conditions.gradients
+        return row[None] if gradients is None else np.vstack([gradients, row])
 
 
 def defect_of(residual: Array, values: Array) -> Array:

@@ -5,13 +5,16 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from copy import copy
+from dataclasses import replace
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.continuation.curve import Curve
-from slipfold.continuation.newton import Correction
+from slipfold.continuation.interpolation import POINTS, arc_between
+from slipfold.continuation.newton import Correction, correct
+from slipfold.errors import BREAKDOWNS
 from slipfold.flow.equations import Constants
 from slipfold.models.model import Model
 from slipfold.orbits.discretisation import Discretisation
@@ -265,9 +268,36 @@ class Orbits(OrbitCurve):
 
     def renewed(self, points: Sequence[OrbitPoint]) -> tuple[Any, list[OrbitPoint]] | None:
         """Return the last points on a mesh that fits the last one, None if its own does."""
-        from slipfold.orbits.redescribed import renewed  # which makes orbits
+        last = points[-1].z
+        by = self.by.better(self.nodes(last), self.constants(last))
+        if by is None:
+            return None
+        other, moved = self.described_by(by), list[OrbitPoint]()
+        for point in [item for item in points[-POINTS:] if item.curve is self][::-1]:
+            again = other.retaken(point, self)
+            if again is None:
+                break
+            if moved:
+                again = replace(again, arclength=moved[0].arclength - arc_between(again, moved[0]))
+            moved.insert(0, again)
+        return (other, moved) if moved else None
 
-        return renewed(self, points)
+    def retaken(self, point: OrbitPoint, known: Orbits) -> OrbitPoint | None:
+        """Return a point of a curve that describes its orbits otherwise, None if it is lost."""
+        nodes, along = known.by.moved_to(
+            self.by,
+            known.nodes(point.z),
+            known.constants(point.z),
+            known.nodes(point.tangent),
+            known.free_values(point.tangent),
+        )
+        z = self.join(nodes, known.free_values(point.z))
+        row = self.join(along, known.free_values(point.tangent))
+        try:
+            correction = correct(self, z, row / np.linalg.norm(row))
+        except BREAKDOWNS:
+            return None
+        return self.point(correction, point.arclength) if correction.converged else None
 
     # -- one orbit and another -----------------------------------------------------------------
 

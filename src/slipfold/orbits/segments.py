@@ -118,12 +118,14 @@ class Segments(Discretisation):
         return np.clip(which, 0, self.segments - 1), within
 
     def moved_to(
-        self, other: Segments, nodes: Array, constants: Constants, along: Array, rates: Array
+        self, other: Discretisation, nodes: Array, constants: Constants, along: Array, rates: Array
     ) -> tuple[Array, Array]:
-        """Return an orbit and a direction at the phases of another.
+        """Return an orbit and a direction at the phases of another discretisation.
 
         Shapes: nodes, along (m, n); rates (k,); returns nodes and direction (m', n).
         """
+        if not isinstance(other, Segments):
+            return nodes, along
         which, states, matrices, vectors = self.carried_to(nodes, constants, other.start)
         return states, np.einsum("jab,jb->ja", matrices, along[which]) + vectors @ rates
 

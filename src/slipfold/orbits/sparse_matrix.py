@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from functools import cache, cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.continuation.whole_matrix import SquareMatrix
-
-if TYPE_CHECKING:
-    from slipfold.orbits.linearisation import Linearisation
 
 __all__ = ["Sparse"]
 
@@ -27,38 +24,43 @@ class Sparse(SquareMatrix):
 
     Parameters
     ----------
-    linearisation
-        The derivatives.
-    row
-        The last row, shape (m n + k,).
+    blocks
+        Transition matrices of the segments, shape (m, n, n).
+    along
+        Derivatives of the segments' ends by the k scaled parameters, shape (m, n, k).
+    lines
+        The rows below, the last one at the end, shape (k, m n + k).
     """
 
-    def __init__(self, linearisation: Linearisation, row: Array) -> None:
-        self.linearisation = linearisation
-        self.row = row
+    def __init__(self, blocks: Array, along: Array, lines: Array) -> None:
+        self.blocks = blocks
+        self.along = along
+        self.lines = lines
 
     @property
     def matrix(self) -> Array:
         """The whole matrix."""
-        return np.concatenate([self.linearisation.jacobian, self.row[None]])
+        return np.asarray(self._entries.toarray())
+
+    @cached_property
+    def _entries(self) -> Any:
+        """The entries, by columns."""
+        from scipy.sparse import csc_array
+
+        m, n, k = self.along.shape
+        order, rows, begins = _pattern(m, n, k)
+        ones = np.full(m * n, -1.0)
+        data = np.concatenate([self.blocks.ravel(), ones, self.along.ravel(), self.lines.ravel()])
+        size = m * n + k
+        return csc_array((data[order], rows, begins), shape=(size, size))
 
     @cached_property
     def _factors(self) -> Any:
         """Sparse factors, None of a matrix that is exactly singular."""
-        from scipy.sparse import csc_array
         from scipy.sparse.linalg import splu
 
-        part = self.linearisation
-        m, n, k = part.along.shape
-        gradients = part.conditions.gradients
-        lines = self.row[None] if gradients is None else np.vstack([gradients, self.row])
-        order, rows, begins = _pattern(m, n, k)
-        ones = np.full(m * n, -1.0)
-        data = np.concatenate([part.blocks.ravel(), ones, part.along.ravel(), lines.ravel()])
-        size = m * n + k
-        matrix = csc_array((data[order], rows, begins), shape=(size, size))
         try:
-            return splu(matrix)
+            return splu(self._entries)
         except RuntimeError:
             return None
 
@@ -80,7 +82,7 @@ class Sparse(SquareMatrix):
 
     @cached_property
     def _kernel(self) -> Array:
-        unit = np.zeros(len(self.row))
+        unit = np.zeros(self.lines.shape[1])
         unit[-1] = 1.0
         return self.solve(unit)
 
