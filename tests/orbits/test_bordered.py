@@ -23,6 +23,7 @@ def test_elimination_gives_what_the_whole_matrix_gives(m, n, k):
     row = generator.normal(size=size)
     for bordered in (Eliminated(linearisation, row), linearisation.bordered(row)):
         assert_like_the_whole(bordered, right)
+        assert np.array_equal(bordered.matrix, np.vstack([linearisation.jacobian, row]))
 
 
 def assert_like_the_whole(bordered, right):

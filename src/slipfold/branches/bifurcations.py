@@ -188,12 +188,14 @@ class Bifurcations(Zeros[OrbitPoint]):
     def hidden(
         self, found: list[Found], known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint
     ) -> list[Found]:
-        """Return where several pairs cross the unit circle at once, so that there is a double zero.
+        """Return where pairs cross the unit circle though their test function does not tell.
 
-        Two equal parts of a structure, which friction does not tell apart, do.
+        It has a double zero where two pairs cross at once, as those of two equal parts of a
+        structure do, which friction does not tell apart; and it is zero everywhere beside two real
+        multipliers whose product is always one, as those of x'' = x.
         """
         change = abs(b.unstable - a.unstable)
-        if found or change < 4 or change % 2:
+        if found or change < 2 or change % 2:
             return []
         place = min(a.unstable, b.unstable)
 
@@ -201,6 +203,8 @@ class Bifurcations(Zeros[OrbitPoint]):
             return float(np.log(np.sort(np.abs(point.multipliers))[::-1][place]))
 
         point = locate(self._orbits, known, a, b, growth)
+        if not _crossing(point.multipliers, place, change):
+            return []
         slope = (growth(b) - growth(a)) / (b.arclength - a.arclength)
         return [Found(next(name for name in PAIRED if name in a.tests), point, slope)]
 
@@ -239,6 +243,17 @@ def _undamped(found: Found, a: OrbitPoint, b: OrbitPoint) -> bool:
     """
     on_circle = int(np.count_nonzero(np.abs(np.abs(found.point.multipliers) - 1) < LOCATED))
     return found.type in PAIRED and on_circle > 2 and min(map(_off_circle, (a, b))) < TEST_NOISE
+
+
+def _crossing(values: NDArray[np.complex128], place: int, count: int) -> bool:
+    """Whether multipliers, counted from the largest, are on the unit circle and not real.
+
+    Shapes: values (n,).
+    """
+    order = np.argsort(-np.abs(values), kind="stable")
+    critical = values[order[place : place + count]]
+    on_circle = np.abs(np.abs(critical) - 1) < ON_CIRCLE
+    return bool((on_circle & (np.abs(critical.imag) > REAL)).all())
 
 
 def _turns(found: Found) -> bool:
