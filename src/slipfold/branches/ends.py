@@ -10,6 +10,7 @@ from slipfold.branches.homoclinic import nears_homoclinic
 from slipfold.continuation.end import End
 from slipfold.continuation.follow import EDGE, Endings
 from slipfold.continuation.locate import LostCurveError
+from slipfold.continuation.newton import SINGULAR
 from slipfold.continuation.search import Found
 from slipfold.continuation.settings import Stepping
 from slipfold.continuation.trail import Trail
@@ -81,10 +82,11 @@ def failure_reason(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[
         if margin < (CLOSE_TO_LIMIT - 1) * limit.bound:
             reason = limit.reason.format(value=margin + limit.bound)
             return "limit", f"{reason} (no orbit was found any nearer to the limit)"
-    if singular:
+    if singular or SINGULAR in failure.reason:
         reason = (
             "the orbit comes to where the equations have no value, such as the logarithm or root "
-            f"of what is negative, and no orbit was found beyond ({failure.reason})"
+            "of what is negative or a quotient 0/0 (x/(1 - exp(-x)) is written 1/exprel(-x)), and "
+            f"no orbit was found beyond ({failure.reason})"
         )
         return failure.kind, reason
     limits = ", ".join(

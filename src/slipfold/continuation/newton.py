@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
+    "SINGULAR",
     "Bordered",
     "Correction",
     "Equations",
