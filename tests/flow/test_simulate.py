@@ -185,7 +185,7 @@ def test_an_overflow_says_when_it_was_at_the_earliest():
     # cosh(1/w) is beyond what there is.
     steep = sf.System(
         parameters={"w": 1e-4},
-        states={"x": "v", "v": "cos(t) - x - 0.1*v - 0.5/cosh(v/w)^2"},
+        states={"x": "v", "v": "cos(t) - x - 0.1*v - 0.5/cosh(v/w)^3"},
         forcing={"period": "2*pi"},
     )
     run = simulate(steep, 5, [0.1, 0.05])

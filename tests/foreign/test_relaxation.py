@@ -62,3 +62,19 @@ def test_what_it_leads_to_are_the_spikes_that_a_stiff_integrator_finds(spiking):
     cycles = spiking.branches[1]
     assert cycles.stable[-1]
     assert closes_by_radau(cycles.orbit(len(cycles) - 1)) < 1e-8
+
+
+@pytest.mark.parametrize("eps", [0.04])
+def test_sharp_canards_are_gone_through_at_both_ends_of_the_spikes(eps):
+    """Turning v, w and I round (0, 7/8, 7/8) leaves the equations as they are."""
+    folds = []
+    for span in ((0.305, 0.32), (1.445, 1.43)):
+        rest, cycles = sf.response(
+            fitzhugh_nagumo(eps), vary="I", span=span, settings=BY_COLLOCATION
+        ).branches
+        assert [item.type for item in rest.special] == ["HB"]
+        assert [item.type for item in cycles.special] == ["LP"]  # a plane has no period doubling
+        assert cycles.stopped.kind == "span"
+        assert (cycles.multipliers.real > 0).all()
+        folds.append(cycles.special[0].value)
+    assert sum(folds) == pytest.approx(1.75, abs=1e-10)

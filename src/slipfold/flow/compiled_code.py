@@ -72,6 +72,7 @@ class CompiledCode:
                 state=[0.0] * self._equations.dimension,
                 tol=self._tolerance,
                 t_events=self._turns.events(self._places(), batch=False),
+                nt_events=self._turns.passed(self._places(), batch=False),
             )
 
         return self._own("single", build)
@@ -291,6 +292,7 @@ class CompiledCode:
             tol=tolerance or self._tolerance,
             compact_mode=True,
             t_events=self._turns.events(places, batch=True),
+            nt_events=self._turns.passed(places, batch=True),
         )
 
     def _directions(self, letter: str, symbols: Iterable[Any]) -> list[Any]:

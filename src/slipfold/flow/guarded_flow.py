@@ -198,13 +198,14 @@ class GuardedFlow:
             hy.t_event(item, direction=hy.event_direction.negative)
             for item in hy.subs(scaled.express(watched), known)
         ]
-        events += sharp_turns(equations, outputs).scaled(scaled).events(known, batch=False)
+        turns = sharp_turns(equations, outputs).scaled(scaled)
         return hy.taylor_adaptive(
             list(zip(equations.states, rates, strict=True)),
             state=[0.0] * equations.dimension,
             pars=[0.0] * (len(symbols) + len(watched)),
             tol=TOLERANCE,
-            t_events=events,
+            t_events=[*events, *turns.events(known, batch=False)],
+            nt_events=turns.passed(known, batch=False),
         )
 
 

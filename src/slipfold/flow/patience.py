@@ -51,7 +51,7 @@ def arrive(batch: Any, ends: Array) -> list[Any]:
 
     Return each lane's outcome.
     """
-    free, taken = STEEP if batch.with_events else CALL, 0
+    free, taken = STEEP if _turns(batch) else CALL, 0
     while True:
         before = batch.time.copy()
         batch.propagate_until(ends, max_steps=CALL)
@@ -66,6 +66,11 @@ def arrive(batch: Any, ends: Array) -> list[Any]:
             return outcomes
 
 
+def _turns(integrator: Any) -> bool:
+    """Whether formulas turn sharply: these have terminal events, of which some cool down."""
+    return integrator.with_events and np.size(integrator.te_cooldowns) > 0
+
+
 def _outcomes(batch: Any) -> list[Any]:
     """Return how the last integration ended in each lane."""
     return [item[0] for item in batch.propagate_res]
@@ -77,7 +82,7 @@ def sampled(batch: Any, times: Array) -> Array:
     Shapes: times (m, n_lanes); returns (m, n, n_lanes).
     """
     start = batch.state.copy()
-    found = batch.propagate_grid(times, max_steps=STEEP if batch.with_events else CALL)[1]
+    found = batch.propagate_grid(times, max_steps=STEEP if _turns(batch) else CALL)[1]
     if STOPPED not in _outcomes(batch):
         return np.asarray(found)
     states = np.empty((len(times), *start.shape))
@@ -120,6 +125,6 @@ def pass_through(single: Any, times: Array, *, patient: bool = True) -> Array:
         place += len(known)
         if int(outcome) != STEP_LIMIT or place == len(times) or not patient:
             break
-        if go_on(single, times[place], steep=single.with_events) == STEP_LIMIT:
+        if go_on(single, times[place], steep=_turns(single)) == STEP_LIMIT:
             break
     return states

@@ -44,7 +44,7 @@ ends a step at half of its distance."""
 COOLDOWN = 1e-10
 """Phase in which an edge just met is not met again: more than rounding, less than a crossing."""
 
-VERSION = f"turns of powers, unfed={FLAT, STEEP_POWER, WEIGHT, COOLDOWN, FASTER}"
+VERSION = f"turns of powers, unfed apart={FLAT, STEEP_POWER, WEIGHT, COOLDOWN, FASTER}"
 """What is compiled with other events differs."""
 
 # Where a motion with events ends in NaN, heyoka warns on the terminal; here that is data.
@@ -61,21 +61,24 @@ class SharpTurns:
         A step ends where one of these becomes positive, or negative.
     watched
         These are positive and no event; but their poles, close to the turns, shorten the steps.
+    unfed
+        These are positive and no event either, and have nothing to do with turns: how large states
+        are that nothing feeds.
     """
 
     rising: tuple[Expression, ...] = ()
     falling: tuple[Expression, ...] = ()
     watched: tuple[Expression, ...] = ()
+    unfed: tuple[Expression, ...] = ()
 
     def scaled(self, scaled: Scaled) -> SharpTurns:
         """Return the same for an integrator in scaled states."""
         express = scaled.express
-        return SharpTurns(
-            tuple(express(self.rising)), tuple(express(self.falling)), tuple(express(self.watched))
-        )
+        parts = (self.rising, self.falling, self.watched, self.unfed)
+        return SharpTurns(*(tuple(express(part)) for part in parts))
 
     def events(self, known: Mapping[str, Expression], *, batch: bool) -> list[Any]:
-        """Return the events of an integrator."""
+        """Return the terminal events of an integrator."""
         event, go_on = (hy.t_event_batch, _all_go_on) if batch else (hy.t_event, _go_on)
         up, down = hy.event_direction.positive, hy.event_direction.negative
         directed = [*((item, up) for item in self.rising), *((item, down) for item in self.falling)]
@@ -84,6 +87,11 @@ class SharpTurns:
             for item, direction in directed
         ]
         return edges + [event(hy.subs(item, known)) for item in self.watched]
+
+    def passed(self, known: Mapping[str, Expression], *, batch: bool) -> list[Any]:
+        """Return the other events of an integrator, which tells how patient it is by the former."""
+        event, go_on = (hy.nt_event_batch, _all_go_on) if batch else (hy.nt_event, _go_on)
+        return [event(hy.subs(item, known), callback=go_on) for item in self.unfed]
 
 
 def sharp_turns(equations: Equations, outputs: Sequence[Expression] = ()) -> SharpTurns:
@@ -103,7 +111,8 @@ def sharp_turns(equations: Equations, outputs: Sequence[Expression] = ()) -> Sha
     sums += [1.0 + operations[index].expression ** 2.0 for index in _arctangents(operations)]
     # Squared, because a sum may be negative too.
     watched = [1.0 + WEIGHT * hy.log(item**2.0) for item in sums]
-    return SharpTurns(tuple(rising), tuple(falling), (*watched, *relative_sizes(equations)))
+    unfed = relative_sizes(equations)
+    return SharpTurns(tuple(rising), tuple(falling), tuple(watched), tuple(unfed))
 
 
 def _saturations(operations: Sequence[Operation]) -> Iterator[tuple[int, float]]:

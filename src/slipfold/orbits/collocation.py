@@ -146,6 +146,15 @@ class Collocation(Segments):
         mismatch = solved.ends - scaled[self._following]
         return mismatch, solved.matrices, along * (self.units / np.sqrt(self.segments))
 
+    def divergence(self, nodes: Array, constants: Constants) -> float:
+        """Return the integral of the rates' divergence over the orbit.
+
+        Shapes: nodes (m, n).
+        """
+        solved = self._solved(nodes / self.scales, constants)
+        traces = np.einsum("jkaa->jk", solved.jacobians)
+        return float(self.lengths @ (traces @ solved.gauss.weights))
+
     def _field(self, constants: Constants) -> Field:
         return Field(self.flow, constants, self.scales, self.indices)
 

@@ -18,6 +18,10 @@ from slipfold.orbits.spectrum.multipliers import CycleMultipliers
 __all__ = ["Cycles"]
 
 Array = NDArray[np.float64]
+Values = NDArray[np.complex128]
+
+PLANE = 2
+"""States of a model whose cycles have one multiplier of their own."""
 
 ALIGNMENTS = 3
 """Corrections of a phase, each of which leaves the square of what was left before."""
@@ -75,6 +79,18 @@ class Cycles(Orbits):
         transitions = self.by.transitions(self.nodes(z), self.constants(z))
         gauge = Conditions(np.zeros(1), self.flow_direction(z)[None])
         return Linearisation(*transitions, gauge, self.spectrum.matrix)
+
+    def eigenvalues(self, z: Array, linearisation: Linearisation) -> Values:
+        """Return the multipliers besides that of the flow's direction, largest modulus first.
+
+        In a plane it is one, and by Liouville's formula it is the exponential of the divergence
+        integrated over a round: known also where a segment lasts many times the fastest decay.
+        """
+        divergence = self.by.divergence(self.nodes(z), self.constants(z))
+        if divergence is None or len(self.scales) != PLANE:
+            return super().eigenvalues(z, linearisation)
+        with np.errstate(over="ignore"):
+            return np.array([np.exp(divergence)], dtype=complex)
 
     def flow_direction(self, z: Array) -> Array:
         """Return the unit vector along which beginning later shifts a cycle; zero at rest."""

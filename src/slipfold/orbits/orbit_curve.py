@@ -78,7 +78,7 @@ class OrbitCurve(Curve[OrbitPoint]):
         """
         linearisation, bordered = correction.linearisation, correction.bordered
         tangent = bordered.tangent()
-        multipliers = self.orbits.spectrum.values(linearisation)
+        multipliers = self.orbits.eigenvalues(correction.z, linearisation)
         return OrbitPoint(
             correction.z,
             tangent,
@@ -318,6 +318,10 @@ class Orbits(OrbitCurve):
     def growth(self, linearisation: Linearisation) -> float:
         """Return an upper bound of the logarithms of the multipliers' moduli."""
         return self.spectrum.growth(linearisation)
+
+    def eigenvalues(self, z: Array, linearisation: Linearisation) -> Values:
+        """Return the eigenvalues of the matrix that is watched, largest modulus first."""
+        return self.spectrum.values(linearisation)
 
     def multipliers(self, point: OrbitPoint) -> Values:
         """Return the multipliers that results list, shape (n,)."""

@@ -54,6 +54,13 @@ class Segments(Discretisation):
         Shapes: nodes (m, n); returns mismatch (m, n), blocks (m, n, n), along (m, n, k).
         """
 
+    def divergence(self, nodes: Array, constants: Constants) -> float | None:
+        """Return the integral of the rates' divergence over the orbit, None if it is not at hand.
+
+        Shapes: nodes (m, n).
+        """
+        return None
+
     @abstractmethod
     def advanced(self, nodes: Array, constants: Constants, turns: float) -> Array:
         """Return the states some forcing periods later, shape (m, n).
