@@ -54,17 +54,13 @@ export class DiagramPlot {
     this.#tellBusy();
     session.diagramArrived.subscribe(() => this.#schedule());
     session.pinsChanged.subscribe(() => this.#schedule());
-    session.progressed.subscribe(({ progress, value }) => {
-      const { vary } = session.view;
-      this.#progress.textContent = ` ${progress}, ${vary} = ${withUnit(session.quantity(vary), value)}`;
-    });
+    session.progressed.subscribe((far) => { this.#progress.textContent = far ? this.#told(far) : ""; });
     session.placeChanged.subscribe(() => this.#place());
     session.failed.subscribe(({ sentence }) => sentence && this.#tellBusy());
     session.connection.changed.subscribe(() => this.#tellBusy());
     session.store.changed.subscribe(({ view, before }) => {
       if (view.zoom !== before.zoom) this.#schedule();
       if (view.model !== before.model) this.#simulated = null;
-      if (this.#isFaint) this.#progress.textContent = "";
       this.#place();
       if (this.#isFaint !== this.#isDrawnFaint) this.#schedule();
       this.#tellBusy();
@@ -206,6 +202,11 @@ export class DiagramPlot {
   }
 
   /** Whether what is drawn is still to be replaced; what is of another model is not shown. */
+  #told({ progress, value }) {
+    const { vary } = this.#session.view;
+    return ` ${progress}, ${vary} = ${withUnit(this.#session.quantity(vary), value)}`;
+  }
+
   #tellBusy() {
     const { isSettled, diagram, connection, hasFailed } = this.#session;
     const isPainted = !diagram || this.#painted === this.#asked;

@@ -13,7 +13,7 @@ const KEPT_ORBITS = 60;
 export class Session {
   /** The live diagram: `{answer, view}`. */
   diagramArrived = new Signal();
-  /** How far the live diagram has come: `{progress, value}`. */
+  /** How far the live diagram has come: `{progress, value}`, or null when another is asked for. */
   progressed = new Signal();
   /** Pinned diagrams: a map from pin id to answer. */
   pinsChanged = new Signal();
@@ -134,6 +134,7 @@ export class Session {
     const key = JSON.stringify(request);
     if (key === this.#keys.diagram) return;
     this.#keys.diagram = key;
+    this.progressed.announce(null);
     const onAnswer = (answer) => {
       if (answer.progress) {
         this.progressed.announce(answer);
