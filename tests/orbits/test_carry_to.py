@@ -6,7 +6,7 @@ import pytest
 import slipfold as sf
 from slipfold.continuation.walk import Failure
 from slipfold.flow import patience
-from slipfold.flow.typical_sizes import measured
+from slipfold.flow.sizes.typical_sizes import measured
 from slipfold.orbits.carry_to import Straight, carry_to
 from slipfold.orbits.find_response import guess_orbit
 from slipfold.orbits.forced_orbits import ForcedOrbits

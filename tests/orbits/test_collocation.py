@@ -6,8 +6,8 @@ import pytest
 import slipfold as sf
 from slipfold.continuation.newton import correct
 from slipfold.models import model_named
-from slipfold.orbits.collocation import Collocation
 from slipfold.orbits.cycles import Cycles
+from slipfold.orbits.discretisations.collocation import Collocation
 from slipfold.orbits.forced_orbits import ForcedOrbits
 
 BY_COLLOCATION = sf.Settings(discretisation="collocation", largest_period=2)

@@ -19,7 +19,7 @@ from slipfold.continuation.end import End
 from slipfold.continuation.trail import Trail
 from slipfold.errors import BREAKDOWNS, InputError, breakdown
 from slipfold.flow import flow_of
-from slipfold.flow.typical_sizes import measured_within
+from slipfold.flow.sizes.typical_sizes import measured_within
 from slipfold.models.model import Model
 from slipfold.orbits.by_collocation import by_collocation
 from slipfold.orbits.forced_orbits import ForcedOrbits

@@ -14,11 +14,11 @@ from slipfold.continuation.atlas import Chart, Start
 from slipfold.continuation.search import Found
 from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.births import Newborn, cycle_of_no_amplitude, passed_twice
-from slipfold.orbits.collocation import Collocation
+from slipfold.orbits.discretisations.collocation import Collocation
+from slipfold.orbits.discretisations.shooting import Shooting
 from slipfold.orbits.equilibria import Equilibria
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
-from slipfold.orbits.shooting import Shooting
 
 __all__ = ["Junction", "find_meeting", "junctions_on"]
 

@@ -14,7 +14,7 @@ from slipfold.checks.retraced import Motion, retrace
 from slipfold.checks.sensitivity import sensitivity
 from slipfold.flow.equilibrium import PUSH
 from slipfold.flow.flow import flow_of
-from slipfold.flow.own_sizes import unfed_states
+from slipfold.flow.sizes.own_sizes import unfed_states
 from slipfold.flow.trajectory import Trajectory
 
 __all__ = ["check_motion"]

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.flow.flow import flow_of
-from slipfold.flow.own_sizes import own_sizes
 from slipfold.flow.precision import LANES
+from slipfold.flow.sizes.own_sizes import own_sizes
 from slipfold.flow.trajectory import Trajectory
 
 __all__ = ["sensitivity"]

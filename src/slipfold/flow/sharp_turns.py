@@ -18,7 +18,7 @@ import heyoka as hy
 from slipfold.flow.elementary import Operation, take_apart
 from slipfold.flow.equations import Equations
 from slipfold.flow.scaled import Scaled
-from slipfold.flow.unfed import FASTER, relative_sizes
+from slipfold.flow.sizes.unfed import FASTER, relative_sizes
 from slipfold.models.output import Expression
 
 __all__ = ["VERSION", "SharpTurns", "sharp_turns"]

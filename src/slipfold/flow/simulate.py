@@ -16,8 +16,8 @@ from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import CHUNK, Stop, guarded_flow_of
 from slipfold.flow.pace import divided, paced
 from slipfold.flow.settlement import Settlement, judge_settlement
+from slipfold.flow.sizes.typical_sizes import measured
 from slipfold.flow.trajectory import Trajectory
-from slipfold.flow.typical_sizes import measured
 from slipfold.models.model import Model
 from slipfold.models.suggestion import suggest
 

@@ -9,7 +9,7 @@ from itertools import product
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.errors import InputError
-from slipfold.flow.typical_sizes import measured_within
+from slipfold.flow.sizes.typical_sizes import measured_within
 from slipfold.loci.fan import FanLine, follow_fan, follow_settled, largest_period
 from slipfold.loci.follow import LOCUS_TYPES, follow_found
 from slipfold.loci.locus import Locus

@@ -26,11 +26,11 @@ from slipfold.loci.start import LocusStart, parent_start, regular_start, starts_
 from slipfold.loci.window import Window, check_window
 from slipfold.models.model import Model
 from slipfold.orbits.check import rests
+from slipfold.orbits.discretisations.shooting import SEGMENTS
 from slipfold.orbits.equilibria import Equilibria
 from slipfold.orbits.kinds import orbits_of
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
-from slipfold.orbits.shooting import SEGMENTS
 from slipfold.orbits.spectrum.eigenvalues import Cayley
 
 __all__ = ["LOCUS_TYPES", "follow_found", "follow_loci"]

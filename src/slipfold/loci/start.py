@@ -20,9 +20,9 @@ from slipfold.loci.describe import plane_of
 from slipfold.loci.locus_equations import LocusEquations
 from slipfold.loci.special_points import DOUBLED
 from slipfold.orbits.births import Newborn, cycle_of_no_amplitude, passed_twice
+from slipfold.orbits.discretisations.shooting import Shooting
 from slipfold.orbits.equilibria import Equilibria
 from slipfold.orbits.orbit_point import OrbitPoint
-from slipfold.orbits.shooting import Shooting
 from slipfold.orbits.spectrum.degeneracy import PAIRED
 from slipfold.orbits.spectrum.eigenvalues import Cayley
 from slipfold.orbits.spectrum.floquet import floquet_multipliers

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.flow.equations import Constants
+from slipfold.orbits.discretisations.shooting import Shooting
 from slipfold.orbits.linearisation import Linearisation
 from slipfold.orbits.orbit_curve import Orbits
-from slipfold.orbits.shooting import Shooting
 
 __all__ = ["SegmentMap"]
 

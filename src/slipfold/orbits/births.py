@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.orbits.cycles import Cycles
+from slipfold.orbits.discretisations.segments import Cut, Segments
+from slipfold.orbits.discretisations.shooting import Shooting
 from slipfold.orbits.equilibria import Equilibria
 from slipfold.orbits.orbit_curve import Orbits
-from slipfold.orbits.segments import Cut, Segments
-from slipfold.orbits.shooting import Shooting
 from slipfold.orbits.spectrum.eigenvalues import transition
 from slipfold.orbits.spectrum.multipliers import on_quotient
 

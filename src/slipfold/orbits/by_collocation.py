@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from slipfold.orbits.collocation import Collocation
+from slipfold.orbits.discretisations.collocation import Collocation
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.models.model import Model
+from slipfold.orbits.discretisations.vector_field import VectorField
 from slipfold.orbits.linearisation import NO_CONDITIONS, Linearisation, defect_of
 from slipfold.orbits.orbit_curve import Orbits, Values
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.spectrum.degeneracy import Degeneracy
 from slipfold.orbits.spectrum.eigenvalues import Eigenvalues, Paced, eigenvalues_of
-from slipfold.orbits.vector_field import VectorField
 
 __all__ = ["Equilibria"]
 

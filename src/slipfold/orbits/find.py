@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import InputError
 from slipfold.flow import flow_of
-from slipfold.flow.typical_sizes import measured
+from slipfold.flow.sizes.typical_sizes import measured
 from slipfold.models.model import Model
 from slipfold.orbits.carry_to import hold_parameter
 from slipfold.orbits.find_cycle import find_cycle

@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import InputError
 from slipfold.flow import flow_of
-from slipfold.flow.typical_sizes import measured
+from slipfold.flow.sizes.typical_sizes import measured
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
 from slipfold.orbits.cycles import Cycles
-from slipfold.orbits.shooting import SEGMENTS
+from slipfold.orbits.discretisations.shooting import SEGMENTS
 from slipfold.orbits.spectrum.eigenvalues import unit_of_time
 
 __all__ = ["find_cycle"]

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.models.model import Model
+from slipfold.orbits.discretisations.segments import Cut, Segments
+from slipfold.orbits.discretisations.shooting import SEGMENTS, Shooting
 from slipfold.orbits.linearisation import NO_CONDITIONS, Linearisation, defect_of
 from slipfold.orbits.orbit_curve import Orbits
-from slipfold.orbits.segments import Cut, Segments
-from slipfold.orbits.shooting import SEGMENTS, Shooting
 from slipfold.orbits.spectrum.degeneracy import Degeneracy
 from slipfold.orbits.spectrum.multipliers import Multipliers
 

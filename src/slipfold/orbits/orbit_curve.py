@@ -17,7 +17,7 @@ from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.equations import Constants
 from slipfold.models.model import Model
-from slipfold.orbits.discretisation import Discretisation
+from slipfold.orbits.discretisations.discretisation import Discretisation
 from slipfold.orbits.linearisation import Linearisation
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.spectrum.degeneracy import Degeneracy

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipfold.errors import InputError
-from slipfold.flow.typical_sizes import measured_within
+from slipfold.flow.sizes.typical_sizes import measured_within
 from slipfold.models.model import Model
 from slipfold.thresholds.threshold_search import INTERRUPTED, ThresholdSearch
 

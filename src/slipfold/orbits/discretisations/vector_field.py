@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.flow.equations import Constants
-from slipfold.orbits.discretisation import Discretisation
+from slipfold.orbits.discretisations.discretisation import Discretisation
 
 __all__ = ["VectorField"]
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from slipfold.flow.equations import Constants
 from slipfold.models.model import Model
-from slipfold.orbits.discretisation import Discretisation
+from slipfold.orbits.discretisations.discretisation import Discretisation
 from slipfold.orbits.spectrum.degeneracy import Degeneracy
 
 __all__ = ["Cut", "Segments"]

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from slipfold.collocation.mesh import spread, steepness
 from slipfold.flow.equations import Constants
 from slipfold.models.model import Model
-from slipfold.orbits.intervals import STAGES, Field, Solved, solve_intervals
-from slipfold.orbits.segments import Segments
+from slipfold.orbits.discretisations.intervals import STAGES, Field, Solved, solve_intervals
+from slipfold.orbits.discretisations.segments import Segments
 
 __all__ = ["Collocation"]
 

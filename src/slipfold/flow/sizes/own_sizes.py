@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.flow.flow import flow_of
-from slipfold.flow.unfed import unfed_groups
+from slipfold.flow.sizes.unfed import unfed_groups
 from slipfold.models.model import Model
 
 __all__ = ["own_sizes", "unfed_states"]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from slipfold.flow.equations import Constants
 from slipfold.models.model import Model
-from slipfold.orbits.segments import Segments
+from slipfold.orbits.discretisations.segments import Segments
 
 __all__ = ["SEGMENTS", "Shooting"]
 

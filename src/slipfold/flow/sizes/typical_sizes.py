@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.errors import InputError
-from slipfold.flow.balance import balanced, coupled
 from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.mean_state import PHASES, mean_state
 from slipfold.flow.scaled import power_of_two
+from slipfold.flow.sizes.balance import balanced, coupled
 from slipfold.models.model import Model
 
 __all__ = ["measured", "measured_within"]

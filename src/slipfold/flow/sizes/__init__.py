@@ -1,0 +1,1 @@
+"""How large states are, and which of them nothing feeds."""

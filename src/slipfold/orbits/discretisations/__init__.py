@@ -1,0 +1,1 @@
+"""How orbits become equations: shooting, collocation, and of equilibria the vector field itself."""
