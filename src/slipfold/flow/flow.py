@@ -14,6 +14,7 @@ from slipfold.errors import InputError
 from slipfold.flow.compiled_code import JET_ORDER, CompiledCode
 from slipfold.flow.dense_motion import DenseMotion
 from slipfold.flow.equations import Constants, Equations, build_equations
+from slipfold.flow.evaluated import Evaluated
 from slipfold.flow.lanes import by_lane, carried, chunks, forget, joined, padded, set_out
 from slipfold.flow.patience import ARRIVED, arrive, pass_through, sampled
 from slipfold.flow.precision import LANES, TOLERANCE
@@ -29,7 +30,7 @@ TINY = 1e-300
 """Length of a step that is taken for what is known before it."""
 
 
-class Flow:
+class Flow(Evaluated):
     """The flow of a model over phase (time in forcing periods).
 
     Trajectories that meet a singularity come back as NaN.
@@ -43,10 +44,9 @@ class Flow:
     """
 
     def __init__(self, equations: Equations, tolerance: float = TOLERANCE) -> None:
+        super().__init__(CompiledCode(equations, tolerance), equations.dimension)
         self.equations = equations
-        self._code = CompiledCode(equations, tolerance)
         self.tolerance = tolerance
-        self.dimension = equations.dimension
         self.output_names = tuple(name for name, _ in equations.outputs)
 
     def output_index(self, name: str) -> int:
@@ -300,28 +300,6 @@ class Flow:
             batch.state[:n] = state[:, None]
         return batch
 
-    def rates(self, states: Array, phases: Array, constants: Constants) -> Array:
-        """Evaluate dq/dphase.
-
-        Shapes: states (m, n); phases (m,); returns (m, n).
-        """
-        return self._evaluate(self._code.rates, states, phases, constants)
-
-    def jacobians(self, states: Array, phases: Array, constants: Constants) -> Array:
-        """Evaluate the Jacobian of dq/dphase with respect to the states.
-
-        Shapes: states (m, n); phases (m,); returns (m, n, n).
-        """
-        n = self.dimension
-        return self._evaluate(self._code.jacobian, states, phases, constants).reshape(-1, n, n)
-
-    def outputs(self, states: Array, phases: Array, constants: Constants) -> Array:
-        """Evaluate all outputs, the states first.
-
-        Shapes: states (m, n); phases (m,); returns (m, n_outputs).
-        """
-        return self._evaluate(self._code.outputs, states, phases, constants)
-
     def trajectory(
         self, state: Array, constants: Constants, grid: Array, *, patient: bool = True
     ) -> Array:
@@ -352,56 +330,6 @@ class Flow:
         single.pars[:] = constants.known
         output = single.propagate_until(end, max_steps=steps, c_output=True)[4]
         return output and DenseMotion(np.array(output.times), output, constants.scales)
-
-    def curvatures(
-        self,
-        states: Array,
-        phases: Array,
-        constants: Constants,
-        vectors: Array,
-        directions: Array,
-    ) -> tuple[Array, Array]:
-        """Differentiate the slopes of the rates along vectors, each at a state of its own.
-
-        Shapes: states, vectors (m, n); phases (m,); directions (n_c, k); returns second (m, n, n),
-        mixed (m, n, k).
-        """
-        m, n, k = len(states), self.dimension, directions.shape[1]
-        more = np.concatenate([np.repeat(vectors, k, axis=0), np.tile(directions.T, (m, 1))], 1)
-        rows, at = np.repeat(states, k, axis=0), np.repeat(phases, k)
-        found = self._evaluate(self._code.curvature, rows, at, constants, more)
-        found = found.reshape(m, k, n * n + n)
-        mixed = np.swapaxes(found[:, :, n * n :], 1, 2)
-        return found[:, 0, : n * n].reshape(m, n, n), mixed
-
-    def pulls(self, states: Array, phases: Array, constants: Constants, directions: Array) -> Array:
-        """Return the derivatives of the rates along changes of the coefficients.
-
-        Shapes: states (m, n); phases (m,); directions (n_c, k); returns (m, n, k).
-        """
-        m, k = len(states), directions.shape[1]
-        rows, at = np.repeat(states, k, axis=0), np.repeat(phases, k)
-        along = np.tile(directions.T, (m, 1))
-        found = self._evaluate(self._code.pull, rows, at, constants, along)
-        return found.reshape(m, k, -1).transpose(0, 2, 1)
-
-    def powers(
-        self, states: Array, phases: Array, constants: Constants, vectors: Array
-    ) -> tuple[Array, Array]:
-        """Return second and third derivatives of the rates along vectors.
-
-        Shapes: states, vectors (m, n); phases (m,); returns second, third (m, n).
-        """
-        found = self._evaluate(self._code.powers, states, phases, constants, vectors)
-        return found[:, : self.dimension], found[:, self.dimension :]
-
-    def _evaluate(
-        self, function: Any, states: Array, phases: Array, c: Constants, more: Array | None = None
-    ) -> Array:
-        one = c.values.ndim == 1
-        values = np.repeat(c.values[:, None], len(states), axis=1) if one else c.values.T
-        rows = [states.T, phases[None], values, *([] if more is None else [more.T])]
-        return function(np.ascontiguousarray(np.concatenate(rows))).T
 
     def _prepare(
         self, batch: Any, states: Array, start: Array, constants: Constants, some: slice

@@ -20,7 +20,7 @@ from slipfold.loci.describe import plane_of
 from slipfold.loci.locus_equations import LocusEquations
 from slipfold.loci.special_points import DOUBLED
 from slipfold.orbits.births import Newborn, cycle_of_no_amplitude, passed_twice
-from slipfold.orbits.discretisations.shooting import Shooting
+from slipfold.orbits.discretisations.segments import Segments
 from slipfold.orbits.equilibria import Equilibria
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.spectrum.degeneracy import PAIRED
@@ -124,11 +124,14 @@ def parent_start(curve: LocusEquations, point: OrbitPoint, settings: Settings) -
         z = resting.pack(nodes.mean(axis=0, keepdims=True), orbits.values(point.z))
         parent = LocusEquations(resting, "HB")
     else:
-        m, shooting = orbits.segments, orbits.by
-        assert isinstance(shooting, Shooting)
-        halves = shooting.halved(nodes, orbits.constants(point.z))
-        z = orbits.join(0.5 * (halves[:m] + halves[m:]), orbits.free_values(point.z))
-        parent = LocusEquations(orbits.with_period(orbits.period // 2), "PD")
+        half = orbits.with_period(orbits.period // 2)
+        assert isinstance(orbits.by, Segments)
+        assert isinstance(half.by, Segments)
+        rounds = [half.by.start, half.by.start + half.period]
+        halves = orbits.by.states(nodes, orbits.constants(point.z), np.concatenate(rounds))
+        both = halves.reshape(2, half.segments, -1)
+        z = half.join(both.mean(axis=0), orbits.free_values(point.z))
+        parent = LocusEquations(half, "PD")
     try:
         return regular_start(parent, z, settings)
     except InputError:

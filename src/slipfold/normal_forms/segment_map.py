@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.flow.equations import Constants
-from slipfold.orbits.discretisations.shooting import Shooting
+from slipfold.orbits.discretisations.segments import Segments
 from slipfold.orbits.linearisation import Linearisation
 from slipfold.orbits.orbit_curve import Orbits
 
@@ -54,8 +54,8 @@ class SegmentMap:
         linearisation: Linearisation,
         scales: Array | None = None,
     ) -> None:
-        assert isinstance(orbits.by, Shooting)
-        self._shooting = orbits.by
+        assert isinstance(orbits.by, Segments)
+        self._by = orbits.by
         self._nodes = orbits.nodes(z)
         self._constants = constants
         self._blocks = linearisation.blocks
@@ -78,7 +78,7 @@ class SegmentMap:
         """
         along = directions / self.rescaling
         forward, bent = self._curvatures(along)
-        cubes = self._shooting.cubes(self._nodes, self._constants, forward)
+        cubes = self._by.cubes(self._nodes, self._constants, forward)
         second, third = np.zeros_like(along), np.zeros_like(along)
         for j, block in enumerate(self._blocks):
             mixed = np.einsum("rab,rb->ra", bent[:, j], second)
@@ -127,6 +127,6 @@ class SegmentMap:
         for block in self._blocks[:-1]:
             forward.append(block @ forward[-1])
         carried = np.array(forward)[None]
-        bent, _ = self._shooting.curvatures(self._nodes, self._constants, carried)
+        bent, _ = self._by.curvatures(self._nodes, self._constants, carried)
         self._carried = np.concatenate([self._carried, carried])
         self._bent = np.concatenate([self._bent, bent])

@@ -104,14 +104,6 @@ class Shooting(Segments):
         """
         return self.flow.advance(nodes, self.start, self.start + turns, constants)
 
-    def halved(self, nodes: Array, constants: Constants) -> Array:
-        """Return the states at twice as many phases, shape (2 m, n).
-
-        Shapes: nodes (m, n).
-        """
-        samples = self.flow.sample(nodes, self.start, self.end, 2, constants)
-        return samples.reshape(2 * len(nodes), -1)
-
     def carried_to(
         self, nodes: Array, constants: Constants, phases: Array
     ) -> tuple[NDArray[np.intp], Array, Array, Array]:
