@@ -43,21 +43,11 @@ instead of crossing, more is left."""
 
 @dataclass(frozen=True, eq=False)
 class Crossing:
-    """A branch point.
+    """A branch point."""
 
-    Parameters
-    ----------
-    point
-        The orbit, with the tangent of the branch on which it was met.
-    other
-        Unit tangent of the other branch.
-    rounding
-        What rounding can do to the parameter.
-    """
-
-    point: OrbitPoint
-    other: Array
-    rounding: float
+    point: OrbitPoint  # the orbit, with the tangent of the branch on which it was met
+    other: Array  # unit tangent of the other branch
+    rounding: float  # what rounding can do to the parameter
 
 
 def find_crossing(curve: OrbitCurve, point: OrbitPoint, along: Array) -> Crossing | None:

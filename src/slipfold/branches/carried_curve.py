@@ -19,30 +19,14 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class CarriedCurve:
-    """Orbits of one branch in order, with what is watched along them.
+    """Orbits of one branch in order, with what is watched along them."""
 
-    Parameters
-    ----------
-    orbits
-        What the branch consists of.
-    z
-        The orbits as unknowns, shape (k, ...).
-    multipliers
-        Their multipliers, shape (k, n).
-    tests
-        Test functions at each of them, by name.
-    reach
-        Arclength up to which the known branch could be carried.
-    whole
-        Whether that is all of it.
-    """
-
-    orbits: ForcedOrbits
-    z: Array
-    multipliers: NDArray[np.complex128]
-    tests: dict[str, Array]
-    reach: float
-    whole: bool
+    orbits: ForcedOrbits  # what the branch consists of
+    z: Array  # the orbits as unknowns, shape (k, ...)
+    multipliers: NDArray[np.complex128]  # their multipliers, shape (k, n)
+    tests: dict[str, Array]  # test functions at each of them, by name
+    reach: float  # arclength up to which the known branch could be carried
+    whole: bool  # whether that is all of it
 
     @property
     def arclength(self) -> Array:

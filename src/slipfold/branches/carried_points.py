@@ -45,23 +45,12 @@ CHANGES = {"PD": 1, "NS": 2, "LP": 1}
 
 @dataclass(frozen=True, eq=False)
 class CarriedPoints:
-    """The special points of a carried branch.
+    """The special points of a carried branch."""
 
-    Parameters
-    ----------
-    places
-        Their arclengths, shape (k,).
-    z
-        Their orbits as unknowns, shape (k, ...).
-    multipliers
-        Their multipliers, shape (k, n).
-    forms
-        Coefficient of the normal form and criticality of each.
-    """
-
-    places: Array
-    z: Array
-    multipliers: NDArray[np.complex128]
+    places: Array  # their arclengths, shape (k,)
+    z: Array  # their orbits as unknowns, shape (k, ...)
+    multipliers: NDArray[np.complex128]  # their multipliers, shape (k, n)
+    # Coefficient of the normal form and criticality of each
     forms: Sequence[tuple[float, str | None]]
 
 

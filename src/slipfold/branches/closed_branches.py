@@ -47,18 +47,10 @@ SAME_ORBIT = 1e-5
 
 @dataclass(frozen=True, eq=False)
 class Birth:
-    """Where a branch of doubled period, or of cycles, begins.
+    """Where a branch of doubled period, or of cycles, begins."""
 
-    Parameters
-    ----------
-    orbits
-        What the branch that begins consists of.
-    start
-        Its first point.
-    """
-
-    orbits: Orbits
-    start: OrbitPoint
+    orbits: Orbits  # what the branch that begins consists of
+    start: OrbitPoint  # its first point
 
     def fits(self, orbits: Orbits) -> bool:
         """Whether a branch of such orbits may end here."""

@@ -28,19 +28,12 @@ OUTSIDE = 1.001
 
 @dataclass(frozen=True, eq=False)
 class StabilityStretch:
-    """A part of a branch on which no multiplier crosses the unit circle.
+    """A part of a branch on which no multiplier crosses the unit circle."""
 
-    Parameters
-    ----------
-    begin, end
-        Arclength of its ends.
-    outside
-        The multipliers outside the unit circle, as at a point in its middle.
-    """
-
+    # Arclength of its ends
     begin: float
     end: float
-    outside: Multipliers
+    outside: Multipliers  # the multipliers outside the unit circle, as at a point in its middle
 
     @property
     def stable(self) -> bool:

@@ -34,20 +34,12 @@ or branch point."""
 
 @dataclass(frozen=True, eq=False)
 class Begin:
-    """A value of the parameter, and what is there.
+    """A value of the parameter, and what is there."""
 
-    Parameters
-    ----------
-    value
-        The value; inside the span the branch is followed from it in both directions.
-    orbit
-        An orbit at that value, or None for an equilibrium of an autonomous model.
-    state
-        State near that equilibrium, shape (n,); None with an orbit.
-    """
-
-    value: float
+    value: float  # the value; inside the span the branch is followed from it in both directions
+    # An orbit at that value, or None for an equilibrium of an autonomous model
     orbit: PeriodicOrbit | None = None
+    # State near that equilibrium, shape (n,); None with an orbit
     state: NDArray[np.float64] | None = None
 
     def measured_in(self, sizes: NDArray[np.float64] | None) -> Begin:

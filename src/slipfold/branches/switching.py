@@ -28,18 +28,10 @@ SAME_VALUE = 1e-7
 
 @dataclass(frozen=True, eq=False)
 class Junction(Start[OrbitPoint]):
-    """A special point of a known branch at which another branch begins.
+    """A special point of a known branch at which another branch begins."""
 
-    Parameters
-    ----------
-    orbits
-        What the branch it lies on consists of.
-    birth
-        The branch that begins there.
-    """
-
-    orbits: Orbits | None = None
-    birth: Birth | None = None
+    orbits: Orbits | None = None  # what the branch it lies on consists of
+    birth: Birth | None = None  # the branch that begins there
 
 
 def junctions_on(chart: Chart[OrbitPoint], settings: Settings) -> list[Junction]:

@@ -54,55 +54,28 @@ _MIDDLE = _PLACES[-2]
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """States that something claims to lie on one solution; of a periodic one the last is the first.
+    """States claimed to lie on one solution; of a periodic one the last is the first."""
 
-    Parameters
-    ----------
-    phases
-        Increasing, shape (m + 1,).
-    states
-        Shape (m + 1, n).
-    constants
-        Coefficients of the equations.
-    pieces
-        Pieces to begin with, in each of the m parts.
-    slopes
-        Whether the Jacobians must be as well resolved, for what is derived from them.
-    """
-
-    phases: Array
-    states: Array
-    constants: Constants
-    pieces: int
+    phases: Array  # increasing, shape (m + 1,)
+    states: Array  # shape (m + 1, n)
+    constants: Constants  # coefficients of the equations
+    pieces: int  # pieces to begin with, in each of the m parts
+    # Whether the Jacobians must be as well resolved, for what is derived from them
     slopes: bool = False
 
 
 @dataclass(frozen=True, eq=False)
 class Retraced:
-    """A motion in pieces, in scaled states.
+    """A motion in pieces, in scaled states."""
 
-    Parameters
-    ----------
-    edges
-        Phases at which the N pieces begin and end, shape (N + 1,).
-    nodes
-        States at the beginning of each, shape (N, n).
-    stages
-        States at its Gauss points, shape (N, m, n).
-    defects
-        What each piece lacks to end where the next begins, by the equations, shape (N, n).
-    whole
-        Whether the pieces cover the motion, rather than a part that satisfies the equations.
-    tried
-        Number of pieces that were held against the equations.
-    """
-
-    edges: Array
-    nodes: Array
-    stages: Array
+    edges: Array  # phases at which the N pieces begin and end, shape (N + 1,)
+    nodes: Array  # states at the beginning of each, shape (N, n)
+    stages: Array  # states at its Gauss points, shape (N, m, n)
+    # What each piece lacks to end where the next begins, by the equations, shape (N, n)
     defects: Array
+    # Whether the pieces cover the motion, rather than a part that satisfies the equations
     whole: bool
-    tried: int
+    tried: int  # number of pieces that were held against the equations
 
     @property
     def size(self) -> float:

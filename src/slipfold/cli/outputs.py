@@ -19,21 +19,11 @@ __all__ = ["Outputs", "hand_over_json"]
 
 @dataclass(frozen=True)
 class Outputs:
-    """Where a result goes.
+    """Where a result goes."""
 
-    Parameters
-    ----------
-    json
-        File for JSON; ``"-"`` is standard output.
-    out
-        File for netCDF.
-    csv
-        File for comma-separated values.
-    """
-
-    json: str | None = None
-    out: str | None = None
-    csv: str | None = None
+    json: str | None = None  # file for JSON; ``"-"`` is standard output
+    out: str | None = None  # file for netCDF
+    csv: str | None = None  # file for comma-separated values
 
     @property
     def kept(self) -> str:

@@ -41,21 +41,11 @@ TOLERANCE = 1e-10
 
 @dataclass(frozen=True, eq=False)
 class Guess:
-    """A periodic function near the orbit.
+    """A periodic function near the orbit."""
 
-    Parameters
-    ----------
-    period
-        Period of the orbit in units of phase.
-    samples
-        Scaled states at equidistant phases, shape (count, n).
-    time
-        Seconds in a unit of phase.
-    """
-
-    period: int
-    samples: Array
-    time: float
+    period: int  # period of the orbit in units of phase
+    samples: Array  # scaled states at equidistant phases, shape (count, n)
+    time: float  # seconds in a unit of phase
 
     def on(self, edges: Array, degree: int) -> Iterate:
         """Interpolate to a mesh.
@@ -73,18 +63,10 @@ class Guess:
 
 @dataclass(frozen=True, eq=False)
 class Collocated:
-    """The solution on one mesh with what follows from it.
+    """The solution on one mesh with what follows from it."""
 
-    Parameters
-    ----------
-    solution
-        What Newton's method came to.
-    multipliers
-        Shape (n,), largest modulus first.
-    """
-
-    solution: Solution
-    multipliers: NDArray[np.complex128]
+    solution: Solution  # what Newton's method came to
+    multipliers: NDArray[np.complex128]  # shape (n,), largest modulus first
 
     def difference(self, other: Collocated) -> float:
         """Return how far the result on twice as many intervals is from this one."""

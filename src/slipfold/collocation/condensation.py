@@ -20,24 +20,12 @@ CHUNK = 4_000_000
 
 @dataclass(frozen=True, eq=False)
 class Iterate:
-    """Piecewise polynomials that Newton's method improves, in scaled states.
+    """Piecewise polynomials that Newton's method improves, in scaled states."""
 
-    Parameters
-    ----------
-    edges
-        Phases at which intervals begin and end, shape (N + 1,).
-    nodes
-        States at the beginning of each interval, shape (N, n).
-    stages
-        States at the Gauss points, shape (N, m, n).
-    time
-        Seconds in a unit of phase.
-    """
-
-    edges: Array
-    nodes: Array
-    stages: Array
-    time: float
+    edges: Array  # phases at which intervals begin and end, shape (N + 1,)
+    nodes: Array  # states at the beginning of each interval, shape (N, n)
+    stages: Array  # states at the Gauss points, shape (N, m, n)
+    time: float  # seconds in a unit of phase
 
     @property
     def lengths(self) -> Array:
@@ -60,27 +48,16 @@ class Condensed:
     r"""Linearised equations between the nodes alone, and the way back to the stages.
 
     .. math:: G_i \delta x_i + t_i \delta T - \delta x_{i+1} = -r_i
-
-    Parameters
-    ----------
-    matrices
-        Transition matrices G, shape (N, n, n).
-    pulls
-        Derivatives t of the interval's end with respect to the unit of time, shape (N, n).
-    defects
-        What r is left to the equations between the nodes, shape (N, n).
-    inside
-        Change of the stages: with each component of the node, with the unit of time, and what
-        the equations inside the interval ask for, shape (N, m, n, n + 2).
-    mismatch
-        Largest violation of any collocation equation, in scaled states.
     """
 
-    matrices: Array
+    matrices: Array  # transition matrices G, shape (N, n, n)
+    # Derivatives t of the interval's end with respect to the unit of time, shape (N, n)
     pulls: Array
-    defects: Array
+    defects: Array  # what r is left to the equations between the nodes, shape (N, n)
+    # Change of the stages: with each component of the node, with the unit of time, and what the
+    # equations inside the interval ask for, shape (N, m, n, n + 2)
     inside: Array
-    mismatch: float
+    mismatch: float  # largest violation of any collocation equation, in scaled states
 
     def stages(self, nodes: Array, time: float) -> Array:
         """Return the change of the stages that belongs to a change of the nodes.

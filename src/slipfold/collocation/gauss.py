@@ -22,15 +22,6 @@ class GaussPoints:
     A polynomial of degree m - 1 through values at these points has, by the exactness of Gauss
     quadrature, the Legendre coefficients :math:`(2 j + 1) \sum_k b_k P_j(c_k) F_k`.
 
-    Parameters
-    ----------
-    points
-        Ascending, shape (m,).
-    weights
-        Of the quadrature, shape (m,).
-    values
-        Legendre polynomials ``P_j(c_k)`` of the interval, shape (m, m).
-
     Examples
     --------
     >>> gauss = gauss_points(2)
@@ -40,9 +31,9 @@ class GaussPoints:
     array([[0.5, 0.5]])
     """
 
-    points: Array
-    weights: Array
-    values: Array
+    points: Array  # ascending, shape (m,)
+    weights: Array  # of the quadrature, shape (m,)
+    values: Array  # Legendre polynomials ``P_j(c_k)`` of the interval, shape (m, m)
 
     def integrals(self, ends: Array) -> Array:
         """Return the weights that integrate the polynomial from 0 to each end.

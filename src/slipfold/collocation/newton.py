@@ -35,24 +35,12 @@ ones: the first borders are any, and the error of those after is that of the mat
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """What Newton's method came to.
+    """What Newton's method came to."""
 
-    Parameters
-    ----------
-    iterate
-        The last iterate.
-    matrices
-        Transition matrices of its intervals, shape (N, n, n).
-    mismatch
-        Largest violation of an equation, in scaled states.
-    converged
-        Whether the steps shrank to rounding.
-    """
-
-    iterate: Iterate
-    matrices: Array
-    mismatch: float
-    converged: bool
+    iterate: Iterate  # the last iterate
+    matrices: Array  # transition matrices of its intervals, shape (N, n, n)
+    mismatch: float  # largest violation of an equation, in scaled states
+    converged: bool  # whether the steps shrank to rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,17 +51,10 @@ class Unfolding:
     :math:`\phi^T (u - u_r) = 0` with a new unknown :math:`\beta` and the vectors that the matrix
     sends to nearly nothing from either side. How far :math:`\beta` is from zero is a part of the
     mismatch.
-
-    Parameters
-    ----------
-    column
-        The vector psi, shape (size,).
-    row
-        The vector phi at the reference's nodes, zero elsewhere, shape (size,).
     """
 
-    column: Array
-    row: Array
+    column: Array  # the vector psi, shape (size,)
+    row: Array  # the vector phi at the reference's nodes, zero elsewhere, shape (size,)
 
 
 def solve(field: VectorField, guess: Iterate, reference: Reference) -> Solution:

@@ -22,21 +22,13 @@ class Reference:
     the integral by the trapezoidal rule, which converges faster than any power for periodic
     functions. At a fold or branch point they settle in the same way which of the orbits is meant
     that the equations can hardly tell apart.
-
-    Parameters
-    ----------
-    states
-        Scaled, shape (M, n).
-    rates
-        Of a cycle their time derivatives, of length one together, shape (M, n); None where the
-        forcing sets the phase.
-    singular
-        Whether the orbit is at a fold or branch point.
     """
 
-    states: Array
+    states: Array  # scaled, shape (M, n)
+    # Of a cycle their time derivatives, of length one together, shape (M, n); None where the
+    # forcing sets the phase
     rates: Array | None
-    singular: bool
+    singular: bool  # whether the orbit is at a fold or branch point
 
     def places(self, edges: Array) -> NDArray[np.intp]:
         """Return where its phases are among the edges of a mesh, shape (M,).

@@ -17,52 +17,26 @@ __all__ = ["Atlas", "Chart", "Start"]
 
 @dataclass(frozen=True, eq=False)
 class Start(Generic[P]):
-    """Where a curve is to be followed from.
+    """Where a curve is to be followed from."""
 
-    Parameters
-    ----------
-    curve
-        Its equations, a `Curve`.
-    points
-        The first point; another with the opposite tangent where it goes on in both directions.
-    rank
-        Its turn: the lowest is followed first, of equals the one that has waited longest.
-    departs
-        Whether another curve passes there.
-    parent
-        Number of the curve it was found on.
-    found
-        The special point at which it begins.
-    """
-
-    curve: Any
+    curve: Any  # its equations, a `Curve`
+    # The first point; another with the opposite tangent where it goes on in both directions
     points: tuple[P, ...]
+    # Its turn: the lowest is followed first, of equals the one that has waited longest
     rank: tuple[int, ...] = ()
-    departs: bool = False
-    parent: int | None = None
-    found: Found[P] | None = None
+    departs: bool = False  # whether another curve passes there
+    parent: int | None = None  # number of the curve it was found on
+    found: Found[P] | None = None  # the special point at which it begins
 
 
 @dataclass(eq=False)
 class Chart(Generic[P]):
-    """A curve that was followed, in both directions if it goes on in both.
+    """A curve that was followed, in both directions if it goes on in both."""
 
-    Parameters
-    ----------
-    number
-        From 1.
-    start
-        Where it was followed from.
-    trail
-        What was followed.
-    begun
-        Why it begins where it begins; None where that is at its start.
-    """
-
-    number: int
-    start: Start[P]
-    trail: Trail[P]
-    begun: End | None
+    number: int  # from 1
+    start: Start[P]  # where it was followed from
+    trail: Trail[P]  # what was followed
+    begun: End | None  # why it begins where it begins; None where that is at its start
 
     @property
     def interrupted(self) -> bool:

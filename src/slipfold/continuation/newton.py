@@ -105,36 +105,16 @@ class Equations(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Correction:
-    """What Newton's method came to.
+    """What Newton's method came to."""
 
-    Parameters
-    ----------
-    z
-        The last iterate.
-    linearisation
-        Derivatives within `moved` of `z`; None where there are none.
-    bordered
-        Its Jacobian bordered by the constraint; None likewise.
-    residual
-        By how much `z` fails to meet the equations.
-    distance
-        Distance from the guess.
-    moved
-        Distance from where the derivatives were taken.
-    iterations
-        Number of linearisations.
-    failure
-        Empty, or why there is no solution.
-    """
-
-    z: Array
-    linearisation: Any
-    bordered: Any
-    residual: float
-    distance: float
-    moved: float
-    iterations: int
-    failure: str
+    z: Array  # the last iterate
+    linearisation: Any  # derivatives within `moved` of `z`; None where there are none
+    bordered: Any  # its Jacobian bordered by the constraint; None likewise
+    residual: float  # by how much `z` fails to meet the equations
+    distance: float  # distance from the guess
+    moved: float  # distance from where the derivatives were taken
+    iterations: int  # number of linearisations
+    failure: str  # empty, or why there is no solution
 
     @property
     def converged(self) -> bool:
@@ -280,28 +260,15 @@ def length_of(vector: Array) -> float:
 
 @dataclass(frozen=True)
 class Rule:
-    """When Newton's method is done, and when it is lost.
+    """When Newton's method is done, and when it is lost."""
 
-    Parameters
-    ----------
-    close
-        A step shorter than this may be the last.
-    longest
-        A step this long leads to another solution, or to none.
-    growth
-        A step this many times the one before means divergence.
-    remaining
-        Where derivatives are not renewed at each step: estimated distance to the solution after the
-        last one.
-    iterations
-        Steps that may be taken.
-    """
-
-    close: float
-    longest: float = np.inf
-    growth: float = np.inf
+    close: float  # a step shorter than this may be the last
+    longest: float = np.inf  # a step this long leads to another solution, or to none
+    growth: float = np.inf  # a step this many times the one before means divergence
+    # Where derivatives are not renewed at each step: estimated distance to the solution after the
+    # last one
     remaining: float = np.inf
-    iterations: int = 8
+    iterations: int = 8  # steps that may be taken
 
 
 BEND = 100.0
@@ -310,21 +277,11 @@ BEND = 100.0
 
 @dataclass(frozen=True, eq=False)
 class Solved:
-    """What Newton's method came to in each of k systems.
+    """What Newton's method came to in each of k systems."""
 
-    Parameters
-    ----------
-    z
-        Solutions, shape (k, u); NaN where there is none.
-    moved
-        Length of the last step, shape (k,); infinite likewise.
-    failures
-        Why there is none, shape (k,); empty where there is one.
-    """
-
-    z: Array
-    moved: Array
-    failures: NDArray[np.str_]
+    z: Array  # solutions, shape (k, u); NaN where there is none
+    moved: Array  # length of the last step, shape (k,); infinite likewise
+    failures: NDArray[np.str_]  # why there is none, shape (k,); empty where there is one
 
     @property
     def found(self) -> NDArray[np.bool_]:

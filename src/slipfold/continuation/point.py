@@ -13,43 +13,24 @@ __all__ = ["P", "Point"]
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """An accepted solution with what continuation needs to know of it.
+    """An accepted solution with what continuation needs to know of it."""
 
-    Parameters
-    ----------
-    z
-        The unknown.
-    tangent
-        Unit tangent of the curve, in the direction of travel.
-    arclength
-        Position on the curve.
-    tests
-        Functions that change sign at special points, by name.
-    orientation
-        Sign of the determinant of the Jacobian bordered by the tangent; it changes at a branch
-        point and not at a fold. Zero where it is not known.
-    residual
-        How far the solution fails to meet the equations.
-    growth
-        Upper bound of what is zero where something may happen: where it is below zero nothing
-        does. Infinite where none is known.
-    volume
-        Logarithm of that determinant's size; minus infinity where it is not known.
-    linearisation
-        Derivatives of the equations there; None where they are not known any more.
-    curve
-        Says what the unknown means, where that changes along a curve; None where it does not.
-    """
-
-    z: NDArray[np.float64]
-    tangent: NDArray[np.float64]
-    arclength: float
-    tests: dict[str, float]
+    z: NDArray[np.float64]  # the unknown
+    tangent: NDArray[np.float64]  # unit tangent of the curve, in the direction of travel
+    arclength: float  # position on the curve
+    tests: dict[str, float]  # functions that change sign at special points, by name
+    # Sign of the determinant of the Jacobian bordered by the tangent; it changes at a branch point
+    # and not at a fold. Zero where it is not known.
     orientation: int
-    residual: float
+    residual: float  # how far the solution fails to meet the equations
+    # Upper bound of what is zero where something may happen: where it is below zero nothing does.
+    # Infinite where none is known.
     growth: float = np.inf
+    # Logarithm of that determinant's size; minus infinity where it is not known
     volume: float = -np.inf
+    # Derivatives of the equations there; None where they are not known any more
     linearisation: Any = None
+    # Says what the unknown means, where that changes along a curve; None where it does not
     curve: Any = None
 
 

@@ -35,23 +35,12 @@ TOUCH = 0.15
 
 @dataclass(frozen=True, eq=False)
 class Found(Generic[P]):
-    """A special point that was located.
+    """A special point that was located."""
 
-    Parameters
-    ----------
-    type
-        What it is called, e.g. ``"PD"``.
-    point
-        Where it is.
-    slope
-        Derivative of the test function along the curve.
-    other
-        Unit tangent of the other curve at a branch point; None elsewhere, and where none crosses.
-    """
-
-    type: str
-    point: P
-    slope: float
+    type: str  # what it is called, e.g. ``"PD"``
+    point: P  # where it is
+    slope: float  # derivative of the test function along the curve
+    # Unit tangent of the other curve at a branch point; None elsewhere, and where none crosses
     other: Array | None = None
 
 

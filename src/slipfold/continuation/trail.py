@@ -15,33 +15,17 @@ __all__ = ["Sight", "Stop", "Stretch", "Trail", "joined"]
 
 @dataclass(eq=False)
 class Trail(Generic[P]):
-    """What was followed of a curve so far.
+    """What was followed of a curve so far."""
 
-    Parameters
-    ----------
-    curve
-        Its equations, a `Curve`.
-    points
-        Accepted points.
-    departs
-        Whether it begins where another curve passes, so that it is singular there.
-    found
-        What was located, in order.
-    end
-        Why it ended; None while it goes on.
-    reached
-        What it ended on, if that is known: none or one, two if it has two ends.
-    closes
-        Whether it came back to its first point.
-    """
-
-    curve: Any
-    points: list[P]
+    curve: Any  # its equations, a `Curve`
+    points: list[P]  # accepted points
+    # Whether it begins where another curve passes, so that it is singular there
     departs: bool = False
-    found: list[Found[P]] = field(default_factory=list)
-    end: End | None = None
+    found: list[Found[P]] = field(default_factory=list)  # what was located, in order
+    end: End | None = None  # why it ended; None while it goes on
+    # What it ended on, if that is known: none or one, two if it has two ends
     reached: tuple[Any, ...] = ()
-    closes: bool = False
+    closes: bool = False  # whether it came back to its first point
 
     def recent(self, count: int) -> list[P]:
         """Return the last points, as far as their unknowns mean the same."""

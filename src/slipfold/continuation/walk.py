@@ -59,18 +59,10 @@ REJECT = 4.0
 
 @dataclass(frozen=True)
 class Failure:
-    """Why no further point was found.
+    """Why no further point was found."""
 
-    Parameters
-    ----------
-    kind
-        ``"failed"`` or ``"points"``.
-    reason
-        A sentence.
-    """
-
-    kind: str
-    reason: str
+    kind: str  # ``"failed"`` or ``"points"``
+    reason: str  # a sentence
 
 
 @dataclass(frozen=True)

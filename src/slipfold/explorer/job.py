@@ -27,24 +27,14 @@ class Failing(Protocol):
 
 @dataclass(eq=False)
 class Job:
-    """A request on its way.
+    """A request on its way."""
 
-    Parameters
-    ----------
-    request
-        What is asked for.
-    home
-        Number of the client, whose jobs go to one worker where possible: it remembers its diagrams.
-    deliver
-        Takes the replies, and last of all one that is marked so, unless the job is cancelled.
-    fail
-        Called if the job ends without a last reply.
-    """
-
-    request: ViewRequest | ExportRequest
+    request: ViewRequest | ExportRequest  # what is asked for
+    # Number of the client, whose jobs go to one worker where possible: it remembers its diagrams
     home: int
+    # Takes the replies, and last of all one that is marked so, unless the job is cancelled
     deliver: Callable[[Reply], None]
-    fail: Failing
+    fail: Failing  # called if the job ends without a last reply
     number: int = 0
     place: int = 0
     cancelled: bool = False

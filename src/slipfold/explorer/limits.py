@@ -12,37 +12,21 @@ __all__ = ["Allowance", "Limits"]
 
 @dataclass(frozen=True)
 class Limits:
-    """Bounds on what clients ask for.
+    """Bounds on what clients ask for."""
 
-    Parameters
-    ----------
-    request_bytes
-        Largest request.
-    requests_per_second
-        Requests of one client, in the long run; a slider that is dragged makes sixty.
-    burst
-        Requests of one client at once.
-    clients
-        Open pages.
-    unsent_bytes
-        Answers that wait for a slow client; beyond that it is let go.
-    seconds
-        Time that a worker may take over a request, by kind.
-    worker_bytes
-        Memory beyond which a worker is replaced once it is idle.
-    """
-
-    request_bytes: int = 64 * 1024
+    request_bytes: int = 64 * 1024  # largest request
+    # Requests of one client, in the long run; a slider that is dragged makes sixty
     requests_per_second: float = 120.0
-    burst: int = 240
-    clients: int = 64
-    unsent_bytes: int = 64 * 2**20
+    burst: int = 240  # requests of one client at once
+    clients: int = 64  # open pages
+    unsent_bytes: int = 64 * 2**20  # answers that wait for a slow client; beyond that it is let go
+    # Time that a worker may take over a request, by kind
     seconds: Mapping[str, float] = field(
         default_factory=lambda: MappingProxyType(
             {"diagram": 60.0, "orbit": 30.0, "simulation": 120.0, "plane": 600.0, "export": 120.0}
         )
     )
-    worker_bytes: int = 2**30
+    worker_bytes: int = 2**30  # memory beyond which a worker is replaced once it is idle
 
 
 class Allowance:

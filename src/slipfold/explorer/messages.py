@@ -118,40 +118,21 @@ class DiagramRequest(_ResponseRequest):
 
 
 class OnBranch(_Message):
-    """A place on a branch of a diagram.
+    """A place on a branch of a diagram."""
 
-    Parameters
-    ----------
-    branch
-        Id of the branch.
-    arclength
-        Position on it.
-    value
-        Value of the varied parameter that the orbit is to have, near that position; that of the
-        position itself if None.
-    """
-
-    branch: Annotated[int, Field(ge=1, le=10_000, strict=True)]
-    arclength: Number
+    branch: Annotated[int, Field(ge=1, le=10_000, strict=True)]  # id of the branch
+    arclength: Number  # position on it
+    # Value of the varied parameter that the orbit is to have, near that position; that of the
+    # position itself if None
     value: Number | None = None
 
 
 class OrbitThrough(_Message):
-    """An orbit near a state at phase zero.
+    """An orbit near a state at phase zero."""
 
-    Parameters
-    ----------
-    value
-        Value of the parameter that is varied.
-    state
-        States at phase zero by name.
-    period
-        Period in forcing periods.
-    """
-
-    value: Number
-    state: Values
-    period: Annotated[int, Field(ge=1, le=64, strict=True)] = 1
+    value: Number  # value of the parameter that is varied
+    state: Values  # states at phase zero by name
+    period: Annotated[int, Field(ge=1, le=64, strict=True)] = 1  # period in forcing periods
 
 
 class OrbitRequest(_ResponseRequest):
@@ -172,18 +153,10 @@ class OrbitRequest(_ResponseRequest):
 
 
 class PlaneAxis(_Message):
-    """One of the two parameters of a plane.
+    """One of the two parameters of a plane."""
 
-    Parameters
-    ----------
-    name
-        The parameter.
-    span
-        Its first and last value.
-    """
-
-    name: Name
-    span: tuple[Number, Number]
+    name: Name  # the parameter
+    span: tuple[Number, Number]  # its first and last value
 
 
 class PlaneRequest(_ModelRequest):
@@ -267,33 +240,18 @@ _ANY: TypeAdapter[Any] = TypeAdapter(Request)
 
 
 class ExportRequest(_Message):
-    """A view as a file, or as the text that makes it.
+    """A view as a file, or as the text that makes it."""
 
-    Parameters
-    ----------
-    view
-        The request that made the view.
-    format
-        ``"python"``, ``"toml"``, ``"csv"`` or ``"nc"``.
-    """
-
-    view: ViewRequest
+    view: ViewRequest  # the request that made the view
+    # ``"python"``, ``"toml"``, ``"csv"`` or ``"nc"``
     format: Literal["python", "toml", "csv", "nc"]
 
 
 class ValuesRequest(_Message):
-    """Values of a model's parameters, all of them, to learn which it cannot have.
+    """Values of a model's parameters, all of them, to learn which it cannot have."""
 
-    Parameters
-    ----------
-    model
-        Name of the model.
-    parameters
-        The values, SI units.
-    """
-
-    model: ModelName
-    parameters: Values
+    model: ModelName  # name of the model
+    parameters: Values  # the values, SI units
 
 
 def parse_request(text: str | bytes) -> Request:

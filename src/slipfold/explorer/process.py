@@ -23,42 +23,18 @@ GRACE = 2.0
 
 @dataclass(eq=False)
 class WorkerProcess:
-    """One worker process as the server sees it.
+    """One worker process as the server sees it."""
 
-    Parameters
-    ----------
-    index
-        Its place among the workers.
-    context
-        Makes processes.
-    given
-        A model beside the built-in ones.
-    file
-        The file that holds its equations, if it has one.
-    heard
-        Called in the event loop with every reply.
-    ended
-        Called in the event loop when the process has ended.
-    job
-        What it computes now.
-    ready
-        Whether it has started up.
-    dropping
-        Whether it has been told to drop its job.
-    timer
-        Fires when the job takes too long.
-    """
-
-    index: int
-    context: Any
-    given: Model | None
-    file: Path | None
-    heard: Callable[[WorkerProcess, Reply], None]
-    ended: Callable[[WorkerProcess], None]
-    job: Job | None = None
-    ready: bool = False
-    dropping: bool = False
-    timer: asyncio.TimerHandle | None = None
+    index: int  # its place among the workers
+    context: Any  # makes processes
+    given: Model | None  # a model beside the built-in ones
+    file: Path | None  # the file that holds its equations, if it has one
+    heard: Callable[[WorkerProcess, Reply], None]  # called in the event loop with every reply
+    ended: Callable[[WorkerProcess], None]  # called in the event loop when the process has ended
+    job: Job | None = None  # what it computes now
+    ready: bool = False  # whether it has started up
+    dropping: bool = False  # whether it has been told to drop its job
+    timer: asyncio.TimerHandle | None = None  # fires when the job takes too long
     wanted: Any = field(init=False)
     process: Any = field(init=False)
     connection: Connection = field(init=False)

@@ -35,15 +35,6 @@ POLICY = (
 class Access:
     """Who is let in.
 
-    Parameters
-    ----------
-    port
-        Port the explorer listens on.
-    hosts
-        Names and addresses under which it may be reached.
-    token
-        The secret of this run; a random one by default.
-
     Examples
     --------
     >>> access = Access(8000)
@@ -51,8 +42,9 @@ class Access:
     (True, False)
     """
 
-    port: int
-    hosts: tuple[str, ...] = LOCAL
+    port: int  # port the explorer listens on
+    hosts: tuple[str, ...] = LOCAL  # names and addresses under which it may be reached
+    # The secret of this run; a random one by default
     token: str = field(default_factory=lambda: secrets.token_urlsafe(32), repr=False)
 
     @property

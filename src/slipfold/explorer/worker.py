@@ -26,39 +26,19 @@ DATA_BYTES = 2 * 2**30
 
 
 class Task(NamedTuple):
-    """What a worker is given.
+    """What a worker is given."""
 
-    Parameters
-    ----------
-    number
-        Number of the job.
-    request
-        What is asked for.
-    """
-
-    number: int
-    request: ViewRequest | ExportRequest
+    number: int  # number of the job
+    request: ViewRequest | ExportRequest  # what is asked for
 
 
 class Reply(NamedTuple):
-    """What a worker gives back.
+    """What a worker gives back."""
 
-    Parameters
-    ----------
-    number
-        Number of the job.
-    body
-        JSON, or the file of an export.
-    last
-        Whether nothing more comes.
-    refused
-        Whether the body of an export is a sentence that says why there is none.
-    """
-
-    number: int
-    body: bytes
-    last: bool = True
-    refused: bool = False
+    number: int  # number of the job
+    body: bytes  # JSON, or the file of an export
+    last: bool = True  # whether nothing more comes
+    refused: bool = False  # whether the body of an export is a sentence that says why there is none
 
 
 class Superseded(Exception):

@@ -15,21 +15,11 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class DenseMotion:
-    """A motion of an autonomous model over some steps of the integrator.
+    """A motion of an autonomous model over some steps of the integrator."""
 
-    Parameters
-    ----------
-    phases
-        Where the steps begin and end, from zero on, shape (m,).
-    polynomials
-        Maps phases to states in units of the scales.
-    scales
-        Units of the states.
-    """
-
-    phases: Array
-    polynomials: Any
-    scales: Array
+    phases: Array  # where the steps begin and end, from zero on, shape (m,)
+    polynomials: Any  # maps phases to states in units of the scales
+    scales: Array  # units of the states
 
     @property
     def end(self) -> float:

@@ -18,44 +18,23 @@ __all__ = ["Operand", "Operation", "take_apart"]
 
 @dataclass(frozen=True)
 class Operand:
-    """What an operation acts on.
+    """What an operation acts on."""
 
-    Parameters
-    ----------
-    index
-        Which operation it is the result of; None for what is constant along a motion.
-    exponent
-        Power to which it is raised; NaN if that is a parameter.
-    """
-
+    # Which operation it is the result of; None for what is constant along a motion
     index: int | None
-    exponent: float = 1.0
+    exponent: float = 1.0  # power to which it is raised; NaN if that is a parameter
 
 
 @dataclass(frozen=True)
 class Operation:
-    """One elementary operation.
+    """One elementary operation."""
 
-    Parameters
-    ----------
-    name
-        ``"+"``, ``"*"``, ``"-"``, ``"/"``, ``"power"``, the name of a function, or empty for a
-        state.
-    operands
-        What it acts on, in order.
-    needed
-        Operations that its series needs beside those it acts on.
-    expression
-        Its value in the symbols of the equations.
-    moves
-        Whether it changes along a motion.
-    """
-
+    # ``"+"``, ``"*"``, ``"-"``, ``"/"``, ``"power"``, the name of a function, or empty for a state
     name: str
-    operands: tuple[Operand, ...]
-    needed: tuple[int, ...]
-    expression: Expression
-    moves: bool
+    operands: tuple[Operand, ...]  # what it acts on, in order
+    needed: tuple[int, ...]  # operations that its series needs beside those it acts on
+    expression: Expression  # its value in the symbols of the equations
+    moves: bool  # whether it changes along a motion
 
 
 def take_apart(equations: Equations, outputs: Sequence[Expression] = ()) -> tuple[Operation, ...]:

@@ -27,30 +27,18 @@ class Equations:
     The coefficients ``c`` depend on parameters alone. They are evaluated once per parameter set and
     enter the flow as constants, so that one compiled flow serves every parameter: a derivative with
     respect to a parameter is one along ``dc/dp``.
-
-    Parameters
-    ----------
-    names
-        States, length n.
-    states, parameters, coefficients
-        Symbols of the states (n), parameters (n_p) and coefficients (n_c; the last one is T).
-    coefficient_values
-        Expressions of the coefficients in the parameters, length n_c.
-    phase
-        Symbol of the phase: time over the forcing period.
-    field
-        ``f`` in states, coefficients and phase, length n.
-    outputs
-        Name and expression of each output; the states come first.
     """
 
-    names: tuple[str, ...]
+    names: tuple[str, ...]  # states, length n
+    # Symbols of the states (n), parameters (n_p) and coefficients (n_c; the last one is T)
     states: tuple[Expression, ...]
     parameters: tuple[Expression, ...]
     coefficients: tuple[Expression, ...]
+    # Expressions of the coefficients in the parameters, length n_c
     coefficient_values: tuple[Expression, ...]
-    phase: Expression
-    field: tuple[Expression, ...]
+    phase: Expression  # symbol of the phase: time over the forcing period
+    field: tuple[Expression, ...]  # ``f`` in states, coefficients and phase, length n
+    # Name and expression of each output; the states come first
     outputs: tuple[tuple[str, Expression], ...]
 
     @property
@@ -108,22 +96,14 @@ def _as_expression(value: Expression) -> Expression:
 
 @dataclass(frozen=True, eq=False)
 class Constants:
-    """What a flow needs to know of the parameters, and in which scales it is to be integrated.
+    """What a flow needs to know of the parameters, and in which scales it is to be integrated."""
 
-    Parameters
-    ----------
-    values
-        Coefficients, shape (n_c,); or (m, n_c), one row for each of m trajectories.
-    rates
-        Derivative of the coefficients with respect to each parameter, shape (n_c, n_p) or
-        (m, n_c, n_p).
-    scales
-        Typical sizes of the states, shape (n,) or (m, n). A step may make an error of the tolerance
-        times these. States go in and come out in their own units; powers of two round nothing.
-    """
-
-    values: Array
+    values: Array  # coefficients, shape (n_c,); or (m, n_c), one row for each of m trajectories
+    # Derivative of the coefficients with respect to each parameter, shape (n_c, n_p) or (m, n_c,
+    # n_p)
     rates: Array
+    # Typical sizes of the states, shape (n,) or (m, n). A step may make an error of the tolerance
+    # times these. States go in and come out in their own units; powers of two round nothing.
     scales: Array
 
     @property

@@ -30,23 +30,13 @@ NEUTRAL = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Equilibrium:
-    """An equilibrium with its fastest growth.
+    """An equilibrium with its fastest growth."""
 
-    Parameters
-    ----------
-    state
-        Shape (n,).
-    distance
-        How far the state is from which it was found, in scaled states.
-    growth
-        Largest real part of an eigenvalue, in 1/s; zero where it is no more than rounding.
-    direction
-        Real part of the eigenvector of that eigenvalue, of length one in scaled states.
-    """
-
-    state: Array
-    distance: float
+    state: Array  # shape (n,)
+    distance: float  # how far the state is from which it was found, in scaled states
+    # Largest real part of an eigenvalue, in 1/s; zero where it is no more than rounding
     growth: float
+    # Real part of the eigenvector of that eigenvalue, of length one in scaled states
     direction: Array
 
 

@@ -29,18 +29,10 @@ ROUNDING = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Returns:
-    """Where a motion crosses a plane, in one sense.
+    """Where a motion crosses a plane, in one sense."""
 
-    Parameters
-    ----------
-    phases
-        When, shape (m,).
-    states
-        Where, shape (m, n).
-    """
-
-    phases: Array
-    states: Array
+    phases: Array  # when, shape (m,)
+    states: Array  # where, shape (m, n)
 
     def __len__(self) -> int:
         """Return how many there are."""

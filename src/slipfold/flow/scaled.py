@@ -22,18 +22,10 @@ FAR = 16.0
 
 @dataclass(frozen=True)
 class Scaled:
-    """A model's equations for ``y = q / s``, the scales s being symbols: one code serves all.
+    """A model's equations for ``y = q / s``, the scales s being symbols: one code serves all."""
 
-    Parameters
-    ----------
-    scales
-        Symbols of the scales, length n.
-    rates
-        ``dy/dphase`` in y, under the names of the states q, length n.
-    """
-
-    scales: tuple[Expression, ...]
-    rates: tuple[Expression, ...]
+    scales: tuple[Expression, ...]  # symbols of the scales, length n
+    rates: tuple[Expression, ...]  # ``dy/dphase`` in y, under the names of the states q, length n
     _states: dict[str, Expression]
 
     @classmethod

@@ -80,24 +80,12 @@ class Settlement:
 
 @dataclass(frozen=True)
 class Trend:
-    """Change of states over k of them: at the end, and in three successive windows.
+    """Change of states over k of them: at the end, and in three successive windows."""
 
-    Parameters
-    ----------
-    period
-        The number k.
-    drift
-        Largest change near the end.
-    windows
-        Largest change in three successive windows.
-    width
-        States in a window.
-    """
-
-    period: int
-    drift: float
-    windows: tuple[float, float, float]
-    width: int
+    period: int  # the number k
+    drift: float  # largest change near the end
+    windows: tuple[float, float, float]  # largest change in three successive windows
+    width: int  # states in a window
 
     @property
     def rate(self) -> float | None:

@@ -53,22 +53,15 @@ hy.set_logger_level_error()
 
 @dataclass(frozen=True)
 class SharpTurns:
-    """Events for the integrators of a system, in its symbols.
+    """Events for the integrators of a system, in its symbols."""
 
-    Parameters
-    ----------
-    rising, falling
-        A step ends where one of these becomes positive, or negative.
-    watched
-        These are positive and no event; but their poles, close to the turns, shorten the steps.
-    unfed
-        These are positive and no event either, and have nothing to do with turns: how large states
-        are that nothing feeds.
-    """
-
+    # A step ends where one of these becomes positive, or negative
     rising: tuple[Expression, ...] = ()
     falling: tuple[Expression, ...] = ()
+    # These are positive and no event; but their poles, close to the turns, shorten the steps
     watched: tuple[Expression, ...] = ()
+    # These are positive and no event either, and have nothing to do with turns: how large states
+    # are that nothing feeds
     unfed: tuple[Expression, ...] = ()
 
     def scaled(self, scaled: Scaled) -> SharpTurns:

@@ -29,24 +29,13 @@ PERIODS = (1, 2)
 
 @dataclass(frozen=True, eq=False)
 class BifurcationSet:
-    """Loci and regions of a window; frozen.
-
-    Parameters
-    ----------
-    loci
-        The loci.
-    regions
-        The regions, None if they were not asked for or the computation was interrupted.
-    interrupted
-        Whether the computation was interrupted.
-    missing
-        Sentences on what was found and could not be followed.
-    """
+    """Loci and regions of a window; frozen."""
 
     loci: tuple[Locus, ...]
+    # The regions, None if they were not asked for or the computation was interrupted
     regions: RegionMap | None
-    interrupted: bool
-    missing: tuple[str, ...] = ()
+    interrupted: bool  # whether the computation was interrupted
+    missing: tuple[str, ...] = ()  # sentences on what was found and could not be followed
 
 
 def find_bifurcation_set(

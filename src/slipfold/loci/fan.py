@@ -41,27 +41,13 @@ SAME_REST = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class FanLine:
-    """A response across the window, in one parameter at a value of the other.
+    """A response across the window, in one parameter at a value of the other."""
 
-    Parameters
-    ----------
-    vary
-        Name of the parameter followed.
-    fixed
-        Name of the other.
-    value
-        Its value.
-    branches
-        The response; empty if there is none.
-    failure
-        Why there is none.
-    """
-
-    vary: str
-    fixed: str
+    vary: str  # name of the parameter followed
+    fixed: str  # name of the other
     value: float
-    branches: tuple[Branch, ...]
-    failure: str = ""
+    branches: tuple[Branch, ...]  # the response; empty if there is none
+    failure: str = ""  # why there is none
 
     @property
     def interrupted(self) -> bool:

@@ -20,18 +20,10 @@ PIECES = 12
 
 @dataclass(frozen=True, eq=False)
 class LocusCurve:
-    """Values of both parameters as smooth functions of the arclength.
+    """Values of both parameters as smooth functions of the arclength."""
 
-    Parameters
-    ----------
-    knots
-        Arclength of the points of the locus, shape (n,).
-    values
-        Callable on arclengths of shape (k,), gives shape (k, 2).
-    """
-
-    knots: Array
-    values: Callable[[Array], Array]
+    knots: Array  # arclength of the points of the locus, shape (n,)
+    values: Callable[[Array], Array]  # callable on arclengths of shape (k,), gives shape (k, 2)
 
     def between(self, index: int) -> Array:
         """Return the line from one point of the locus to the next, shape (k, 2)."""

@@ -14,24 +14,12 @@ __all__ = ["LocusLine", "LocusObserver", "LocusProgress"]
 
 @dataclass(frozen=True)
 class LocusLine:
-    """The part of a locus that is being followed: from its start in one direction.
+    """The part of a locus that is being followed: from its start in one direction."""
 
-    Parameters
-    ----------
-    number
-        Number of the line, from 0.
-    type
-        Type of the locus, as of `Locus`.
-    period
-        Period of its orbits.
-    start
-        Values of the two parameters at its first point.
-    """
-
-    number: int
-    type: str
-    period: int
-    start: tuple[float, float]
+    number: int  # number of the line, from 0
+    type: str  # type of the locus, as of `Locus`
+    period: int  # period of its orbits
+    start: tuple[float, float]  # values of the two parameters at its first point
 
 
 @dataclass(frozen=True)

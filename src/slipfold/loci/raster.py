@@ -25,15 +25,9 @@ BLOCK = 8
 
 @dataclass(frozen=True)
 class Raster:
-    """Cells of a window.
+    """Cells of a window."""
 
-    Parameters
-    ----------
-    window
-        Least and largest value of two parameters.
-    """
-
-    window: Window
+    window: Window  # least and largest value of two parameters
 
     def columns(self, values: Array, axis: int) -> NDArray[np.int64]:
         """Return the cells that values of a parameter lie in, shape (n,).

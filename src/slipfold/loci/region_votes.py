@@ -32,20 +32,11 @@ ONE_ORBIT = 1e-4
 
 @dataclass(frozen=True, eq=False)
 class Vote:
-    """One response crossing one piece of the plane.
+    """One response crossing one piece of the plane."""
 
-    Parameters
-    ----------
-    piece
-        Number of the piece.
-    place
-        Values of the two parameters in the middle of the crossing.
-    nodes
-        Stable orbits at the place by their period, each of shape (m, n_states).
-    """
-
-    piece: int
-    place: tuple[float, float]
+    piece: int  # number of the piece
+    place: tuple[float, float]  # values of the two parameters in the middle of the crossing
+    # Stable orbits at the place by their period, each of shape (m, n_states)
     nodes: dict[int, list[Array]]
 
     def count(self, period: int) -> int:

@@ -20,19 +20,12 @@ __all__ = ["StableSpan", "orbit_on", "stable_spans"]
 
 @dataclass(frozen=True)
 class StableSpan:
-    """A stretch of a branch between two bifurcations on which it is stable.
+    """A stretch of a branch between two bifurcations on which it is stable."""
 
-    Parameters
-    ----------
-    low, high
-        Least and largest value of the parameter.
-    rows
-        First row of the branch on the stretch, and the one after the last.
-    """
-
+    # Least and largest value of the parameter
     low: float
     high: float
-    rows: tuple[int, int]
+    rows: tuple[int, int]  # first row of the branch on the stretch, and the one after the last
 
 
 def stable_spans(branch: Branch) -> list[StableSpan]:

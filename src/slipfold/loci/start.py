@@ -51,17 +51,11 @@ CROSSING = {
 
 @dataclass(frozen=True, eq=False)
 class LocusStart(Start[OrbitPoint]):
-    """Where a locus is to be followed from.
+    """Where a locus is to be followed from."""
 
-    Parameters
-    ----------
-    doubled
-        Whether its orbits are there those of half the period, passed twice, or equilibria.
-    crosses
-        Type of the point of codimension two that it passes there; empty if it passes none.
-    """
-
+    # Whether its orbits are there those of half the period, passed twice, or equilibria
     doubled: bool = False
+    # Type of the point of codimension two that it passes there; empty if it passes none
     crosses: str = ""
 
 

@@ -346,17 +346,10 @@ class Model(ABC):
 
 @dataclass(frozen=True)
 class Kind:
-    """What models with the same equations share: their compiled functions belong to it.
+    """What models with the same equations share: their compiled functions belong to it."""
 
-    Parameters
-    ----------
-    model
-        The class.
-    structure
-        Names and values of the constructor's arguments that the equations depend on.
-    """
-
-    model: type[Model]
+    model: type[Model]  # the class
+    # Names and values of the constructor's arguments that the equations depend on
     structure: tuple[tuple[str, Hashable], ...] = ()
 
     def make(self, **values: Any) -> Model:

@@ -187,21 +187,11 @@ class _Quiet:
 
 @dataclass(frozen=True, eq=False)
 class _Terms:
-    """What is left of a forced model's equations when its forcing is zero.
+    """What is left of a forced model's equations when its forcing is zero."""
 
-    Parameters
-    ----------
-    parameters
-        The parameters in them, and ``duration``.
-    coefficients
-        Names of the coefficients in them.
-    others
-        The other coefficients by name: constants, or symbols that do not matter.
-    """
-
-    parameters: tuple[Parameter, ...]
-    coefficients: tuple[str, ...]
-    others: Symbols
+    parameters: tuple[Parameter, ...]  # the parameters in them, and ``duration``
+    coefficients: tuple[str, ...]  # names of the coefficients in them
+    others: Symbols  # the other coefficients by name: constants, or symbols that do not matter
 
 
 def _checked(model: Model) -> str:

@@ -22,24 +22,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Newborn:
-    """The first of the orbits that are born at another.
+    """The first of the orbits that are born at another."""
 
-    Parameters
-    ----------
-    orbits
-        What they are.
-    z
-        The first of them as an unknown.
-    tangent
-        Unit vector in which they leave: to first order no parameter changes.
-    monodromy
-        Matrix whose eigenvalues are watched, in scaled states.
-    """
-
-    orbits: Orbits
-    z: Array
-    tangent: Array
-    monodromy: Array
+    orbits: Orbits  # what they are
+    z: Array  # the first of them as an unknown
+    tangent: Array  # unit vector in which they leave: to first order no parameter changes
+    monodromy: Array  # matrix whose eigenvalues are watched, in scaled states
 
 
 def passed_twice(orbits: Orbits, z: Array) -> Newborn:

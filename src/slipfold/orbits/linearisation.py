@@ -28,23 +28,15 @@ MANY = 12
 
 @dataclass(frozen=True, eq=False)
 class Conditions:
-    """Equations besides those of the orbit, e.g. that it is at a bifurcation.
+    """Equations besides those of the orbit, e.g. that it is at a bifurcation."""
 
-    Parameters
-    ----------
-    values
-        How far each is from being met, shape (d,).
-    gradients
-        Their derivatives with respect to the unknown, shape (d, m n + k).
-    carried
-        Perturbations along which second derivatives of the segments are known, shape (r, m, n).
-    bent
-        Those second derivatives, ``D^2 phi_j [v_j, .]``, shape (r, m, n, n).
-    """
-
+    # How far each is from being met, shape (d,)
     values: Array = field(default_factory=lambda: np.empty(0))
+    # Their derivatives with respect to the unknown, shape (d, m n + k)
     gradients: Array | None = None
+    # Perturbations along which second derivatives of the segments are known, shape (r, m, n)
     carried: Array | None = None
+    # Those second derivatives, ``D^2 phi_j [v_j, .]``, shape (r, m, n, n)
     bent: Array | None = None
 
 
@@ -53,26 +45,14 @@ NO_CONDITIONS = Conditions()
 
 @dataclass(frozen=True, eq=False)
 class Linearisation:
-    """Mismatch of an orbit and its derivatives, in scaled variables.
+    """Mismatch of an orbit and its derivatives, in scaled variables."""
 
-    Parameters
-    ----------
-    residual
-        Shape (m, n), in scaled states.
-    blocks
-        Transition matrices of the segments, shape (m, n, n).
-    along
-        Derivatives of the segments' ends with respect to the k scaled parameters, shape (m, n, k).
-    conditions
-        Further equations.
-    watched
-        Gives the matrix whose eigenvalues are watched; the product of the blocks if None.
-    """
-
-    residual: Array
-    blocks: Array
+    residual: Array  # shape (m, n), in scaled states
+    blocks: Array  # transition matrices of the segments, shape (m, n, n)
+    # Derivatives of the segments' ends with respect to the k scaled parameters, shape (m, n, k)
     along: Array
-    conditions: Conditions = NO_CONDITIONS
+    conditions: Conditions = NO_CONDITIONS  # further equations
+    # Gives the matrix whose eigenvalues are watched; the product of the blocks if None
     watched: Callable[[Linearisation], Array] | None = None
 
     @staticmethod

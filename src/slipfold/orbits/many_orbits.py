@@ -66,21 +66,12 @@ def transitions(
 
 @dataclass(frozen=True, eq=False)
 class Corrected:
-    """Orbits of one period.
+    """Orbits of one period."""
 
-    Parameters
-    ----------
-    z
-        Unknowns, shape (k, m n + 1); NaN where Newton's method failed.
-    monodromies
-        Monodromy matrices in scaled states, taken within the last correction of `z`, shape
-        (k, n, n).
-    tangents
-        Unit tangents of the branch, along the rows of the hyperplanes, shape (k, m n + 1).
-    """
-
-    z: Array
+    z: Array  # unknowns, shape (k, m n + 1); NaN where Newton's method failed
+    # Monodromy matrices in scaled states, taken within the last correction of `z`, shape (k, n, n)
     monodromies: Array
+    # Unit tangents of the branch, along the rows of the hyperplanes, shape (k, m n + 1)
     tangents: Array
 
     def some(self, rows: list[int]) -> Corrected:

@@ -20,17 +20,10 @@ class OrbitPoint(Point):
 
     The tests of a branch are ``PD``, ``NS``, ``LP`` (the tangent's component along the parameter)
     and ``fold`` (zero at LP and BP alike), its growth is that of the largest multiplier at most.
-
-    Parameters
-    ----------
-    monodromy
-        Monodromy matrix in scaled states, shape (n, n).
-    multipliers
-        Floquet multipliers, shape (n,).
     """
 
-    monodromy: Array
-    multipliers: NDArray[np.complex128]
+    monodromy: Array  # monodromy matrix in scaled states, shape (n, n)
+    multipliers: NDArray[np.complex128]  # Floquet multipliers, shape (n,)
 
     @property
     def unstable(self) -> int:

@@ -53,13 +53,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Steady:
-    """One steady response reached from zero initial conditions.
-
-    Parameters
-    ----------
-    model
-        The model.
-    """
+    """One steady response reached from zero initial conditions."""
 
     model: SlidingOscillator
 
@@ -75,27 +69,14 @@ Case = Curve | Steady | Plane
 
 @dataclass(frozen=True)
 class Row:
-    """A family of curves, drawn as one row of panels.
-
-    Parameters
-    ----------
-    curves
-        The curves.
-    member
-        Name of the parameter that tells them apart.
-    common
-        Names of the parameters set for the whole row.
-    detail
-        Range of the parameter followed that is drawn once more, magnified; None for no such panel.
-    wide
-        Whether its panels take the whole width, one below the other.
-    """
+    """A family of curves, drawn as one row of panels."""
 
     curves: tuple[Curve, ...]
-    member: str
-    common: tuple[str, ...] = ()
+    member: str  # name of the parameter that tells them apart
+    common: tuple[str, ...] = ()  # names of the parameters set for the whole row
+    # Range of the parameter followed that is drawn once more, magnified; None for no such panel
     detail: tuple[float, float] | None = None
-    wide: bool = False
+    wide: bool = False  # whether its panels take the whole width, one below the other
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -142,20 +123,12 @@ class Figure:
 
 @dataclass(frozen=True)
 class Cases:
-    """All that the paper shows or claims, and the bifurcation sets beyond it.
-
-    Parameters
-    ----------
-    figures
-        The figures.
-    further
-        Rows that a claim needs and no figure shows, by number of the claim.
-    planes
-        Figures of bifurcation sets, which the paper does not have.
-    """
+    """All that the paper shows or claims, and the bifurcation sets beyond it."""
 
     figures: tuple[Figure, ...]
+    # Rows that a claim needs and no figure shows, by number of the claim
     further: tuple[tuple[int, Row], ...] = ()
+    # Figures of bifurcation sets, which the paper does not have
     planes: tuple[PlaneFigure, ...] = ()
 
     @property

@@ -27,24 +27,13 @@ PRESENT = 1e-2
 
 @dataclass(frozen=True)
 class Claim:
-    """A claim of the paper with its verdict.
-
-    Parameters
-    ----------
-    number
-        Its number.
-    statement
-        What the paper says.
-    verdict
-        True if the numbers confirm it, False if they do not, None if they were not computed.
-    evidence
-        The numbers, as Markdown.
-    """
+    """A claim of the paper with its verdict."""
 
     number: int
-    statement: str
+    statement: str  # what the paper says
+    # True if the numbers confirm it, False if they do not, None if they were not computed
     verdict: bool | None
-    evidence: str
+    evidence: str  # the numbers, as Markdown
 
     @property
     def verdict_text(self) -> str:

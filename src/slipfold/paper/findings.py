@@ -25,21 +25,12 @@ class NotComputed(LookupError):
 
 @dataclass(frozen=True)
 class Findings:
-    """Results by case.
+    """Results by case."""
 
-    Parameters
-    ----------
-    cases
-        What was to be computed.
-    diagrams
-        Finished response diagrams.
-    spectra
-        Finished spectra.
-    """
-
-    cases: Cases
+    cases: Cases  # what was to be computed
+    # Finished response diagrams
     diagrams: Mapping[Curve, HasBranches] = field(default_factory=dict)
-    spectra: Mapping[Steady, Spectrum] = field(default_factory=dict)
+    spectra: Mapping[Steady, Spectrum] = field(default_factory=dict)  # finished spectra
 
     def diagram(self, vary: str = "Nd", **parameters: Any) -> HasBranches:
         """Return the response diagram of a case."""

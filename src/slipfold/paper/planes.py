@@ -12,21 +12,11 @@ __all__ = ["Plane", "PlaneFigure"]
 
 @dataclass(frozen=True)
 class Plane:
-    """One bifurcation set.
+    """One bifurcation set."""
 
-    Parameters
-    ----------
-    model
-        The model; its values of `vary` play no part.
-    vary
-        Names of the two parameters.
-    window
-        Least and largest value of each.
-    """
-
-    model: SlidingOscillator
-    vary: tuple[str, str]
-    window: Window
+    model: SlidingOscillator  # the model; its values of `vary` play no part
+    vary: tuple[str, str]  # names of the two parameters
+    window: Window  # least and largest value of each
 
     @property
     def key(self) -> str:
@@ -36,24 +26,12 @@ class Plane:
 
 @dataclass(frozen=True)
 class PlaneFigure:
-    """The figure of a bifurcation set: its whole window and a part of it, magnified.
+    """The figure of a bifurcation set: its whole window and a part of it, magnified."""
 
-    Parameters
-    ----------
-    plane
-        The bifurcation set.
-    title
-        What the first parameter is.
-    detail
-        The part of the window that is drawn once more.
-    wide
-        Whether the detail lies below instead of beside.
-    """
-
-    plane: Plane
-    title: str
-    detail: Window
-    wide: bool = False
+    plane: Plane  # the bifurcation set
+    title: str  # what the first parameter is
+    detail: Window  # the part of the window that is drawn once more
+    wide: bool = False  # whether the detail lies below instead of beside
 
     @property
     def key(self) -> str:

@@ -34,30 +34,16 @@ NEIGHBOURHOOD = 6.0
 
 @dataclass(frozen=True, eq=False)
 class Label:
-    """A text that belongs to one of several points.
-
-    Parameters
-    ----------
-    text
-        The text.
-    anchors
-        Points in data coordinates, shape (n, 2); the text goes to the one with the best place.
-    colour
-        Colour of the text.
-    size
-        Font size in points.
-    leader
-        Whether a thin line may join a far text to its point; without one the text stays near.
-    centred
-        Whether the text lies on its point instead of beside it.
-    """
+    """A text that belongs to one of several points."""
 
     text: str
+    # Points in data coordinates, shape (n, 2); the text goes to the one with the best place
     anchors: Array
-    colour: str = "black"
-    size: float = 6.5
+    colour: str = "black"  # colour of the text
+    size: float = 6.5  # font size in points
+    # Whether a thin line may join a far text to its point; without one the text stays near
     leader: bool = True
-    centred: bool = False
+    centred: bool = False  # whether the text lies on its point instead of beside it
 
 
 def place_labels(axes: Axes, labels: Sequence[Label]) -> list[Annotation]:

@@ -19,21 +19,11 @@ SAME = 1e-4
 
 @dataclass(frozen=True)
 class LocusMark:
-    """A marked point.
+    """A marked point."""
 
-    Parameters
-    ----------
-    type
-        ``"GPD"`` and the like, ``"MIN"``, ``"MAX"``, ``"LIMIT"`` or ``"FAILED"``.
-    name
-        What stands beside it; empty for nothing.
-    values
-        Where it is.
-    """
-
-    type: str
-    name: str
-    values: tuple[float, ...]
+    type: str  # ``"GPD"`` and the like, ``"MIN"``, ``"MAX"``, ``"LIMIT"`` or ``"FAILED"``
+    name: str  # what stands beside it; empty for nothing
+    values: tuple[float, ...]  # where it is
 
 
 def locus_marks(

@@ -18,25 +18,14 @@ __all__ = ["Mark", "limit_name", "marks_of"]
 
 @dataclass(frozen=True)
 class Mark:
-    """A marked point.
+    """A marked point."""
 
-    Parameters
-    ----------
-    type
-        Key of `slipfold.plots.style.MARKERS`.
-    name
-        What stands beside it.
-    parameter, value
-        Where it is.
-    hollow
-        Whether the marker is open: a subcritical bifurcation.
-    """
-
-    type: str
-    name: str
+    type: str  # key of `slipfold.plots.style.MARKERS`
+    name: str  # what stands beside it
+    # Where it is
     parameter: float
     value: float
-    hollow: bool = False
+    hollow: bool = False  # whether the marker is open: a subcritical bifurcation
 
 
 def marks_of(branch: Branch, output: str, measure: str = "max") -> tuple[Mark, ...]:

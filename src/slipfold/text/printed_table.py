@@ -11,20 +11,11 @@ __all__ = ["PrintedTable", "html_list", "with_unit"]
 
 @dataclass(frozen=True)
 class PrintedTable:
-    """Cells of text under heads.
+    """Cells of text under heads."""
 
-    Parameters
-    ----------
-    heads
-        Heads of the columns.
-    lines
-        The lines, as many cells each as there are heads.
-    words
-        Heads of the columns that hold words, which stand to the left; numbers stand to the right.
-    """
-
-    heads: Sequence[str]
-    lines: Sequence[Sequence[str]]
+    heads: Sequence[str]  # heads of the columns
+    lines: Sequence[Sequence[str]]  # the lines, as many cells each as there are heads
+    # Heads of the columns that hold words, which stand to the left; numbers stand to the right
     words: Collection[str] = ()
 
     def text(self) -> list[str]:

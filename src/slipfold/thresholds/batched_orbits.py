@@ -37,46 +37,23 @@ DOUBLING = Rule(close=1e-6, longest=DIVERGED, growth=2.0, remaining=1e-12)
 
 @dataclass(frozen=True, eq=False)
 class Orbits:
-    """Orbits at given parameters.
+    """Orbits at given parameters."""
 
-    Parameters
-    ----------
-    states
-        States at phase zero, shape (m, n); NaN where Newton's method failed.
-    multipliers
-        Floquet multipliers, complex, shape (m, n), of the orbit before its last correction.
-    moved
-        Length of the last correction in scaled states, shape (m,).
-    """
-
-    states: Array
+    states: Array  # states at phase zero, shape (m, n); NaN where Newton's method failed
+    # Floquet multipliers, complex, shape (m, n), of the orbit before its last correction
     multipliers: NDArray[np.complex128]
-    moved: Array
+    moved: Array  # length of the last correction in scaled states, shape (m,)
 
 
 @dataclass(frozen=True, eq=False)
 class Doublings:
-    """Period doublings in one parameter.
+    """Period doublings in one parameter."""
 
-    Parameters
-    ----------
-    states
-        States at phase zero, shape (m, n).
-    values
-        Values of the parameter, shape (m,).
-    multipliers
-        Floquet multipliers, complex, shape (m, n).
-    residuals
-        How far each orbit fails to close, in scaled states, shape (m,).
-    failures
-        Why there is no solution, shape (m,); empty where there is one.
-    """
-
-    states: Array
-    values: Array
-    multipliers: NDArray[np.complex128]
-    residuals: Array
-    failures: NDArray[np.str_]
+    states: Array  # states at phase zero, shape (m, n)
+    values: Array  # values of the parameter, shape (m,)
+    multipliers: NDArray[np.complex128]  # Floquet multipliers, complex, shape (m, n)
+    residuals: Array  # how far each orbit fails to close, in scaled states, shape (m,)
+    failures: NDArray[np.str_]  # why there is no solution, shape (m,); empty where there is one
 
 
 def find_orbits(

@@ -29,26 +29,15 @@ left an error of its square."""
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """What was found from guesses, one row each.
+    """What was found from guesses, one row each."""
 
-    Parameters
-    ----------
-    loses, lasts
-        Whether a response is proved to lose its stability by period doubling, or to keep it to the
-        end of the span, shape (m,). Where neither holds, nothing else means anything.
-    segments
-        The stable part of each response.
-    multipliers
-        Floquet multipliers at its end, shape (m, n).
-    residuals
-        How far the orbit there fails to close, in scaled states, shape (m,).
-    """
-
+    # Whether a response is proved to lose its stability by period doubling, or to keep it to the
+    # end of the span, shape (m,). Where neither holds, nothing else means anything.
     loses: Mask
     lasts: Mask
-    segments: Segments
-    multipliers: NDArray[np.complex128]
-    residuals: Array
+    segments: Segments  # the stable part of each response
+    multipliers: NDArray[np.complex128]  # Floquet multipliers at its end, shape (m, n)
+    residuals: Array  # how far the orbit there fails to close, in scaled states, shape (m,)
 
 
 class BatchedThresholds:

@@ -21,18 +21,10 @@ WIDEST = 6
 
 @dataclass(frozen=True, eq=False)
 class Stencil:
-    """How the values on one line are guessed from those on others.
+    """How the values on one line are guessed from those on others."""
 
-    Parameters
-    ----------
-    lines
-        Indices of the known lines, shape (k,).
-    weights
-        Their weights, shape (k,).
-    """
-
-    lines: Indices
-    weights: Array
+    lines: Indices  # indices of the known lines, shape (k,)
+    weights: Array  # their weights, shape (k,)
 
 
 def seed_lines(count: int) -> Indices:

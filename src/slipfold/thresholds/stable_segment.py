@@ -25,18 +25,10 @@ BETWEEN = np.linspace(0.0, 1.0, 41)
 
 @dataclass(frozen=True, eq=False)
 class Segments:
-    """Responses from the first value of a parameter to where their stable part ends.
+    """Responses from the first value of a parameter to where their stable part ends."""
 
-    Parameters
-    ----------
-    ends
-        Values of the parameter there, shape (m,).
-    paths
-        States at phase zero at `SHARES` of the way, shape (m, len(SHARES), n).
-    """
-
-    ends: Array
-    paths: Array
+    ends: Array  # values of the parameter there, shape (m,)
+    paths: Array  # states at phase zero at `SHARES` of the way, shape (m, len(SHARES), n)
 
     def of(self, some: NDArray[np.bool_] | NDArray[np.int64]) -> Segments:
         """Return some of them."""

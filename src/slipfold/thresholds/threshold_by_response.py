@@ -22,34 +22,21 @@ FIRST_ALONE = Settings(largest_period=1)
 
 @dataclass(frozen=True, eq=False)
 class OnePoint:
-    """What the response of one set of parameters says.
+    """What the response of one set of parameters says."""
 
-    Parameters
-    ----------
-    kind
-        Empty where the response loses its stability by period doubling, else what happens
-        instead, in a few words.
-    reason
-        The same as a sentence; empty likewise.
-    value
-        Where the stable part of the response ends: the threshold, or the end of the span if the
-        kind is `NO_THRESHOLD`; NaN elsewhere.
-    values, states
-        The parameter along the response, shape (k,), and the states at phase zero, shape (k, n), up
-        to that value. Empty where it is NaN.
-    multipliers
-        Floquet multipliers there, shape (n,).
-    residual
-        How far the orbit there fails to close, in scaled states.
-    """
-
+    # Empty where the response loses its stability by period doubling, else what happens instead, in
+    # a few words
     kind: str
-    reason: str
+    reason: str  # the same as a sentence; empty likewise
+    # Where the stable part of the response ends: the threshold, or the end of the span if the kind
+    # is `NO_THRESHOLD`; NaN elsewhere
     value: float
+    # The parameter along the response, shape (k,), and the states at phase zero, shape (k, n), up
+    # to that value. Empty where it is NaN.
     values: Array
     states: Array
-    multipliers: NDArray[np.complex128]
-    residual: float
+    multipliers: NDArray[np.complex128]  # Floquet multipliers there, shape (n,)
+    residual: float  # how far the orbit there fails to close, in scaled states
 
 
 def lasting_reason(vary: str, value: float) -> str:

@@ -96,19 +96,12 @@ def measured_within(
 
 @dataclass(frozen=True, eq=False)
 class _Look:
-    """A model about its state of rest. Sizes have the shape (n,) and are NaN where unknown.
+    """A model about its state of rest. Sizes have the shape (n,) and are NaN where unknown."""
 
-    Parameters
-    ----------
-    model, flow
-        The model and its flow.
-    start
-        State from which motions start.
-    """
-
+    # The model and its flow
     model: Model
     flow: Flow
-    start: Array
+    start: Array  # state from which motions start
 
     @cached_property
     def rest(self) -> Array:

@@ -26,27 +26,14 @@ __all__ = ["BuiltSystem", "build_system", "build_system_of_text"]
 
 @dataclass(frozen=True, eq=False)
 class BuiltSystem:
-    """A definition with all that follows from it.
+    """A definition with all that follows from it."""
 
-    Parameters
-    ----------
-    definition
-        Names, formulas and their meaning.
-    text
-        The definition as TOML, always the same for the same definition.
-    equations
-        The formulas taken apart.
-    repeats
-        Whether the forcing repeats whatever the parameter values; else each set is to be checked.
-    outputs
-        Quantities of interest.
-    """
-
-    definition: Definition
-    text: str
-    equations: SystemEquations
+    definition: Definition  # names, formulas and their meaning
+    text: str  # the definition as TOML, always the same for the same definition
+    equations: SystemEquations  # the formulas taken apart
+    # Whether the forcing repeats whatever the parameter values; else each set is to be checked
     repeats: bool
-    outputs: tuple[Output, ...]
+    outputs: tuple[Output, ...]  # quantities of interest
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:

@@ -12,74 +12,34 @@ __all__ = ["Definition", "OutputFormula", "StateFormula", "WatchedValue"]
 
 @dataclass(frozen=True)
 class StateFormula:
-    """A state with the formula of its rate.
+    """A state with the formula of its rate."""
 
-    Parameters
-    ----------
-    state
-        Name, unit and meaning.
-    rate
-        Formula of its time derivative, per second.
-    scale
-        Typical size, in the unit of the state; None if it is to be found.
-    start
-        Value from which motions and searches start, in the unit of the state.
-    """
-
-    state: State
-    rate: str
-    scale: float | None = None
-    start: float = 0.0
+    state: State  # name, unit and meaning
+    rate: str  # formula of its time derivative, per second
+    scale: float | None = None  # typical size, in the unit of the state; None if it is to be found
+    start: float = 0.0  # value from which motions and searches start, in the unit of the state
 
 
 @dataclass(frozen=True)
 class OutputFormula:
-    """A quantity of interest with its formula.
+    """A quantity of interest with its formula."""
 
-    Parameters
-    ----------
-    name
-        Name in results.
-    formula
-        In states, parameters, named formulas and the time.
-    unit
-        Unit as text.
-    doc
-        One line that says what it is.
-    label
-        Axis label in mathtext; the name itself if empty.
-    """
-
-    name: str
-    formula: str
-    unit: str = ""
-    doc: str = ""
-    label: str = ""
+    name: str  # name in results
+    formula: str  # in states, parameters, named formulas and the time
+    unit: str = ""  # unit as text
+    doc: str = ""  # one line that says what it is
+    label: str = ""  # axis label in mathtext; the name itself if empty
 
 
 @dataclass(frozen=True)
 class WatchedValue:
-    """An event: a value of an output, or of a parameter, to be located on every branch.
+    """An event: a value of an output, or of a parameter, to be located on every branch."""
 
-    Parameters
-    ----------
-    name
-        Name of the event.
-    output
-        A state, an output or, with the measure ``"parameter"``, a parameter.
-    value
-        The value, in its unit.
-    measure
-        ``"max"``, ``"min"``, ``"peak_to_peak"`` or ``"parameter"``.
-    stop
-        Whether the branch ends there.
-    """
-
-    name: str
-    output: str
-    value: float
-    measure: str = "max"
-    stop: bool = False
+    name: str  # name of the event
+    output: str  # a state, an output or, with the measure ``"parameter"``, a parameter
+    value: float  # the value, in its unit
+    measure: str = "max"  # ``"max"``, ``"min"``, ``"peak_to_peak"`` or ``"parameter"``
+    stop: bool = False  # whether the branch ends there
 
 
 @dataclass(frozen=True)

@@ -23,28 +23,15 @@ __all__ = ["SystemEquations", "build_system_equations"]
 
 @dataclass(frozen=True)
 class SystemEquations:
-    """Formulas taken apart into coefficients and the rest.
+    """Formulas taken apart into coefficients and the rest."""
 
-    Parameters
-    ----------
-    fixed
-        Named formulas of parameters alone, each after those that it uses.
-    terms
-        Coefficients in parameters and `fixed`, by key.
-    named
-        The other named formulas, each after those that it uses.
-    rates, outputs
-        By name, in states, coefficients, `named` and the phase.
-    cycle
-        The forcing period; None for an autonomous system.
-    """
-
-    fixed: Mapping[str, Tree]
-    terms: Mapping[str, Tree]
-    named: Mapping[str, Tree]
+    fixed: Mapping[str, Tree]  # named formulas of parameters alone, each after those that it uses
+    terms: Mapping[str, Tree]  # coefficients in parameters and `fixed`, by key
+    named: Mapping[str, Tree]  # the other named formulas, each after those that it uses
+    # By name, in states, coefficients, `named` and the phase
     rates: Mapping[str, Tree]
     outputs: Mapping[str, Tree]
-    cycle: Tree | None
+    cycle: Tree | None  # the forcing period; None for an autonomous system
 
     def period(self, p: Symbols) -> Expression:
         """Return the period in seconds."""

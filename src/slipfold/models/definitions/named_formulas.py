@@ -24,29 +24,14 @@ SHOWN = 20
 
 @dataclass(frozen=True)
 class Formulas:
-    """All formulas of a system, parsed.
+    """All formulas of a system, parsed."""
 
-    Parameters
-    ----------
-    rates
-        By state.
-    named
-        The table of formulas, each after those that it uses.
-    outputs
-        By name.
-    period
-        Of the forcing; None for an autonomous system.
-    constant
-        Names of those in `named` that depend on parameters alone.
-    texts
-        By table and name: the entry that holds the text, and the text.
-    """
-
-    rates: Mapping[str, Tree]
-    named: Mapping[str, Tree]
-    outputs: Mapping[str, Tree]
-    period: Tree | None
-    constant: frozenset[str]
+    rates: Mapping[str, Tree]  # by state
+    named: Mapping[str, Tree]  # the table of formulas, each after those that it uses
+    outputs: Mapping[str, Tree]  # by name
+    period: Tree | None  # of the forcing; None for an autonomous system
+    constant: frozenset[str]  # names of those in `named` that depend on parameters alone
+    # By table and name: the entry that holds the text, and the text
     texts: Mapping[Path, tuple[Path, str]]
 
 

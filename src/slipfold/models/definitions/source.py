@@ -25,24 +25,12 @@ WIDTH = 88
 
 @dataclass(frozen=True)
 class Source:
-    """The tables of a system, and the text that they were read from.
+    """The tables of a system, and the text that they were read from."""
 
-    Parameters
-    ----------
-    tables
-        The entries, as `tomllib` gives them.
-    label
-        What messages call it, e.g. the name of the file.
-    text
-        The text; None for tables made in Python.
-    places
-        Where the entries stand in the text.
-    """
-
-    tables: Mapping[str, Any]
-    label: str = ""
-    text: str | None = None
-    places: Mapping[Keys, Place] | None = None
+    tables: Mapping[str, Any]  # the entries, as `tomllib` gives them
+    label: str = ""  # what messages call it, e.g. the name of the file
+    text: str | None = None  # the text; None for tables made in Python
+    places: Mapping[Keys, Place] | None = None  # where the entries stand in the text
 
     def error(self, path: Keys, message: str, key: bool = False) -> InputError:
         """Return the error about an entry."""

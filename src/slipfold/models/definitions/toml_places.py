@@ -29,18 +29,10 @@ _TOKEN = re.compile(
 
 @dataclass(frozen=True)
 class Place:
-    """Offsets of an entry in the text.
+    """Offsets of an entry in the text."""
 
-    Parameters
-    ----------
-    key
-        Where its key or table header begins.
-    value
-        Where its value begins; the same as `key` for a table header.
-    """
-
-    key: int
-    value: int
+    key: int  # where its key or table header begins
+    value: int  # where its value begins; the same as `key` for a table header
 
 
 def find_places(text: str) -> dict[Path, Place]:

@@ -19,20 +19,11 @@ CONSTANTS = {"pi": math.pi}
 
 @dataclass(frozen=True)
 class Function:
-    """A smooth function: its Taylor series and all its derivatives can be computed.
+    """A smooth function: its Taylor series and all its derivatives can be computed."""
 
-    Parameters
-    ----------
-    count
-        Number of arguments.
-    symbolic
-        The function of symbols.
-    numeric
-        The function of floats; may raise `ArithmeticError` or `ValueError` outside its domain.
-    """
-
-    count: int
-    symbolic: Callable[..., Expression]
+    count: int  # number of arguments
+    symbolic: Callable[..., Expression]  # the function of symbols
+    # The function of floats; may raise `ArithmeticError` or `ValueError` outside its domain
     numeric: Callable[..., float]
 
 

@@ -62,21 +62,11 @@ class FormulaError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Token:
-    """A word of a formula.
+    """A word of a formula."""
 
-    Parameters
-    ----------
-    kind
-        ``"number"``, ``"name"``, ``"sign"`` or, behind the last one, ``"end"``.
-    text
-        As written.
-    place
-        Where it begins.
-    """
-
-    kind: str
-    text: str
-    place: int
+    kind: str  # ``"number"``, ``"name"``, ``"sign"`` or, behind the last one, ``"end"``
+    text: str  # as written
+    place: int  # where it begins
 
 
 def split_formula(text: str) -> list[Token]:

@@ -28,82 +28,46 @@ BINDING = {"+": SUM, "-": SUM, "*": PRODUCT, "/": PRODUCT, "^": POWER}
 
 @dataclass(frozen=True, slots=True)
 class Number:
-    """A number that stands in the formula.
+    """A number that stands in the formula."""
 
-    Parameters
-    ----------
-    value
-        Finite.
-    """
-
-    value: float
+    value: float  # finite
 
 
 @dataclass(frozen=True, slots=True)
 class Name:
-    """A state, parameter, formula, constant or the time.
+    """A state, parameter, formula, constant or the time."""
 
-    Parameters
-    ----------
-    name
-        As written.
-    place
-        Where it begins in the text; plays no part in comparisons.
-    """
-
-    name: str
+    name: str  # as written
+    # Where it begins in the text; plays no part in comparisons
     place: int = field(default=0, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
 class Negative:
-    """The argument with its sign changed.
+    """The argument with its sign changed."""
 
-    Parameters
-    ----------
-    argument
-        What stands behind the sign.
-    """
-
-    argument: Tree
+    argument: Tree  # what stands behind the sign
 
 
 @dataclass(frozen=True, slots=True)
 class Binary:
-    """Two operands and the operator between them.
+    """Two operands and the operator between them."""
 
-    Parameters
-    ----------
-    operator
-        One of ``+ - * / ^``.
-    left, right
-        The operands.
-    place
-        Where the operator stands in the text; plays no part in comparisons.
-    """
-
-    operator: str
+    operator: str  # one of ``+ - * / ^``
+    # The operands
     left: Tree
     right: Tree
+    # Where the operator stands in the text; plays no part in comparisons
     place: int = field(default=0, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """A function of arguments.
+    """A function of arguments."""
 
-    Parameters
-    ----------
-    function
-        Its name.
-    arguments
-        As many as the function takes.
-    place
-        Where the name begins in the text; plays no part in comparisons.
-    """
-
-    function: str
-    arguments: tuple[Tree, ...]
+    function: str  # its name
+    arguments: tuple[Tree, ...]  # as many as the function takes
+    # Where the name begins in the text; plays no part in comparisons
     place: int = field(default=0, compare=False)
 
 

@@ -38,20 +38,11 @@ ROUNDING = 1e-15
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """A component at its place in the structure.
-
-    Parameters
-    ----------
-    component
-        The component.
-    prefix
-        What its coefficients begin with.
-    rows
-        Weights of the kept coordinates in each of its directions, shape (n_directions, n_kept).
-    """
+    """A component at its place in the structure."""
 
     component: Component
-    prefix: str
+    prefix: str  # what its coefficients begin with
+    # Weights of the kept coordinates in each of its directions, shape (n_directions, n_kept)
     rows: Array
 
 

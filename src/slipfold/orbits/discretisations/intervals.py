@@ -36,24 +36,12 @@ FAR = 1e6
 
 @dataclass(frozen=True, eq=False)
 class Field:
-    """The right-hand side of a model with the values of its coefficients, in scaled states.
+    """The right-hand side of a model with the values of its coefficients, in scaled states."""
 
-    Parameters
-    ----------
-    flow
-        The model's compiled functions.
-    constants
-        Coefficients.
-    scales
-        Scales of the states, shape (n,).
-    indices
-        Which parameters are free.
-    """
-
-    flow: Flow
-    constants: Constants
-    scales: Array
-    indices: list[int]
+    flow: Flow  # the model's compiled functions
+    constants: Constants  # coefficients
+    scales: Array  # scales of the states, shape (n,)
+    indices: list[int]  # which parameters are free
 
     def rates(self, states: Array, phases: Array) -> Array:
         """Return the rates a unit of phase.
@@ -120,28 +108,17 @@ class Solved:
     With stages Y and slopes F the equations in the Runge-Kutta basis are
 
     .. math:: Y_l = x + h \sum_k a_{lk} F(Y_k), \quad x_+ = x + h \sum_k b_k F(Y_k).
-
-    Parameters
-    ----------
-    nodes
-        States at the beginnings, shape (m, n).
-    start, lengths
-        Phases of the beginnings and lengths, shape (m,).
-    stages, slopes
-        States and rates at the Gauss points, shape (m, s, n); NaN where there is no solution.
-    inverses
-        Of the derivatives of the equations by the stages, shape (m, s n, s n).
-    jacobians
-        Derivatives of the rates at the Gauss points, shape (m, s, n, n).
     """
 
-    nodes: Array
+    nodes: Array  # states at the beginnings, shape (m, n)
+    # Phases of the beginnings and lengths, shape (m,)
     start: Array
     lengths: Array
+    # States and rates at the Gauss points, shape (m, s, n); NaN where there is no solution
     stages: Array
     slopes: Array
-    inverses: Array
-    jacobians: Array
+    inverses: Array  # of the derivatives of the equations by the stages, shape (m, s n, s n)
+    jacobians: Array  # derivatives of the rates at the Gauss points, shape (m, s, n, n)
 
     @property
     def gauss(self) -> GaussPoints:

@@ -22,17 +22,10 @@ MET = 0.5
 
 @dataclass(frozen=True, eq=False)
 class Degeneracy:
-    r"""A number that is zero at a bifurcation, with its derivative.
+    r"""A number that is zero at a bifurcation, with its derivative."""
 
-    Parameters
-    ----------
-    value
-        Smooth function g of the matrix.
-    left, right
-        Vectors with :math:`dg = \sum_i p_i^T \, dM \, q_i` where g is zero, each of shape (r, n).
-    """
-
-    value: float
+    value: float  # smooth function g of the matrix
+    # Vectors with :math:`dg = \sum_i p_i^T \, dM \, q_i` where g is zero, each of shape (r, n)
     left: Array
     right: Array
 

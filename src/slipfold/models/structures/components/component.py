@@ -23,49 +23,25 @@ NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,59}")
 
 @dataclass(frozen=True)
 class Motion:
-    """How the structure moves where a component acts; symbols.
+    """How the structure moves where a component acts; symbols."""
 
-    Parameters
-    ----------
-    displacement
-        Along each direction of the component, in m.
-    velocity
-        Along each direction, in m/s.
-    memory
-        States of the component's own.
-    acceleration
-        Along each direction, in m/s^2; there for the rates of the memory alone.
-    """
-
-    displacement: tuple[Expression, ...]
-    velocity: tuple[Expression, ...]
-    memory: tuple[Expression, ...] = ()
+    displacement: tuple[Expression, ...]  # along each direction of the component, in m
+    velocity: tuple[Expression, ...]  # along each direction, in m/s
+    memory: tuple[Expression, ...] = ()  # states of the component's own
+    # Along each direction, in m/s^2; there for the rates of the memory alone
     acceleration: tuple[Expression, ...] = ()
 
 
 @dataclass(frozen=True)
 class Measure:
-    """A quantity of a component that is of interest.
+    """A quantity of a component that is of interest."""
 
-    Parameters
-    ----------
-    name
-        Name among the outputs, e.g. ``"Vrel"``.
-    expression
-        ``expression(motion, c, phase)`` with the component's coefficients by their own names.
-    unit
-        SI unit as text.
-    doc
-        One line that says what it is.
-    label
-        Axis label in mathtext.
-    """
-
-    name: str
+    name: str  # name among the outputs, e.g. ``"Vrel"``
+    # ``expression(motion, c, phase)`` with the component's coefficients by their own names
     expression: Callable[[Motion, Symbols, Expression], Expression]
-    unit: str
-    doc: str
-    label: str
+    unit: str  # SI unit as text
+    doc: str  # one line that says what it is
+    label: str  # axis label in mathtext
 
 
 @dataclass(frozen=True)

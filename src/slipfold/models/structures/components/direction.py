@@ -28,18 +28,13 @@ class Direction:
     The weights are taken as they are given, so that ``{"a": 1, "b": -1}`` is the displacement of a
     relative to b.
 
-    Parameters
-    ----------
-    weights
-        Name and weight of each degree of freedom; no unit.
-
     Examples
     --------
     >>> print(Direction((("x", 0.6), ("y", 0.8))))
     0.6 x + 0.8 y
     """
 
-    weights: tuple[tuple[str, float], ...]
+    weights: tuple[tuple[str, float], ...]  # name and weight of each degree of freedom; no unit
 
     def __str__(self) -> str:
         """Write the sum."""

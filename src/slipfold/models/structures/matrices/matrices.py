@@ -31,25 +31,17 @@ SINGULAR = 1e-13
 class Matrix:
     """A square matrix by its entries that are not zero; immutable, hashed by content.
 
-    Parameters
-    ----------
-    size
-        Number of rows n.
-    rows, columns
-        Places of the entries, row by row, shape (nonzeros,).
-    entries
-        Their values in SI units, shape (nonzeros,).
-
     Examples
     --------
     >>> as_matrix([[2, -1], [-1, 1]], "K")
     Matrix(2 x 2, 4 entries)
     """
 
-    size: int
+    size: int  # number of rows n
+    # Places of the entries, row by row, shape (nonzeros,)
     rows: NDArray[np.int64] = field(compare=False)
     columns: NDArray[np.int64] = field(compare=False)
-    entries: Array = field(compare=False)
+    entries: Array = field(compare=False)  # their values in SI units, shape (nonzeros,)
     digest: bytes = field(init=False, repr=False)
 
     def __post_init__(self) -> None:

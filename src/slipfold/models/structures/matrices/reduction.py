@@ -128,25 +128,14 @@ def static_errors(
 
 @dataclass(frozen=True, eq=False)
 class Reduced:
-    """A structure in fewer coordinates.
+    """A structure in fewer coordinates."""
 
-    Parameters
-    ----------
-    names
-        Names of the r coordinates.
-    basis
-        Displacements of all n degrees of freedom by coordinate, shape (n, r).
-    mass, stiffness
-        Reduced matrices, shape (r, r).
-    report
-        What became of the natural frequencies.
-    """
-
-    names: tuple[str, ...]
-    basis: Array
+    names: tuple[str, ...]  # names of the r coordinates
+    basis: Array  # displacements of all n degrees of freedom by coordinate, shape (n, r)
+    # Reduced matrices, shape (r, r)
     mass: Array
     stiffness: Array
-    report: ReductionReport
+    report: ReductionReport  # what became of the natural frequencies
 
 
 @dataclass(frozen=True)
