@@ -11,8 +11,6 @@ BREAKDOWNS = (ArithmeticError, ValueError, RuntimeError)
 def breakdown(error: Exception) -> str:
     """Say as a clause what broke down.
 
-    Examples
-    --------
     >>> breakdown(ZeroDivisionError("division by zero"))
     'the computation broke down (division by zero)'
     """

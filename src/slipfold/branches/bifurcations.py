@@ -49,13 +49,6 @@ class Bifurcations(Zeros[OrbitPoint]):
 
     It ends the branch where it leaves the span to turn back outside, and where it comes to the
     branch point it began at.
-
-    Parameters
-    ----------
-    orbits
-        What the branch consists of.
-    span
-        The span of the parameter.
     """
 
     def __init__(self, orbits: Orbits, span: tuple[float, float]) -> None:

@@ -47,8 +47,6 @@ REASON = "carried from neighbouring parameter values, as far as that is sure"
 def carry_branches(branches: Sequence[Branch], model: Model) -> tuple[Branch, ...] | None:
     """Carry the branches of a response to other parameter values.
 
-    Examples
-    --------
     >>> import slipfold as sf
     >>> model = sf.SlidingOscillator(f=12.5)
     >>> known = sf.response(model, "Nd", (0, 0.9)).branches

@@ -101,12 +101,7 @@ class MeetsCopy:
     There the orbit is that of the parent's period doubling, or an equilibrium, and Newton's method
     is singular, so the last regular orbit lies a short step before it.
 
-    Parameters
-    ----------
-    curve
-        The curve.
-    stop
-        Says how the curve ends, of its last regular orbit and the unknown where it meets its copy.
+    `stop` says how it ends, of its last regular orbit and the unknown where it meets its copy.
     """
 
     def __init__(
@@ -190,15 +185,7 @@ def _birth_point(orbits: Orbits, last: OrbitPoint, birth: Birth) -> OrbitPoint:
 
 
 class Returns:
-    """Ends a curve where it comes back to its first point.
-
-    Parameters
-    ----------
-    curve
-        The curve.
-    reason
-        The sentence to say.
-    """
+    """Ends a curve where it comes back to its first point."""
 
     def __init__(self, curve: OrbitCurve, reason: str) -> None:
         self._curve = curve

@@ -34,12 +34,7 @@ class Homoclinic:
     Near one the distance of the parameter from its value there falls exponentially with the
     duration (Kuznetsov, Elements of Applied Bifurcation Theory, section 6.4).
 
-    Parameters
-    ----------
-    orbits
-        What the branch consists of.
-    largest
-        Largest duration, relative to that at the first point.
+    `largest` is the largest duration, relative to that at the first point.
     """
 
     def __init__(self, orbits: Orbits, largest: float) -> None:

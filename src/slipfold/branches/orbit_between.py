@@ -30,8 +30,6 @@ def orbit_between(branch: Branch, arclength: float, value: float | None = None) 
     The chord between the two nearest known orbits is the guess; Newton's method corrects it across
     the chord, so that it works at folds too.
 
-    Examples
-    --------
     >>> import slipfold as sf
     >>> diagram = sf.response(sf.SlidingOscillator(), "Nd", (0, 0.1))
     >>> branch = diagram.branches[0]

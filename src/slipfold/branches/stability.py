@@ -47,8 +47,6 @@ def stability_stretches(branch: Branch) -> tuple[StabilityStretch, ...]:
     Where no point of the branch lies between two of them, what is outside follows from what was
     outside before and from which multipliers are critical.
 
-    Examples
-    --------
     >>> import slipfold as sf
     >>> diagram = sf.response(sf.SlidingOscillator(f=12.5), vary="Nd", span=(0, 0.3))
     >>> [stretch.stable for stretch in stability_stretches(diagram.branches[0])]

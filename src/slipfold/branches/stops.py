@@ -65,12 +65,8 @@ class Limits:
 class Unresolved:
     """Ends a curve before an orbit too unstable for its multipliers to be known.
 
-    Parameters
-    ----------
-    curve
-        The curve.
-    clause
-        Says of the points so far where the curve leads, if that is known: it is then the reason.
+    `clause` says of the points so far where the curve leads, if that is known: it is then the
+    reason.
     """
 
     def __init__(

@@ -67,8 +67,6 @@ def check_some(candidates: Iterable[Candidate], points: float) -> Checked:
 def spread(count: int) -> list[int]:
     """Choose some of a row in their order: the last, the first, then halfway between others.
 
-    Examples
-    --------
     >>> spread(100)[:5]
     [99, 0, 49, 24, 74]
     """

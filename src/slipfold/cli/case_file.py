@@ -28,8 +28,6 @@ FORM = (
 def find_model(given: str, changes: Mapping[str, str], friction: str | None = None) -> Model:
     """Make the model that a command names.
 
-    Examples
-    --------
     >>> find_model("sliding", {"alpha": "30deg"}).alpha
     0.5235987755982988
     """

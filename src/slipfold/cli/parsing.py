@@ -31,8 +31,6 @@ _NUMBER = re.compile(r"\s*[-+]?[\d.]+(?:[eE][-+]?\d+)?\s*")
 def parse_assignments(texts: Sequence[str] | None, option: str = "--set") -> dict[str, str]:
     """Split every ``NAME=VALUE``.
 
-    Examples
-    --------
     >>> parse_assignments(["f=12.5", "alpha=60deg"])
     {'f': '12.5', 'alpha': '60deg'}
     """
@@ -65,8 +63,6 @@ def parse_number(text: str, option: str) -> float:
 def parse_whole(text: str, option: str) -> int:
     """Read a whole number of at least 1.
 
-    Examples
-    --------
     >>> parse_whole("2000", "--periods")
     2000
     """
@@ -84,8 +80,6 @@ def parse_whole(text: str, option: str) -> int:
 def parse_span(texts: Sequence[str], model: Model) -> tuple[str, tuple[float, float]]:
     """Read ``NAME=FIRST:LAST``. A unit behind the last value alone goes for both.
 
-    Examples
-    --------
     >>> from slipfold.models import SlidingOscillator
     >>> parse_span(["f=11:14Hz"], SlidingOscillator())
     ('f', (11.0, 14.0))
@@ -103,8 +97,6 @@ def parse_window(
 ) -> tuple[tuple[str, str], tuple[tuple[float, float], tuple[float, float]]]:
     """Read ``NAME=FIRST:LAST`` twice, for two parameters.
 
-    Examples
-    --------
     >>> from slipfold.models import SlidingOscillator
     >>> parse_window(["f=11:14Hz", "Nd=0:0.5"], SlidingOscillator())
     (('f', 'Nd'), ((11.0, 14.0), (0.0, 0.5)))
@@ -148,8 +140,6 @@ def _parse_interval(text: str, model: Model) -> tuple[str, tuple[float, float]]:
 def parse_event(text: str, model: Model, vary: str, stop: bool = False) -> Event:
     """Read ``NAME=VALUE`` or ``MEASURE(NAME)=VALUE``.
 
-    Examples
-    --------
     >>> from slipfold.models import SlidingOscillator
     >>> parse_event("min(Vrel)=200mm/s", SlidingOscillator(), "Nd")
     Event(name='Vrel', value=0.2, measure='min', stop=False)

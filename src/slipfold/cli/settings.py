@@ -22,8 +22,6 @@ def parse_settings(
 ) -> Settings:
     """Read the options of continuation.
 
-    Examples
-    --------
     >>> parse_settings(max_step="0.2").steps.largest
     0.2
     """

@@ -109,8 +109,6 @@ def collocate(
 
     Shapes: samples (count, n_states).
 
-    Examples
-    --------
     >>> from slipfold.models import model_named
     >>> angles = 2 * np.pi * np.arange(16)[:, None] / 16
     >>> circle = np.hstack([np.cos(angles), np.sin(angles)])

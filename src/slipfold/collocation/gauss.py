@@ -22,8 +22,6 @@ class GaussPoints:
     A polynomial of degree m - 1 through values at these points has, by the exactness of Gauss
     quadrature, the Legendre coefficients :math:`(2 j + 1) \sum_k b_k P_j(c_k) F_k`.
 
-    Examples
-    --------
     >>> gauss = gauss_points(2)
     >>> gauss.points.round(6)
     array([0.211325, 0.788675])

@@ -50,8 +50,6 @@ def product_eigenvalues(matrices: Array) -> Complex:
 
     Shapes: matrices (N, n, n); returns (n,).
 
-    Examples
-    --------
     >>> rotated = np.linalg.qr(np.array([[1.0, 2.0], [3.0, 1.0]]))[0]
     >>> factor = rotated @ np.diag([1e-4, 1.0]) @ rotated.T
     >>> product_eigenvalues(np.array([factor] * 8)).real * [1, 1e32]

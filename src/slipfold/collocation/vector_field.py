@@ -25,13 +25,7 @@ class RightHandSide(Protocol):
 
 
 class VectorField:
-    """Rates of the scaled states and their Jacobians, each many at a time.
-
-    Parameters
-    ----------
-    model
-        The model with its parameter values.
-    """
+    """Rates of the scaled states and their Jacobians, each many at a time."""
 
     def __init__(self, model: Model) -> None:
         self.model = model

@@ -65,8 +65,6 @@ def parse_values(parameter: Parameter, values: Values) -> ArrayLike:
 def checked_settings(given: Settings | None) -> Settings:
     """Return the options given, the defaults if there are none, or raise.
 
-    Examples
-    --------
     >>> checked_settings(None).newton.tolerance
     1e-10
     """

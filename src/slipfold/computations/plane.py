@@ -28,8 +28,6 @@ def parse_plane(
 ) -> tuple[tuple[str, str], Window]:
     """Return the names of two parameters and the window in them, in SI units, or raise.
 
-    Examples
-    --------
     >>> from slipfold.models import SlidingOscillator
     >>> parse_plane(SlidingOscillator(), ("f", "Nd"), {"Nd": (0, "500mN"), "f": (13, 12)})
     (('f', 'Nd'), ((12.0, 13.0), (0.0, 0.5)))

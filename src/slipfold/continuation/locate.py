@@ -140,13 +140,6 @@ class _Chord(Generic[P]):
     The place of a point is that of its projection. Unlike the arclength, which is summed from one
     guess to the next, it belongs to the solution alone, so that an interpolated zero stays where
     it is as more points become known.
-
-    Parameters
-    ----------
-    curve
-        The equations.
-    a, b
-        The ends.
     """
 
     def __init__(self, curve: Curve[P], a: P, b: P) -> None:

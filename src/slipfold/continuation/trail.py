@@ -35,27 +35,13 @@ class Trail(Generic[P]):
 
 @dataclass(frozen=True, eq=False)
 class Stop(Generic[P]):
-    """A reason for a curve to end between two points.
+    """A reason for a curve to end between two points."""
 
-    Parameters
-    ----------
-    point
-        Where.
-    end
-        Why.
-    beyond
-        A last point that cannot be computed along the curve itself.
-    reached
-        What it ended on, if that is known.
-    closes
-        Whether that is its first point.
-    """
-
-    point: P
-    end: End
-    beyond: P | None = None
-    reached: Any = None
-    closes: bool = False
+    point: P  # where
+    end: End  # why
+    beyond: P | None = None  # a last point that cannot be computed along the curve itself
+    reached: Any = None  # what it ended on, if that is known
+    closes: bool = False  # whether that is its first point
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,23 +53,13 @@ class Sight(Generic[P]):
 
 
 class Stretch(Generic[P]):
-    """The way from the last point of a trail to the next, while it is looked at.
-
-    Attributes
-    ----------
-    trail
-        What was followed before.
-    known
-        Points that serve interpolation, in order; grows.
-    before, point
-        Its ends. The second moves back where a monitor ends the curve.
-    """
+    """The way from the last point of a trail to the next, while it is looked at."""
 
     def __init__(self, trail: Trail[P], point: P, memory: int) -> None:
         self.trail = trail
-        self.known = [*trail.recent(memory), point]
+        self.known = [*trail.recent(memory), point]  # what interpolation may use, in order; grows
         self.before = trail.points[-1]
-        self.point = point
+        self.point = point  # its end, which moves back where a monitor ends the curve
 
     @property
     def leaves(self) -> bool:

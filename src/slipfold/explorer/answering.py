@@ -32,13 +32,7 @@ Emit = Callable[[dict[str, Any]], None]
 
 
 class Answering:
-    """Answers requests, one after the other.
-
-    Parameters
-    ----------
-    catalogue
-        The models.
-    """
+    """Answers requests, one after the other."""
 
     def __init__(self, catalogue: Catalogue) -> None:
         self._catalogue = catalogue

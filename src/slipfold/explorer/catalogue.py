@@ -27,20 +27,9 @@ MARGIN = 1e-3
 class Catalogue:
     """Models by name; a client names one of them and nothing else is ever opened.
 
-    Parameters
-    ----------
-    given
-        A model to offer first, e.g. that of a file; None for the built-in ones alone.
-    file
-        The file that holds its equations, if it has one.
+    `given` is a model to offer first, `file` that with its equations, if it has one. Raises
+    `InputError` if it has nothing to vary.
 
-    Raises
-    ------
-    InputError
-        If the model given has nothing to vary.
-
-    Examples
-    --------
     >>> Catalogue().model("sliding", {"Nd": 0.1})
     SlidingOscillator(Nd=0.1)
     """
@@ -76,8 +65,6 @@ class Catalogue:
         Of values that contradict each other those are named that differ from the model's own and
         without which the others would do; all of them if there is none.
 
-        Examples
-        --------
         >>> Catalogue().refusals("sliding", {"Ns": 2.0, "Vd": -1.0})
         {'Vd': 'Vd = -1 is outside its bounds; Vd must be > 0 m/s'}
         """

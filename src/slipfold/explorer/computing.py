@@ -36,13 +36,7 @@ Check = Callable[[], None]
 
 
 class Computing:
-    """Computes what requests are about.
-
-    Parameters
-    ----------
-    catalogue
-        The models.
-    """
+    """Computes what requests are about."""
 
     def __init__(self, catalogue: Catalogue) -> None:
         self._catalogue = catalogue

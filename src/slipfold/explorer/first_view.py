@@ -20,8 +20,6 @@ def first_view(model: Model) -> dict[str, Any]:
     It is known of built-in models. One of a user's own may have the name of one of them and other
     parameters: what is said of a parameter that is not the same is left out.
 
-    Examples
-    --------
     >>> from slipfold.models import System
     >>> own = System(name="duffing", parameters={"a": 1}, states={"q": "a - q"})
     >>> first_view(own)

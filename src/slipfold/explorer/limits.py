@@ -32,17 +32,8 @@ class Limits:
 class Allowance:
     """How many requests a client has left; it grows with time.
 
-    Parameters
-    ----------
-    per_second
-        Growth.
-    most
-        Where growth ends.
-    clock
-        Tells the time in s.
+    By `per_second`, up to `most`; `clock` tells the time in s.
 
-    Examples
-    --------
     >>> allowance = Allowance(1.0, 2, clock=lambda: 0.0)
     >>> [allowance.take() for _ in range(3)]
     [True, True, False]

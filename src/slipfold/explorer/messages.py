@@ -71,13 +71,13 @@ class _Message(BaseModel):
 
 
 class _Request(_Message):
-    id: Annotated[int, Field(ge=0, le=2**53, strict=True)]
-    slot: Slot = "live"
+    id: Annotated[int, Field(ge=0, le=2**53, strict=True)]  # answers carry it
+    slot: Slot = "live"  # of a request to cancel, that of what is to stop
 
 
 class _ModelRequest(_Request):
     model: ModelName
-    parameters: Values = {}
+    parameters: Values = {}  # those that differ from the defaults, SI units
 
 
 class _ResponseRequest(_ModelRequest):
@@ -88,29 +88,7 @@ class _ResponseRequest(_ModelRequest):
 
 
 class DiagramRequest(_ResponseRequest):
-    """The response over a parameter, with its bifurcations.
-
-    Parameters
-    ----------
-    kind
-        ``"diagram"``.
-    id
-        Number that the answers carry.
-    slot
-        ``"live"`` or ``"pin:1"``.
-    model
-        Name of the model.
-    parameters
-        Values that differ from the defaults, SI units.
-    vary
-        Parameter to follow.
-    span
-        Its first and last value.
-    show
-        State or output to draw.
-    statistic
-        What to draw of it.
-    """
+    """The response over a parameter, with its bifurcations."""
 
     kind: Literal["diagram"]
     show: Name
@@ -136,17 +114,7 @@ class OrbitThrough(_Message):
 
 
 class OrbitRequest(_ResponseRequest):
-    """One periodic orbit: a place on a branch of a diagram, or an orbit near a state.
-
-    Parameters
-    ----------
-    kind
-        ``"orbit"``.
-    id, slot, model, parameters, vary, span
-        As of the diagram.
-    at
-        Which orbit.
-    """
+    """One periodic orbit: a place on a branch of a diagram, or an orbit near a state."""
 
     kind: Literal["orbit"]
     at: OnBranch | OrbitThrough
@@ -160,17 +128,7 @@ class PlaneAxis(_Message):
 
 
 class PlaneRequest(_ModelRequest):
-    """The bifurcations in a window of two parameters, and the regions between them.
-
-    Parameters
-    ----------
-    kind
-        ``"plane"``.
-    id, slot, model, parameters
-        As of a diagram.
-    x, y
-        The two axes.
-    """
+    """The bifurcations in a window of two parameters, and the regions between them."""
 
     kind: Literal["plane"]
     x: PlaneAxis
@@ -184,42 +142,16 @@ class PlaneRequest(_ModelRequest):
 
 
 class SimulationRequest(_ModelRequest):
-    """A motion from rest or from a state, streamed while it is computed.
-
-    Parameters
-    ----------
-    kind
-        ``"simulation"``.
-    id, slot, model, parameters
-        As of a diagram.
-    start
-        ``"rest"``, or states at phase zero by name.
-    nudge
-        Added to the states, by name.
-    periods
-        Forcing periods to integrate.
-    """
+    """A motion from rest or from a state, streamed while it is computed."""
 
     kind: Literal["simulation"]
-    start: Literal["rest"] | Values = "rest"
-    nudge: Values = {}
-    periods: Annotated[int, Field(ge=1, le=20_000, strict=True)] = 400
+    start: Literal["rest"] | Values = "rest"  # states at phase zero by name
+    nudge: Values = {}  # added to the states, by name
+    periods: Annotated[int, Field(ge=1, le=20_000, strict=True)] = 400  # of the forcing
 
 
 class CancelRequest(_Request):
-    """Stop what is being computed.
-
-    Parameters
-    ----------
-    kind
-        ``"cancel"``.
-    id
-        Number of this request.
-    slot
-        The slot of what is to stop.
-    of
-        Its kind.
-    """
+    """Stop what is being computed."""
 
     kind: Literal["cancel"]
     of: Literal["diagram", "orbit", "plane", "simulation"]
@@ -257,8 +189,6 @@ class ValuesRequest(_Message):
 def parse_request(text: str | bytes) -> Request:
     """Read one request of a client.
 
-    Examples
-    --------
     >>> request = parse_request('{"kind": "cancel", "id": 3, "of": "plane"}')
     >>> request.of, request.slot
     ('plane', 'live')
@@ -269,8 +199,6 @@ def parse_request(text: str | bytes) -> Request:
 def refusal_of(text: str | bytes, error: ValidationError | None = None) -> dict[str, Any]:
     """Return the answer to a request that cannot be used.
 
-    Examples
-    --------
     >>> refusal_of('{"kind": "plane", "id": 7}')
     {'kind': 'plane', 'id': 7, 'slot': 'live', 'done': True, 'error': ''}
     """

@@ -39,8 +39,6 @@ ABOVE = {"dot": "\u0307", "ddot": "\u0308", "bar": "\u0304", "hat": "\u0302", "t
 def plain_text(formula: str) -> str:
     r"""Return mathtext as Unicode.
 
-    Examples
-    --------
     >>> plain_text(r"$k_1$"), plain_text(r"$\dot x/L$ (1/s)"), plain_text(r"$\alpha$")
     ('k₁', 'ẋ/L (1/s)', 'α')
     """

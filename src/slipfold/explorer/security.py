@@ -35,8 +35,6 @@ POLICY = (
 class Access:
     """Who is let in.
 
-    Examples
-    --------
     >>> access = Access(8000)
     >>> access.knows_host("localhost:8000"), access.knows_host("attacker.example:8000")
     (True, False)
@@ -67,17 +65,7 @@ class Access:
 
 
 class Guard:
-    """Lets requests through to the application that come from its own page; adds the headers.
-
-    Parameters
-    ----------
-    application
-        The ASGI application.
-    access
-        Who is let in.
-    limits
-        Bounds on what is asked for.
-    """
+    """Lets requests through to the application that come from its own page; adds the headers."""
 
     def __init__(self, application: Application, access: Access, limits: Limits) -> None:
         self.application = application

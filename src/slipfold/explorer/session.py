@@ -25,19 +25,7 @@ PATIENCE = 500
 
 
 class Session:
-    """Talks with one client until it leaves.
-
-    Parameters
-    ----------
-    socket
-        The accepted WebSocket.
-    workers
-        Who computes.
-    limits
-        Bounds on what is asked for.
-    number
-        Number of the client.
-    """
+    """Talks with one client until it leaves."""
 
     def __init__(self, socket: WebSocket, workers: Workers, limits: Limits, number: int) -> None:
         self._socket = socket

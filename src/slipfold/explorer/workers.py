@@ -27,16 +27,7 @@ KILLED = (
 class Workers:
     """A few processes that compute jobs; to be used from one event loop.
 
-    Parameters
-    ----------
-    given
-        A model beside the built-in ones.
-    count
-        Number of processes, at least 1.
-    limits
-        Bounds on time and memory.
-    file
-        The file that holds the equations of the model beside the built-in ones, if it has one.
+    `given` is a model beside the built-in ones, `file` that with its equations, if it has one.
     """
 
     def __init__(

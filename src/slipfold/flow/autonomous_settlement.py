@@ -50,8 +50,6 @@ def judge_autonomous(model: Model, strobe: Array, tolerance: float) -> Settlemen
 
     Shapes: strobe (m, n).
 
-    Examples
-    --------
     >>> from slipfold.flow import simulate
     >>> from slipfold.models import model_named
     >>> round(simulate(model_named("vanderpol-free")).settlement.duration, 8)

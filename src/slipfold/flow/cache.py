@@ -36,8 +36,6 @@ def cache_directory() -> Path:
 def cached(key: str, build: Callable[[], Any]) -> Any:
     """Return what `build` makes, from disk if it was made before on this machine.
 
-    Notes
-    -----
     An entry is a pickle, so it is opened only if the directory and the file belong to this user
     and nobody else may write to them, and if its digest fits its content and its key. Anything
     else is rebuilt and overwritten. Where the directory cannot be made safe, nothing is stored.

@@ -34,12 +34,7 @@ class CompiledCode:
     and the scales. Functions work in the states themselves. Threads share functions, which hold no
     work space, and have integrators of their own.
 
-    Parameters
-    ----------
-    equations
-        The symbolic system.
-    tolerance
-        Local error a step of an integrator may make.
+    `tolerance` is the local error that a step of an integrator may make.
     """
 
     def __init__(self, equations: Equations, tolerance: float) -> None:

@@ -35,12 +35,7 @@ class Flow(Evaluated):
 
     Trajectories that meet a singularity come back as NaN.
 
-    Parameters
-    ----------
-    equations
-        The symbolic system.
-    tolerance
-        Local error a step may make.
+    `tolerance` is the local error that a step may make.
     """
 
     def __init__(self, equations: Equations, tolerance: float = TOLERANCE) -> None:
@@ -353,8 +348,6 @@ class Flow(Evaluated):
 def flow_of(model: Model, tolerance: float = TOLERANCE) -> Flow:
     """Return the flow of a model; models with the same equations share one.
 
-    Examples
-    --------
     >>> from slipfold.models import SlidingOscillator
     >>> flow_of(SlidingOscillator()).dimension
     4

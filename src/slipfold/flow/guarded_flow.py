@@ -57,10 +57,7 @@ class Stop:
 class GuardedFlow:
     """The flow of a model from one forcing period to the next, ended where a limit is met.
 
-    Parameters
-    ----------
-    model
-        Its parameter values play no part.
+    The values of the model's parameters play no part.
     """
 
     def __init__(self, model: Model) -> None:
@@ -212,8 +209,6 @@ class GuardedFlow:
 def guarded_flow_of(model: Model) -> GuardedFlow:
     """Return the guarded flow of a model; models with the same equations share one.
 
-    Examples
-    --------
     >>> from slipfold.models import SlidingOscillator
     >>> [limit.name for limit in guarded_flow_of(SlidingOscillator()).limits]
     ['stick', 'lost contact', 'spring collapse']

@@ -144,15 +144,11 @@ def judge_settlement(strobe: Array, scales: Array, tolerance: float) -> Settleme
 
     Shapes: strobe (m, n); scales (n,).
 
-    Notes
-    -----
     The drift ``d_k`` is the largest change over k periods near the end. It shrinks by a factor
     ``r`` a period, measured over the last three eighths of the run, so the response is still
     ``d_k r^k / (1 - r^k)`` away. A small drift that hardly shrinks is thus not taken for a settled
     response.
 
-    Examples
-    --------
     >>> import numpy as np
     >>> decay = 0.5 ** np.arange(101.0)[:, None]
     >>> judge_settlement(decay, np.ones(1), 1e-9).period

@@ -49,8 +49,6 @@ def simulate(
 
     Shapes: state (n_states,).
 
-    Examples
-    --------
     >>> from slipfold.models import SlidingOscillator, model_named
     >>> trajectory = simulate(SlidingOscillator(f=12.2, Nd=0.05), periods=1000)
     >>> trajectory.settlement.settled, trajectory.settlement.period
@@ -89,15 +87,7 @@ def _integrated(
 
 
 class Motion:
-    """A motion while it is integrated, piece by piece.
-
-    Parameters
-    ----------
-    model
-        The model.
-    start
-        Where it begins, shape (n,).
-    """
+    """A motion while it is integrated, piece by piece."""
 
     def __init__(self, model: Model, start: Array) -> None:
         self.model = measured(model, start=start)
@@ -178,8 +168,6 @@ def initial_state(model: Model, state: ArrayLike | Mapping[str, float] | None) -
 
     Shapes: state (n_states,); returns (n_states,).
 
-    Examples
-    --------
     >>> from slipfold.models import SlidingOscillator
     >>> [float(value) for value in initial_state(SlidingOscillator(), {"y": 0.1})]
     [0.0, 0.1, 0.0, 0.0]

@@ -39,8 +39,6 @@ def arranged(
 def runs(kinds: Sequence[str]) -> Iterator[tuple[str, int, int]]:
     """Yield each run of equal kinds with its ends.
 
-    Examples
-    --------
     >>> list(runs("aab"))
     [('a', 0, 2), ('b', 2, 3)]
     """

@@ -64,8 +64,6 @@ def measure_of(extrema: Extrema, output: str, measure: str) -> Array:
 def stretches_of(branch: Branch, output: str, measure: str = "max") -> tuple[Stretch, ...]:
     """Cut a branch at its bifurcations and draw smooth lines between them.
 
-    Notes
-    -----
     Between the points lies a cubic spline in the arclength. With the default steps it is within
     1e-3 of the span and of the range of the output; a test compares it with finer steps.
     """

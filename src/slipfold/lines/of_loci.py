@@ -46,8 +46,6 @@ class LocusStretch:
 def locus_stretches(locus: Locus) -> tuple[LocusStretch, ...]:
     """Cut a locus where its criticality changes and draw smooth lines between its points.
 
-    Notes
-    -----
     Between the points lie cubic splines in the arclength, one from cusp to cusp: there the locus
     stands still in both parameters and turns back. Special points are points of the line.
     """

@@ -134,8 +134,6 @@ def _inside(model: Model, plane: tuple[str, str], window: Window) -> bool:
 def possible_types(model: Model) -> tuple[str, ...]:
     """Return the types of loci that a model may have: only an autonomous one has equilibria.
 
-    Examples
-    --------
     >>> from slipfold.models import model_named
     >>> possible_types(model_named("lure"))
     ('LP', 'PD', 'NS', 'HB')

@@ -337,8 +337,6 @@ def hopf_duration(eigenvalues: Multipliers) -> float:
 
     Shapes: eigenvalues (n,).
 
-    Examples
-    --------
     >>> round(hopf_duration(np.array([2j, -2j, -1])), 12)
     3.14159265359
     """
@@ -353,8 +351,6 @@ def hopf_duration(eigenvalues: Multipliers) -> float:
 def locus_title(type_: str, period: int, kind: str) -> str:
     """Return e.g. ``"PD of period 2"`` or ``"HB of equilibria"``.
 
-    Examples
-    --------
     >>> locus_title("LP", 1, "equilibrium")
     'LP of equilibria'
     """

@@ -36,15 +36,13 @@ class LocusEquations(Critical):
     def tests(
         self, z: Array, linearisation: Linearisation, multipliers: Multipliers, tangent: Array
     ) -> dict[str, float]:
-        r"""Return the functions that change sign at points of codimension two.
+        """Return the functions that change sign at points of codimension two.
 
         Besides those named for such points, ``first`` and ``second`` are the components of the
         tangent along the two parameters: zero where the locus has an extremum, and both at a cusp.
 
         ``GPD``, ``CH`` and ``GH`` are coefficients of normal forms, multiplied by what is zero
         where they have poles: at other points of codimension two.
-
-        Shapes: multipliers (n,).
         """
         monodromy = linearisation.monodromy
         size = float(np.sqrt(1 + np.linalg.svdvals(monodromy) ** 2).prod())

@@ -34,8 +34,6 @@ def damped_newton(
 
     Shapes: linear (a, n) -> (a, n), (a, n, n); starts (k, n); scales (n,); returns (k, n).
 
-    Examples
-    --------
     >>> import numpy as np
     >>> starts = np.array([[1.0], [-5.0]])
     >>> damped_newton(lambda x: (x**2 - 2, 2 * x[:, None]), starts, np.ones(1)).round(9).ravel()

@@ -32,8 +32,6 @@ def search_equilibrium(model: Model, start: Array) -> Array | None:
 
     Shapes: start (n_states,).
 
-    Examples
-    --------
     >>> from slipfold.models import System
     >>> fold = System(parameters={"a": -1.0}, states={"x": "a + x^2"})
     >>> float(abs(search_equilibrium(fold, fold.start)[0]))

@@ -21,13 +21,7 @@ Array = NDArray[np.float64]
 
 
 class Evaluation:
-    """Compiled functions of states, parameters and phase; one for all models of a kind.
-
-    Parameters
-    ----------
-    model
-        Its parameter values play no part.
-    """
+    """Compiled functions of states, parameters and phase; one for all models of a kind."""
 
     def __init__(self, model: Model) -> None:
         self._q = {state.name: hy.expression(state.name) for state in model.states}
@@ -133,8 +127,6 @@ class Evaluation:
 def evaluation_of(model: Model) -> Evaluation:
     """Return the compiled functions of a model; models of one kind share them.
 
-    Examples
-    --------
     >>> from slipfold.models import SlidingOscillator
     >>> evaluation_of(SlidingOscillator()).period(SlidingOscillator(f=10))
     0.1

@@ -91,8 +91,6 @@ def find_modes(jacobian: NDArray[np.float64], names: tuple[str, ...]) -> Modes:
 
     Shapes: jacobian (2 n, 2 n).
 
-    Examples
-    --------
     >>> import numpy as np
     >>> modes = find_modes(np.array([[0.0, 1.0], [-1.0, -0.02]]), ("x",))
     >>> [round(float(value), 12) for value in modes.damping_ratio]

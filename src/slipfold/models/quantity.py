@@ -50,8 +50,6 @@ _QUANTITY = re.compile(
 def units_of(unit: str) -> dict[str, float]:
     """Return the units in which a quantity may be given, and what each is in its SI unit.
 
-    Examples
-    --------
     >>> units_of("N")
     {'N': 1.0, 'kN': 1000.0, 'mN': 0.001}
     """
@@ -62,8 +60,6 @@ def units_of(unit: str) -> dict[str, float]:
 def wanted_text(unit: str) -> str:
     """Return what may be given for a quantity, as the end of a sentence.
 
-    Examples
-    --------
     >>> wanted_text("m")
     'a number, or a number with one of the units cm, m, mm, um'
     """
@@ -77,8 +73,6 @@ def wanted_text(unit: str) -> str:
 def parse_quantity(text: str | float, unit: str, name: str = "value") -> float:
     """Convert a number with an optional unit to the SI value.
 
-    Examples
-    --------
     >>> parse_quantity("5mm", "m")
     0.005
     """

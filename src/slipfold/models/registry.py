@@ -43,8 +43,6 @@ def built_in_models() -> dict[str, Callable[..., Model]]:
 def built_in_text(name: str) -> str:
     """Return the TOML text of a built-in system of equations or structure.
 
-    Examples
-    --------
     >>> print(built_in_text("duffing").splitlines()[0])
     # Duffing's oscillator: q'' + d q' + k q + g q^3 = F cos(W t).
     """
@@ -60,8 +58,6 @@ def built_in_text(name: str) -> str:
 def model_named(name: str, **values: Any) -> Model:
     """Make a built-in model.
 
-    Examples
-    --------
     >>> model_named("sliding", f=12.2)
     SlidingOscillator(f=12.2)
     """

@@ -23,8 +23,6 @@ def find_static_point(model: Model) -> NDArray[np.float64]:
 
     Returns shape (n_states,).
 
-    Examples
-    --------
     >>> from slipfold.models import SlidingOscillator
     >>> [round(float(value), 6) for value in find_static_point(SlidingOscillator())[:2]]
     [0.117403, 0.061107]

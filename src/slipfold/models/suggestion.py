@@ -11,8 +11,6 @@ __all__ = ["suggest"]
 def suggest(name: str, known: Iterable[str]) -> str:
     """Return ``"did you mean ...? "`` for the known name nearest to `name`, or nothing.
 
-    Examples
-    --------
     >>> suggest("VD", ["Vd", "Nd"])
     'did you mean Vd? '
     >>> suggest("pressure", ["Vd", "Nd"])

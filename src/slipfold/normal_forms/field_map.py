@@ -18,14 +18,7 @@ Vector = NDArray[Any]
 class FieldMap:
     """Jacobian A and multilinear forms B and C of a vector field, in scaled states and per second.
 
-    Parameters
-    ----------
-    orbits
-        How the equilibrium is described.
-    z
-        The equilibrium.
-    scales
-        Scales of the states; those of the unknown if None.
+    The scales are those of the unknown if None.
     """
 
     def __init__(self, orbits: Orbits, z: Array, scales: Array | None = None) -> None:

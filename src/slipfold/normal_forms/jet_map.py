@@ -23,16 +23,7 @@ class JetMap:
     Jets along directions need no more than a plain flow to be compiled: for the few special points
     of a branch that is what costs most.
 
-    Parameters
-    ----------
-    orbits
-        How the orbit is described.
-    z
-        The orbit.
-    constants
-        Coefficients of the flow there.
-    scales
-        Scales of the states; those of the unknown if None.
+    The scales are those of the unknown if None.
     """
 
     def __init__(

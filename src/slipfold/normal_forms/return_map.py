@@ -31,15 +31,6 @@ class ReturnMap:
     .. math:: f^T (\phi(x_0 + s v, T + \tau(s)) - x_0) = 0
 
     with the derivatives of the flow along v and in time. Vectors are coordinates in the section.
-
-    Parameters
-    ----------
-    orbits
-        How the cycle is described.
-    z
-        The cycle.
-    scales
-        Scales of the states.
     """
 
     def __init__(self, orbits: Orbits, z: Array, scales: Array) -> None:

@@ -32,18 +32,7 @@ class SegmentMap:
 
     where v_j is v carried to segment j.
 
-    Parameters
-    ----------
-    orbits
-        How the orbit is described.
-    z
-        The orbit.
-    constants
-        Coefficients of the flow there.
-    linearisation
-        Its derivatives, in the orbits' scaled states.
-    scales
-        Scales of the states that directions and results are in; those of the unknown if None.
+    Directions and results are in the given scales of the states; those of the unknown if None.
     """
 
     def __init__(

@@ -72,12 +72,7 @@ def carry_to(
 class Straight(OrbitCurve):
     """Orbits in two parameters that lie on a straight line.
 
-    Parameters
-    ----------
-    orbits
-        What the orbits are.
-    begin, end
-        Two different places on the line, in the units of the parameters.
+    `begin` and `end` are two places on it, in the units of the parameters.
     """
 
     def __init__(self, orbits: Orbits, begin: Array, end: Array) -> None:
@@ -109,8 +104,5 @@ class Straight(OrbitCurve):
     def tests(
         self, z: Array, linearisation: Linearisation, multipliers: Values, tangent: Array
     ) -> dict[str, float]:
-        """Return what tells a fold; stability is looked at point by point.
-
-        Shapes: multipliers (n,).
-        """
+        """Return what tells a fold; stability is looked at point by point."""
         return {"LP": float(tangent[-1])}

@@ -24,12 +24,7 @@ class Critical(OrbitCurve):
     The equations are those of the orbits and one more, that the matrix of their spectrum has a
     critical eigenvalue (see `slipfold.orbits.spectrum.degeneracy`); an unknown is that of an orbit.
 
-    Parameters
-    ----------
-    orbits
-        What is to be at the bifurcation.
-    condition
-        ``"LP"``, ``"PD"``, ``"NS"``, or ``"HB"`` of equilibria.
+    `condition` is ``"LP"``, ``"PD"``, ``"NS"``, or ``"HB"`` of equilibria.
     """
 
     def __init__(self, orbits: Orbits, condition: str) -> None:
@@ -71,8 +66,5 @@ class Critical(OrbitCurve):
     def tests(
         self, z: Array, linearisation: Linearisation, multipliers: Values, tangent: Array
     ) -> dict[str, float]:
-        """Return no functions: nothing is watched unless someone says what.
-
-        Shapes: multipliers (n,).
-        """
+        """Return no functions: nothing is watched unless someone says what."""
         return {}

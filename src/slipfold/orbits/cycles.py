@@ -36,18 +36,7 @@ class Cycles(Orbits):
     A cycle may be begun anywhere on it: Newton's steps and tangents are kept orthogonal to the
     flow, which fixes the phase without a condition to be met.
 
-    Parameters
-    ----------
-    model
-        The model; its ``duration`` sets the scale of the duration.
-    vary
-        The parameters that vary, each with its scale in its own unit.
-    period
-        Rounds until an orbit closes.
-    segments
-        Number of segments m.
-    by
-        The discretisation, made of model, free parameters, period and number of segments.
+    The model's ``duration`` sets the scale of the duration; `period` is the number of rounds.
     """
 
     by: Segments

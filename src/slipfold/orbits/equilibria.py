@@ -26,14 +26,8 @@ class Equilibria(Orbits):
     The rates are taken per unit of time, which the spectrum chooses: where they are zero it plays
     no part.
 
-    Parameters
-    ----------
-    model
-        The model; its ``duration`` is the unit of time, or the longest one.
-    vary
-        The parameters that vary, each with its scale in its own unit.
-    spectrum
-        How eigenvalues are seen: along a branch as multipliers over a unit of time.
+    The model's ``duration`` is that unit, or the longest one. Along a branch eigenvalues are seen
+    as multipliers over it.
     """
 
     by: VectorField

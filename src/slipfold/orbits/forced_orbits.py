@@ -23,18 +23,7 @@ Array = NDArray[np.float64]
 class ForcedOrbits(Orbits):
     """Orbits whose duration is known, as the forcing's period is.
 
-    Parameters
-    ----------
-    model
-        The model.
-    vary
-        The parameters that vary, each with its scale in its own unit.
-    period
-        Period in forcing periods.
-    segments
-        Number of segments m.
-    by
-        The discretisation, made of model, free parameters, period and number of segments.
+    `by` makes the discretisation of model, free parameters, period and number of segments.
     """
 
     by: Segments

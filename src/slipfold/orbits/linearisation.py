@@ -173,12 +173,7 @@ class Eliminated(SquareMatrix):
     among threads, which costs far more than it gains. What rounding adds, magnified by the
     multipliers, Newton's method removes.
 
-    Parameters
-    ----------
-    linearisation
-        The derivatives.
-    row
-        The last row, shape (m n + k,).
+    Shapes: row (m n + k,).
     """
 
     def __init__(self, linearisation: Linearisation, row: Array) -> None:
@@ -233,10 +228,7 @@ class Eliminated(SquareMatrix):
             return np.full_like(self._condensed, np.nan)
 
     def solve(self, right: Array) -> Array:
-        """Return the solution for a right-hand side, NaN if the matrix is singular.
-
-        Shapes: right (m n + k,).
-        """
+        """Return the solution for a right-hand side, NaN if the matrix is singular."""
         part = self.linearisation
         m, n, k = part.along.shape
         alone = np.zeros(m * n + k)  # what the right-hand side does with the first node held

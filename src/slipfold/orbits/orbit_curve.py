@@ -104,16 +104,8 @@ class Orbits(OrbitCurve):
     Euclidean length does not depend on the number of phases m. The free parameters follow, each
     over its scale, last those that vary.
 
-    Parameters
-    ----------
-    model
-        The model; its values of what is free play no part.
-    vary
-        The parameters that vary, each with its scale in its own unit.
-    by
-        The discretisation.
-    spectrum
-        The spectrum.
+    `vary` has those that vary, each with its scale in its own unit; the model's values of what is
+    free play no part.
     """
 
     odd = ("LP",)
@@ -330,10 +322,7 @@ class Orbits(OrbitCurve):
     def tests(
         self, z: Array, linearisation: Linearisation, multipliers: Values, tangent: Array
     ) -> dict[str, float]:
-        """Return the functions that change sign at a bifurcation of a branch.
-
-        Shapes: multipliers (n,).
-        """
+        """Return the functions that change sign at a bifurcation of a branch."""
         return self._branch_tests(multipliers, tangent)
 
     def _branch_tests(self, multipliers: Values, tangent: Array) -> dict[str, float]:

@@ -22,14 +22,7 @@ class Sparse(SquareMatrix):
     Where an orbit first grows and then decays by many orders of magnitude, as along canards, going
     from node to node would lose all digits.
 
-    Parameters
-    ----------
-    blocks
-        Transition matrices of the segments, shape (m, n, n).
-    along
-        Derivatives of the segments' ends by the k scaled parameters, shape (m, n, k).
-    lines
-        The rows below, the last one at the end, shape (k, m n + k).
+    Shapes: blocks (m, n, n); along (m, n, k); lines (k, m n + k), the last row at the end.
     """
 
     def __init__(self, blocks: Array, along: Array, lines: Array) -> None:
@@ -65,17 +58,11 @@ class Sparse(SquareMatrix):
             return None
 
     def solve(self, right: Array) -> Array:
-        """Return the solution for a right-hand side, NaN if the matrix is singular.
-
-        Shapes: right (m n + k,).
-        """
+        """Return the solution for a right-hand side, NaN if the matrix is singular."""
         return np.full_like(right, np.nan) if self._factors is None else self._factors.solve(right)
 
     def solve_transposed(self, right: Array) -> Array:
-        """Return the solution with the transposed matrix, NaN if it is singular.
-
-        Shapes: right (m n + k,).
-        """
+        """Return the solution with the transposed matrix, NaN if it is singular."""
         if self._factors is None:
             return np.full_like(right, np.nan)
         return np.asarray(self._factors.solve(right, "T"))

@@ -29,21 +29,11 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Curve:
-    """One response diagram; equal curves are computed once.
+    """One response diagram; equal curves are computed once."""
 
-    Parameters
-    ----------
-    model
-        The model; its value of `vary` plays no part.
-    vary
-        Parameter followed.
-    span
-        Its first and last value.
-    """
-
-    model: SlidingOscillator
-    vary: str
-    span: tuple[float, float]
+    model: SlidingOscillator  # the model; its value of `vary` plays no part
+    vary: str  # parameter followed
+    span: tuple[float, float]  # its first and last value
 
     @property
     def key(self) -> str:
@@ -86,24 +76,12 @@ class Row:
 
 @dataclass(frozen=True)
 class Figure:
-    """One figure of the paper.
+    """One figure of the paper."""
 
-    Parameters
-    ----------
-    number
-        Its number in the paper.
-    title
-        What it shows.
-    rows
-        Families of response curves.
-    spectra
-        Steady responses whose spectra it shows.
-    """
-
-    number: int
-    title: str
-    rows: tuple[Row, ...]
-    spectra: tuple[Steady, ...] = ()
+    number: int  # its number in the paper
+    title: str  # what it shows
+    rows: tuple[Row, ...]  # families of response curves
+    spectra: tuple[Steady, ...] = ()  # steady responses whose spectra it shows
 
     @property
     def key(self) -> str:
@@ -162,8 +140,6 @@ class Cases:
 def read_cases() -> Cases:
     """Read the figures of the source paper and the bifurcation sets.
 
-    Examples
-    --------
     >>> [figure.number for figure in read_cases().figures]
     [2, 3, 4, 5, 6, 7]
     """
@@ -207,8 +183,6 @@ def _plane(content: Mapping[str, Any]) -> PlaneFigure:
 def value_text(model: SlidingOscillator, name: str) -> tuple[str, str]:
     """Return the value of a parameter as figures show it, and its unit.
 
-    Examples
-    --------
     >>> value_text(SlidingOscillator(Vd=0.4), "Vd")
     ('0.4', ' m/s')
     """

@@ -14,15 +14,7 @@ __all__ = ["Tasks", "open_tasks"]
 
 
 class Tasks:
-    """Functions that wait for a free process; no more are handed over than processes are free.
-
-    Parameters
-    ----------
-    executor
-        Where they run.
-    processes
-        How many at a time.
-    """
+    """Functions that wait for a free process; no more are handed over than processes are free."""
 
     def __init__(self, executor: Executor, processes: int) -> None:
         self._executor = executor

@@ -10,8 +10,6 @@ __all__ = ["number", "table"]
 def number(value: float | None, missing: str = "none") -> str:
     """Return a number with six digits, or what stands for none.
 
-    Examples
-    --------
     >>> number(0.043578911491), number(None)
     ('0.0435789', 'none')
     """
@@ -21,8 +19,6 @@ def number(value: float | None, missing: str = "none") -> str:
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """Return a Markdown table.
 
-    Examples
-    --------
     >>> print(table(["f (Hz)", "PD"], [["12.5", "0.0436"]]))
     | f (Hz) | PD |
     |---|---|

@@ -37,8 +37,6 @@ def label_axis(ax: Axes, which: Literal["x", "y"], parameter: Parameter) -> None
 def quantity_text(parameter: Parameter, value: float, digits: int = 4) -> str:
     """Return a value with its unit as figures show it, angles in degrees.
 
-    Examples
-    --------
     >>> quantity_text(Parameter("alpha", 1.0, "rad"), 1.0471975511965976)
     '60°'
     """

@@ -91,8 +91,6 @@ def sharpen(
 
     Shapes: lines (n, 2).
 
-    Notes
-    -----
     A cell knows what is true at its centre. A pixel near a line takes the number of a pixel away
     from all lines: of the one with the shortest way to it that crosses none.
     """

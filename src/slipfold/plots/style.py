@@ -75,8 +75,6 @@ _STYLE: dict[Any, Any] = {
 def figure_style() -> AbstractContextManager[None]:
     """Return a context in which matplotlib draws and saves in the style of the package.
 
-    Examples
-    --------
     >>> with figure_style():
     ...     mpl.rcParams["pdf.fonttype"]
     42
@@ -90,8 +88,6 @@ def palette(count: int) -> tuple[str, ...]:
     They lie on matplotlib's perceptually uniform map *plasma*, short of its yellow, which is too
     faint for a line on white.
 
-    Examples
-    --------
     >>> palette(2)[0]
     '#0d0887'
     """

@@ -135,8 +135,6 @@ def _filled(part: NDArray[Any], own: int, shape: Sequence[int], missing: Any) ->
 def plain(value: Any) -> Any:
     """Return what JSON can hold: pairs for complex numbers, None for what is not finite.
 
-    Examples
-    --------
     >>> plain({"a": (1, float("inf")), "b": 2 - 1j})
     {'a': [1, None], 'b': [2.0, -1.0]}
     """

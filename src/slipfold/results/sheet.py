@@ -82,8 +82,6 @@ def _cells(column: Column, values: NDArray[Any], table: Table) -> list[list[Any]
 def csv_text(heads: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
     r"""Return a line of column names and one line a row; numbers are exact when read back.
 
-    Examples
-    --------
     >>> csv_text(["a", "b"], [[1, 0.5]])
     'a,b\n1,0.5\n'
     """

@@ -86,8 +86,6 @@ class Table:
 def nested(flat: dict[str, Any]) -> dict[str, Any]:
     """Return values by keys with dots as dictionaries inside of each other.
 
-    Examples
-    --------
     >>> nested({"id": 1, "begun.kind": "span", "begun.value": 0.5})
     {'id': 1, 'begun': {'kind': 'span', 'value': 0.5}}
     """

@@ -34,8 +34,6 @@ TAKEN = {
 def column_name(parameter: str) -> str:
     """Return the name of the column of a parameter.
 
-    Examples
-    --------
     >>> column_name("Nd"), column_name("state")
     ('Nd', 'state_value')
     """

@@ -41,17 +41,7 @@ class Found:
 
 
 class BatchedThresholds:
-    """Finds thresholds of one parameter, from guesses for many sets of the others.
-
-    Parameters
-    ----------
-    model
-        The model.
-    vary
-        Name of the parameter whose threshold is sought.
-    span
-        Its first and last value.
-    """
+    """Finds thresholds of one parameter, from guesses for many sets of the others."""
 
     def __init__(self, model: Model, vary: str, span: tuple[float, float]) -> None:
         self.model = model

@@ -144,8 +144,6 @@ def find_threshold_map(
 
     Shapes: over (n,).
 
-    Examples
-    --------
     >>> from slipfold.models import SlidingOscillator
     >>> speeds, angles = [0.5, 0.6, 0.7], [1.0, 1.1]
     >>> over = {"Vd": speeds, "alpha": angles}

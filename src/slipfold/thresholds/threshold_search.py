@@ -37,20 +37,8 @@ class ThresholdSearch:
 
     Every array has the grid's two axes first.
 
-    Parameters
-    ----------
-    model
-        The model.
-    vary
-        Name of the parameter whose threshold is sought.
-    axes
-        Names of the grid's parameters.
-    places
-        Their values, each increasing.
-    span
-        First and last value of the threshold.
-    report
-        Called whenever some more points are done.
+    `places` are the values of the parameters `axes`, each increasing; `report` is called whenever
+    some more points are done.
     """
 
     def __init__(

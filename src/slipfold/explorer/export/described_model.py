@@ -38,8 +38,6 @@ def filed_model(model: Model, file: Path | None) -> Structure:
 def is_built_in(model: Model) -> bool:
     """Whether a model of this kind comes with the package under its name.
 
-    Examples
-    --------
     >>> from slipfold.models import System
     >>> is_built_in(System(name="duffing", parameters={"k": 1}, states={"q": "-k*q"}))
     False

@@ -31,8 +31,6 @@ def python_text(
 ) -> str:
     """Return a script that computes and draws what a view shows.
 
-    Examples
-    --------
     >>> from slipfold.explorer.messages import parse_request
     >>> view = parse_request(
     ...     '{"kind": "diagram", "id": 1, "model": "sliding", "vary": "Nd", "span": [0, 0.98],'

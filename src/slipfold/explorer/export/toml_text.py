@@ -31,8 +31,6 @@ def toml_text(
 ) -> str:
     """Return a case file; its first line is the command that computes what the view shows.
 
-    Examples
-    --------
     >>> from slipfold.explorer.messages import parse_request
     >>> from slipfold.models import SlidingOscillator
     >>> view = parse_request(

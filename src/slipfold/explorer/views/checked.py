@@ -10,18 +10,7 @@ __all__ = ["checked_view"]
 
 
 def checked_view(checked: Checked | None) -> dict[str, Any] | None:
-    """Return what was checked as plain data.
-
-    Parameters
-    ----------
-    checked
-        The checks of a result; None if there were none.
-
-    Returns
-    -------
-    dict or None
-        ``sentence``, and ``agree``: whether all of them do.
-    """
+    """Return what was checked as plain data: a sentence, and whether all agree."""
     if checked is None or not checked.checks:
         return None
     return {"sentence": str(checked), "agree": checked.agree}

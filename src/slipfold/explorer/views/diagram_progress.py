@@ -18,10 +18,8 @@ BETWEEN = 0.25
 class DiagramProgress:
     """Tells of a response now and then; an observer of its computation.
 
-    Parameters
-    ----------
-    tell
-        Takes each note: ``progress``, in words, and ``value`` of the parameter at the last point.
+    `tell` takes each note: ``progress``, in words, and ``value`` of the parameter at the last
+    point.
     """
 
     def __init__(self, tell: Callable[[dict[str, Any]], None]) -> None:

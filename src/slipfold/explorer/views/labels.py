@@ -25,8 +25,6 @@ NUMBERED = re.compile(r"([A-Za-z])([0-9]*)")
 def axis_of(model: Model, name: str) -> dict[str, Any]:
     """Describe a parameter, state or output for an axis.
 
-    Examples
-    --------
     >>> from slipfold.models import SlidingOscillator
     >>> axis_of(SlidingOscillator(), "alpha")["label"]
     'α'

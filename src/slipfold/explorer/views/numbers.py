@@ -21,8 +21,6 @@ def short(values: ArrayLike) -> list[float]:
 
     Shapes: values (n,).
 
-    Examples
-    --------
     >>> short([1 / 3, 1e-9])
     [0.3333333, 0.0]
     """
@@ -38,8 +36,6 @@ def short(values: ArrayLike) -> list[float]:
 def number(value: float | None) -> float | None:
     """Return a number in full, or None where it is not finite.
 
-    Examples
-    --------
     >>> number(float("nan")) is None
     True
     """

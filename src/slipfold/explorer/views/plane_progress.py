@@ -19,11 +19,8 @@ BETWEEN = 0.1
 class PlaneProgress:
     """Tells of a bifurcation set now and then; an observer of its computation.
 
-    Parameters
-    ----------
-    tell
-        Takes each note: ``progress``, a sentence; ``lines``, those that have grown, each with all
-        its points so far, by ``number``; and ``loci`` once all are followed.
+    `tell` takes each note: ``progress``, a sentence; ``lines``, those that have grown, each with
+    all its points so far, by ``number``; and ``loci`` once all are followed.
     """
 
     def __init__(self, tell: Callable[[dict[str, Any]], None]) -> None:

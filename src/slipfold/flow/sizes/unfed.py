@@ -59,8 +59,6 @@ def unfed_groups(rates: Callable[[Array], Array], count: int) -> list[Group]:
 
     Shapes: states (m, n) of `rates`, which returns (m, n).
 
-    Examples
-    --------
     >>> def epidemic(q):
     ...     s, e, i = q.T
     ...     return np.column_stack([1 - s - s * i, s * i - e, e - i])

@@ -44,37 +44,19 @@ class WatchedValue:
 
 @dataclass(frozen=True)
 class Definition:
-    """A system of first-order equations.
+    """A system of first-order equations."""
 
-    Parameters
-    ----------
-    name, title
-        Short name, and a line that says what it is.
-    parameters
-        Parameters with defaults and bounds.
-    formulas
-        Named intermediate formulas: pairs of a name and a text.
-    states
-        States with the formulas of their rates.
-    period
-        Formula of the forcing period in seconds; None for an autonomous system.
-    quiet
-        Name of the parameter that switches the forcing off; None if there is none.
-    outputs
-        Quantities of interest.
-    limits
-        Where the system is valid.
-    events
-        Values to be located on branches.
-    """
-
+    # Short name, and a line that says what it is
     name: str
     title: str = ""
-    parameters: tuple[Parameter, ...] = ()
+    parameters: tuple[Parameter, ...] = ()  # parameters with defaults and bounds
+    # Named intermediate formulas: pairs of a name and a text
     formulas: tuple[tuple[str, str], ...] = ()
-    states: tuple[StateFormula, ...] = ()
+    states: tuple[StateFormula, ...] = ()  # states with the formulas of their rates
+    # Formula of the forcing period in seconds; None for an autonomous system
     period: str | None = None
+    # Name of the parameter that switches the forcing off; None if there is none
     quiet: str | None = None
-    outputs: tuple[OutputFormula, ...] = ()
-    limits: tuple[Limit, ...] = ()
-    events: tuple[WatchedValue, ...] = ()
+    outputs: tuple[OutputFormula, ...] = ()  # quantities of interest
+    limits: tuple[Limit, ...] = ()  # where the system is valid
+    events: tuple[WatchedValue, ...] = ()  # values to be located on branches

@@ -115,8 +115,6 @@ def source_of_file(path: Path) -> Source:
 def source_of_text(text: str, label: str = "") -> Source:
     r"""Read a TOML text.
 
-    Examples
-    --------
     >>> source_of_text('[states]\nq = "-q"').tables
     {'states': {'q': '-q'}}
     """

@@ -18,23 +18,8 @@ __all__ = ["Entries", "type_name"]
 class Entries:
     """The entries of a table.
 
-    Parameters
-    ----------
-    source
-        Where it was written.
-    path
-        Keys that lead to it.
-    table
-        What stands there.
-    known
-        Names of the entries that it may have.
-    what
-        What messages call the table; its name in brackets if empty.
-
-    Raises
-    ------
-    InputError
-        If it is no table or has an unknown entry.
+    `path` holds the keys that lead to it, `known` the names it may have; another one, or no table
+    at all, raises `InputError`. Messages call it `what`, or its name in brackets.
     """
 
     def __init__(
@@ -110,8 +95,6 @@ class Entries:
 def type_name(value: object) -> str:
     """Return what a value is, in the words of TOML.
 
-    Examples
-    --------
     >>> type_name([1, 2]), type_name(True)
     ('an array', 'true or false')
     """

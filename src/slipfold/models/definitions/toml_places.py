@@ -38,8 +38,6 @@ class Place:
 def find_places(text: str) -> dict[Path, Place]:
     r"""Find keys and values of a valid TOML text.
 
-    Examples
-    --------
     >>> find_places('[states]\nq = "v"')[("states", "q")]
     Place(key=9, value=13)
     >>> find_places('[[forces]]\nF = [1, 2]')[("forces", "0", "F", "1")]

@@ -24,8 +24,6 @@ Value = str | float | bool
 def write_definition(definition: Definition) -> str:
     """Write a definition as TOML.
 
-    Examples
-    --------
     >>> from slipfold.models import State
     >>> from slipfold.models.definitions.definition import StateFormula
     >>> print(write_definition(Definition("decay", states=(StateFormula(State("q"), "-q"),))))
@@ -116,8 +114,6 @@ def _key(name: str) -> str:
 def toml_value(value: Any) -> str:
     """Write a value as TOML, tables and arrays in one line.
 
-    Examples
-    --------
     >>> toml_value({"law": "Stribeck", "vs": 0.25})
     '{ law = "Stribeck", vs = 0.25 }'
     """

@@ -17,8 +17,6 @@ __all__ = ["without_overflow"]
 def without_overflow(node: Tree, parts: tuple[Tree, ...]) -> Tree:
     """Rewrite a node whose children are.
 
-    Examples
-    --------
     >>> from slipfold.models.formulas.grammar import parse_formula
     >>> from slipfold.models.formulas.tree import fold, format_tree
     >>> format_tree(fold(parse_formula("exp(v)/(1 + exp(v)) + sinh(v)/cosh(v)"), without_overflow))

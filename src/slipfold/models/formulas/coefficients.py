@@ -50,15 +50,8 @@ class _Product:
 class CoefficientFinder:
     """Takes formulas apart, and collects the coefficients of them all.
 
-    Parameters
-    ----------
-    constant
-        Names of the parameters, and of formulas of parameters alone.
-    period
-        Formula of the forcing period; None for an autonomous system.
+    `constant` names the parameters, and formulas of parameters alone.
 
-    Examples
-    --------
     >>> from slipfold.models.formulas.grammar import parse_formula
     >>> finder = CoefficientFinder({"F", "W", "m"}, parse_formula("2*pi/W"))
     >>> format_tree(finder.rest_of(parse_formula("F*cos(W*t)/m - 0.1*2*q^3")))

@@ -95,8 +95,6 @@ _INSTEAD = {
 def explain_unknown_function(name: str) -> str:
     """Return the sentence about a function that formulas do not have.
 
-    Examples
-    --------
     >>> explain_unknown_function("ln")
     "there is no function 'ln'; write log(x)"
     """

@@ -35,8 +35,6 @@ DEEPEST = 60
 def parse_formula(text: str) -> Tree:
     """Read a formula.
 
-    Examples
-    --------
     >>> from slipfold.models.formulas.tree import format_tree
     >>> format_tree(parse_formula("-(q)^2 + 2 * (a*b)"))
     '-q^2 + 2*(a*b)'

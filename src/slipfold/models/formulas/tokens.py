@@ -43,14 +43,7 @@ _HINTS = {
 class FormulaError(Exception):
     """What is wrong with a formula, and where; `Source.error` makes a sentence for users of it.
 
-    Parameters
-    ----------
-    message
-        What is wrong and the way out.
-    place
-        Where it begins in the text of the formula.
-    length
-        Number of characters concerned.
+    It begins at `place` in the text of the formula and concerns `length` characters.
     """
 
     def __init__(self, message: str, place: int, length: int = 1) -> None:
@@ -72,8 +65,6 @@ class Token:
 def split_formula(text: str) -> list[Token]:
     """Split a formula into its words.
 
-    Examples
-    --------
     >>> [token.text for token in split_formula("F*cos(W*t)")]
     ['F', '*', 'cos', '(', 'W', '*', 't', ')', '']
     """

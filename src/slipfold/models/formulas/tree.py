@@ -80,8 +80,6 @@ def fold(tree: Tree, combine: Callable[[Tree, tuple[T, ...]], T]) -> T:
     Works through a stack of its own: a sum of thousands of terms is a tree as deep as that, too
     deep for functions that call themselves.
 
-    Examples
-    --------
     >>> fold(Binary("+", Name("q"), Number(1.0)), lambda node, values: 1 + sum(values))
     3
     """
@@ -112,8 +110,6 @@ def _children(node: Tree) -> tuple[Tree, ...]:
 def names_in(tree: Tree) -> dict[str, int]:
     """Return the names that a formula uses, each with its first place.
 
-    Examples
-    --------
     >>> names_in(Binary("+", Name("q", 0), Name("v", 4)))
     {'q': 0, 'v': 4}
     """
@@ -130,8 +126,6 @@ def names_in(tree: Tree) -> dict[str, int]:
 def format_tree(tree: Tree) -> str:
     """Write a tree as a formula with as few parentheses as give the same tree again.
 
-    Examples
-    --------
     >>> format_tree(Negative(Binary("^", Binary("+", Name("a"), Number(1.0)), Number(2.0))))
     '-(a + 1)^2'
     """

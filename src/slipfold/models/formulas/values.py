@@ -31,8 +31,6 @@ _ARITHMETIC: dict[str, Callable[[Any, Any], Any]] = {
 def value_of(tree: Tree, names: Mapping[str, Expression]) -> Expression:
     """Put values in the place of the names.
 
-    Examples
-    --------
     >>> from slipfold.models.formulas.grammar import parse_formula
     >>> value_of(parse_formula("-q^2/4"), {"q": 6.0})
     -9.0
@@ -86,8 +84,6 @@ def _called(node: Call, values: tuple[Expression, ...]) -> Expression:
 def as_symbol(value: Expression) -> Expression:
     """Return a symbolic expression: the value itself, or a constant if it is a float.
 
-    Examples
-    --------
     >>> as_symbol(2.0)
     2.0000000000000000
     """

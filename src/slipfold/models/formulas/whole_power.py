@@ -10,8 +10,6 @@ __all__ = ["whole_power"]
 def whole_power(base: Expression, exponent: int) -> Expression:
     """Return a power as a product: the series of a power divides by its base, which may be zero.
 
-    Examples
-    --------
     >>> import heyoka as hy
     >>> whole_power(hy.expression("u"), 3)
     (u * (u * u))

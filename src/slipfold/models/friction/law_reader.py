@@ -17,8 +17,6 @@ __all__ = ["read_law"]
 def read_law(source: Source, path: Path, value: object) -> FrictionLaw:
     """Make a friction law of what stands in a file.
 
-    Examples
-    --------
     >>> from slipfold.models.definitions.source import source_of_tables
     >>> table = {"law": "Regularised", "of": "Coulomb", "e": "1 mm/s"}
     >>> read_law(source_of_tables({"friction": table}), ("friction",), table).law

@@ -37,8 +37,6 @@ _LAWS: tuple[type[FrictionLaw], ...] = (
 def friction_laws() -> dict[str, type[FrictionLaw]]:
     """Return the friction laws that come with the package, by the names of their classes.
 
-    Examples
-    --------
     >>> friction_laws()["Stribeck"](vs=0.2).vs
     0.2
     """
@@ -48,8 +46,6 @@ def friction_laws() -> dict[str, type[FrictionLaw]]:
 def law_record(law: FrictionLaw) -> dict[str, Any]:
     """Return a law as plain data for JSON.
 
-    Examples
-    --------
     >>> from slipfold.models.friction import RationalStribeck
     >>> law_record(RationalStribeck(mu_s=0.5, d=2.0))
     {'law': 'RationalStribeck', 'mu_s': 0.5, 'd': 2.0}
@@ -67,8 +63,6 @@ def law_record(law: FrictionLaw) -> dict[str, Any]:
 def law_from_record(record: Mapping[str, Any]) -> FrictionLaw:
     """Make a law from what `law_record` made of one.
 
-    Examples
-    --------
     >>> law_from_record({"law": "RationalStribeck", "mu_s": 0.5, "d": 2.0})
     RationalStribeck(mu_s=0.5, d=2.0)
     """

@@ -49,15 +49,7 @@ class Placed:
 class Assembly:
     """All that follows from a definition; shared by all models of it.
 
-    Parameters
-    ----------
-    definition
-        The structure.
-
-    Raises
-    ------
-    InputError
-        If its parts do not fit each other.
+    Raises `InputError` if its parts do not fit each other.
     """
 
     def __init__(self, definition: Definition) -> None:

@@ -61,38 +61,21 @@ _SYMBOLS = ("c_", "p_", "carried_")
 
 @dataclass(frozen=True)
 class Definition:
-    """A structure without its parameter values.
+    """A structure without its parameter values."""
 
-    Parameters
-    ----------
-    M, K
-        Mass and stiffness matrix, shape (n, n), in kg and N/m.
-    C
-        Damping matrix in N s/m, shape (n, n); a rule; None for no damping.
-    names
-        Names of the n degrees of freedom.
-    reduction
-        How it is reduced; None if not.
-    elements, contacts, forcing
-        What acts on it, with default values.
-    length_scale
-        Displacements of the model are in units of it, in m.
-    watch
-        Name and direction of displacements that are outputs.
-    name, title
-        Short name, and a line that says what it is.
-    """
-
+    # Mass and stiffness matrix, shape (n, n), in kg and N/m
     M: Matrix
-    C: Matrix | Damping | None
+    C: Matrix | Damping | None  # damping matrix in N s/m, shape (n, n); a rule; None for no damping
     K: Matrix
-    names: tuple[str, ...]
-    reduction: Reduction | None
+    names: tuple[str, ...]  # names of the n degrees of freedom
+    reduction: Reduction | None  # how it is reduced; None if not
+    # What acts on it, with default values
     elements: tuple[Component, ...]
     contacts: tuple[FrictionContact, ...]
     forcing: tuple[Component, ...]
-    length_scale: float
-    watch: tuple[tuple[str, Direction], ...]
+    length_scale: float  # displacements of the model are in units of it, in m
+    watch: tuple[tuple[str, Direction], ...]  # name and direction of displacements that are outputs
+    # Short name, and a line that says what it is
     name: str = "structure"
     title: str = ""
 

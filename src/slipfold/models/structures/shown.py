@@ -12,8 +12,6 @@ LONGEST_LINE = 60
 def shown(value: Any) -> str:
     """Return a value as it would be typed, on one line and not too long.
 
-    Examples
-    --------
     >>> shown("tip")
     "'tip'"
     """

@@ -70,18 +70,8 @@ class Collocation(Segments):
     the states at the mesh points. Being implicit and symmetric, it takes fast decay and fast growth
     alike. Errors at the nodes fall with the 12th power of the intervals' lengths.
 
-    Parameters
-    ----------
-    model
-        The model.
-    free
-        The free parameters with their scales, in their own units.
-    period
-        Period in forcing periods.
-    segments
-        Number of intervals of a uniform mesh; shooting's number is too small for one.
-    edges
-        The mesh over the whole period, shape (m + 1,), instead.
+    `edges`, shape (m + 1,), are a mesh over the whole period; without them it is uniform, of at
+    least as many `segments`.
     """
 
     growing = True
@@ -127,18 +117,12 @@ class Collocation(Segments):
     # -- equations -----------------------------------------------------------------------------
 
     def mismatch(self, nodes: Array, constants: Constants) -> Array:
-        """Return by how much intervals end beside the next node, in scaled states, shape (m, n).
-
-        Shapes: nodes (m, n).
-        """
+        """Return by how much intervals end beside the next node, in scaled states, shape (m, n)."""
         scaled = nodes / self.scales
         return self._solved(scaled, constants, again=True).ends - scaled[self._following]
 
     def transitions(self, nodes: Array, constants: Constants) -> tuple[Array, Array, Array]:
-        """Return the mismatch and the derivatives of the intervals' ends, all in scaled states.
-
-        Shapes: nodes (m, n); returns mismatch (m, n), blocks (m, n, n), along (m, n, k).
-        """
+        """Return the mismatch and the derivatives of the intervals' ends, all in scaled states."""
         scaled, field = nodes / self.scales, self._field(constants)
         solved = self._solved(scaled, constants)
         pulled, along = solved.answered(field.pulls(solved.stages, solved.phases))
@@ -147,10 +131,7 @@ class Collocation(Segments):
         return mismatch, solved.matrices, along * (self.units / np.sqrt(self.segments))
 
     def divergence(self, nodes: Array, constants: Constants) -> float:
-        """Return the integral of the rates' divergence over the orbit.
-
-        Shapes: nodes (m, n).
-        """
+        """Return the integral of the rates' divergence over the orbit."""
         solved = self._solved(nodes / self.scales, constants)
         traces = np.einsum("jkaa->jk", solved.jacobians)
         return float(self.lengths @ (traces @ solved.gauss.weights))
@@ -203,10 +184,7 @@ class Collocation(Segments):
         )
 
     def curvatures(self, nodes: Array, constants: Constants, vectors: Array) -> tuple[Array, Array]:
-        """Return the derivatives of ``blocks @ vectors``, all in scaled states.
-
-        Shapes: nodes (m, n); vectors (r, m, n); returns bent (r, m, n, n), pulled (r, m, n, k).
-        """
+        """Return the derivatives of ``blocks @ vectors``, all in scaled states."""
         field = self._field(constants)
         solved = self._solved(nodes / self.scales, constants)
         pulled = solved.answered(field.pulls(solved.stages, solved.phases))[0]
@@ -215,10 +193,7 @@ class Collocation(Segments):
         return np.array(bent), np.array(mixed) * self.units
 
     def cubes(self, nodes: Array, constants: Constants, vectors: Array) -> Array:
-        """Return the third derivatives of the intervals' ends along vectors, in scaled states.
-
-        Shapes: nodes (m, n); vectors (r, m, n); returns (r, m, n).
-        """
+        """Return the third derivatives of the intervals' ends along vectors, in scaled states."""
         field = self._field(constants)
         solved = self._solved(nodes / self.scales, constants)
         return np.array([_cube(field, solved, vector) for vector in vectors])
@@ -237,11 +212,7 @@ class Collocation(Segments):
     def carried_to(
         self, nodes: Array, constants: Constants, phases: Array
     ) -> tuple[Places, Array, Array, Array]:
-        """Return the states at any phases, from which node each is reached, and their derivatives.
-
-        Shapes: nodes (m, n); phases (q,); returns which (q,), states (q, n), matrices (q, n, n),
-        vectors (q, n, k), nothing scaled.
-        """
+        """Return the states at any phases, from which node each is reached, and derivatives."""
         part, which = self._ended(nodes, constants, phases)
         pulls = part.answered(self._field(constants).pulls(part.stages, part.phases))[1]
         return (
@@ -252,17 +223,11 @@ class Collocation(Segments):
         )
 
     def states(self, nodes: Array, constants: Constants, phases: Array) -> Array:
-        """Return the states at any phases, shape (q, n).
-
-        Shapes: nodes (m, n); phases (q,).
-        """
+        """Return the states at any phases, shape (q, n)."""
         return self._ended(nodes, constants, phases)[0].ends * self.scales
 
     def advanced(self, nodes: Array, constants: Constants, turns: float) -> Array:
-        """Return the states some forcing periods later, shape (m, n).
-
-        Shapes: nodes (m, n).
-        """
+        """Return the states some forcing periods later, shape (m, n)."""
         return self.states(nodes, constants, self.start + turns)
 
     def evenly(self, nodes: Array, constants: Constants, count: int = 0) -> Array:
@@ -290,10 +255,7 @@ class Collocation(Segments):
         return other, *self.moved_to(other, nodes, constants, along, rates)
 
     def begun_near(self, nodes: Array, constants: Constants, wanted: Array) -> Array:
-        """Return the nodes of an orbit begun where these lie nearest to others.
-
-        Shapes: nodes, wanted (m, n).
-        """
+        """Return the nodes of an orbit begun where these lie nearest to others."""
         count = 8 * self.segments
         tried: Array = np.arange(count, dtype=float) * (self.period / count)
         states = self.states(nodes, constants, self.phase + tried)
@@ -318,10 +280,7 @@ class Collocation(Segments):
     # -- the mesh ------------------------------------------------------------------------------
 
     def better(self, nodes: Array, constants: Constants) -> Collocation | None:
-        """Return the same on a mesh that fits an orbit better, None if its own serves.
-
-        Shapes: nodes (m, n).
-        """
+        """Return the same on a mesh that fits an orbit better, None if its own serves."""
         solved = self._solved(nodes / self.scales, constants)
         if not np.isfinite(solved.slopes).all():
             return None

@@ -25,16 +25,8 @@ class Discretisation(ABC):
     It knows which parameters are free, but no unknown: states and constants go in, and mismatches
     with their derivatives come out, in scaled variables.
 
-    Parameters
-    ----------
-    model
-        The model.
-    free
-        The free parameters with their scales, in their own units.
-    period
-        Period in forcing periods.
-    segments
-        Number of phases m.
+    `free` has the free parameters with their scales, in their own units; `segments` is the number m
+    of phases.
     """
 
     growing = False

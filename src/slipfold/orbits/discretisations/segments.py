@@ -21,16 +21,7 @@ Array = NDArray[np.float64]
 class Segments(Discretisation):
     """How orbits that move are computed: by what happens over m segments of a period.
 
-    Parameters
-    ----------
-    model
-        The model.
-    free
-        The free parameters with their scales, in their own units.
-    period
-        Period in forcing periods.
-    edges
-        Phases at which segments begin and end, shape (m + 1,).
+    `edges` are the phases at which they begin and end, shape (m + 1,).
     """
 
     def __init__(self, model: Model, free: Mapping[str, float], period: int, edges: Array) -> None:

@@ -28,18 +28,7 @@ CORRECTIONS = 4
 class Shooting(Segments):
     """The flow over m segments of a period: each has to end where the next begins.
 
-    Parameters
-    ----------
-    model
-        The model.
-    free
-        The free parameters with their scales, in their own units.
-    period
-        Period in forcing periods.
-    segments
-        Number of segments m.
-    offset
-        Phase of the first node, in segments.
+    `offset` is the phase of the first node, in segments.
     """
 
     def __init__(
@@ -60,27 +49,18 @@ class Shooting(Segments):
     def shifted(
         self, nodes: Array, constants: Constants, along: Array, rates: Array
     ) -> tuple[Shooting, Array, Array]:
-        """Return the same with nodes half a segment later: the integrator's steps fall elsewhere.
-
-        Shapes: nodes, along (m, n); rates (k,); returns nodes and direction (m, n).
-        """
+        """Return the same half a segment later: the integrator's steps fall elsewhere."""
         other = Shooting(self.model, self.free, self.period, self.segments, 0.5)
         ends, matrices, vectors = self.carried(nodes, constants, other.start)
         return other, ends, np.einsum("jab,jb->ja", matrices, along) + vectors @ rates
 
     def mismatch(self, nodes: Array, constants: Constants) -> Array:
-        """Return by how much segments end beside the next node, in scaled states, shape (m, n).
-
-        Shapes: nodes (m, n).
-        """
+        """Return by how much segments end beside the next node, in scaled states, shape (m, n)."""
         ends = self.flow.advance(nodes, self.start, self.end, constants)
         return (ends - nodes[self._following]) / self.scales
 
     def transitions(self, nodes: Array, constants: Constants) -> tuple[Array, Array, Array]:
-        """Return the mismatch and the derivatives of the segments' ends, all in scaled states.
-
-        Shapes: nodes (m, n); returns mismatch (m, n), blocks (m, n, n), along (m, n, k).
-        """
+        """Return the mismatch and the derivatives of the segments' ends, all in scaled states."""
         ends, matrices, vectors = self.carried(nodes, constants, self.end)
         mismatch = (ends - nodes[self._following]) / self.scales
         units = self.units / np.sqrt(self.segments)
@@ -98,20 +78,13 @@ class Shooting(Segments):
         return self.flow.linearise(nodes, self.start, phases, constants, along)
 
     def advanced(self, nodes: Array, constants: Constants, turns: float) -> Array:
-        """Return the states some forcing periods later, shape (m, n).
-
-        Shapes: nodes (m, n).
-        """
+        """Return the states some forcing periods later, shape (m, n)."""
         return self.flow.advance(nodes, self.start, self.start + turns, constants)
 
     def carried_to(
         self, nodes: Array, constants: Constants, phases: Array
     ) -> tuple[NDArray[np.intp], Array, Array, Array]:
-        """Return the states at any phases, from which node each is reached, and their derivatives.
-
-        Shapes: nodes (m, n); phases (q,); returns which (q,), states (q, n), matrices (q, n, n),
-        vectors (q, n, k), nothing scaled.
-        """
+        """Return the states at any phases, from which node each is reached, and derivatives."""
         which, within = self.before(phases)
         along = constants.rates[:, self.indices]
         return which, *self.flow.linearise(
@@ -119,18 +92,12 @@ class Shooting(Segments):
         )
 
     def states(self, nodes: Array, constants: Constants, phases: Array) -> Array:
-        """Return the states at any phases, shape (q, n).
-
-        Shapes: nodes (m, n); phases (q,).
-        """
+        """Return the states at any phases, shape (q, n)."""
         which, within = self.before(phases)
         return self.flow.advance(nodes[which], self.start[which], within, constants)
 
     def evenly(self, nodes: Array, constants: Constants, count: int = 0) -> Array:
-        """Return the states at equidistant phases from that of the first node, shape (M, n).
-
-        There are at least as many as asked for, and as nodes. Shapes: nodes (m, n).
-        """
+        """Return the states at equidistant phases from that of the first node, shape (M, n)."""
         each = -(-count // self.segments)
         if each < 2:
             return nodes
@@ -138,10 +105,7 @@ class Shooting(Segments):
         return samples.reshape(each * self.segments, -1)
 
     def begun_near(self, nodes: Array, constants: Constants, wanted: Array) -> Array:
-        """Return the nodes of an orbit begun where these lie nearest to others.
-
-        Shapes: nodes, wanted (m, n).
-        """
+        """Return the nodes of an orbit begun where these lie nearest to others."""
         m, start = self.segments, self.start
         samples = self.flow.sample(nodes, start, self.end, PHASES, constants)
         samples = samples.reshape(m * PHASES, -1)
@@ -158,10 +122,7 @@ class Shooting(Segments):
         return nodes
 
     def curvatures(self, nodes: Array, constants: Constants, vectors: Array) -> tuple[Array, Array]:
-        """Return the derivatives of ``blocks @ vectors``, all in scaled states.
-
-        Shapes: nodes (m, n); vectors (r, m, n); returns bent (r, m, n, n), pulled (r, m, n, k).
-        """
+        """Return the derivatives of ``blocks @ vectors``, all in scaled states."""
         r, m, n = vectors.shape
         matrices, pulls = self.flow.curve(
             np.tile(nodes, (r, 1)),
@@ -176,10 +137,7 @@ class Shooting(Segments):
         return bent, pulled
 
     def cubes(self, nodes: Array, constants: Constants, vectors: Array) -> Array:
-        """Return the third derivatives of the segments' ends along vectors, in scaled states.
-
-        Shapes: nodes (m, n); vectors (r, m, n); returns (r, m, n).
-        """
+        """Return the third derivatives of the segments' ends along vectors, in scaled states."""
         r, m, n = vectors.shape
         jets = self.flow.jet(
             np.tile(nodes, (r, 1)),

@@ -29,10 +29,7 @@ class VectorField(Discretisation):
     def shifted(
         self, nodes: Array, constants: Constants, along: Array, rates: Array
     ) -> tuple[VectorField, Array, Array]:
-        """Return the same in other scales of the states, so that all rounding differs.
-
-        Shapes: nodes, along (1, n); rates (k,); returns nodes and direction (1, n).
-        """
+        """Return the same in other scales of the states, so that all rounding differs."""
         other = VectorField(self.model, self.free)
         other.measure_in(self.scales * OTHER ** np.arange(len(self.scales)))
         return other, nodes, along

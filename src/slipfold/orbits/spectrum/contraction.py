@@ -22,8 +22,6 @@ def growth_bound(blocks: NDArray[np.float64]) -> float:
 
     Shapes: blocks (m, n, n).
 
-    Examples
-    --------
     >>> turn = np.array([[0.0, -0.9], [0.9, 0.0]])
     >>> float(round(growth_bound(np.array([turn, turn])) / np.log(0.81), 12))
     1.0

@@ -64,10 +64,7 @@ class Paced(Eigenvalues):
     tells_unit = True
 
     def unit(self, jacobian: Array) -> float:
-        """Return the unit of time, in the model's durations.
-
-        Shapes: jacobian (n, n).
-        """
+        """Return the unit of time, in the model's durations."""
         if not np.isfinite(jacobian).all():
             return 1.0
         values = np.linalg.eigvals(jacobian)
@@ -94,10 +91,7 @@ class Cayley(Eigenvalues):
     """
 
     def unit(self, jacobian: Array) -> float:
-        """Return the unit of time, in the model's durations.
-
-        Shapes: jacobian (n, n).
-        """
+        """Return the unit of time, in the model's durations."""
         size = float(np.linalg.norm(jacobian))
         return 1.0 / size if size else np.nan
 

@@ -80,10 +80,7 @@ class CycleMultipliers(Multipliers):
         return np.inf
 
     def whole(self, multipliers: Values) -> Values:
-        """Return the multipliers with that of the flow's own direction, shape (n,).
-
-        Shapes: multipliers (n - 1,).
-        """
+        """Return the multipliers with that of the flow's own direction, shape (n,)."""
         return np.insert(multipliers, int(np.count_nonzero(np.abs(multipliers) > 1)), 1.0)
 
     def lifted(self, found: Degeneracy, part: Linearisation) -> tuple[Degeneracy, Array]:

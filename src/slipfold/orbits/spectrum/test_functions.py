@@ -37,8 +37,6 @@ def evaluate_tests(
 
     Shapes: multipliers (n,).
 
-    Examples
-    --------
     >>> evaluate_tests(np.array([-1.0, 0.5]))["PD"]
     0.0
     """

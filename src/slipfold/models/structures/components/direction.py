@@ -28,8 +28,6 @@ class Direction:
     The weights are taken as they are given, so that ``{"a": 1, "b": -1}`` is the displacement of a
     relative to b.
 
-    Examples
-    --------
     >>> print(Direction((("x", 0.6), ("y", 0.8))))
     0.6 x + 0.8 y
     """
@@ -58,8 +56,6 @@ class Direction:
 def as_direction(value: Any, what: str) -> Direction:
     """Make a direction of a name or of weights by name.
 
-    Examples
-    --------
     >>> as_direction("tip", "a spring")
     Direction(weights=(('tip', 1.0),))
     """

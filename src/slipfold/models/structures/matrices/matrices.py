@@ -31,8 +31,6 @@ SINGULAR = 1e-13
 class Matrix:
     """A square matrix by its entries that are not zero; immutable, hashed by content.
 
-    Examples
-    --------
     >>> as_matrix([[2, -1], [-1, 1]], "K")
     Matrix(2 x 2, 4 entries)
     """

@@ -72,8 +72,6 @@ def read_samples_entry(
 def matrix_table(matrix: Matrix) -> dict[str, Any]:
     """Return a matrix as plain data: its size, and rows and columns from 0 with the entries there.
 
-    Examples
-    --------
     >>> matrix_table(as_matrix([[2, 0], [0, 1]], "K"))
     {'size': 2, 'rows': [0, 1], 'columns': [0, 1], 'entries': [2.0, 1.0]}
     """
