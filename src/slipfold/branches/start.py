@@ -43,10 +43,7 @@ class Begin:
     state: NDArray[np.float64] | None = None
 
     def measured_in(self, sizes: NDArray[np.float64] | None) -> Begin:
-        """Return the same in other typical sizes of the states.
-
-        Shapes: sizes (n,).
-        """
+        """Return the same in other typical sizes of the states. Shapes: sizes (n,)."""
         if self.orbit is None:
             return self
         model = self.orbit.model.measured_in(sizes)

@@ -48,10 +48,7 @@ class Guess:
     time: float  # seconds in a unit of phase
 
     def on(self, edges: Array, degree: int) -> Iterate:
-        """Interpolate to a mesh.
-
-        Shapes: edges (N + 1,).
-        """
+        """Interpolate to a mesh. Shapes: edges (N + 1,)."""
         from scipy.interpolate import CubicSpline
 
         phases = np.linspace(0.0, self.period, len(self.samples) + 1)

@@ -25,10 +25,7 @@ def uniform(period: int, count: int, anchors: int) -> Array:
 
 
 def halve(edges: Array) -> Array:
-    """Return a mesh with each interval cut in two.
-
-    Shapes: edges (N + 1,).
-    """
+    """Return a mesh with each interval cut in two. Shapes: edges (N + 1,)."""
     return np.sort(np.concatenate([edges, (edges[:-1] + edges[1:]) / 2]))
 
 

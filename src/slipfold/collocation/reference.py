@@ -49,10 +49,7 @@ class Reference:
 
 
 def reference_of(field: VectorField, states: Array, singular: bool) -> Reference:
-    """Make the reference of a forced orbit or of a cycle.
-
-    Shapes: states (M, n).
-    """
+    """Make the reference of a forced orbit or of a cycle. Shapes: states (M, n)."""
     if field.forced:
         return Reference(states, None, singular)
     rates = field.linear(states, np.zeros(len(states)))[0]

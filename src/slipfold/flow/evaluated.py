@@ -23,10 +23,7 @@ class Evaluated:
         self.dimension = dimension
 
     def rates(self, states: Array, phases: Array, constants: Constants) -> Array:
-        """Evaluate dq/dphase.
-
-        Shapes: states (m, n); phases (m,); returns (m, n).
-        """
+        """Evaluate dq/dphase. Shapes: states (m, n); phases (m,); returns (m, n)."""
         return self._evaluate(self._code.rates, states, phases, constants)
 
     def jacobians(self, states: Array, phases: Array, constants: Constants) -> Array:

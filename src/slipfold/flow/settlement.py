@@ -132,10 +132,7 @@ class Trend:
 
 
 def trends_of(scaled: Array) -> list[Trend]:
-    """Return how states change over 1 to 8 of them.
-
-    Shapes: scaled (m, n).
-    """
+    """Return how states change over 1 to 8 of them. Shapes: scaled (m, n)."""
     return [_measure(scaled, period) for period in range(1, LARGEST_PERIOD + 1)]
 
 

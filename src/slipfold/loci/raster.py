@@ -30,10 +30,7 @@ class Raster:
     window: Window  # least and largest value of two parameters
 
     def columns(self, values: Array, axis: int) -> NDArray[np.int64]:
-        """Return the cells that values of a parameter lie in, shape (n,).
-
-        Shapes: values (n,).
-        """
+        """Return the cells that values of a parameter lie in, shape (n,). Shapes: values (n,)."""
         low, high = self.window[axis]
         cells = ((np.asarray(values) - low) / (high - low) * CELLS).astype(int)
         return np.clip(cells, 0, CELLS - 1)

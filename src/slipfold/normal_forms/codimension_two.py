@@ -46,10 +46,7 @@ def _cusp(map_: MapDerivatives, matrix: Array) -> dict[str, float]:
 
 
 def cusp_form(map_: MapDerivatives, singular: Array) -> dict[str, float]:
-    """Return c of a cusp.
-
-    Shapes: singular (n, n).
-    """
+    """Return c of a cusp. Shapes: singular (n, n)."""
     q, p = eigenvectors(singular, 0.0)
     second, third = map_.powers(q.real[None])
     # The quadratic part has no component along q here; the border keeps it so.
@@ -66,10 +63,7 @@ def _first_resonance(map_: MapDerivatives, matrix: Array) -> dict[str, float]:
 
 
 def double_form(map_: MapDerivatives, singular: Array) -> dict[str, float]:
-    """Return a and b of the Bogdanov-Takens form.
-
-    Shapes: singular (n, n).
-    """
+    """Return a and b of the Bogdanov-Takens form. Shapes: singular (n, n)."""
     q0, q1, p0, p1 = _chain(singular)
     b00, b01 = map_.second([(q0, q0), (q0, q1)])
     return {"a": float((p0 @ b00).real / 2), "b": float((p0 @ b01 + p1 @ b00).real)}

@@ -44,10 +44,7 @@ class FieldMap:
         return np.asarray(found / self._scales / self._time)
 
     def rescaled(self, monodromy: Array) -> Array:
-        """Return a matrix in these scales.
-
-        Shapes: monodromy (n, n).
-        """
+        """Return a matrix in these scales. Shapes: monodromy (n, n)."""
         return monodromy * self.rescaling[:, None] / self.rescaling
 
     def powers(self, directions: Array) -> tuple[Array, Array]:
@@ -62,10 +59,7 @@ class FieldMap:
         return found[0] / units, found[1] / units
 
     def second(self, pairs: list[tuple[Vector, Vector]]) -> list[Vector]:
-        """Return B(u, v) for complex vectors.
-
-        Shapes: pairs (n,).
-        """
+        """Return B(u, v) for complex vectors. Shapes: pairs (n,)."""
         parts = np.array([part for u, _ in pairs for part in (u.real, u.imag)])
         none = np.zeros((len(self._constants.values), 1))
         states, phases = np.tile(self._state, (len(parts), 1)), np.zeros(len(parts))

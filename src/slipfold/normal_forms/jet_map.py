@@ -38,10 +38,7 @@ class JetMap:
         self._end = orbits.phase + orbits.period
 
     def rescaled(self, monodromy: Array) -> Array:
-        """Return a monodromy matrix in the map's scales.
-
-        Shapes: monodromy (n, n).
-        """
+        """Return a monodromy matrix in the map's scales. Shapes: monodromy (n, n)."""
         return monodromy * self.rescaling[:, None] / self.rescaling
 
     def powers(self, directions: Array) -> tuple[Array, Array]:
@@ -60,17 +57,11 @@ class JetMap:
         return jets[:, 1] / self._scales, jets[:, 2] / self._scales
 
     def second(self, pairs: list[tuple[Vector, Vector]]) -> list[Vector]:
-        """Return B(u, v) for complex vectors, by polarisation.
-
-        Shapes: pairs (n,).
-        """
+        """Return B(u, v) for complex vectors, by polarisation. Shapes: pairs (n,)."""
         return polarised(lambda directions: self.powers(directions)[0], pairs)
 
     def carried(self, vector: Array) -> Array:
-        """Return a displacement of the flow's end in the map's scales.
-
-        Shapes: vector (n,).
-        """
+        """Return a displacement of the flow's end in the map's scales. Shapes: vector (n,)."""
         return vector * self.rescaling
 
 

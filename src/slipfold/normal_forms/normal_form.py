@@ -126,10 +126,7 @@ def _mean_length(map_: ReturnMap, matrix: Array, product: Array, kind: str, rati
 
 
 def critical_coefficient(map_: MapDerivatives, monodromy: Array, kind: str) -> float:
-    """Return the coefficient that tells soft from hard.
-
-    Shapes: monodromy (n, n).
-    """
+    """Return the coefficient that tells soft from hard. Shapes: monodromy (n, n)."""
     return _FORMS[kind](map_, monodromy)
 
 
@@ -154,10 +151,7 @@ def _parameter_pull(linearisation: Linearisation) -> Array:
 
 
 def fold_coefficient(map_: MapDerivatives, matrix: Array, pull: Array) -> float:
-    """Return the quadratic coefficient of a fold.
-
-    Shapes: matrix (n, n); pull (n,).
-    """
+    """Return the quadratic coefficient of a fold. Shapes: matrix (n, n); pull (n,)."""
     q, p, _ = critical_vectors(matrix, _DISTANCES["LP"])
     second, _ = map_.powers(q.real[None])
     return float(0.5 * (p.real @ second[0]) * np.sign(p.real @ pull))

@@ -19,10 +19,7 @@ Vector = NDArray[Any]
 
 
 def pair_cubic(map_: MapDerivatives, q: Vector, p: Vector, h11: Vector, h20: Vector) -> complex:
-    """Return the cubic coefficient of a pair.
-
-    Shapes: h11, h20 (n,).
-    """
+    """Return the cubic coefficient of a pair. Shapes: h11, h20 (n,)."""
     with_h11, with_h20 = map_.second([(q, h11), (q.conj(), h20)])
     inner = third_form(map_, q, q, q.conj()) + 2 * with_h11 + with_h20
     return complex(np.vdot(p, inner) / 2)

@@ -44,10 +44,7 @@ class ReturnMap:
         self._basis = np.linalg.qr(self._flow[:, None], mode="complete")[0][:, 1:]
 
     def rescaled(self, monodromy: Array) -> Array:
-        """Return the map's matrix, shape (n - 1, n - 1).
-
-        Shapes: monodromy (n, n).
-        """
+        """Return the map's matrix, shape (n - 1, n - 1). Shapes: monodromy (n, n)."""
         return np.asarray(self._basis.T @ self._in_scales(monodromy) @ self._basis)
 
     def carried(self, vector: Array) -> Array:
@@ -85,10 +82,7 @@ class ReturnMap:
         return second @ self._basis, third @ self._basis
 
     def second(self, pairs: list[tuple[Vector, Vector]]) -> list[Vector]:
-        """Return B(u, v) for complex vectors, by polarisation.
-
-        Shapes: pairs (n - 1,).
-        """
+        """Return B(u, v) for complex vectors, by polarisation. Shapes: pairs (n - 1,)."""
         return polarised(lambda directions: self.powers(directions)[0], pairs)
 
     def length(self, q: Vector, multiplier: complex, monodromy: Array, ratios: Array) -> float:

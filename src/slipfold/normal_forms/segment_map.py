@@ -54,10 +54,7 @@ class SegmentMap:
         self._bent = np.empty((0, *self._blocks.shape)) if bent is None else bent
 
     def rescaled(self, monodromy: Array) -> Array:
-        """Return a monodromy matrix in the map's scales.
-
-        Shapes: monodromy (n, n).
-        """
+        """Return a monodromy matrix in the map's scales. Shapes: monodromy (n, n)."""
         return monodromy * self.rescaling[:, None] / self.rescaling
 
     def powers(self, directions: Array) -> tuple[Array, Array]:
@@ -76,10 +73,7 @@ class SegmentMap:
         return second * self.rescaling, third * self.rescaling
 
     def second(self, pairs: list[tuple[Vector, Vector]]) -> list[Vector]:
-        """Return B(u, v) for complex vectors.
-
-        Shapes: pairs (n,).
-        """
+        """Return B(u, v) for complex vectors. Shapes: pairs (n,)."""
         return [self._bilinear(u.real, v) + 1j * self._bilinear(u.imag, v) for u, v in pairs]
 
     def _bilinear(self, u: Array, v: Vector) -> Vector:

@@ -183,10 +183,7 @@ class Orbits(OrbitCurve):
         return self.join(nodes, np.atleast_1d(values))
 
     def unknown(self, nodes: Array, model: Model) -> Array:
-        """Return the unknown of an orbit of a model.
-
-        Shapes: nodes (m, n).
-        """
+        """Return the unknown of an orbit of a model. Shapes: nodes (m, n)."""
         return self.join(nodes, [model.values[name] for name in self.free])
 
     def adopt(self, other: Orbits, z: Array) -> Array:

@@ -94,10 +94,7 @@ class Collocation(Segments):
         self._last: _Known | None = None
 
     def on(self, edges: Array) -> Collocation:
-        """Return the same on another mesh over the whole period.
-
-        Shapes: edges (m + 1,).
-        """
+        """Return the same on another mesh over the whole period. Shapes: edges (m + 1,)."""
         other = Collocation(self.model, self.free, round(edges[-1] - edges[0]), edges=edges)
         other.measure_in(self.scales)
         return other

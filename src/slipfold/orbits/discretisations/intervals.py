@@ -44,10 +44,7 @@ class Field:
     indices: list[int]  # which parameters are free
 
     def rates(self, states: Array, phases: Array) -> Array:
-        """Return the rates a unit of phase.
-
-        Shapes: states (..., n); phases (...).
-        """
+        """Return the rates a unit of phase. Shapes: states (..., n); phases (...)."""
         rows = states.reshape(-1, states.shape[-1]) * self.scales
         found = self.flow.rates(rows, phases.ravel(), self.constants)
         return np.asarray((found / self.scales).reshape(states.shape))

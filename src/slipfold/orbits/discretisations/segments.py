@@ -54,10 +54,7 @@ class Segments(Discretisation):
 
     @abstractmethod
     def advanced(self, nodes: Array, constants: Constants, turns: float) -> Array:
-        """Return the states some forcing periods later, shape (m, n).
-
-        Shapes: nodes (m, n).
-        """
+        """Return the states some forcing periods later, shape (m, n). Shapes: nodes (m, n)."""
 
     @abstractmethod
     def carried_to(
@@ -71,10 +68,7 @@ class Segments(Discretisation):
 
     @abstractmethod
     def states(self, nodes: Array, constants: Constants, phases: Array) -> Array:
-        """Return the states at any phases, shape (q, n).
-
-        Shapes: nodes (m, n); phases (q,).
-        """
+        """Return the states at any phases, shape (q, n). Shapes: nodes (m, n); phases (q,)."""
 
     @abstractmethod
     def begun_near(self, nodes: Array, constants: Constants, wanted: Array) -> Array:

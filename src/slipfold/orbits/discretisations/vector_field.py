@@ -35,10 +35,7 @@ class VectorField(Discretisation):
         return other, nodes, along
 
     def rates(self, nodes: Array, constants: Constants) -> Array:
-        """Return the rates, shape (1, n).
-
-        Shapes: nodes (1, n).
-        """
+        """Return the rates, shape (1, n). Shapes: nodes (1, n)."""
         return self.flow.rates(nodes, np.zeros(1), constants) / self.scales
 
     def jacobian(self, nodes: Array, constants: Constants) -> Array:

@@ -40,10 +40,7 @@ class Eigenvalues(Multipliers):
 
     @abstractmethod
     def unit(self, jacobian: Array) -> float:
-        """Return the unit of time, in the model's durations.
-
-        Shapes: jacobian (n, n).
-        """
+        """Return the unit of time, in the model's durations. Shapes: jacobian (n, n)."""
 
     @abstractmethod
     def lifted(self, found: Degeneracy, part: Linearisation) -> tuple[Array, Array]:
@@ -125,10 +122,7 @@ def eigenvalues_of(jacobian: Array) -> Values:
 
 
 def transition(jacobian: Array) -> Array:
-    """Return the matrix of the flow over a time, shape (n, n).
-
-    Shapes: jacobian (n, n).
-    """
+    """Return the matrix of the flow over a time, shape (n, n). Shapes: jacobian (n, n)."""
     from scipy.linalg import expm  # a tenth of a second to import, for equilibria alone
 
     if not np.isfinite(jacobian).all():

@@ -38,10 +38,7 @@ def lowest_modes(stiffness: Any, mass: Any, count: int | None = None) -> tuple[A
 
 
 def solver(matrix: Any, what: str) -> Callable[[Array], Array]:
-    """Return a function that solves linear equations with a matrix.
-
-    Shapes: matrix (n, n).
-    """
+    """Return a function that solves linear equations with a matrix. Shapes: matrix (n, n)."""
     if isinstance(matrix, np.ndarray):
         if matrix.size and np.linalg.cond(matrix) > 1e14:
             raise InputError(what)

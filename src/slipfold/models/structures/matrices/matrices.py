@@ -82,10 +82,7 @@ class Matrix:
 
 
 def as_matrix(value: Any, name: str) -> Matrix:
-    """Make a matrix of an array, a SciPy sparse array or a file.
-
-    Shapes: value (n, n).
-    """
+    """Make a matrix of an array, a SciPy sparse array or a file. Shapes: value (n, n)."""
     if isinstance(value, Matrix):
         return value
     if isinstance(value, str | Path):
