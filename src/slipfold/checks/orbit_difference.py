@@ -2,7 +2,7 @@
 
 The mesh is that of the retraced orbit: where the orbit satisfies the equations, its polynomials are
 those of collocation, and the step is what separates the two methods. That costs a tenth of
-`check_orbit`, which finds mesh and orbit anew.
+`PeriodicOrbit.check`, which finds mesh and orbit anew.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from slipfold.collocation.multipliers import multiplier_difference, product, wit
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow, flow_of
 from slipfold.models.model import Model
-from slipfold.orbits.check import check_orbit, is_singular, rests
+from slipfold.orbits.check import is_singular, rests
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
 __all__ = [
@@ -35,7 +35,7 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 ALLOWED = 1e-8
-"""Difference of states (scaled), duration and multipliers (relative) that `check_orbit` allows."""
+"""Difference of states (scaled), duration and multipliers (relative) that is allowed."""
 
 PIECES = 24
 """Pieces of a forcing period at least: each is held against the equations at 12 points."""
@@ -83,8 +83,8 @@ def orbit_difference(orbit: PeriodicOrbit, pieces: int) -> Difference:
     Allowed is what the orbit's residual and the errors of steps can do as its equations are
     conditioned.
     """
-    if rests(orbit):
-        found = check_orbit(orbit, ALLOWED)
+    if rests(orbit.model, orbit.nodes):
+        found = orbit.check(ALLOWED)
         return Difference(max(found.states, found.multipliers), ALLOWED)
     tried = []
     for finer in FINER:
@@ -160,7 +160,7 @@ def _newton_step(
     anchors = np.searchsorted(retraced.edges, phases[:-1])
     matrices, pulls, defects = _between(anchors, condense(field, iterate))
     rates = None if field.forced else field.rates(iterate.nodes[anchors], phases[:-1])
-    singular = is_singular(orbit, resting=False)
+    singular = is_singular(orbit.multipliers, 0 if field.forced else 1)
     step, growth = _solved(matrices, pulls, defects, rates, singular=singular)
     size = max(1.0, float(np.abs(orbit.multipliers).max()))
     multipliers = multiplier_difference(orbit.multipliers, _multipliers(matrices, rates)) / size

@@ -237,7 +237,7 @@ def _sort(curve: LocusEquations) -> tuple[str, int, str]:
 
 def _orbits(point: SpecialPoint, model: Model, plane: Mapping[str, float]) -> Orbits:
     """Return what the locus of a special point consists of."""
-    if not point.model.forced and rests(point.orbit):
+    if rests(point.model, point.nodes):
         return Equilibria(model, plane, Cayley())
     return orbits_of(model, plane, point.period, SEGMENTS)
 

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipfold.collocation import CollocatedOrbit, collocate, exact_equilibrium
-from slipfold.collocation.multipliers import multiplier_difference
 from slipfold.flow import flow_of
+from slipfold.models.model import Model
 from slipfold.text.one_line import OneLine
 from slipfold.text.printed_table import PrintedTable
 
-if TYPE_CHECKING:
-    from slipfold.orbits.periodic_orbit import PeriodicOrbit
+__all__ = ["OrbitCheck", "is_singular", "orbit_by_collocation", "rests"]
 
-__all__ = ["OrbitCheck", "check_orbit", "is_singular", "rests"]
+Array = NDArray[np.float64]
+Multipliers = NDArray[np.complex128]
 
 SAMPLES = 128
 """Samples a forcing period that make the guess; Newton's method does the rest."""
@@ -104,39 +105,32 @@ class OrbitCheck(OneLine):
         return f"collocation on {intervals}: {differences}, {verdict} {self.tolerance:.0e}"
 
 
-def check_orbit(orbit: PeriodicOrbit, tolerance: float = 1e-8) -> OrbitCheck:
-    """Compute an orbit by collocation and compare."""
-    model, anchors = orbit.model, len(orbit.nodes)
-    scales = model.state_scales()
-    resting = rests(orbit)
-    singular = is_singular(orbit, resting=resting)
-    if resting:
-        found = exact_equilibrium(model, orbit.state, anchors, orbit.period, singular=singular)
-    else:
-        _, samples = orbit.sample(SAMPLES * orbit.period)
-        found = collocate(model, samples, orbit.period, anchors=anchors, singular=singular)
-    size = max(1.0, float(np.abs(orbit.multipliers).max()))
-    return OrbitCheck(
-        found,
-        float(np.abs((found.anchors - orbit.nodes) / scales).max()),
-        abs(found.duration / orbit.duration - 1),
-        multiplier_difference(orbit.multipliers, found.multipliers) / size,
-        tolerance,
-    )
+def orbit_by_collocation(
+    model: Model,
+    nodes: Array,
+    sample: Callable[[int], tuple[Array, Array]],
+    period: int,
+    multipliers: Multipliers,
+) -> CollocatedOrbit:
+    """Return the orbit with these nodes and multipliers. Shapes: nodes (m, n); multipliers (n,)."""
+    if rests(model, nodes):
+        singular = is_singular(multipliers, 0)
+        return exact_equilibrium(model, nodes[0], len(nodes), period, singular=singular)
+    singular = is_singular(multipliers, 0 if model.forced else 1)
+    samples = sample(SAMPLES * period)[1]
+    return collocate(model, samples, period, anchors=len(nodes), singular=singular)
 
 
-def is_singular(orbit: PeriodicOrbit, *, resting: bool) -> bool:
-    """Whether it is so near a fold or branch point that the equations are made regular."""
-    distance = np.sort(np.abs(orbit.multipliers - 1))
-    own = 0 if resting or orbit.model.forced else 1  # one multiplier of a cycle is always one
-    return len(distance) > own and bool(distance[own] < SINGULAR)
+def is_singular(multipliers: Multipliers, always: int) -> bool:
+    """Whether one multiplier more than always is so near to one that equations are made regular."""
+    distance = np.sort(np.abs(multipliers - 1))
+    return len(distance) > always and bool(distance[always] < SINGULAR)
 
 
-def rests(orbit: PeriodicOrbit) -> bool:
-    """Whether it is an equilibrium."""
-    if orbit.model.forced:
+def rests(model: Model, states: Array) -> bool:
+    """Whether an orbit is an equilibrium. Shapes: states (m, n)."""
+    if model.forced:
         return False
-    flow = flow_of(orbit.model)
-    constants = flow.constants_of(orbit.model)
-    rates = flow.rates(orbit.nodes, np.zeros(len(orbit.nodes)), constants)
-    return bool(np.abs(rates / orbit.model.state_scales()).max() < REST)
+    flow = flow_of(model)
+    rates = flow.rates(states, np.zeros(len(states)), flow.constants_of(model))
+    return bool(np.abs(rates / model.state_scales()).max() < REST)

@@ -8,9 +8,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.collocation.multipliers import multiplier_difference
 from slipfold.flow import flow_of
 from slipfold.models.model import Model
-from slipfold.orbits.check import OrbitCheck, check_orbit
+from slipfold.orbits.check import OrbitCheck, orbit_by_collocation
 from slipfold.orbits.extrema import Extrema, find_extrema
 from slipfold.orbits.uncertainty import multiplier_uncertainty
 from slipfold.text.one_line import OneLine, headed, number_text
@@ -150,7 +151,17 @@ class PeriodicOrbit(OneLine):
         >>> sf.periodic_orbit(sf.SlidingOscillator(f=12.5, Nd=0.05)).check().passed
         True
         """
-        return check_orbit(self, tolerance)
+        found = orbit_by_collocation(
+            self.model, self.nodes, self.sample, self.period, self.multipliers
+        )
+        size = max(1.0, float(np.abs(self.multipliers).max()))
+        return OrbitCheck(
+            found,
+            float(np.abs((found.anchors - self.nodes) / self.model.state_scales()).max()),
+            abs(found.duration / self.duration - 1),
+            multiplier_difference(self.multipliers, found.multipliers) / size,
+            tolerance,
+        )
 
     @cached_property
     def multiplier_uncertainty(self) -> NDArray[np.float64]:
