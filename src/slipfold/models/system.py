@@ -206,17 +206,7 @@ class System(Model):
         return self._built.equations.coefficients(p)
 
     def rates(self, q: Symbols, c: Symbols, phase: Expression) -> dict[str, Expression]:
-        """Return the time derivatives of the states, per second.
-
-        Parameters
-        ----------
-        q
-            The states by name.
-        c
-            The coefficients by name.
-        phase
-            Time divided by the forcing period; an autonomous system does not depend on it.
-        """
+        """Return the time derivatives of the states, per second."""
         return self._built.rates(q, c, phase)
 
     def period(self, p: Symbols) -> Expression:

@@ -119,17 +119,7 @@ class Unforced(Model):
         return {name: found[name] for name in self._terms.coefficients}
 
     def rates(self, q: Symbols, c: Symbols, phase: Expression) -> dict[str, Expression]:
-        """Time derivatives of the states, per second.
-
-        Parameters
-        ----------
-        q
-            The states by name.
-        c
-            The coefficients by name.
-        phase
-            Plays no part.
-        """
+        """Time derivatives of the states, per second."""
         return self._base.rates(q, {**self._terms.others, **c}, _REST)
 
     def period(self, p: Symbols) -> Expression:

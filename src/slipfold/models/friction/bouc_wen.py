@@ -119,13 +119,7 @@ class BoucWen(MemoryLaw):
         return tuple(p["A"] * v - fading * z for v, z in zip(slip, memory, strict=True))
 
     def steady_deflection(self, speed: float) -> float:
-        """The friction coefficient in steady slip, whatever the speed.
-
-        Parameters
-        ----------
-        speed
-            Slip speed in m/s.
-        """
+        """The friction coefficient in steady slip, whatever the speed."""
         return self.memory_scale
 
     def _limit(self, p: Symbols) -> Expression:

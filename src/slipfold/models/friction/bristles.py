@@ -32,7 +32,15 @@ class _Bristles(MemoryLaw):
 
     @abstractmethod
     def level(self, square: Expression, p: Symbols) -> Expression:
-        """Coefficient g to which steady slip bends the bristles."""
+        """Coefficient g to which steady slip bends the bristles.
+
+        Parameters
+        ----------
+        square
+            Square of the slip speed.
+        p
+            The parameters by name.
+        """
 
     @property
     def memory_scale(self) -> float:
@@ -47,13 +55,7 @@ class _Bristles(MemoryLaw):
         return tuple(v - fading * z for v, z in zip(contact.slip, contact.memory, strict=True))
 
     def steady_deflection(self, speed: float) -> float:
-        """``g v/(s0 sqrt(v^2 + e^2))``, in m.
-
-        Parameters
-        ----------
-        speed
-            Slip speed in m/s.
-        """
+        """``g v/(s0 sqrt(v^2 + e^2))``, in m."""
         p, square = self.values, speed * speed
         return float(self.level(square, p) * speed / (p["s0"] * _rounded(square, p)))
 
@@ -101,15 +103,7 @@ class Dahl(_Bristles):
     e: float = described(REST_SPEED)
 
     def level(self, square: Expression, p: Symbols) -> Expression:
-        """``mu_k``.
-
-        Parameters
-        ----------
-        square
-            Square of the slip speed.
-        p
-            The parameters by name.
-        """
+        """``mu_k``."""
         return p["mu_k"]
 
     def formula(self, speed: Expression, p: Symbols) -> Expression:
@@ -199,15 +193,7 @@ class LuGre(_Bristles):
         return self.vs
 
     def level(self, square: Expression, p: Symbols) -> Expression:
-        """``mu_k + (mu_s - mu_k) exp(-(v/vs)^2)``.
-
-        Parameters
-        ----------
-        square
-            Square of the slip speed.
-        p
-            The parameters by name.
-        """
+        """``mu_k + (mu_s - mu_k) exp(-(v/vs)^2)``."""
         ratio = square / (p["vs"] * p["vs"])
         return p["mu_k"] + (p["mu_s"] - p["mu_k"]) * exp(-ratio)
 

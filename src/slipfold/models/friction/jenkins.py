@@ -129,13 +129,7 @@ class Jenkins(MemoryLaw):
         return tuple(w - drop * z for w, z in zip(held, memory, strict=True))
 
     def steady_deflection(self, speed: float) -> float:
-        """One, less what the rounding takes: about ``e^2/(4 n v^2)``, for speeds well above ``e``.
-
-        Parameters
-        ----------
-        speed
-            Slip speed in m/s.
-        """
+        """One, less what the rounding takes: about ``e^2/(4 n v^2)`` for ``v`` well above ``e``."""
         share, n, z = (self.e / speed) ** 2, self.exponent, 1.0
         for _ in range(8):  # to rounding: every step gains a factor of the order of `share`
             fading = (z ** (n - 2) + _CREEP) / (1 + _CREEP) * (z + math.sqrt(z * z + share)) / 2

@@ -40,7 +40,13 @@ class MemoryLaw(FrictionLaw):
 
     @abstractmethod
     def steady_deflection(self, speed: float) -> float:
-        """Return the deflection after a long slip at a constant speed."""
+        """Return the deflection after a long slip at a constant speed.
+
+        Parameters
+        ----------
+        speed
+            Slip speed in m/s.
+        """
 
     def memory(self, dimensions: int) -> tuple[State, ...]:
         """Return the states ``z``, or ``zx`` and ``zy``."""

@@ -84,7 +84,17 @@ class Component(Parametric, ABC):
     def forces(
         self, motion: Motion, c: Symbols, phase: Expression
     ) -> tuple[Expression | None, ...]:
-        """Forces on the structure along the directions, in N; None where there is none."""
+        """Forces on the structure along the directions, in N; None where there is none.
+
+        Parameters
+        ----------
+        motion
+            How the structure moves there.
+        c
+            The coefficients by their own names.
+        phase
+            Time divided by the forcing period.
+        """
 
     def coefficients(self, p: Symbols) -> dict[str, Expression]:
         """Combinations of parameters that the forces use.

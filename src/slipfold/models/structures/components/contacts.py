@@ -200,17 +200,7 @@ class FrictionContact(Component):
     def forces(
         self, motion: Motion, c: Symbols, phase: Expression
     ) -> tuple[Expression | None, ...]:
-        """Friction along the slip, and the normal force.
-
-        Parameters
-        ----------
-        motion
-            How the structure moves there.
-        c
-            The coefficients by their own names.
-        phase
-            Time divided by the forcing period.
-        """
+        """Friction along the slip, and the normal force."""
         friction = self._friction(motion, c, phase)
         if self.load.direction is None:
             return friction

@@ -72,17 +72,7 @@ class HarmonicForce(OneDirection):
     def forces(
         self, motion: Motion, c: Symbols, phase: Expression
     ) -> tuple[Expression | None, ...]:
-        """``F cos(2 pi h f t + phi)``.
-
-        Parameters
-        ----------
-        motion
-            How the structure moves there.
-        c
-            The coefficients by their own names.
-        phase
-            Time divided by the forcing period.
-        """
+        """``F cos(2 pi h f t + phi)``."""
         return (_harmonic(self.harmonic, c, phase),)
 
 
@@ -182,17 +172,7 @@ class MultiHarmonicForce(OneDirection):
     def forces(
         self, motion: Motion, c: Symbols, phase: Expression
     ) -> tuple[Expression | None, ...]:
-        """``sum F_h cos(2 pi h f t + phi_h)``.
-
-        Parameters
-        ----------
-        motion
-            How the structure moves there.
-        c
-            The coefficients by their own names.
-        phase
-            Time divided by the forcing period.
-        """
+        """``sum F_h cos(2 pi h f t + phi_h)``."""
         terms = []
         for h, _, _ in self.harmonics:
             if not h:
@@ -263,17 +243,7 @@ class BaseMotion(Component):
     def forces(
         self, motion: Motion, c: Symbols, phase: Expression
     ) -> tuple[Expression | None, ...]:
-        """``A (2 pi h f)^2 cos(2 pi h f t + phi)``, to be multiplied with the masses.
-
-        Parameters
-        ----------
-        motion
-            How the structure moves there.
-        c
-            The coefficients by their own names.
-        phase
-            Time divided by the forcing period.
-        """
+        """``A (2 pi h f)^2 cos(2 pi h f t + phi)``, to be multiplied with the masses."""
         return (_harmonic(self.harmonic, c, phase),)
 
 

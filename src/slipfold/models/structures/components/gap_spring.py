@@ -104,17 +104,7 @@ class GapSpring(OneDirection):
     def forces(
         self, motion: Motion, c: Symbols, phase: Expression
     ) -> tuple[Expression | None, ...]:
-        """``-k s(u - gap)``, and its mirror image.
-
-        Parameters
-        ----------
-        motion
-            How the structure moves there.
-        c
-            The coefficients by their own names.
-        phase
-            Time divided by the forcing period.
-        """
+        """``-k s(u - gap)``, and its mirror image."""
         (u,) = motion.displacement
         parts = []
         for sign in _SIDES[self.side]:

@@ -120,17 +120,7 @@ class GeometricSpring(Component):
     def forces(
         self, motion: Motion, c: Symbols, phase: Expression
     ) -> tuple[Expression | None, ...]:
-        """``-k (l - L) r/l``.
-
-        Parameters
-        ----------
-        motion
-            How the structure moves there.
-        c
-            The coefficients by their own names.
-        phase
-            Time divided by the forcing period.
-        """
+        """``-k (l - L) r/l``."""
         arrow = self._arrow(motion, c)
         inverse_length = total([part * part for part in arrow]) ** -0.5
         pull = c["force"] * (inverse_length - 1.0)

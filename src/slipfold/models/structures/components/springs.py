@@ -52,17 +52,7 @@ class LinearSpring(OneDirection):
     def forces(
         self, motion: Motion, c: Symbols, phase: Expression
     ) -> tuple[Expression | None, ...]:
-        """``-(k u + c v)``.
-
-        Parameters
-        ----------
-        motion
-            How the structure moves there.
-        c
-            The coefficients by their own names.
-        phase
-            Time divided by the forcing period.
-        """
+        """``-(k u + c v)``."""
         (u,), (v,) = motion.displacement, motion.velocity
         return (-(c["k"] * u + c["c"] * v),)
 
@@ -103,17 +93,7 @@ class CubicSpring(OneDirection):
     def forces(
         self, motion: Motion, c: Symbols, phase: Expression
     ) -> tuple[Expression | None, ...]:
-        """``-k3 u^3``.
-
-        Parameters
-        ----------
-        motion
-            How the structure moves there.
-        c
-            The coefficients by their own names.
-        phase
-            Time divided by the forcing period.
-        """
+        """``-k3 u^3``."""
         (u,) = motion.displacement
         return (-c["k3"] * whole_power(u, 3),)
 
@@ -189,17 +169,7 @@ class PolynomialSpring(OneDirection):
     def forces(
         self, motion: Motion, c: Symbols, phase: Expression
     ) -> tuple[Expression | None, ...]:
-        """``-sum kn u^n``.
-
-        Parameters
-        ----------
-        motion
-            How the structure moves there.
-        c
-            The coefficients by their own names.
-        phase
-            Time divided by the forcing period.
-        """
+        """``-sum kn u^n``."""
         (u,) = motion.displacement
         return (-total([c[f"k{n}"] * whole_power(u, n) for n, _ in self.stiffness]),)
 

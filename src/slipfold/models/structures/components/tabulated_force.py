@@ -106,17 +106,7 @@ class TabulatedForce(OneDirection):
     def forces(
         self, motion: Motion, c: Symbols, phase: Expression
     ) -> tuple[Expression | None, ...]:
-        """Return the Fourier series times the factor.
-
-        Parameters
-        ----------
-        motion
-            How the structure moves there.
-        c
-            The coefficients by their own names.
-        phase
-            Time divided by the forcing period.
-        """
+        """Return the Fourier series times the factor."""
         terms = []
         for h, a, b in self.series:
             cos, sin = wave(h, phase) if h else (1.0, 0.0)

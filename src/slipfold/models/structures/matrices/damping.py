@@ -33,7 +33,10 @@ class Damping(Parametric, ABC):
     def terms(self, mass: Array, stiffness: Array) -> tuple[tuple[str | None, Array], ...]:
         """Return the parts of the damping matrix with the parameter that multiplies each.
 
-        Shapes: mass, stiffness (n, n); returns (n, n).
+        Parameters
+        ----------
+        mass, stiffness
+            Of the kept degrees of freedom, shape (n, n), in kg and N/m.
         """
 
 
@@ -108,13 +111,7 @@ class ProportionalDamping(Damping):
         return cls(float(alpha), float(beta))
 
     def terms(self, mass: Array, stiffness: Array) -> tuple[tuple[str | None, Array], ...]:
-        """Mass and stiffness.
-
-        Parameters
-        ----------
-        mass, stiffness
-            Of the kept degrees of freedom, shape (n, n), in kg and N/m.
-        """
+        """Mass and stiffness."""
         return (("alpha_M", mass), ("beta_K", stiffness))
 
 
@@ -173,11 +170,6 @@ class ModalDamping(Damping):
 
     def terms(self, mass: Array, stiffness: Array) -> tuple[tuple[str | None, Array], ...]:
         """Return the damping matrix, for a ratio of 1 if it is one for all modes.
-
-        Parameters
-        ----------
-        mass, stiffness
-            Of the kept degrees of freedom, shape (n, n), in kg and N/m.
 
         Raises
         ------
