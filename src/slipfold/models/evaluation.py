@@ -4,20 +4,60 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.models.output import Expression
-
-if TYPE_CHECKING:
-    from slipfold.models.model import Kind, Model
+from slipfold.models.output import Expression, Output, Symbols
+from slipfold.models.parameter import Parameter, State
 
 __all__ = ["Evaluation", "evaluation_of"]
 
 Array = NDArray[np.float64]
+
+
+class Model(Protocol):
+    """What is asked of a model here."""
+
+    @property
+    def states(self) -> tuple[State, ...]:
+        """Names of the states."""
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Names of the parameters."""
+
+    @property
+    def vector(self) -> Array:
+        """Values of the parameters, in their order."""
+
+    @property
+    def kind(self) -> Kind:
+        """What models with the same equations share."""
+
+    def coefficients(self, p: Symbols) -> Symbols:
+        """Return what depends on parameters alone, by name."""
+
+    def rates(self, q: Symbols, c: Symbols, phase: Expression) -> Symbols:
+        """Return the time derivatives of the states, by name."""
+
+    def period(self, p: Symbols) -> Expression:
+        """Return the forcing period in seconds."""
+
+    def outputs(self) -> Sequence[Output]:
+        """Return the quantities of interest."""
+
+
+class Kind(Protocol):
+    """What models with the same equations share."""
+
+    def __hash__(self) -> int:
+        """Return the same number for the same equations."""
+
+    def make(self) -> Model:
+        """Make a model of this kind."""
 
 
 class Evaluation:
