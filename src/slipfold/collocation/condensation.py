@@ -100,7 +100,7 @@ def _condense_some(
     steps, time = iterate.lengths[some, None, None], iterate.time
     count, m, n = stages.shape
     gauss = gauss_points(m)
-    inner = gauss.integrals(gauss.points)
+    inner = gauss.inner
     rates, jacobians = field.linear(stages, iterate.phases[some])
     grown = steps * np.einsum("lk,ikn->iln", inner, rates)
     outgrown = steps[:, 0] * np.einsum("k,ikn->in", gauss.weights, rates)

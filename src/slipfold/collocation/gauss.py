@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -44,6 +44,11 @@ class GaussPoints:
         grown[:, 0] = ends
         grown[:, 1:] = (basis[:, 2:] - basis[:, :-2]) / 2
         return np.asarray(grown @ (self.values * self.weights))
+
+    @cached_property
+    def inner(self) -> Array:
+        """Weights that integrate from 0 to each of the points, shape (m, m)."""
+        return self.integrals(self.points)
 
     @property
     def highest(self) -> Array:

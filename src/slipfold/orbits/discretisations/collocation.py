@@ -56,9 +56,21 @@ CONSTANT = 3.6e-8
 
 @dataclass(frozen=True, eq=False)
 class _Known:
-    """What was solved last, and how its stages change with the free parameters."""
+    """What was solved, and with which values of the coefficients."""
 
     values: Array
+    solved: Solved
+
+    def is_at(self, scaled: Array, constants: Constants) -> bool:
+        """Whether that is what is asked for."""
+        same = np.array_equal(self.values, constants.values)
+        return same and np.array_equal(self.solved.nodes, scaled)
+
+
+@dataclass(frozen=True, eq=False)
+class _Slopes:
+    """How stages change with the nodes, and with the free parameters."""
+
     solved: Solved
     pulled: Array
 
@@ -91,7 +103,8 @@ class Collocation(Segments):
             edges = np.linspace(0.0, period, -(-count // self.copies) * self.copies + 1)
         super().__init__(model, free, period, edges)
         self.lengths = np.diff(edges)
-        self._last: _Known | None = None
+        self._latest: _Known | None = None
+        self._slopes: _Slopes | None = None
 
     def on(self, edges: Array) -> Collocation:
         """Return the same on another mesh over the whole period. Shapes: edges (m + 1,)."""
@@ -116,14 +129,14 @@ class Collocation(Segments):
     def mismatch(self, nodes: Array, constants: Constants) -> Array:
         """Return by how much intervals end beside the next node, in scaled states, shape (m, n)."""
         scaled = nodes / self.scales
-        return self._solved(scaled, constants, again=True).ends - scaled[self._following]
+        return self._solved(scaled, constants, derived=False).ends - scaled[self._following]
 
     def transitions(self, nodes: Array, constants: Constants) -> tuple[Array, Array, Array]:
         """Return the mismatch and the derivatives of the intervals' ends, all in scaled states."""
         scaled, field = nodes / self.scales, self._field(constants)
         solved = self._solved(scaled, constants)
         pulled, along = solved.answered(field.pulls(solved.stages, solved.phases))
-        self._last = _Known(constants.values, solved, pulled)
+        self._slopes = _Slopes(solved, pulled)
         mismatch = solved.ends - scaled[self._following]
         return mismatch, solved.matrices, along * (self.units / np.sqrt(self.segments))
 
@@ -136,23 +149,33 @@ class Collocation(Segments):
     def _field(self, constants: Constants) -> Field:
         return Field(self.flow, constants, self.scales, self.indices)
 
-    def _solved(self, scaled: Array, constants: Constants, *, again: bool = False) -> Solved:
-        """Return the polynomials from scaled nodes; with old derivatives if they serve again."""
-        field, inverses = self._field(constants), None
-        guess = self._extrapolated(scaled, constants)
-        if guess is not None:
-            inverses = self._last.solved.inverses if again and self._last else None
-            solved = solve_intervals(field, scaled, self.start, self.lengths, guess, inverses)
+    def _solved(self, scaled: Array, constants: Constants, *, derived: bool = True) -> Solved:
+        """Return the polynomials from scaled nodes, from those that were found last if these serve.
+
+        Where their derivatives are not wanted, those of other nodes may stand in their place.
+        """
+        field, latest = self._field(constants), self._latest
+        known = latest is not None and latest.is_at(scaled, constants)
+        if latest is not None and known and (latest.solved.is_derived or not derived):
+            return latest.solved
+        inverses = None if self._slopes is None else self._slopes.solved.inverses
+        for guessed in (self._extrapolated, self._interpolated):
+            guess = guessed(scaled, constants)
+            if guess is None:
+                continue
+            solved = solve_intervals(
+                field, scaled, self.start, self.lengths, guess, inverses, derived=derived
+            )
             if np.isfinite(solved.slopes[0, 0, 0]):
-                return solved
-        guess = self._interpolated(scaled, field)
-        return solve_intervals(field, scaled, self.start, self.lengths, guess)
+                self._latest = _Known(constants.values, solved)
+                break
+        return solved
 
     def _extrapolated(self, scaled: Array, constants: Constants) -> Array | None:
         """Return stages from those that were found last, None if these are far away."""
-        if self._last is None:
+        known, slopes = self._latest, self._slopes
+        if known is None or slopes is None:
             return None
-        known = self._last
         change = scaled - known.solved.nodes
         if not np.abs(change).max() < REACH:
             return None
@@ -160,14 +183,15 @@ class Collocation(Segments):
         moved = np.linalg.lstsq(along, constants.values - known.values, rcond=None)[0]
         return np.asarray(
             known.solved.stages
-            + np.einsum("jkab,jb->jka", known.solved.moved, change)
-            + known.pulled @ moved
+            + np.einsum("jkab,jb->jka", slopes.solved.moved, change)
+            + slopes.pulled @ moved
         )
 
-    def _interpolated(self, scaled: Array, field: Field) -> Array:
+    def _interpolated(self, scaled: Array, constants: Constants) -> Array:
         """Return stages on the cubics through the nodes with the rates there."""
         from slipfold.collocation.gauss import gauss_points
 
+        field = self._field(constants)
         t = gauss_points(STAGES).points[:, None]
         rates = field.rates(scaled, self.start) * self.lengths[:, None]
         after = field.rates(scaled[self._following], self.end) * self.lengths[:, None]

@@ -27,8 +27,11 @@ STILL = 1e-10
 EXACT = 1e-13
 """Steps with old derivatives go on until they are this short."""
 
-CHORDS = 6
+CHORDS = 8
 """Steps with old derivatives before new ones are taken."""
+
+SLOWEST = 0.3
+"""Share of the step before that one with old derivatives may still be long."""
 
 FAR = 1e6
 """Steps longer than this, in scaled states, lead nowhere."""
@@ -115,7 +118,14 @@ class Solved:
     stages: Array
     slopes: Array
     inverses: Array  # of the derivatives of the equations by the stages, shape (m, s n, s n)
-    jacobians: Array  # derivatives of the rates at the Gauss points, shape (m, s, n, n)
+    # Derivatives of the rates at the Gauss points, shape (m, s, n, n); (0, s, n, n) where they were
+    # not asked for, and the inverses are those of a solution nearby
+    jacobians: Array
+
+    @property
+    def is_derived(self) -> bool:
+        """Whether derivatives are those at the solution."""
+        return len(self.jacobians) == len(self.nodes)
 
     @property
     def gauss(self) -> GaussPoints:
@@ -161,7 +171,7 @@ class Solved:
         """
         m, s, n, q = pushes.shape
         gauss, lengths = self.gauss, self.lengths[:, None, None]
-        inner = np.einsum("lk,jkaq->jlaq", gauss.integrals(gauss.points), pushes)
+        inner = np.einsum("lk,jkaq->jlaq", gauss.inner, pushes)
         right = (lengths[..., None] * inner).reshape(m, s * n, q)
         stages = (self.inverses @ right).reshape(m, s, n, q)
         outer = lengths * np.einsum("k,jkaq->jaq", gauss.weights, pushes)
@@ -188,21 +198,24 @@ def solve_intervals(
     lengths: Array,
     guess: Array,
     inverses: Array | None = None,
+    *,
+    derived: bool = True,
 ) -> Solved:
     """Solve the equations of intervals, with derivatives taken at the solution.
 
-    With inverses of derivatives nearby, new ones are taken only where these do not serve.
+    Inverses of derivatives nearby serve as long as they will; where they do to the end, and the
+    derivatives at the solution are not wanted, these are left out.
 
     Shapes: nodes (m, n); start, lengths (m,); guess (m, s, n); inverses (m, s n, s n).
     """
     gauss = gauss_points(guess.shape[1])
-    phases, inner = _phases(start, lengths, gauss), gauss.integrals(gauss.points)
+    phases, inner = _phases(start, lengths, gauss), gauss.inner
     steps, size = lengths[:, None, None], guess.shape[1] * guess.shape[2]
     m, s, n = guess.shape
     stages, nothing = guess, np.empty((0, s, n, n))
 
     def beside(slopes: Array) -> Array:
-        grown = steps * np.einsum("lk,jkn->jln", inner, slopes)
+        grown = steps * (inner @ slopes)
         return (stages - nodes[:, None] - grown).reshape(m, size, 1)
 
     if inverses is not None:
@@ -211,11 +224,13 @@ def solve_intervals(
             slopes = field.rates(stages, phases)
             step = -(inverses @ beside(slopes)).reshape(m, s, n)
             length = float(np.abs(step).max())
-            if not length < 0.3 * before:
+            if not length < SLOWEST * before:
                 break
             stages, before = stages + step, length
             if length < EXACT * max(1.0, float(np.abs(stages).max())):
-                return Solved(nodes, start, lengths, stages, slopes, inverses, nothing)
+                if not derived:
+                    return Solved(nodes, start, lengths, stages, slopes, inverses, nothing)
+                break
     previous = np.inf
     for _ in range(ITERATIONS):
         slopes, jacobians = field.rates(stages, phases), field.jacobians(stages, phases)
