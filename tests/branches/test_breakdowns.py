@@ -149,12 +149,15 @@ def test_neurons_whose_rates_divide_zero_by_zero_keep_what_was_found():
             },
         },
     )
-    rest, cycles = sf.response(model, vary="I", span=(150, 160)).branches
+    by_shooting = sf.Settings(discretisation="shooting")
+    rest, cycles = sf.response(model, vary="I", span=(150, 160), settings=by_shooting).branches
     (hopf,) = rest.special
     assert (hopf.type, hopf.criticality) == ("HB", "supercritical")
     assert rest.stopped.kind == "span"
     assert len(cycles) > 5
     assert "is written 1/exprel(-x)" in cycles.stopped.reason
+    # Collocation has no point at these places, and goes on.
+    assert sf.response(model, vary="I", span=(150, 160)).branches[1].stopped.kind == "span"
 
 
 def test_a_cycle_that_comes_to_a_singularity_says_so():

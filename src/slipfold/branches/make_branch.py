@@ -73,6 +73,8 @@ def _branch(chart: Chart[OrbitPoint], begun: End, special: Sequence[SpecialPoint
 def _evenly(points: Sequence[OrbitPoint]) -> NDArray[np.float64]:
     """States at phases that are the same for all points, shape (n_points, m, n)."""
     count = max(point.curve.segments for point in points)
+    if any(point.curve.by.growing for point in points):  # of a mesh there are powers of two
+        count = 1 << (count - 1).bit_length()
     nodes = [point.curve.evenly(point.z, count) for point in points]
     return np.array(nodes)
 

@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 
 from slipfold.branches.bifurcations import CLOSED, Bifurcations
+from slipfold.branches.change import Change, Growing
 from slipfold.branches.closed_branches import (
     Birth,
     MeetsCopy,
@@ -48,16 +49,21 @@ def trace_branch(
     watch: Callable[[Trail[OrbitPoint]], None] = lambda trail: None,
 ) -> Trail[OrbitPoint]:
     """Follow a branch to its end."""
+    change = Change(settings)
     return follow(
         orbits,
         start,
         orbits.bounds(span),
-        lambda curve: _monitors(curve, span, settings, departs, births, events),
+        lambda curve: [
+            *_monitors(curve, span, settings, departs, births, events),
+            *([Growing(curve)] if change.may_come(curve) else []),
+        ],
         settings=settings,
         departs=departs,
         first_step=_first_step(orbits, start, settings) if departs else None,
         cap=step_beside_parent if has_copy(orbits) else None,
         endings=BranchEndings(span, settings),
+        otherwise=change.otherwise,
         watch=watch,
     )
 

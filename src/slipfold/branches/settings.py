@@ -9,7 +9,7 @@ from slipfold.errors import InputError
 
 __all__ = ["Newton", "Settings", "Steps"]
 
-DISCRETISATIONS = ("shooting", "collocation")
+DISCRETISATIONS = ("automatic", "shooting", "collocation")
 
 
 @dataclass(frozen=True, repr=False)
@@ -32,7 +32,8 @@ class Settings(Stepping):
     discretisation
         By what periodic orbits are computed: ``"shooting"``, or ``"collocation"`` on a mesh that
         adapts itself, for stiff motion and for motion that grows and decays by many orders of
-        magnitude within a period. Special points are the same.
+        magnitude within a period. Special points are the same. ``"automatic"`` is shooting, which
+        is quicker, and on each branch collocation from where shooting cannot go on.
 
     Examples
     --------
@@ -42,7 +43,7 @@ class Settings(Stepping):
 
     largest_period: int = 8
     largest_duration: float = 20.0
-    discretisation: str = "shooting"
+    discretisation: str = "automatic"
 
     def __post_init__(self) -> None:
         """Refuse a period or a duration that no response has."""

@@ -64,7 +64,8 @@ Discretisation = Annotated[
     str | None,
     typer.Option(
         metavar="NAME",
-        help="Compute orbits by shooting, or by collocation: for stiff motion.",
+        help="Compute orbits by shooting, by collocation, or (automatic) by collocation where "
+        "shooting cannot go on.",
     ),
 ]
 Settled = Annotated[

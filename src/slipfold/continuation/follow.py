@@ -64,11 +64,13 @@ def follow(
     first_step: float | None = None,
     cap: Callable[[P], float] | None = None,
     endings: Endings[P] | None = None,
+    otherwise: Callable[[Trail[P]], tuple[Any, P] | None] = lambda trail: None,
     watch: Callable[[Trail[P]], None] = lambda trail: None,
 ) -> Trail[P]:
     """Follow a curve to its end.
 
     Monitors may be given as what makes them of the curve, if its description changes on the way.
+    Of a curve that has ended `otherwise` may say as what it goes on all the same, and from where.
     """
     settings, endings = settings or Stepping(), endings or Endings()
     trail = Trail(curve, [start], departs)
@@ -81,6 +83,10 @@ def follow(
             steps = walk(trail.curve, known, step, bounds, settings, cap, taken)
             watching = monitors(trail.curve) if callable(monitors) else monitors
             step = _advance(trail, steps, watching, settings.steps.smallest, endings, watch)
+            other = otherwise(trail) if step is None else None
+            if other is not None:
+                trail.curve, trail.points[-1] = other
+                trail.end, step = None, FIRST
     except KeyboardInterrupt:
         trail.end = endings.interrupted(trail)
     return trail

@@ -1,0 +1,93 @@
+"""Where a branch leaves shooting for collocation: where shooting cannot go on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipfold.branches.settings import Settings
+from slipfold.branches.stops import RESOLVED
+from slipfold.continuation.end import End
+from slipfold.continuation.search import Found
+from slipfold.continuation.trail import Sight, Stop, Stretch, Trail
+from slipfold.errors import BREAKDOWNS
+from slipfold.orbits.by_collocation import by_collocation
+from slipfold.orbits.discretisations.shooting import Shooting
+from slipfold.orbits.orbit_curve import Orbits
+from slipfold.orbits.orbit_point import OrbitPoint
+
+__all__ = ["Change", "Growing"]
+
+FARTHER = 1.02
+"""A branch has come no farther until it is this many times as long."""
+
+GROWS = "grows"
+"""Kind of an end that is none: the branch goes on, by collocation if that can take it up."""
+
+
+@dataclass(frozen=True)
+class _Before:
+    """What shooting came to."""
+
+    end: End
+    points: list[OrbitPoint]
+    found: list[Found[OrbitPoint]]
+
+
+class Change:
+    """Takes a branch up by collocation, once, where shooting had to end it, if settings let it."""
+
+    def __init__(self, settings: Settings) -> None:
+        self._automatic = settings.discretisation == "automatic"
+        self._before: _Before | None = None
+
+    def may_come(self, orbits: Orbits) -> bool:
+        """Whether a branch may still be taken up."""
+        return self._automatic and self._before is None and isinstance(orbits.by, Shooting)
+
+    def otherwise(self, trail: Trail[OrbitPoint]) -> tuple[Orbits, OrbitPoint] | None:
+        """Return as what a branch that has ended goes on, and from where; None if it does not."""
+        end, last = trail.end, trail.points[-1]
+        if end is None or end.kind not in ("failed", "unresolved", GROWS):
+            return None
+        if not self.may_come(last.curve):
+            self._restore(trail)
+            return None
+        self._before = _Before(end, list(trail.points), list(trail.found))
+        try:
+            found = by_collocation(last.curve, last)
+        except BREAKDOWNS:
+            found = None
+        return (last.curve, last) if found is None and end.kind == GROWS else found
+
+    def _restore(self, trail: Trail[OrbitPoint]) -> None:
+        """Go back to what shooting came to, if collocation came no farther."""
+        before = self._before
+        if before is None or before.end.kind == GROWS:
+            return
+        if trail.points[-1].arclength < FARTHER * before.points[-1].arclength:
+            trail.end, trail.points, trail.found = before.end, before.points, before.found
+            trail.curve = before.points[-1].curve
+
+
+class Growing:
+    """Ends shooting where perturbations grow, on the way round, by more than leaves digits."""
+
+    def __init__(self, orbits: Orbits) -> None:
+        self._orbits = orbits
+
+    def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:
+        """Return the point from which on they do."""
+        part = stretch.point.linearisation
+        if part is None or np.linalg.norm(part.blocks, axis=(1, 2)).prod() <= RESOLVED:
+            return Sight()
+        carried, largest = part.blocks[0], 0.0
+        for block in part.blocks[1:]:
+            largest = max(largest, float(np.abs(carried).max()))
+            carried = block @ carried
+        if largest <= RESOLVED:
+            return Sight()
+        reason = f"perturbations grow by {largest:.1e} within a round"
+        end = End(GROWS, reason, self._orbits.place(stretch.point.z))
+        return Sight(stop=Stop(stretch.point, end))
