@@ -35,7 +35,7 @@ ROUNDING = 1e-9
 """Motion smaller than this share of the displacement at rest is rounding."""
 
 ROUNDING_OF_ZERO = 1e-15
-"""Share of the start below which a state at rest is zero."""
+"""Share of the start, or of what the forcing moves, below which a state at rest is zero."""
 
 BENT = 0.5
 """Share of the linear rates that the others make up where a motion counts as large."""
@@ -112,8 +112,9 @@ class _Look:
         guess = _largest(np.abs(found).max(axis=0) / ratios) / self._rate(slopes, ratios)
         constants = self.flow.constants(self.model.vector)
         state = mean_state(self.flow, constants, ratios * (guess or 1.0), start)
-        # Newton's method leaves of a zero what is no size that anything has.
-        state = np.where(np.abs(state) < ROUNDING_OF_ZERO * np.abs(start), 0.0, state)
+        # Newton's method, and the mean of a forcing, leave of a zero what is no size of anything.
+        zero = ROUNDING_OF_ZERO * np.maximum(np.abs(start), ratios * guess)
+        state = np.where(np.abs(state) < zero, 0.0, state)
         return np.where(np.isfinite(state), state, start)
 
     @cached_property
@@ -140,6 +141,9 @@ class _Look:
         largest = self._in_group(reached / self.ratios)
         still = self._in_group(np.abs(self.rest - self.start) / self.ratios)
         still = np.maximum(still, self._in_group(np.abs(self.rest) / self.ratios))
+        # What moves little now may take over where others have grown as far as equations bend.
+        far = _largest(largest * self.ratios / self.bent)
+        largest = np.fmax(largest, np.where(largest > 0, far * self.bent / self.ratios, 0.0))
         sizes = np.maximum(reached, LEAST * self.ratios * largest)
         return np.where(largest > ROUNDING * still, sizes, np.nan)
 
