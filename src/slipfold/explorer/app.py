@@ -67,14 +67,15 @@ async def _refusal(request: Request, error: Exception) -> Response:
 def _add_files(app: FastAPI) -> None:
     # The files are looked up among those that are there now: no path of a client is opened.
     folder = Path(str(files("slipfold.explorer") / "page"))
-    page = {item.name: item for item in folder.iterdir() if item.suffix in PAGE_TYPES}
+    found = [item for item in folder.rglob("*") if item.suffix in PAGE_TYPES]
+    page = {item.relative_to(folder).as_posix(): item for item in found}
     plotly_file = Path(str(files("plotly") / "package_data" / "plotly.min.js"))
 
     @app.get("/", include_in_schema=False)
     async def index() -> Response:
         return FileResponse(page["index.html"], media_type="text/html", headers=_fresh())
 
-    @app.get("/page/{name}", include_in_schema=False)
+    @app.get("/page/{name:path}", include_in_schema=False)
     async def page_file(name: str) -> Response:
         if name not in page:
             return PlainTextResponse("the page has no such file", 404)

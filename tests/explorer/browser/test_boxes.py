@@ -14,7 +14,7 @@ UNITS = ("N", "rad", "m/s", "", "Hz", "Pa/m")
 
 READ = """
 async (cases) => {
-  const { parsed } = await import("/page/quantity_text.js");
+  const { parsed } = await import("/page/parameters/quantity_text.js");
   return cases.map(([text, quantity]) => parsed(text, quantity));
 }
 """

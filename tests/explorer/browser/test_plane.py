@@ -166,7 +166,7 @@ def test_it_is_put_away_and_comes_back(new_tab):
 
 
 KEYS = """async (lines) => {
-  const { PlaneLegend } = await import("/page/plane_legend.js");
+  const { PlaneLegend } = await import("/page/plane/plane_legend.js");
   const legend = new PlaneLegend();
   const loci = lines.map(([name, type, ...kinds]) => ({
     name, type, period: 1, stretches: kinds.map((criticality) => ({ criticality, x: [], y: [] })),
@@ -191,8 +191,8 @@ def test_the_legend_says_of_a_line_that_is_dashed_all_along_why(explorer):
 
 
 SHADES = """async (combinations) => {
-  const { regionColour } = await import("/page/region_colours.js");
-  const { colours } = await import("/page/theme.js");
+  const { regionColour } = await import("/page/plane/region_colours.js");
+  const { colours } = await import("/page/style/theme.js");
   return combinations.map((stable) => regionColour(stable, colours()));
 }"""
 

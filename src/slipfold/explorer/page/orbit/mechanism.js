@@ -1,0 +1,181 @@
+/**
+ * The sliding structure at work, seen along the normal force: the tip on the moving plate, the
+ * masses on their rails with their springs, the coupling spring that slants, and the forces. Lengths
+ * are in units of L: the picture is the state itself, in no way exaggerated.
+ */
+
+import { element, set, svg } from "../controls/dom.js";
+import { formatted, withUnit } from "../parameters/quantities.js";
+import { sampled } from "./sampled.js";
+
+const HATCH = 0.3;
+const COILS = 9;
+
+export class Mechanism {
+  /** The element to put on the page. */
+  node;
+  #parts = {};
+  #reading = element("p", { class: "reading" });
+  #orbit = null;
+  #reach = 1;
+  #force = 1;
+
+  constructor() {
+    const part = (name, attributes = {}) => {
+      this.#parts[name] = svg("path", { class: name, ...attributes });
+      return this.#parts[name];
+    };
+    const tip = svg("g", { class: "tip-group" },
+      part("load"), svg("circle", { class: "tip", r: 0.055 }));
+    this.#parts.tip = tip;
+    this.#parts.drawing = svg("svg", {
+      class: "mechanism", role: "img",
+      "aria-label": "The mechanism: tip, masses and springs above the moving plate",
+    },
+    svg("defs", {}, arrowHead("friction-head"), arrowHead("plate-head"),
+      svg("pattern", { id: "plate-hatch", width: HATCH, height: HATCH, patternUnits: "userSpaceOnUse" },
+        svg("path", { class: "hatch", d: `M0 0V${HATCH}` }))),
+    svg("rect", { class: "plate", x: -3, y: -3, width: 6, height: 6, fill: "url(#plate-hatch)" }),
+    part("rails"), part("path"), part("spring-ext"), part("spring-1"), part("spring-2"),
+    part("rods"), part("mass-1"), part("mass-2"), part("ground"),
+    part("plate-arrow", { "marker-end": "url(#plate-head)" }),
+    part("friction-arrow", { "marker-end": "url(#friction-head)" }), tip, this.#labels());
+    this.node = element("div", { class: "mechanism-frame" }, this.#parts.drawing, this.#reading);
+  }
+
+  /** As `SmallPlot.figure`. */
+  get figure() {
+    return { drawing: this.#parts.drawing, caption: null };
+  }
+
+  /**
+   * Take another orbit.
+   * @param {object} answer the server's
+   * @param {Record<string, number>} parameters
+   * @param {(name: string) => object} quantity
+   */
+  adopt(answer, parameters, quantity) {
+    const { x, y } = answer.states;
+    this.#orbit = { answer, parameters, quantity };
+    const largest = Math.max(...x.map(Math.abs), ...y.map(Math.abs));
+    // The view grows in steps, so that it does not breathe while a slider moves.
+    this.#reach = [0.35, 0.6, 1, 1.6, 2.5].find((reach) => reach > largest * 1.05) ?? largest * 1.1;
+    const { Fx, Fy } = answer.outputs;
+    this.#force = Math.max(...Fx.map((value, i) => Math.hypot(value, Fy[i])), 1e-12);
+    this.#still(parameters);
+    const points = x.map((value, i) => `${value.toFixed(4)} ${(-y[i]).toFixed(4)}`);
+    set(this.#parts.path, { d: `M${points.join("L")}` });
+  }
+
+  /**
+   * Show a moment.
+   * @param {number} phase from 0 to 1 over the orbit
+   */
+  show(phase) {
+    if (!this.#orbit) return;
+    const { answer, parameters } = this.#orbit;
+    const at = (values) => sampled(values, phase);
+    const [x, y] = [at(answer.states.x), -at(answer.states.y)];
+    const edge = this.#reach + 0.75;
+    const rail = -this.#reach - 0.18;
+    set(this.#parts.tip, { transform: `translate(${x} ${y})` });
+    set(this.#parts["spring-ext"], { d: coil([0, 1], [x, y], 0.09) });
+    set(this.#parts["mass-1"], { d: block(rail, y, 0.13) });
+    set(this.#parts["mass-2"], { d: block(x, rail, 0.13) });
+    set(this.#parts["label-m1"], { x: rail - 0.085, y: y + 0.03 });
+    set(this.#parts["label-m2"], { x: x - 0.085, y: rail + 0.03 });
+    set(this.#parts["spring-1"], { d: coil([rail, -edge], [rail, y - 0.13], 0.07) });
+    set(this.#parts["spring-2"], { d: coil([edge, rail], [x + 0.13, rail], 0.07) });
+    set(this.#parts.rods, { d: `M${-this.#reach - 0.05} ${y}H${x}M${x} ${-this.#reach - 0.05}V${y}` });
+    const load = at(answer.outputs.N);
+    const radius = 0.075 + 0.1 * Math.sqrt(Math.max(load, 0) / (2 * parameters.Ns));
+    set(this.#parts.load, { d: `M${radius} 0A${radius} ${radius} 0 1 1 ${-radius} 0A${radius} ${radius} 0 1 1 ${radius} 0Z` });
+    const scale = (0.42 * Math.min(this.#reach + 0.4, 1.2)) / this.#force;
+    const [fx, fy] = [at(answer.outputs.Fx) * scale, -at(answer.outputs.Fy) * scale];
+    set(this.#parts["friction-arrow"], { d: `M${x} ${y}l${fx} ${fy}` });
+    this.#movePlate(at(answer.t), parameters);
+    this.#read(at(answer.outputs.Fx), at(answer.outputs.Fy), load);
+  }
+
+  #still({ alpha }) {
+    const reach = this.#reach;
+    const edge = reach + 0.75;
+    const far = reach + 0.18;
+    set(this.#parts.drawing, { viewBox: `${-edge - 0.12} ${-edge - 0.12} ${2 * edge + 0.24} ${Math.max(2 * edge, edge + 1.35) + 0.24}` });
+    set(this.#parts.rails, { d: `M${-far} ${-reach - 0.55}V${reach + 0.3}M${-reach - 0.3} ${-far}H${reach + 0.55}` });
+    set(this.#parts.ground, {
+      d: ground([-far, -edge], "top") + ground([edge, -far], "right") + ground([0, 1], "bottom"),
+    });
+    const [cos, sin] = [Math.cos(alpha), -Math.sin(alpha)];
+    const corner = [edge - 0.62, edge - 0.42];
+    set(this.#parts["plate-arrow"], { d: `M${corner[0] - 0.22 * cos} ${corner[1] - 0.22 * sin}l${0.44 * cos} ${0.44 * sin}` });
+    this.#placeLabels(edge, far, corner);
+  }
+
+  /** The stripes of the plate stand across its way and go with it. */
+  #movePlate(time, { alpha, Vd, L }) {
+    const shift = ((Vd / L) * time) % HATCH;
+    const degrees = (-alpha * 180) / Math.PI;
+    set(this.#parts.drawing.querySelector("#plate-hatch"), {
+      patternTransform: `rotate(${degrees.toFixed(3)}) translate(${shift.toFixed(4)} 0)`,
+    });
+  }
+
+  #read(fx, fy, load) {
+    const { quantity } = this.#orbit;
+    const force = withUnit(quantity("Fx"), Math.hypot(fx, fy), 3);
+    const degrees = formatted((Math.atan2(fy, fx) * 180) / Math.PI, 3);
+    this.#reading.textContent = `N = ${withUnit(quantity("N"), load, 3)}   friction ${force} at ${degrees}°`;
+  }
+
+  #labels() {
+    const label = (name, letter, below) => {
+      this.#parts[`label-${name}`] = svg("text", { class: "part-label" },
+        svg("tspan", { "font-style": "italic" }, letter),
+        below ? svg("tspan", { dy: "0.03", "font-size": "0.085" }, below) : null);
+      return this.#parts[`label-${name}`];
+    };
+    return svg("g", {}, label("m1", "m", "1"), label("m2", "m", "2"), label("k1", "k", "1"),
+      label("k2", "k", "2"), label("kext", "k", "ext"), label("Vd", "V", "d"));
+  }
+
+  #placeLabels(edge, far, corner) {
+    const put = (name, x, y) => set(this.#parts[`label-${name}`], { x, y });
+    put("k1", -far + 0.13, -edge + 0.3);
+    put("k2", edge - 0.36, -far + 0.26);
+    put("kext", 0.14, 0.95);
+    put("Vd", corner[0] + 0.2, corner[1] + 0.32);
+  }
+}
+
+function arrowHead(id) {
+  return svg("marker", {
+    id, viewBox: "0 0 10 10", refX: 7, refY: 5, markerWidth: 5, markerHeight: 5, orient: "auto",
+  }, svg("path", { class: id, d: "M0 1L9 5L0 9Z" }));
+}
+
+function block(x, y, half) {
+  return `M${x - half} ${y - half}h${2 * half}v${2 * half}h${-2 * half}Z`;
+}
+
+/** A spring from one point to another. */
+function coil(from, to, width) {
+  const along = [to[0] - from[0], to[1] - from[1]];
+  const length = Math.hypot(...along) || 1e-9;
+  const across = [(-along[1] / length) * width, (along[0] / length) * width];
+  const at = (share, side) =>
+    `${(from[0] + share * along[0] + side * across[0]).toFixed(4)} ${(from[1] + share * along[1] + side * across[1]).toFixed(4)}`;
+  const zigzag = Array.from({ length: COILS * 2 }, (_, i) =>
+    at(0.12 + (0.76 * (i + 0.5)) / (COILS * 2), i % 2 ? 1 : -1));
+  return `M${[at(0, 0), at(0.12, 0), ...zigzag, at(0.88, 0), at(1, 0)].join("L")}`;
+}
+
+/** A hatched support at a point. */
+function ground([x, y], side) {
+  const isLevel = side !== "right";
+  const out = side === "top" ? -1 : 1;
+  const bar = isLevel ? `M${x - 0.16} ${y}h0.32` : `M${x} ${y - 0.16}v0.32`;
+  const strokes = [-0.12, -0.04, 0.04, 0.12].map((place) =>
+    isLevel ? `M${x + place} ${y}l-0.05 ${0.07 * out}` : `M${x} ${y + place}l0.07 -0.05`);
+  return bar + strokes.join("");
+}

@@ -1,0 +1,40 @@
+/** Light and dark: the system's choice until the reader makes one. */
+
+import { Signal } from "../session/signal.js";
+
+const KEY = "slipfold-theme";
+const CHOICES = ["auto", "light", "dark"];
+const preference = window.matchMedia("(prefers-color-scheme: dark)");
+
+/** Announces when colours have changed. */
+export const themeChanged = new Signal();
+
+preference.addEventListener("change", () => apply(choice()));
+
+/** The reader's choice: `"auto"`, `"light"` or `"dark"`. */
+export function choice() {
+  const kept = localStorage.getItem(KEY);
+  return CHOICES.includes(kept) ? kept : "auto";
+}
+
+/** Take a choice, or the kept one, and recolour. */
+export function apply(chosen = choice()) {
+  localStorage.setItem(KEY, chosen);
+  const dark = chosen === "dark" || (chosen === "auto" && preference.matches);
+  document.documentElement.dataset.theme = dark ? "dark" : "light";
+  themeChanged.announce();
+}
+
+/** The choice after the present one. */
+export function nextChoice() {
+  return CHOICES[(CHOICES.indexOf(choice()) + 1) % CHOICES.length];
+}
+
+/**
+ * Colours of the style sheet by name.
+ * @returns {(name: string) => string} e.g. `colours()("ink")`
+ */
+export function colours() {
+  const style = getComputedStyle(document.documentElement);
+  return (name) => style.getPropertyValue(`--${name}`).trim();
+}
