@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.continuation.newton import correct
+from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import InputError
 from slipfold.models.equilibrium_search import search_equilibrium
 from slipfold.models.evaluation import evaluation_of
@@ -60,10 +60,7 @@ def response_start(orbits: ForcedOrbits, value: float, forward: float) -> OrbitP
             f"no response of period 1 was found at {orbits.vary} = {value:g}: "
             f"{correction.failure}; start the span elsewhere"
         )
-    broken = broken_limit(orbits, correction.z)
-    if broken is not None:
-        raise InputError(f"the span cannot start at {orbits.vary} = {value:g}: {broken}")
-    return orbits.point(correction, 0.0)
+    return _first_point(orbits, correction, value)
 
 
 def equilibrium_start(
@@ -97,10 +94,7 @@ def equilibrium_start(
             f"the span cannot start at {vary} = {first:g}: the equilibrium there is at a fold or "
             "branch point; start the span beside it"
         )
-    broken = broken_limit(orbits, correction.z)
-    if broken is not None:
-        raise InputError(f"the span cannot start at {vary} = {first:g}: {broken}")
-    return orbits, orbits.point(correction, 0.0)
+    return orbits, _first_point(orbits, correction, first)
 
 
 def orbit_start(
@@ -118,7 +112,11 @@ def orbit_start(
             f"the orbit given could not be taken up at {vary} = {first:g}: {correction.failure}; "
             "give one that is closed"
         )
+    return orbits, _first_point(orbits, correction, first)
+
+
+def _first_point(orbits: Orbits, correction: Correction, value: float) -> OrbitPoint:
     broken = broken_limit(orbits, correction.z)
     if broken is not None:
-        raise InputError(f"the span cannot start at {vary} = {first:g}: {broken}")
-    return orbits, orbits.point(correction, 0.0)
+        raise InputError(f"the span cannot start at {orbits.vary} = {value:g}: {broken}")
+    return orbits.point(correction, 0.0)

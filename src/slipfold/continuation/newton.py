@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
-from math import isfinite, sqrt
+from math import isfinite, isnan, sqrt
 from typing import Any, Protocol
 
 import numpy as np
@@ -51,6 +51,9 @@ HOPELESS = 100.0
 
 SINGULAR = "the equations met a singularity of the model"
 TOO_SHARP = "the curve turns too sharply"
+
+STALLED = 0.3
+"""A correction that is more than this times the one before no longer shrinks as Newton's do."""
 
 ROUNDING = 1e-5
 """Corrections below this that no longer shrink are rounding errors, magnified by the multipliers:
@@ -159,11 +162,16 @@ def correct(
         bordered = linearisation.bordered(row)
         step = bordered.solve(_right(defect, float(row @ (guess - z))))
         previous, moved = moved, length_of(step)
-        if left <= EXACT and not moved > STILL:
+        # On a branch point, where chord steps may lead, no step exists.
+        arrived = moved <= STILL or (left <= EXACT and isnan(moved))
+        if arrived or STALLED * previous < moved < ROUNDING:
             mismatch = equations.residual(defect)
             if mismatch <= tolerance:
-                # Chord steps leave a digit or two to be had; on a branch point no step exists.
-                z, moved, failure = (z + step, moved, "") if moved <= STILL else (z, 0.0, "")
+                z, failure = z if isnan(moved) else z + step, ""
+                if not moved <= STILL:  # derivatives are those of where it ends
+                    linearisation, moved = _linearised(equations, z), 0.0
+                    bordered = None if linearisation is None else linearisation.bordered(row)
+                    failure = SINGULAR if linearisation is None else ""
                 break
         if not moved < max(GROWTH * previous, ROUNDING):
             failure = "Newton's method diverged"
@@ -172,19 +180,7 @@ def correct(
             failure = TOO_SHARP
             break
         z, left = z + step, np.inf
-        at_rounding = moved < ROUNDING and moved > 0.3 * previous
-        if moved <= STILL or at_rounding:
-            mismatch = equations.residual(equations.defect(z))
-            if mismatch <= tolerance:
-                failure = ""
-                if moved > STILL:
-                    linearisation = _linearised(equations, z)
-                    if linearisation is None:
-                        failure = SINGULAR
-                        break
-                    bordered, moved = linearisation.bordered(row), 0.0
-                break
-        elif moved < CHORD:
+        if moved < CHORD:
             z, moved, left = _chord_steps(equations, bordered, z, float(row @ (guess - z)), moved)
     return Correction(
         z,
