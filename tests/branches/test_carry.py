@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.branches.carry import carry_branches
+from slipfold.branches.carried.carry import carry_branches
 from slipfold.lines.of_branches import stretches_of
 from slipfold.orbits.forced_orbits import ForcedOrbits
 

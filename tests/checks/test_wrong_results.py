@@ -11,7 +11,7 @@ from slipfold import SlidingOscillator, System, periodic_orbit
 from slipfold.checks.of_motion import check_motion
 from slipfold.checks.orbit_difference import orbit_difference, pieces_of, retraced_difference
 from slipfold.flow import simulate
-from slipfold.flow.settlement import Settlement
+from slipfold.flow.settling.settlement import Settlement
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models import model_named
 from slipfold.models.evaluation import evaluation_of

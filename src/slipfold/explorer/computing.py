@@ -6,7 +6,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Hashable
 from dataclasses import replace
 
-from slipfold.branches.carry import carry_branches
+from slipfold.branches.carried.carry import carry_branches
 from slipfold.branches.orbit_between import orbit_between
 from slipfold.branches.progress import Observer, Progress
 from slipfold.computations.bifurcation_set import bifurcation_set

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipfold.errors import InputError
-from slipfold.flow.autonomous_settlement import judge_autonomous
 from slipfold.flow.equilibrium import AT_REST, PUSH, pushed_off
 from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import CHUNK, Stop, guarded_flow_of
 from slipfold.flow.pace import divided, paced
-from slipfold.flow.settlement import Settlement, judge_settlement
+from slipfold.flow.settling.autonomous_settlement import judge_autonomous
+from slipfold.flow.settling.settlement import Settlement, judge_settlement
 from slipfold.flow.sizes.typical_sizes import measured
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.model import Model

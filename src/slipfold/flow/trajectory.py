@@ -12,7 +12,7 @@ from slipfold.errors import InputError
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.guarded_flow import Stop
-from slipfold.flow.settlement import Settlement
+from slipfold.flow.settling.settlement import Settlement
 from slipfold.models.model import Model
 from slipfold.text.one_line import OneLine, headed, number_text
 from slipfold.text.printed_table import PrintedTable

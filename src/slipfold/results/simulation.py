@@ -11,7 +11,7 @@ import numpy as np
 from slipfold.checks.checked import Checked
 from slipfold.drawing import draw
 from slipfold.flow.guarded_flow import Stop
-from slipfold.flow.settlement import Settlement
+from slipfold.flow.settling.settlement import Settlement
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.branch import Branch, End
-from slipfold.branches.carried_curve import CarriedCurve, curve_through
-from slipfold.branches.carried_points import TESTS, carried_points
+from slipfold.branches.carried.carried_curve import CarriedCurve, curve_through
+from slipfold.branches.carried.carried_points import TESTS, carried_points
 from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
 from slipfold.models.model import Model
 from slipfold.orbits.forced_orbits import ForcedOrbits

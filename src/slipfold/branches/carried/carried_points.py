@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.carried_curve import CarriedCurve, curve_through
+from slipfold.branches.carried.carried_curve import CarriedCurve, curve_through
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.continuation.interpolation import polynomial
 from slipfold.normal_forms.normal_form import normal_form

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from slipfold.flow.dense_motion import DenseMotion
 from slipfold.flow.equilibrium import Equilibrium, equilibrium_near
 from slipfold.flow.flow import flow_of
-from slipfold.flow.returns import Returns, find_returns
-from slipfold.flow.settlement import SHORTEST, Settlement, Trend, trends_of
+from slipfold.flow.settling.returns import Returns, find_returns
+from slipfold.flow.settling.settlement import SHORTEST, Settlement, Trend, trends_of
 from slipfold.models.model import Model
 
 __all__ = ["judge_autonomous"]

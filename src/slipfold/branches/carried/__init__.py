@@ -1,0 +1,1 @@
+"""Branches at other parameter values: all their points at once, without following them again."""

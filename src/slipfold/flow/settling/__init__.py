@@ -1,0 +1,1 @@
+"""Whether a motion has settled: on a periodic response, a cycle or an equilibrium."""
