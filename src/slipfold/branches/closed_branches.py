@@ -76,8 +76,10 @@ def _meets_its_copy(orbits: Orbits, before: OrbitPoint, point: OrbitPoint) -> bo
     orbit changes sign.
     """
     here, there = asymmetry(orbits, before.z), asymmetry(orbits, point.z)
-    # A step may also land beside the parent, within what Newton's method can tell apart.
-    return bool(here @ there < 0 or np.linalg.norm(there) < 0.1 * BEFORE)
+    # A step may also land beside the parent, within what Newton's method can tell apart. There
+    # small steps leave from, too.
+    near = np.linalg.norm(there) < min(0.1 * BEFORE, float(np.linalg.norm(here)))
+    return bool(here @ there < 0 or near)
 
 
 def step_beside_parent(point: OrbitPoint) -> float:

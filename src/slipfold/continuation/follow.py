@@ -122,7 +122,9 @@ def _advance(
         watch(trail)
         if trail.end is not None and trail.end.kind == "closed":  # on what is known
             return None
-        renewed = trail.curve.renewed(trail.points)
+        # Where a curve departs from another one, equations are singular.
+        points = trail.points[1:] if trail.departs else trail.points
+        renewed = trail.curve.renewed(points) if points else None
         if renewed is not None:
             trail.curve, points = renewed
             trail.points[-len(points) :] = points
