@@ -9,6 +9,7 @@ from slipfold.branches.branch import Branch
 from slipfold.branches.event import Event
 from slipfold.branches.events import Happened
 from slipfold.branches.make_branch import assemble
+from slipfold.branches.method import forced_orbits
 from slipfold.branches.one_branch import trace_branch
 from slipfold.branches.progress import Observer, Progress
 from slipfold.branches.settings import Settings
@@ -22,7 +23,7 @@ from slipfold.flow import flow_of
 from slipfold.flow.sizes.typical_sizes import measured_within
 from slipfold.models.model import Model
 from slipfold.orbits.by_collocation import by_collocation
-from slipfold.orbits.forced_orbits import ForcedOrbits
+from slipfold.orbits.discretisations.collocation import Collocation
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
@@ -54,9 +55,11 @@ def trace_response(
         model = measured_over(model, vary, (first, last), begin)
     if begin is not None:
         begin = begin.measured_in(model.found_sizes)
-    orbits, point, begun = _first(model, vary, first, last, begin)
+    orbits, point, begun = _first(model, vary, first, last, begin, settings)
     if settings.discretisation == "collocation" and orbits.kind == "periodic":
         orbits, point = _by_collocation(orbits, point)
+    elif isinstance(orbits.by, Collocation):
+        orbits, point = by_collocation(orbits, point) or (orbits, point)
     branches = _Branches((first, last), settings, events, observer)
     branches.explore(Start(orbits, _ways(orbits, point, (first, last))))
     return assemble(branches, begun)
@@ -102,7 +105,7 @@ def _checked(
 
 
 def _first(
-    model: Model, vary: str, first: float, last: float, begin: Begin | None
+    model: Model, vary: str, first: float, last: float, begin: Begin | None, settings: Settings
 ) -> tuple[Orbits, OrbitPoint, End]:
     """Return the first branch: from what is given, or the response, or the equilibrium.
 
@@ -111,10 +114,10 @@ def _first(
     if begin is not None:
         return _given(model, vary, (first, last), begin)
     try:
-        return (*_begin(model, vary, first, last), _span_begin(vary, first))
+        return (*_begin(model, vary, first, last, settings), _span_begin(vary, first))
     except InputError as error:
         try:
-            orbits, start = _begin(model.replace(**{vary: last}), vary, last, first)
+            orbits, start = _begin(model.replace(**{vary: last}), vary, last, first, settings)
         except InputError:
             raise error from None
     what = "response of period 1" if model.forced else "regular equilibrium"
@@ -142,12 +145,14 @@ def _given(
     return orbits, start, _span_begin(vary, at)
 
 
-def _begin(model: Model, vary: str, first: float, last: float) -> tuple[Orbits, OrbitPoint]:
+def _begin(
+    model: Model, vary: str, first: float, last: float, settings: Settings
+) -> tuple[Orbits, OrbitPoint]:
     """Return the response or the equilibrium at one end of the span."""
     try:
         if not model.forced:
             return equilibrium_start(model, vary, first, last)
-        orbits = ForcedOrbits(model, {vary: abs(last - first)})
+        orbits = forced_orbits(model, vary, abs(last - first), settings)
         return orbits, response_start(orbits, first, math.copysign(1.0, last - first))
     except InputError:
         raise

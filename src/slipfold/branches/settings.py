@@ -33,7 +33,8 @@ class Settings(Stepping):
         By what periodic orbits are computed: ``"shooting"``, or ``"collocation"`` on a mesh that
         adapts itself, for stiff motion and for motion that grows and decays by many orders of
         magnitude within a period. Special points are the same. ``"automatic"`` is shooting, which
-        is quicker, and on each branch collocation from where shooting cannot go on.
+        is quicker, and on each branch collocation from where shooting cannot go on; from its
+        beginning where the fastest vibration turns 500 times within a period.
 
     Examples
     --------

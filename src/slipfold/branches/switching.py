@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.closed_branches import SAME_ORBIT, Birth
+from slipfold.branches.method import method_for
 from slipfold.branches.settings import Settings
 from slipfold.continuation.atlas import Chart, Start
 from slipfold.continuation.search import Found
 from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.births import Newborn, cycle_of_no_amplitude, passed_twice
-from slipfold.orbits.discretisations.collocation import Collocation
-from slipfold.orbits.discretisations.shooting import Shooting
 from slipfold.orbits.equilibria import Equilibria
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
@@ -63,8 +63,8 @@ def _birth(orbits: Orbits, found: Found, settings: Settings) -> Birth | None:
     if found.type == "BP" and found.other is not None:
         return Birth(orbits, _other_branch(found, found.other))
     if isinstance(orbits, Equilibria) and found.type == "HB":
-        by = Collocation if settings.discretisation == "collocation" else Shooting
-        return _born(cycle_of_no_amplitude(orbits, found.point.z, by), found.point)
+        method = partial(method_for, settings)
+        return _born(cycle_of_no_amplitude(orbits, found.point.z, method), found.point)
     if found.type == "PD" and 2 * orbits.period <= settings.largest_period:
         return _born(passed_twice(orbits, found.point.z), found.point)
     return None

@@ -40,7 +40,7 @@ def damped_newton(
     array([ 1.41421356, -1.41421356])
     """
     states, found = starts.copy(), np.full_like(starts, np.nan)
-    active = np.arange(len(starts))
+    active, before = np.arange(len(starts)), np.full(len(starts), np.inf)
     for _ in range(ITERATIONS):
         if not len(active):
             break
@@ -53,7 +53,9 @@ def damped_newton(
         with np.errstate(over="ignore"):  # what is tried may be anywhere
             shares[far] = _shares(linear, at[far], rates[far], steps[far], scales, halvings)
         states[active] = at + shares[:, None] * steps
-        done = lengths <= TOLERANCE
+        # Beside fast modes rounding alone may make a longer step: then it does not shrink.
+        done = (lengths <= TOLERANCE) | ((lengths <= ROUNDING) & (lengths > 0.5 * before[active]))
+        before[active] = lengths
         found[active[done]] = states[active[done]]
         active = active[~done & (shares > 0)]
     return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,16 +56,20 @@ def passed_twice(orbits: Orbits, z: Array) -> Newborn:
     return Newborn(child, doubled, tangent, part.monodromy @ part.monodromy)
 
 
-def cycle_of_no_amplitude(orbits: Equilibria, z: Array, by: Cut = Shooting) -> Newborn:
+def cycle_of_no_amplitude(
+    orbits: Equilibria, z: Array, method: Callable[[Array], Cut] = lambda jacobian: Shooting
+) -> Newborn:
     """Return an equilibrium at a Hopf point as a cycle, with the direction of those born there.
 
-    That is the critical eigenvector turning once.
+    That is the critical eigenvector turning once. `method` says how the cycle is cut, from the
+    derivatives of the rates a round.
     """
     unit, jacobian = orbits.unit(z), orbits.jacobian(z)
     values, vectors = np.linalg.eig(jacobian)
     critical = int(np.where(values.imag > 0, np.abs(values.real), np.inf).argmin())
     turn = 2 * np.pi / float(values[critical].imag)
-    child = Cycles(orbits.model.replace(duration=unit * turn), orbits.varied, by=by)
+    paced = orbits.model.replace(duration=unit * turn)
+    child = Cycles(paced, orbits.varied, by=method(jacobian * turn))
     q, m = vectors[:, critical], child.segments
     turns = np.exp(2j * np.pi * np.arange(m) / m)  # both discretisations begin with equal segments
     turning = np.real(q * turns[:, None]).ravel()

@@ -6,7 +6,7 @@ from slipfold.orbits.discretisations.collocation import Collocation
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
-__all__ = ["by_collocation"]
+__all__ = ["FIRST", "by_collocation"]
 
 FIRST = 64
 """Intervals of the mesh on which an orbit is taken up by collocation."""

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from slipfold.continuation.newton import Correction, correct
 from slipfold.continuation.settings import Coarse
 from slipfold.continuation.walk import Failure
+from slipfold.flow.linear_response import linear_response
 from slipfold.models.model import Model
 from slipfold.orbits.carry_to import CARRYING, carry_to, hold_parameter
 from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.orbits.limits import broken_limit
-from slipfold.orbits.linear_response import linear_response
 
 __all__ = ["find_response", "guess_orbit"]
 
@@ -69,7 +69,7 @@ def _from_quiet(orbits: ForcedOrbits, model: Model, value: float) -> Correction 
     if quiet is None or not model.values[quiet]:
         return "Newton's method does not converge from the linear response"
     target = model.values[quiet]
-    rising = ForcedOrbits(model, {quiet: abs(target)}, 1, orbits.segments)
+    rising = ForcedOrbits(model, {quiet: abs(target)}, 1, orbits.segments, type(orbits.by))
     rest = guess_orbit(rising, 0.0)
     if not rest.converged:
         return f"there is no rest state with {quiet} = 0: {rest.failure}"

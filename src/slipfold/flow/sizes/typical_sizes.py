@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 
 from slipfold.errors import InputError
 from slipfold.flow.flow import Flow, flow_of
+from slipfold.flow.linear_response import linear_response
 from slipfold.flow.mean_state import PHASES, mean_state
 from slipfold.flow.scaled import power_of_two
 from slipfold.flow.sizes.balance import balanced, coupled
+from slipfold.flow.sizes.quasi_static import followed_at_once
 from slipfold.models.model import Model
 
 __all__ = ["measured", "measured_within"]
@@ -39,6 +41,9 @@ ROUNDING_OF_ZERO = 1e-15
 
 BENT = 0.5
 """Share of the linear rates that the others make up where a motion counts as large."""
+
+SMALL = 1e-6
+"""The same share that may be no more than rounding."""
 
 DISTANCES = 2.0 ** np.arange(-120, 121)
 """Distances from rest at which that is looked for, in balanced states."""
@@ -166,8 +171,19 @@ class _Look:
         """Rates over a period at a state, shape (p, n), and mean moduli of their derivatives."""
         constants = self.flow.constants(self.model.vector)
         states = np.tile(state, (len(PHASES), 1))
-        slopes = np.abs(self.flow.jacobians(states, PHASES, constants)).mean(axis=0)
-        return self.flow.rates(states, PHASES, constants), np.asarray(slopes)
+        rates = self.flow.rates(states, PHASES, constants)
+        jacobians = self.flow.jacobians(states, PHASES, constants)
+        if self.slow is not None:
+            rates, jacobians = rates @ self.slow.T, self.slow @ jacobians
+        return rates, np.asarray(np.abs(jacobians).mean(axis=0))
+
+    @cached_property
+    def slow(self) -> Array | None:
+        """What makes of rates those of slow motion, shape (n, n); None if all motion is slow."""
+        constants = self.flow.constants(self.model.vector)
+        states = np.tile(self.start, (len(PHASES), 1))
+        mean = self.flow.jacobians(states, PHASES, constants).mean(axis=0)
+        return followed_at_once(mean, 2 * np.pi if self.model.forced else 0.0)
 
     def _balanced(self, slopes: Array) -> Array:
         if not np.isfinite(slopes).all():
@@ -193,6 +209,10 @@ class _Look:
             return pushed
         sizes = self.ratios * pushed / self._rate(self.slopes, self.ratios)
         sizes = np.where(sizes > 0, sizes, self.ratios * _largest(sizes / self.ratios))
+        if self.slow is not None:  # a motion would take very many steps
+            constants = self.flow.constants(self.model.vector)
+            nodes = linear_response(self.flow, constants, self.ratios, SAMPLES, self.start)
+            return np.asarray(np.ptp(nodes, axis=0) / 2)
         constants = self.flow.constants(self.model.vector, power_of_two(sizes))
         grid = np.linspace(0.0, PERIODS, PERIODS * SAMPLES + 1)
         states = self.flow.trajectory(self.rest, constants, grid, patient=False)[1:]
@@ -210,7 +230,8 @@ class _Look:
         still = self.flow.rates(self.rest[None], phase, constants)
         matrix = self.flow.jacobians(self.rest[None], phase, constants)[0]
         # At a degenerate state of rest rates are not linear anywhere: the start says how fast.
-        slopes = np.fmax(np.abs(matrix), self._around(self.start)[1])[np.ix_(group, group)]
+        moduli = np.abs(matrix if self.slow is None else self.slow @ matrix)
+        slopes = np.fmax(moduli, self._around(self.start)[1])[np.ix_(group, group)]
         linear = _largest(slopes * ratios / ratios[:, None])
         least = _largest(np.abs(self.rest[group]) / ratios)
         least += _largest(np.abs(still[0, group]) / ratios) / (linear or np.inf)
@@ -222,9 +243,13 @@ class _Look:
         states = (self.rest + steps).reshape(-1, len(group))
         rates = self.flow.rates(states, np.repeat(phase, len(states)), constants)
         with np.errstate(invalid="ignore", over="ignore"):
-            others = np.abs((rates - still).reshape(steps.shape) - steps @ matrix.T)
+            others = (rates - still).reshape(steps.shape) - steps @ matrix.T
+            others = np.abs(others if self.slow is None else others @ self.slow.T)
             share = (others[..., group] / ratios).max(axis=2) / distances[:, None]
-        large = ~(share.max(axis=1) <= BENT * linear)
+        share = share.max(axis=1)
+        large = ~(share <= BENT * linear)
+        if not large.any():  # what is not linear is bounded, as friction is: where it counts most
+            large = share == share.max(initial=SMALL * linear)
         first = int(large.argmax())
         return float(distances[first]) if large[first] and first else np.nan
 

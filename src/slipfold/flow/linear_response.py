@@ -31,9 +31,12 @@ def linear_response(
     nodes = np.tile(centre, (segments, 1))
     phases = np.arange(segments) / segments
     for harmonic in range(1, HARMONICS + 1):
-        stiffness = 2j * np.pi * harmonic * np.eye(n) - jacobian
+        stiffness = (2j * np.pi * harmonic * np.eye(n) - jacobian) * scales
         if np.isfinite(stiffness).all():
+            # Rows of one size: else slow modes are nothing but rounding beside fast ones.
+            sizes = np.abs(stiffness).max(axis=1)
             # Without damping a harmonic may meet a resonance: what does not force it is left out.
-            amplitude = np.linalg.lstsq(stiffness, forcing[harmonic])[0]
+            found = np.linalg.lstsq(stiffness / sizes[:, None], forcing[harmonic] / sizes)[0]
+            amplitude = scales * found
             nodes += 2 * (np.exp(2j * np.pi * harmonic * phases)[:, None] * amplitude).real
     return nodes

@@ -1,0 +1,44 @@
+"""Rates of which fast vibrations follow at once: a structure's highest modes carry no motion."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["followed_at_once"]
+
+Array = NDArray[np.float64]
+
+FAST = 64.0
+"""Vibrations this many times faster than the slowest one, and than the forcing, carry none of the
+motion: they follow it. A chain of forty masses has none, a beam of three elements has."""
+
+VIBRATES = 1e-9
+"""Imaginary part of an eigenvalue, over the fastest rate, that rounding may feign."""
+
+
+def followed_at_once(jacobian: Array, forcing: float) -> Array | None:
+    """Return what makes of rates those of slow motion, shape (n, n); None if all motion is slow.
+
+    With rates r and their derivatives A it is the rate of one implicit step of Euler's method,
+    ``(I - h A)^-1 r``, over a time h in which slow motion hardly changes.
+
+    Shapes: jacobian (n, n).
+
+    Examples
+    --------
+    >>> stiff = np.array([[0.0, 1.0], [-1e10, -1.0]])
+    >>> np.linalg.norm(followed_at_once(stiff, 1.0) @ [0.0, 1.0]) < 1e-6
+    True
+    >>> followed_at_once(stiff, 1e5) is None
+    True
+    """
+    if not np.isfinite(jacobian).all():
+        return None
+    values = np.linalg.eigvals(jacobian)
+    largest = float(np.abs(values).max())
+    turning = np.abs(values[np.abs(values.imag) > VIBRATES * largest])
+    rate = FAST * max(float(turning.min(initial=np.inf)) if len(turning) else 0.0, forcing)
+    if not 0 < rate < largest or not rate < turning.max(initial=0.0):
+        return None
+    return np.asarray(np.linalg.inv(np.eye(len(jacobian)) - jacobian / rate))

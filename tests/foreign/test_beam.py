@@ -1,0 +1,125 @@
+"""A steel cantilever of finite elements: a few modes move, and many stiff ones follow."""
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+from scipy.optimize import brentq
+
+import slipfold as sf
+from slipfold.branches.response import measured_over
+from slipfold.flow import flow_of
+from slipfold.flow.linear_response import linear_response
+from slipfold.models.damped_newton import damped_newton
+
+LENGTH, WIDTH, HEIGHT, YOUNG, DENSITY = 0.3, 0.02, 0.002, 210e9, 7850.0
+BENDING = YOUNG * WIDTH * HEIGHT**3 / 12
+DAMPING = sf.ProportionalDamping(alpha_M=1, beta_K=1e-6)
+LAW = {"mu_s": 0.4, "mu_k": 0.2, "vs": 0.3}
+LOAD = 2.0
+
+
+def matrices(count):
+    """Mass and stiffness of Euler-Bernoulli elements: deflection and slope at each node."""
+    l = LENGTH / count  # noqa: E741
+    bent = [[12, 6 * l, -12, 6 * l], [6 * l, 4 * l**2, -6 * l, 2 * l**2]]
+    bent += [[-12, -6 * l, 12, -6 * l], [6 * l, 2 * l**2, -6 * l, 4 * l**2]]
+    moved = [[156, 22 * l, 54, -13 * l], [22 * l, 4 * l**2, 13 * l, -3 * l**2]]
+    moved += [[54, 13 * l, 156, -22 * l], [-13 * l, -3 * l**2, -22 * l, 4 * l**2]]
+    mass, stiffness = np.zeros((2, 2 * count + 2, 2 * count + 2))
+    for first in range(0, 2 * count, 2):
+        own = slice(first, first + 4)
+        stiffness[own, own] += BENDING / l**3 * np.array(bent)
+        mass[own, own] += DENSITY * WIDTH * HEIGHT * l / 420 * np.array(moved)
+    return mass[2:, 2:], stiffness[2:, 2:]
+
+
+def beam(count, **parts):
+    mass, stiffness = matrices(count)
+    names = [name for node in range(1, count + 1) for name in (f"w{node}", f"r{node}")]
+    return sf.Structure(mass, DAMPING, stiffness, names=names, **parts)
+
+
+def sliding(count, **parts):
+    contact = sf.FrictionContact(f"w{count}", sf.Stribeck(**LAW), load=LOAD, Vd=1.0)
+    return beam(count, contacts=contact, **parts)
+
+
+def friction(speed):
+    return LAW["mu_k"] + (LAW["mu_s"] - LAW["mu_k"]) * np.exp(-speed / LAW["vs"])
+
+
+def growth_of_the_lowest_mode(count, speed):
+    mass, stiffness = matrices(count)
+    squares, modes = eigh(stiffness, mass)
+    falls = LOAD * (LAW["mu_s"] - LAW["mu_k"]) / LAW["vs"] * np.exp(-speed / LAW["vs"])
+    tip = modes[-2]
+    damping = np.diag(1 + 1e-6 * squares) - falls * np.outer(tip, tip)
+    whole = np.block(
+        [[np.zeros_like(damping), np.eye(len(tip))], [-np.diag(squares), -damping]]
+    )  # in modal coordinates, where nothing cancels
+    values = np.linalg.eigvals(whole)
+    lowest = values[np.abs(np.abs(values) - np.sqrt(squares[0])).argmin()]
+    return lowest.real
+
+
+@pytest.mark.parametrize("count", [3, 8, 15])
+def test_how_far_the_tip_moves_does_not_depend_on_the_elements(count):
+    model = sliding(count, name="beam")
+    sizes = measured_over(model, "Vd", (1.5, 0.5)).state_scales()
+    of = dict(zip([state.name for state in model.states], sizes, strict=True))
+    # It slides with a metre a second, at 18 Hz; the highest mode has up to 450 kHz.
+    assert 1e-4 < of[f"w{count}"] < 1e-2
+    assert 0.5 < of[f"vw{count}"] < 32
+
+
+@pytest.mark.parametrize("count", [5, 15])
+def test_the_response_about_rest_is_that_of_the_modes(count):
+    tip = f"w{count}"
+    force = sf.HarmonicForce(tip, F=0.1)
+    model = beam(count, elements=sf.CubicSpring(tip, k3=1e6), forcing=force, f=18.0)
+    model = measured_over(model, "f", (15, 30))
+    flow = flow_of(model)
+    constants = flow.constants(model.vector)
+    found = linear_response(flow, constants, model.state_scales(), 4, model.start)
+    mass, stiffness = matrices(count)
+    squares, modes = eigh(stiffness, mass)
+    omega = 2 * np.pi * 18.0
+    answer = modes[-2] / (squares - omega**2 + 1j * omega * (1 + 1e-6 * squares))
+    amplitude = 0.1 * modes[-2] @ answer
+    there = [state.name for state in model.states].index(tip)
+    moved = np.hypot(found[0, there], found[1, there])
+    assert moved == pytest.approx(abs(amplitude), rel=1e-5)
+
+
+def test_where_stiff_structures_rest_is_found_to_the_digits_there_are():
+    mass, stiffness = matrices(15)
+    n = len(mass)
+    jacobian = np.zeros((2 * n, 2 * n))
+    jacobian[:n, n:], jacobian[n:, :n] = np.eye(n), -np.linalg.solve(mass, stiffness)
+    jacobian[n:, n:] = -np.eye(n)
+    push = np.zeros(2 * n)
+    push[n:] = np.linalg.solve(mass, np.eye(n)[-2])
+
+    def linear(states):
+        return states @ jacobian.T + push, np.tile(jacobian, (len(states), 1, 1))
+
+    (found,) = damped_newton(linear, np.zeros((1, 2 * n)), np.full(2 * n, 1e-3))
+    assert found[n - 2] == pytest.approx(LENGTH**3 / (3 * BENDING), rel=1e-6)
+
+
+def test_fifteen_elements_rest_where_the_beam_does():
+    (still,) = sf.response(sliding(15), vary="Vd", span=(1.5, 1.3)).branches
+    assert still.stopped.kind == "span"
+    tip = LOAD * friction(still.parameter) * LENGTH**3 / (3 * BENDING)
+    assert still.nodes[:, 0, 28] == pytest.approx(tip, rel=1e-6)
+
+
+def test_few_modes_squeal_where_fifteen_elements_do():
+    held = sf.CraigBampton("w15", modes=3)
+    model = sliding(15, reduction=held)
+    assert model.reduction_report.error < 5e-3
+    diagram = sf.response(model, vary="Vd", span=(1.25, 1.15))
+    still, cycles = diagram.branches
+    exact = brentq(lambda speed: growth_of_the_lowest_mode(15, speed), 1.15, 1.25)
+    assert still.special[0].value == pytest.approx(exact, rel=5e-5)
+    assert cycles.stopped.kind == "span"
