@@ -132,7 +132,7 @@ class GuardedFlow:
             piece = "a forcing period" if self._forced else f"{constants.period:g} s"
             return states, Stop(
                 "stiff",
-                f"the motion needs more than {LONGEST} steps in {piece} {place}; make what is "
+                f"the motion would need more than {LONGEST} steps in {piece} {place}; make what is "
                 "steep or fast in the model less so",
                 time,
             )

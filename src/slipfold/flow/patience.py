@@ -30,8 +30,9 @@ STEEP = 50_000
 """Steps that a motion may take without getting on where formulas turn sharply: while a contact
 creeps, the steps are as short as its rise is steep."""
 
-LONGEST = 200_000
-"""Steps that one motion may take to its end: twenty thousand vibrations, less than a second."""
+LONGEST = 2_000_000
+"""Steps that one motion may take to its end: two hundred thousand vibrations, or bristles a hundred
+thousand times as stiff as the load in fast slip; a few seconds."""
 
 LONGEST_SEGMENT = 4_500
 """Steps that segments of an orbit may take: eight hundred vibrations on each. Newton's method asks

@@ -89,7 +89,12 @@ def periodic_orbit(
         raise InputError(
             f"period = {period!r} is not a whole number from 1 to {LONGEST_PERIOD}; give e.g. 2"
         )
-    vary, model = model.parameters[0].name, measured(model)
+    model = measured(model)
+    # Which one may change plays no part, but the duration of a cycle is unknown already.
+    free = [item.name for item in model.parameters if model.forced or item.name != "duration"]
+    if not free:
+        raise InputError(f"{model.name} has no parameter; give it one, used or not")
+    vary = free[0]
     if not model.forced:
         near = None if state is None else _checked_state(model, state)
         return _cycle(model, vary, int(period), near, duration, tolerance, settle)
