@@ -123,3 +123,12 @@ def test_few_modes_squeal_where_fifteen_elements_do():
     exact = brentq(lambda speed: growth_of_the_lowest_mode(15, speed), 1.15, 1.25)
     assert still.special[0].value == pytest.approx(exact, rel=5e-5)
     assert cycles.stopped.kind == "span"
+
+
+def test_its_cost_says_what_makes_it_less():
+    force = sf.HarmonicForce("w15", F=0.1)
+    model = beam(15, forcing=force, f=18.0)
+    assert "so fast is the highest mode; reduction=CraigBampton" in str(model.cost())
+    few = model.replace(reduction=sf.CraigBampton("w15", modes=3))
+    assert few.cost().steps < model.cost().steps / 100
+    assert "highest mode" not in str(few.cost())

@@ -20,6 +20,10 @@ RUN_PRODUCT = 1e-7
 STEPS_A_CYCLE = 7.0
 """Taylor steps of order 16 in an oscillation: the step of exp(i w t) at 1e-13 is 0.9/w."""
 
+MANY_STEPS = 3000
+"""Steps in a period beyond which the highest modes are what takes time: chains of eighty masses
+take a tenth of them, a beam of three finite elements twice as many."""
+
 COMPONENT = 50
 """Products of the formula of a component and its derivatives, by direction."""
 
@@ -71,6 +75,16 @@ class Cost:
             f"{self.states} states: {self.equations} differential equations with "
             f"{self.products:.2g} products{apart}; compiled once in about "
             f"{self.compile_seconds:.2g} s, then about {self.period_seconds * 1e3:.2g} ms a period"
+            f"{self._advice()}"
+        )
+
+    def _advice(self) -> str:
+        if self.steps <= MANY_STEPS:
+            return ""
+        return (
+            f" of {self.steps} steps, so fast is the highest mode; "
+            "reduction=CraigBampton(boundary, up_to=...) leaves such modes out, and "
+            "reduction_report says at what price"
         )
 
 
