@@ -191,6 +191,7 @@ def _phases(start: Array, lengths: Array, gauss: GaussPoints) -> Array:
     return np.asarray(start[:, None] + lengths[:, None] * gauss.points)
 
 
+@np.errstate(over="ignore", invalid="ignore")  # what overflows is lost, and returned so
 def solve_intervals(
     field: Field,
     nodes: Array,
