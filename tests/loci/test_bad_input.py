@@ -5,7 +5,7 @@ import re
 import pytest
 
 from helpers.bifurcation_sets import bifurcations, response
-from helpers.textbook_models import Duffing, Mathieu, Pitchfork, Torus
+from helpers.textbook_models import Duffing, Mathieu, Torus
 from helpers.toy_models import Falling
 from slipfold.branches import Event, trace_response
 from slipfold.errors import InputError
@@ -29,15 +29,6 @@ def refusal(points, plane=FORCE, window=WINDOW):
     assert "\n" not in text
     assert not re.search(r"[.!?](?: |$)", text.replace("e.g. ", ""))  # one sentence
     return text
-
-
-def test_a_branch_point_has_no_locus():
-    (point,) = trace_response(Pitchfork(), "k", (1.0, -1.0))[0].special
-    assert point.type == "BP"
-    text = refusal([point], ("k", "b"), ((-1.0, 1.0), (0.1, 1.0)))
-    assert text == (
-        "a special point of type BP has no locus in k and b; give one of type LP, PD, NS, HB"
-    )
 
 
 def test_an_event_has_no_locus():
@@ -141,7 +132,7 @@ def test_set_of_a_bad_window():
 
 
 def test_set_of_types_and_periods_that_do_not_exist():
-    assert "no loci of type 'BP'" in refused_set(types=("BP",), regions=False)
+    assert "no loci of type 'CP'" in refused_set(types=("CP",), regions=False)
     assert "neither 1 nor 2" in refused_set(periods=(4,), regions=False)
     assert "no type or no period" in refused_set(types=(), regions=False)
     assert "no type or no period" in refused_set(periods=(), regions=False)

@@ -17,7 +17,8 @@ STILL = 1e-13
 """Steps this short, in scaled states, are rounding."""
 
 SINGULAR = 1e-4
-"""Singular values below this share of the largest are not divided by at a fold."""
+"""Singular values below this share of the largest, or of one in the time of the multipliers, are
+not divided by at a fold: of one state there is no other."""
 
 CLOSED = 1e-9
 """The state may change by this in the time of the multipliers, in scaled states."""
@@ -41,10 +42,14 @@ def exact_equilibrium(
     field = VectorField(model)
     state, step = guess / field.scales, np.inf
     zero = np.zeros(())
-    least = SINGULAR if singular else None
     for _ in range(ITERATIONS):
         rates, jacobian = field.linear(state, zero)
-        move = -np.linalg.lstsq(jacobian, rates, rcond=least)[0]
+        size = float(np.linalg.norm(jacobian)) * field.period
+        if singular:
+            least = SINGULAR / min(max(size, SINGULAR), 1.0)
+            move = np.asarray(-np.linalg.pinv(jacobian, rcond=least) @ rates, dtype=float)
+        else:
+            move = -np.linalg.lstsq(jacobian, rates, rcond=None)[0]
         previous, step = step, float(np.abs(move).max())
         state = state + move
         if step < STILL or step > previous:

@@ -41,9 +41,9 @@ def locus(
     Parameters
     ----------
     special_point
-        A special point of a branch, of type LP, PD, NS or HB, or several of one model; an item of
-        `Diagram.special` will do, and so will all of them. Or a model, whose loci in the window
-        are looked for, see `bifurcation_set`.
+        A special point of a branch, of type LP, PD, NS, BP or HB, or several of one model; an
+        item of `Diagram.special` will do, and so will all of them. Or a model, whose loci in the
+        window are looked for, see `bifurcation_set`.
     vary
         Names of the two parameters; that of the branch need not be among them.
     window
@@ -99,7 +99,10 @@ def locus(
     base = corner_model(model, plane, spans)
     chosen = checked_settings(settings)
     started = perf_counter()
-    loci = follow_loci(points, plane, spans, settings=chosen, observer=observer, switch=switch)
+    remarks: list[str] = []
+    loci = follow_loci(
+        points, plane, spans, settings=chosen, observer=observer, switch=switch, remarks=remarks
+    )
     checked = check_loci(loci)
     return LocusDiagram(
         base,
@@ -110,6 +113,7 @@ def locus(
         chosen,
         provenance(perf_counter() - started),
         interrupted=any(locus.interrupted for locus in loci),
+        missing=tuple(remarks),
         checked=checked,
     )
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from slipfold.continuation.newton import length_of
 
-__all__ = ["SquareMatrix", "WholeMatrix"]
+__all__ = ["LeastSquares", "SquareMatrix", "WholeMatrix"]
 
 Array = NDArray[np.float64]
 
@@ -93,3 +93,27 @@ class WholeMatrix(SquareMatrix):
     def _determinant(self) -> tuple[float, float]:
         sign, logarithm = np.linalg.slogdet(self.matrix)
         return float(sign), float(logarithm)
+
+
+class LeastSquares(WholeMatrix):
+    """A full matrix of more equations than unknowns, all of which a solution meets.
+
+    Newton's method with the pseudo-inverse converges to it as with an inverse. There is no
+    determinant.
+    """
+
+    @cached_property
+    def _inverse(self) -> Array:
+        """Pseudo-inverse, NaN if there is none."""
+        try:
+            return np.asarray(np.linalg.pinv(self.matrix), dtype=float)
+        except np.linalg.LinAlgError:
+            return np.full_like(self.matrix.T, np.nan)
+
+    def solve_transposed(self, right: Array) -> Array:
+        """Return the least solution with the transposed matrix."""
+        return self._inverse.T @ right
+
+    @cached_property
+    def _determinant(self) -> tuple[float, float]:
+        return 0.0, 0.0

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from slipfold.lines.knots import Knot, arranged, runs
-from slipfold.loci.locus import Locus
+from slipfold.loci.locus import Locus, LocusPoint
 
 __all__ = ["CRITICALITIES", "LocusStretch", "locus_stretches"]
 
@@ -23,7 +23,12 @@ SUPERCRITICAL, SUBCRITICAL, UNKNOWN = CRITICALITIES = ("supercritical", "subcrit
 PIECES = 12
 """Straight pieces drawn between neighbouring points of a locus."""
 
-TURNS = {"PD": ("GPD", "LPPD", "R2"), "NS": ("CH", "LPNS"), "HB": ("GH", "ZH")}
+TURNS = {
+    "PD": ("GPD", "LPPD", "R2"),
+    "NS": ("CH", "LPNS"),
+    "BP": ("DP", "R1", "BT"),
+    "HB": ("GH", "ZH"),
+}
 """Where the coefficient of a normal form has a zero or a pole, and so changes its sign."""
 
 CUSPS = ("CPC", "CP")
@@ -65,12 +70,17 @@ def locus_stretches(locus: Locus) -> tuple[LocusStretch, ...]:
 
 
 def _knots(locus: Locus) -> list[Knot]:
-    located = [Knot(point.arclength, point.values, point.type) for point in locus.special]
+    located = [Knot(point.arclength, point.values, _shape(locus, point)) for point in locus.special]
     others = [
         Knot(float(s), tuple(locus.values[i].tolist()), "", _criticality(locus, i))
         for i, s in enumerate(locus.arclength)
     ]
     return arranged(located, others, locus.arclength, BESIDE_SPECIAL)
+
+
+def _shape(locus: Locus, point: LocusPoint) -> str:
+    """Type of a special point; folds that are born at a pitchfork turn back there as at a cusp."""
+    return CUSPS[0] if (locus.type, point.type) == ("LP", "DP") else point.type
 
 
 def _criticality(locus: Locus, index: int) -> str | None:

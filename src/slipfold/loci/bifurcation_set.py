@@ -63,8 +63,8 @@ def find_bifurcation_set(
         )
     if regions and not (types == possible_types(model) and periods == PERIODS):
         raise InputError(
-            "regions need the loci of all types (LP, PD, NS) and both periods (1, 2); ask for all "
-            "of them or for no regions"
+            "regions need the loci of all types (LP, PD, NS, BP) and both periods (1, 2); ask for "
+            "all of them or for no regions"
         )
     settings = largest_period(settings or Settings(), periods)
     if model.found_sizes is None:
@@ -84,7 +84,8 @@ def find_bifurcation_set(
         if point.type in types and point.period in periods and _inside(point.model, plane, window)
     )
     # A locus is followed as soon as a response shows it: whoever watches sees it at once.
-    loci = follow_found(points, plane, window, settings, observer, types, max(periods))
+    remarks: list[str] = []
+    loci = follow_found(points, plane, window, settings, observer, types, max(periods), remarks)
     if not any(line.branches for line in lines):
         raise InputError(
             f"no response exists on any of {len(lines)} lines across the window: {lines[0].failure}"
@@ -102,7 +103,8 @@ def find_bifurcation_set(
         except KeyboardInterrupt:
             interrupted = True
     others = lines[sum(LINES) :]
-    missing = tuple(dict.fromkeys(line.failure for line in others if line.failure))
+    remarks += [line.failure for line in others if line.failure]
+    missing = tuple(dict.fromkeys(remarks))
     return BifurcationSet(loci, labels, interrupted, missing)
 
 
@@ -136,7 +138,7 @@ def possible_types(model: Model) -> tuple[str, ...]:
 
     >>> from slipfold.models import model_named
     >>> possible_types(model_named("lure"))
-    ('LP', 'PD', 'NS', 'HB')
+    ('LP', 'PD', 'NS', 'BP', 'HB')
     """
     return tuple(kind for kind in LOCUS_TYPES if kind != "HB" or not model.forced)
 

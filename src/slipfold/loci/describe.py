@@ -9,7 +9,6 @@ from slipfold.continuation.search import Found
 from slipfold.errors import BREAKDOWNS
 from slipfold.loci.locus import CODIMENSION_TWO, COEFFICIENT, LocusPoint
 from slipfold.loci.locus_equations import LocusEquations
-from slipfold.loci.special_points import CUSPS
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.uncertainty import computed_anew
@@ -90,7 +89,7 @@ def _uncertainty(curve: LocusEquations, found: Found) -> tuple[float, float]:
     again, _ = computed_anew(curve, point)
     if again is None:
         return np.inf, np.inf
-    tests = ("first", "second") if found.type in CUSPS else (found.type,)
+    tests = (found.type,) if found.type in point.tests else ("first", "second")
     change = max(
         abs(again.tests[test] - point.tests[test]) + abs(point.tests[test]) for test in tests
     )

@@ -26,6 +26,7 @@ from slipfold.loci.start import LocusStart, parent_start, regular_start, starts_
 from slipfold.loci.window import Window, check_window
 from slipfold.models.model import Model
 from slipfold.orbits.check import rests
+from slipfold.orbits.crossing import crossing_gap
 from slipfold.orbits.discretisations.shooting import SEGMENTS
 from slipfold.orbits.equilibria import Equilibria
 from slipfold.orbits.kinds import orbits_of
@@ -35,8 +36,11 @@ from slipfold.orbits.spectrum.eigenvalues import Cayley
 
 __all__ = ["LOCUS_TYPES", "follow_found", "follow_loci"]
 
-LOCUS_TYPES = ("LP", "PD", "NS", "HB")
+LOCUS_TYPES = ("LP", "PD", "NS", "BP", "HB")
 """Types of bifurcation that have a locus in two parameters."""
+
+CROSSED = 1e-6
+"""A branch point at which the other parameter parts the branches is farther from a crossing."""
 
 OWN = ("duration",)
 """Parameters that belong to an orbit of an autonomous model, not to the case."""
@@ -50,8 +54,12 @@ def follow_loci(
     settings: Settings | None = None,
     observer: LocusObserver | None = None,
     switch: bool = True,
+    remarks: list[str] | None = None,
 ) -> tuple[Locus, ...]:
-    """Follow the loci of special points in two parameters, each locus once."""
+    """Follow the loci of special points in two parameters, each locus once.
+
+    What is to be said of points without a locus of their own is added to the remarks.
+    """
     if not points:
         return ()
     base = points[0].model
@@ -60,7 +68,8 @@ def follow_loci(
         _check_point(point, base, vary, window)
     largest = 2 * max(point.period for point in points)
     types = LOCUS_TYPES if switch else ()
-    return follow_found(points, vary, window, settings or Settings(), observer, types, largest)
+    settings, remarks = settings or Settings(), [] if remarks is None else remarks
+    return follow_found(points, vary, window, settings, observer, types, largest, remarks)
 
 
 def follow_found(
@@ -71,14 +80,21 @@ def follow_found(
     observer: LocusObserver | None,
     types: Sequence[str],
     largest_period: int,
+    remarks: list[str],
 ) -> tuple[Locus, ...]:
-    """Follow the loci of special points, each before the next point is asked for."""
+    """Follow the loci of special points, each before the next point is asked for.
+
+    A branch point whose branches cross in one parameter only is a point of a locus of folds.
+    """
     work: _Loci | None = None
     refusals: list[InputError] = []
     for point in points:
         work = work or _Loci(point.model, vary, window, settings, observer, types, largest_period)
         curve = work.curve(point)
         z = _unknown(curve.orbits, point)
+        if curve.condition == "BP" and crossing_gap(curve.orbits, z) > CROSSED:
+            remarks.append(_isolated(curve, z))
+            curve = LocusEquations(curve.orbits, "LP")
         if work.passing(curve, z) is None:
             try:
                 start = regular_start(curve, z, settings)
@@ -252,6 +268,16 @@ def _unknown(orbits: Orbits, point: SpecialPoint) -> NDArray[np.float64]:
             "compute it anew"
         )
     return orbits.unknown(nodes[::every], point.model)
+
+
+def _isolated(curve: LocusEquations, z: NDArray[np.float64]) -> str:
+    """Say that the other parameter parts the branches that cross at a branch point."""
+    pairs = zip(curve.orbits.varied, curve.place(z), strict=True)
+    at = ", ".join(f"{name} = {value:.6g}" for name, value in pairs)
+    return (
+        f"the branch point at {at} is isolated in the plane: beside it no branches cross, and it "
+        "has no locus; it lies on a locus of folds, where that turns"
+    )
 
 
 def _crossed(trace: Trail[OrbitPoint], kind: str) -> list[Found]:

@@ -37,10 +37,13 @@ CODIMENSION_TWO = {
     "R2": "1:2 resonance",
     "R3": "1:3 resonance",
     "R4": "1:4 resonance",
+    "DP": "degenerate pitchfork",
     "LPPD": "fold-flip",
     "LPNS": "fold and Neimark-Sacker",
     "PDNS": "flip and Neimark-Sacker",
     "NSNS": "double Neimark-Sacker",
+    "BPPD": "branch point and flip",
+    "BPNS": "branch point and Neimark-Sacker",
     "CP": "cusp",
     "BT": "Bogdanov-Takens",
     "GH": "generalised Hopf (Bautin)",
@@ -49,7 +52,7 @@ CODIMENSION_TWO = {
 }
 """Types of points of codimension two, with their names; the last five are those of equilibria."""
 
-COEFFICIENT = {"PD": "b", "NS": "d", "HB": "l1"}
+COEFFICIENT = {"PD": "b", "NS": "d", "BP": "c", "HB": "l1"}
 """Name of the coefficient whose sign is the criticality, by type of locus."""
 
 
@@ -176,7 +179,7 @@ class Locus(OneLine):
     id
         Number within the result, from 1.
     type
-        ``"LP"``, ``"PD"`` or ``"NS"``; of equilibria ``"LP"`` or ``"HB"``.
+        ``"LP"``, ``"PD"``, ``"NS"`` or ``"BP"``; of equilibria ``"LP"``, ``"BP"`` or ``"HB"``.
     period
         Period in forcing periods; of an autonomous model, in rounds.
     parent
@@ -194,8 +197,8 @@ class Locus(OneLine):
         equilibria, those of the flow over the model's ``duration``.
     coefficient
         Coefficient of the bifurcation's normal form at each point, shape (n_points,): cubic b of
-        PD, real part d of NS, first Lyapunov coefficient l1 of HB; NaN for LP and where it is not
-        defined.
+        PD, real part d of NS, cubic c of a pitchfork, first Lyapunov coefficient l1 of HB; NaN for
+        LP, for transcritical branch points and where it is not defined.
     residual
         How far each orbit fails to close, in scaled states, shape (n_points,).
     arclength

@@ -24,7 +24,7 @@ POLE = 1e-9
 
 
 class LocusEquations(Critical):
-    """A locus of LP, PD, NS or HB in two parameters: its equations and its test functions."""
+    """A locus of LP, PD, NS, BP or HB in two parameters: its equations and its test functions."""
 
     odd = ("first", "second")
 
@@ -41,8 +41,8 @@ class LocusEquations(Critical):
         Besides those named for such points, ``first`` and ``second`` are the components of the
         tangent along the two parameters: zero where the locus has an extremum, and both at a cusp.
 
-        ``GPD``, ``CH`` and ``GH`` are coefficients of normal forms, multiplied by what is zero
-        where they have poles: at other points of codimension two.
+        ``GPD``, ``CH``, ``DP`` and ``GH`` are coefficients of normal forms, multiplied by what is
+        zero where they have poles: at other points of codimension two.
         """
         monodromy = linearisation.monodromy
         size = float(np.sqrt(1 + np.linalg.svdvals(monodromy) ** 2).prod())
@@ -55,20 +55,28 @@ class LocusEquations(Critical):
     def _real_tests(
         self, z: Array, linearisation: Linearisation, multipliers: Multipliers, size: float
     ) -> dict[str, float]:
-        target = 1.0 if self.condition == "LP" else -1.0
+        target = -1.0 if self.condition == "PD" else 1.0
         others = np.delete(multipliers, critical_places(self.condition, multipliers))
         # The derivative of the characteristic polynomial: smooth where two multipliers meet.
         factors = [np.delete(target - multipliers, i).prod() for i in range(len(multipliers))]
         double, pairs = float(sum(factors).real / size), _pair_product(others, size)
+        crossing = self.condition == "BP"
         if self._resting:
-            return {"BT": double, "ZH": pairs}
+            more = {"DP": self._cubic(z, linearisation, double)} if crossing else {}
+            return {"BT": double, "ZH": pairs, **more}
         flips = _product(target + multipliers, size)
         if self.condition == "LP":
             return {"LPPD": flips, "R1": double, "LPNS": pairs}
-        poles = flips * double
+        if crossing:
+            cubic = self._cubic(z, linearisation, double)
+            return {"BPPD": flips, "R1": double, "BPNS": pairs, "DP": cubic}
+        cubic = self._cubic(z, linearisation, flips * double)
+        return {"LPPD": flips, "R2": double, "PDNS": pairs, "GPD": cubic}
+
+    def _cubic(self, z: Array, linearisation: Linearisation, poles: float) -> float:
+        """Coefficient of third order times what is zero at its poles."""
         # On a pole the product is rounding noise.
-        coefficient = self._coefficient(z, linearisation) if abs(poles) > POLE else np.nan
-        return {"LPPD": flips, "R2": double, "PDNS": pairs, "GPD": coefficient * poles}
+        return self._coefficient(z, linearisation) * poles if abs(poles) > POLE else np.nan
 
     def _pair_tests(
         self, z: Array, linearisation: Linearisation, multipliers: Multipliers, size: float
@@ -99,6 +107,8 @@ class LocusEquations(Critical):
             return np.nan
         if self.condition == "PD":
             value, poles = tests["GPD"], tests["LPPD"] * tests["R2"]
+        elif self.condition == "BP":
+            value, poles = tests["DP"], tests["BT" if self._resting else "R1"]
         else:
             names = ("GH", "BT", "ZH") if self._resting else ("CH", "R1", "LPNS")
             value, still, folds = (tests[name] for name in names)

@@ -69,7 +69,7 @@ class Region(OneLine):
         Values of the two parameters well inside it.
     consistent
         Whether all responses computed across the region agree on its label, and none of them has
-        a branch point inside it.
+        a pitchfork inside it.
     checks
         Simulations.
     """

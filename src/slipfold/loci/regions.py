@@ -56,7 +56,7 @@ def map_regions(
     A boundary is a stretch of a locus on which no other multiplier is outside the unit circle, or
     a place where a stable branch ends at a limit of the model. Inside a region nothing changes, so
     every response that crosses it says the same: where two disagree, or one has a pitchfork
-    inside, since loci of branch points are not followed, the region is marked.
+    inside whose locus is not known, the region is marked.
     """
     from scipy import ndimage  # a tenth of a second to import
 
@@ -163,10 +163,13 @@ def _forks(
     """Yield the cells, as row and column, of pitchforks at which stable responses are born."""
     for line in lines:
         axis = plane.index(line.fixed)
+        low, high = raster.window[1 - axis]
         for point in (point for branch in line.branches for point in branch.special):
             others = np.delete(point.multipliers, np.abs(point.multipliers - 1).argmin())
             # At a transcritical point two responses exchange stability: their number stays.
             if point.type != "BP" or point.criticality is None or (np.abs(others) > 1).any():
+                continue
+            if not low <= point.value <= high:  # responses are followed beyond the window
                 continue
             along = int(raster.columns(np.array([line.value]), axis)[0])
             across = int(raster.columns(np.array([point.value]), 1 - axis)[0])

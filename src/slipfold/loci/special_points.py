@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,12 +14,11 @@ from slipfold.continuation.monitor import Zeros
 from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Sight, Stop, Stretch
 from slipfold.loci.locus_equations import LocusEquations
+from slipfold.orbits.crossing import crossing_gap
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.spectrum.degeneracy import PAIRED, critical_places
 
-__all__ = ["CUSPS", "DOUBLED", "SpecialPoints"]
-
-CUSPS = ("CPC", "CP")
+__all__ = ["DOUBLED", "SpecialPoints"]
 
 DOUBLED = ("R1", "R2", "BT")
 """Where a second multiplier joins a critical one, or a critical pair meets on the real axis."""
@@ -36,12 +35,18 @@ DOUBLE = 1e-3
 SAME_CUSP = 1e-7
 """Arclength within which two extrema found are one cusp."""
 
+SAME_PITCHFORK = 1e-2
+"""The same at a degenerate pitchfork, where one parameter stands still to the third order."""
+
+PITCHFORK = 1e-3
+"""An extremum of a locus of folds this near to a crossing is a degenerate pitchfork."""
+
 
 class SpecialPoints(Zeros[OrbitPoint]):
     """Records what is special along a locus, and ends one of tori at a strong resonance.
 
-    Types are ``CPC GPD CH R1 R2 R3 R4 LPPD LPNS PDNS NSNS``, of equilibria ``CP BT GH ZH HH``, and
-    for extrema ``first`` and ``second`` for the parameter that stands still.
+    Types are ``CPC GPD CH DP R1 R2 R3 R4 LPPD LPNS PDNS NSNS BPPD BPNS``, of equilibria ``CP DP BT
+    GH ZH HH``, and for extrema ``first`` and ``second`` for the parameter that stands still.
     """
 
     def __init__(self, curve: LocusEquations) -> None:
@@ -79,7 +84,14 @@ class SpecialPoints(Zeros[OrbitPoint]):
     ) -> list[Found[OrbitPoint]]:
         """Return the special points where a test function changes sign between two points."""
         cusp = "CP" if self._curve.orbits.kind == "equilibrium" else "CPC"
-        return _with_cusps(super().located(known, a, b), cusp)
+        found = super().located(known, a, b)
+        if self._curve.condition == "LP":
+            found = _merged(found, "DP", self._is_symmetric, SAME_PITCHFORK)
+        return _merged(found, cusp, _stands, SAME_CUSP)
+
+    def _is_symmetric(self, point: OrbitPoint) -> bool:
+        """Whether a fold is a pitchfork, out of which it comes with its mirror image."""
+        return crossing_gap(self._curve.orbits, point.z) < PITCHFORK
 
     def changes_sign(self, name: str, a: OrbitPoint, b: OrbitPoint) -> bool:
         """Whether a test function does, and not because the locus is parallel to an axis."""
@@ -97,7 +109,7 @@ class SpecialPoints(Zeros[OrbitPoint]):
             target = -1 if found.type == "R2" else 1
             return condition in PAIRED or bool(np.abs(others - target).min() < DOUBLE)
         if found.type in _SINGLE[condition]:
-            flips = found.type == "PDNS" or (found.type, condition) == ("LPPD", "LP")
+            flips = found.type in ("PDNS", "BPPD") or (found.type, condition) == ("LPPD", "LP")
             return bool(np.abs(others - (-1 if flips else 1)).min() < ON_CIRCLE)
         return True
 
@@ -119,22 +131,33 @@ _SINGLE = {
     "LP": ("R1", "BT", "LPPD"),
     "PD": ("R2", "LPPD"),
     "NS": ("LPNS", "PDNS"),
+    "BP": ("R1", "BT", "BPPD"),
     "HB": ("ZH",),
 }
-_PAIR = {"LP": ("LPNS", "ZH"), "PD": ("PDNS",), "NS": ("NSNS",), "HB": ("HH",)}
+_PAIR = {
+    "LP": ("LPNS", "ZH"),
+    "PD": ("PDNS",),
+    "NS": ("NSNS",),
+    "BP": ("BPNS", "ZH"),
+    "HB": ("HH",),
+}
 """Where one other multiplier, and where a pair of them, crosses the unit circle."""
 
 
-def _with_cusps(found: list[Found], cusp: str) -> list[Found]:
-    """Replace the extrema in both parameters at a cusp by one point."""
-    result: list[Found] = []
-    cusps: list[float] = []
-    for item in found:
-        tests, place = item.point.tests, item.point.arclength
-        moving = max(abs(tests["first"]), abs(tests["second"])) > STANDING
-        if item.type not in ("first", "second") or moving:
-            result.append(item)
-        elif not any(abs(place - other) < SAME_CUSP for other in cusps):
-            cusps.append(place)
-            result.append(Found(cusp, item.point, item.slope))
+def _merged(
+    found: list[Found], name: str, holds: Callable[[OrbitPoint], bool], reach: float
+) -> list[Found]:
+    """Replace the extrema in both parameters where something holds by one, the best located."""
+    alike = [item for item in found if item.type in ("first", "second") and holds(item.point)]
+    result = [item for item in found if item not in alike]
+    places: list[float] = []
+    for item in sorted(alike, key=lambda item: -abs(item.slope)):
+        place = item.point.arclength
+        if not any(abs(place - other) < reach for other in places):
+            places.append(place)
+            result.append(Found(name, item.point, item.slope))
     return result
+
+
+def _stands(point: OrbitPoint) -> bool:
+    return max(abs(point.tests["first"]), abs(point.tests["second"])) <= STANDING

@@ -41,6 +41,9 @@ CROSSING = {
     "LPPD": ("LP", "PD"),
     "LPNS": ("LP", "NS"),
     "PDNS": ("PD", "NS"),
+    "DP": ("LP", "BP"),
+    "BPPD": ("BP", "PD"),
+    "BPNS": ("BP", "NS"),
     "R1": ("LP", "NS"),
     "R2": ("PD", "NS"),
     "BT": ("LP", "HB"),
@@ -97,7 +100,7 @@ def _is_singular(curve: LocusEquations, jacobian: Array, z: Array) -> bool:
     scaled = jacobian.copy()
     scaled[:, -2:] /= effects.max()
     values = np.linalg.svd(scaled, compute_uv=False)
-    return bool(values[-1] < UNDEFINED * values[0])
+    return bool(values[len(z) - 2] < UNDEFINED * values[0])
 
 
 def _no_locus(curve: LocusEquations, z: Array, reason: str) -> InputError:
@@ -148,7 +151,8 @@ def starts_at(curve: LocusEquations, found: Found, settings: Settings) -> Iterat
         if other == condition:
             continue
         try:
-            start = regular_start(LocusEquations(orbits, other), point.z, settings, found.type)
+            crosses = "" if found.type == "DP" else found.type
+            start = regular_start(LocusEquations(orbits, other), point.z, settings, crosses)
         except InputError:
             continue
         if found.type in DOUBLED and other in PAIRED:

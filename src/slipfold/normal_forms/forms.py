@@ -95,7 +95,11 @@ class EquilibriumForms(Forms):
 
     def coefficient(self, curve: Critical, z: Array, linearisation: Linearisation) -> float:
         """Return the coefficient along a locus."""
-        return first_lyapunov_coefficient(FieldMap(curve.orbits, z))
+        field = FieldMap(curve.orbits, z)
+        if curve.condition == "BP":
+            matrix = np.eye(len(curve.orbits.scales)) + field.jacobian
+            return critical_coefficient(field, matrix, "BP")
+        return first_lyapunov_coefficient(field)
 
     def codimension_two(self, curve: Critical, point: OrbitPoint, kind: str) -> dict[str, float]:
         """Return the coefficients that decide what happens near a point of codimension two."""

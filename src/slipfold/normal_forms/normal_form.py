@@ -130,6 +130,9 @@ def critical_coefficient(map_: MapDerivatives, monodromy: Array, kind: str) -> f
     return _FORMS[kind](map_, monodromy)
 
 
+SYMMETRIC = 1e-7
+"""Quadratic coefficients below this, in scaled states, are rounding: of a pitchfork."""
+
 DEGENERATE = 1e-12
 """Coefficients below this, in scaled states, are rounding: neither soft nor hard."""
 
@@ -174,6 +177,11 @@ def _pitchfork(map_: MapDerivatives, matrix: Array) -> float:
     return float(p.real @ (third[0] + 3 * mixed.real) / 6)
 
 
+def _crossing(map_: MapDerivatives, matrix: Array) -> float:
+    """Cubic coefficient of a branch point if it is a pitchfork, NaN of a transcritical one."""
+    return np.nan if abs(_transcritical(map_, matrix)) > SYMMETRIC else _pitchfork(map_, matrix)
+
+
 def _doubling(map_: MapDerivatives, matrix: Array) -> float:
     q, p, _ = critical_vectors(matrix, _DISTANCES["PD"])
     second, third = map_.powers(q.real[None])
@@ -203,6 +211,7 @@ def _torus(map_: MapDerivatives, matrix: Array) -> float:
 _FORMS: dict[str, Callable[[MapDerivatives, Array], float]] = {
     "PD": _doubling,
     "NS": _torus,
+    "BP": _crossing,
     "transcritical": _transcritical,
     "pitchfork": _pitchfork,
 }

@@ -8,6 +8,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.orbits.crossing import crossing_conditions, crossing_values
 from slipfold.orbits.linearisation import Conditions, Linearisation, defect_of
 from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
 from slipfold.orbits.spectrum.degeneracy import UNKNOWN, Degeneracy, degeneracy
@@ -22,9 +23,10 @@ class Critical(OrbitCurve):
     """Orbits that are at a bifurcation: with two parameters that vary a curve, a locus.
 
     The equations are those of the orbits and one more, that the matrix of their spectrum has a
-    critical eigenvalue (see `slipfold.orbits.spectrum.degeneracy`); an unknown is that of an orbit.
+    critical eigenvalue (see `slipfold.orbits.spectrum.degeneracy`), or that two families of them
+    cross (see `slipfold.orbits.crossing`); an unknown is that of an orbit.
 
-    `condition` is ``"LP"``, ``"PD"``, ``"NS"``, or ``"HB"`` of equilibria.
+    `condition` is ``"LP"``, ``"PD"``, ``"NS"``, ``"BP"``, or ``"HB"`` of equilibria.
     """
 
     def __init__(self, orbits: Orbits, condition: str) -> None:
@@ -34,20 +36,31 @@ class Critical(OrbitCurve):
     def defect(self, z: Array) -> Array:
         """Return what Newton's method brings to zero, one number less than there are unknowns."""
         plain = self.orbits.linearise(z)
-        value = self._degeneracy(plain).value
-        return defect_of(plain.residual, np.append(plain.conditions.values, value))
+        if self.condition == "BP":
+            values = crossing_values(plain)
+        else:
+            values = np.array([self._degeneracy(plain).value])
+        return defect_of(plain.residual, np.append(plain.conditions.values, values))
 
     def linearise(self, z: Array) -> Linearisation:
         """Return the defect with its derivatives."""
         plain = self.orbits.linearise(z)
+        if self.condition == "BP":
+            added = crossing_conditions(self.orbits, plain, z)
+        else:
+            added = self._critical_eigenvalue(plain, z)
+        assert added.gradients is not None
+        above = plain.conditions.gradients
+        gradients = added.gradients if above is None else np.vstack([above, added.gradients])
+        values = np.append(plain.conditions.values, added.values)
+        return replace(plain, conditions=replace(added, values=values, gradients=gradients))
+
+    def _critical_eigenvalue(self, plain: Linearisation, z: Array) -> Conditions:
         found = self._degeneracy(plain)
-        value = np.append(plain.conditions.values, found.value)
         gradient, carried, bent = np.full(len(z), np.nan), None, None
         if np.isfinite(found.value):
             gradient, carried, bent = self.orbits.slope(found, plain, z)
-        above = plain.conditions.gradients
-        gradients = gradient[None] if above is None else np.vstack([above, gradient])
-        return replace(plain, conditions=Conditions(value, gradients, carried, bent))
+        return Conditions(np.array([found.value]), gradient[None], carried, bent)
 
     def _degeneracy(self, plain: Linearisation) -> Degeneracy:
         if not np.isfinite(plain.blocks).all():

@@ -10,7 +10,7 @@ from math import isfinite, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.continuation.whole_matrix import SquareMatrix, WholeMatrix
+from slipfold.continuation.whole_matrix import LeastSquares, SquareMatrix, WholeMatrix
 from slipfold.orbits.sparse_matrix import Sparse
 
 __all__ = ["Conditions", "Eliminated", "Linearisation"]
@@ -134,6 +134,8 @@ class Linearisation:
 
         Shapes: row (m n + k,).
         """
+        if len(self.conditions.values) >= self.along.shape[2]:
+            return LeastSquares(np.concatenate([self.jacobian, row[None]]))
         if len(self.blocks) > MANY:
             return Sparse(self.blocks, self.along, self._lines(row))
         if len(row) > LARGE:

@@ -63,7 +63,9 @@ def place_rounding(bordered: SquareMatrix, z: Array) -> float:
     unit = np.zeros(len(z))
     unit[-1] = 1.0
     weights = np.abs(bordered.solve_transposed(unit))
-    return float(weights @ (ROUNDING * np.maximum(1.0, np.abs(z))))
+    sizes = np.ones(len(weights))  # there may be more equations than unknowns
+    sizes[: len(z)] = np.maximum(1.0, np.abs(z))
+    return float(weights @ (ROUNDING * sizes))
 
 
 def computed_anew(curve: OrbitCurve, point: OrbitPoint) -> tuple[OrbitPoint | None, float]:

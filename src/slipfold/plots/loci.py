@@ -30,7 +30,7 @@ Window = tuple[tuple[float, float], tuple[float, float]]
 ANCHORS = 60
 """Places along each locus where its name may stand."""
 
-ORDER = ("LP", "HB", "NS", "PD")
+ORDER = ("LP", "BP", "HB", "NS", "PD")
 """From the lowest to the topmost line."""
 
 
@@ -76,10 +76,11 @@ def draw_loci(
 ) -> Axes:
     """Draw a bifurcation set in its plane.
 
-    Supercritical stretches of PD, NS and HB are solid, subcritical ones dashed; LP is dash-dotted,
-    of equilibria solid. A locus of equilibria or of period 1 is thick, one of period 2 thin. Dots
-    are points of codimension two, rings the extrema of a locus, crosses its ends at a limit of the
-    model. Angles are shown in degrees; the data of the axes are radians.
+    Supercritical stretches of PD, NS, BP and HB are solid, subcritical ones dashed; LP is
+    dash-dotted, of equilibria solid, and a transcritical BP dotted. A locus of equilibria or of
+    period 1 is thick, one of period 2 thin. Dots are points of codimension two, rings the extrema
+    of a locus, crosses its ends at a limit of the model. Angles are shown in degrees; the data of
+    the axes are radians.
     """
     shaded = regions and diagram.regions is not None
     if not diagram.loci and not shaded:

@@ -130,7 +130,7 @@ class LocusSummary:
             if not (region.known or differing):
                 sentences.append(
                     f"{title}: not true all over it, as responses across it show; branch points, "
-                    "whose loci are not followed, may divide it"
+                    "whose loci are not known, may divide it"
                 )
         return sentences
 

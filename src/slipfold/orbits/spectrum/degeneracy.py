@@ -85,7 +85,7 @@ def critical_places(kind: str, multipliers: NDArray[np.complex128]) -> NDArray[n
     """
     if kind in PAIRED:
         return np.array(critical_pair(multipliers) or (), dtype=np.int64)
-    target = 1.0 if kind == "LP" else -1.0
+    target = -1.0 if kind == "PD" else 1.0
     return np.array([np.abs(multipliers - target).argmin()], dtype=np.int64)
 
 

@@ -22,6 +22,9 @@ ANGLE = 0.8
 """What the fastest rate makes in the unit of time: angles far from the half turn that would look
 like a period doubling, growth by little more than two."""
 
+SLOW = 0.1
+"""Norm of a Jacobian below which the unit of time grows no more: zero at a fold of one state."""
+
 SLOWEST = 1e-3
 """Decay this much faster than everything else does not set the unit of time."""
 
@@ -90,7 +93,7 @@ class Cayley(Eigenvalues):
     def unit(self, jacobian: Array) -> float:
         """Return the unit of time, in the model's durations."""
         size = float(np.linalg.norm(jacobian))
-        return 1.0 / size if size else np.nan
+        return 1.0 / max(size, SLOW) if np.isfinite(size) else np.nan
 
     def matrix(self, part: Linearisation) -> Array:
         """Return Cayley's transform of the Jacobian."""

@@ -1,0 +1,120 @@
+"""Loci of branch points: of equilibria, forced orbits and cycles, and where there is none."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from slipfold import Settings, System, locus, response
+
+WINDOW = ((-1.0, 1.0), (-1.0, 1.0))
+
+
+def line(rate, mu=-0.5, b=0.0):
+    """An autonomous model of one state."""
+    return System(name="line", parameters={"mu": mu, "b": b}, states={"x": rate})
+
+
+def branch_point(model, vary="mu", span=(-0.6, 0.6)):
+    diagram = response(model, vary=vary, span=span)
+    return next(item.point for item in diagram.special if item.point.type == "BP")
+
+
+def types(curve):
+    return [point.type for point in curve.special if point.type not in ("MIN", "MAX")]
+
+
+def test_a_pitchfork_of_equilibria_turns_hard_where_its_cubic_vanishes():
+    point = branch_point(line("mu*x + b*x^3 - x^5", b=-0.5))
+    found = locus(point, ("mu", "b"), WINDOW)
+    crossing = found.loci[0]
+    assert (crossing.type, crossing.kind, types(crossing)) == ("BP", "equilibrium", ["DP"])
+    assert np.abs(crossing.values[:, 0]).max() < 1e-12
+    assert np.ptp(crossing.values[:, 1]) == 2.0
+    (turn,) = (item for item in crossing.special if item.type == "DP")
+    assert turn.values == pytest.approx((0, 0), abs=1e-9)
+    assert max(turn.uncertainty) < 1e-9
+    assert crossing.coefficient == pytest.approx(crossing.values[:, 1], abs=1e-9)
+    assert (crossing.supercritical == (crossing.values[:, 1] < 0)).all()
+
+
+def test_the_folds_of_a_hard_pitchfork_end_where_it_turns_soft():
+    model = line("mu*x + b*x^3 - x^5", b=0.8)
+    diagram = response(model, vary="mu", span=(-0.6, 0.6))
+    fold = next(item.point for item in diagram.special if item.point.type == "LP")
+    found = locus(fold, ("mu", "b"), WINDOW)
+    folds, crossing = found.loci
+    assert (folds.type, crossing.type, types(folds)) == ("LP", "BP", ["DP"])
+    mu, b = folds.values.T
+    assert mu == pytest.approx(-(b**2) / 4, abs=1e-9)
+    assert np.abs(crossing.values[:, 0]).max() < 1e-12
+    assert found.checked.disagreeing == ()
+
+
+def test_a_transcritical_point_has_a_locus_and_no_criticality():
+    point = branch_point(line("(mu - b^2)*x - x^2"))
+    (crossing,) = locus(point, ("mu", "b"), WINDOW).loci
+    mu, b = crossing.values.T
+    assert mu == pytest.approx(b**2, abs=1e-12)
+    assert np.isnan(crossing.coefficient).all()
+    assert {item.type for item in crossing.special} == {"MIN"}
+
+
+def test_what_an_imperfection_parts_has_no_locus():
+    point = branch_point(line("mu*x - x^2 + b"))
+    found = locus(point, ("mu", "b"), WINDOW)
+    (folds,) = found.loci
+    mu, b = folds.values.T
+    assert folds.type == "LP"
+    assert b == pytest.approx(-(mu**2) / 4, abs=1e-12)
+    assert "isolated in the plane" in found.missing[0]
+    assert "isolated in the plane" in found.summary()
+    assert np.abs(folds.values).max(axis=1).min() < 1e-9
+    assert found.checked.disagreeing == ()
+
+
+def test_cycles_that_leave_a_plane():
+    circle = "(1 - x^2 - y^2)"
+    model = System(
+        name="circle",
+        parameters={"mu": -0.5, "b": 0.3},
+        states={"x": f"{circle}*x - y", "y": f"{circle}*y + x", "z": "(mu - b^2)*z - z^3"},
+    )
+    diagram = response(model, vary="mu", span=(-0.6, 0.6), start={"x": 1, "y": 0.1})
+    point = next(item.point for item in diagram.special if item.point.type == "BP")
+    (crossing,) = locus(point, ("mu", "b"), WINDOW).loci
+    mu, b = crossing.values.T
+    assert (crossing.type, crossing.kind) == ("BP", "periodic")
+    assert mu == pytest.approx(b**2, abs=1e-10)
+    assert crossing.supercritical.all()
+
+
+def test_symmetric_orbits_lose_their_symmetry_where_half_a_period_says():
+    model = System(
+        name="hardening",
+        parameters={"F": 1.0, "c": 0.2},
+        states={"q": "v", "v": "F*cos(t) - c*v - q - q^3"},
+        forcing={"period": "2*pi"},
+    )
+    settings = Settings(largest_period=1)
+    diagram = response(model, vary="F", span=(0, 6), settings=settings)
+    point = next(item.point for item in diagram.special if item.point.type == "BP")
+    crossing = locus(point, ("F", "c"), ((0, 6), (0.1, 0.4)), switch=False).loci[0]
+    assert crossing.type == "BP"
+    assert len(crossing) > 5
+    for i in range(0, len(crossing), 5):
+        end, multipliers = half_a_period(*crossing.values[i], crossing.states[i])
+        assert end == pytest.approx(crossing.states[i], abs=1e-9)
+        assert np.abs(multipliers + 1).min() < 1e-8
+
+
+def half_a_period(force, damping, state):
+    """The map over half a period with x -> -x taken along, and its multipliers."""
+
+    def rates(t, y):
+        x, v, dx, dv = y[0], y[1], y[2:4], y[4:6]
+        pull = force * np.cos(t) - damping * v - x - x**3
+        return np.concatenate([[v, pull], dv, -damping * dv - (1 + 3 * x * x) * dx])
+
+    start = np.concatenate([state, [1, 0], [0, 1]])
+    end = solve_ivp(rates, (0, np.pi), start, method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+    return -end[:2], np.linalg.eigvals(-end[2:].reshape(2, 2))
