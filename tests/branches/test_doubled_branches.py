@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import slipfold
-from helpers.dense_by_hand import carry, scales
+from helpers.by_hand.dense import carry, scales
 from helpers.reference import CASES, traced
 from slipfold.branches import Settings, trace_response
 from slipfold.flow import simulate

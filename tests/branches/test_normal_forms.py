@@ -7,8 +7,8 @@ parameter along a fold; the slow growth or decay at a torus bifurcation, seen in
 import numpy as np
 import pytest
 
+from helpers.by_hand.stroboscopic import StroboscopicByHand, coefficient, critical_vectors
 from helpers.reference import CASES, traced
-from helpers.stroboscopic_by_hand import StroboscopicByHand, coefficient, critical_vectors
 from slipfold.branches import Settings, Steps, trace_response
 from slipfold.orbits import periodic_orbit
 

@@ -10,7 +10,7 @@ import json
 import numpy as np
 import pytest
 
-from helpers.dense_by_hand import carry, scales
+from helpers.by_hand.dense import carry, scales
 from helpers.reference import CASES, traced
 
 GROWTH = 1e3

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from helpers.sliding_by_hand import BASE, integrate
+from helpers.by_hand.sliding import BASE, integrate
 from helpers.toy_models import LinearOscillator, Runaway
 from slipfold.flow import flow_of
 from slipfold.models import SlidingOscillator

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from helpers.sliding_by_hand import BASE, integrate, rhs
+from helpers.by_hand.sliding import BASE, integrate, rhs
 from helpers.toy_models import LinearOscillator
 from slipfold.flow import flow_of
 from slipfold.models import SlidingOscillator

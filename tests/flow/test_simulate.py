@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 import slipfold as sf
-from helpers.sliding_by_hand import BASE, integrate, rhs
+from helpers.by_hand.sliding import BASE, integrate, rhs
 from helpers.toy_models import Falling, LinearOscillator, Runaway
 from slipfold.errors import InputError
 from slipfold.flow import simulate

@@ -7,7 +7,7 @@ T, up to multiples of 2 pi i. Nothing of the package is used.
 
 import numpy as np
 
-from helpers.sliding_by_hand import BASE, rhs
+from helpers.by_hand.sliding import BASE, rhs
 
 TINY = 1e-30
 

@@ -8,7 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import slipfold as sf
-from helpers.sliding_by_hand import BASE, rhs
+from helpers.by_hand.sliding import BASE, rhs
 from slipfold.errors import InputError
 from slipfold.flow.equations import build_equations
 from slipfold.models import SlidingOscillator

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from helpers.sliding_by_hand import BASE, rhs
+from helpers.by_hand.sliding import BASE, rhs
 from slipfold.models import SlidingOscillator
 from slipfold.models.evaluation import evaluation_of
 

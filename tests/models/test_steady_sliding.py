@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import slipfold as sf
-from helpers.sliding_by_hand import BASE, rhs
+from helpers.by_hand.sliding import BASE, rhs
 from slipfold.errors import InputError
 from slipfold.models import Coulomb, LuGre, SlidingOscillator, Stribeck, Unforced, model_named
 from slipfold.models.evaluation import evaluation_of

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from helpers.bifurcation_sets import bifurcations, response
-from helpers.sliding_by_hand import BASE, integrate
+from helpers.by_hand.sliding import BASE, integrate
 from helpers.textbook_models import VanDerPol
 from slipfold.branches import trace_response
 from slipfold.loci.follow import follow_loci

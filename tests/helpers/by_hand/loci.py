@@ -14,7 +14,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import root_scalar
 
-from helpers.critical_orbits_by_hand import (
+from helpers.by_hand.critical_orbits import (
     Locus,
     coordinate,
     doubled,
@@ -29,7 +29,7 @@ from helpers.critical_orbits_by_hand import (
     torus_coefficient,
     walk,
 )
-from helpers.sliding_by_hand import BASE, rhs
+from helpers.by_hand.sliding import BASE, rhs
 
 FILE = Path(__file__).parents[1] / "reference" / "loci.json"
 

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from helpers.sliding_by_hand import BASE, rhs
+from helpers.by_hand.sliding import BASE, rhs
 
 
 def carry(state, values, start, end, *, phases=None):

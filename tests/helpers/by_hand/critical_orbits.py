@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import root_scalar
 
+from helpers.by_hand.sliding import BASE, rhs
 from helpers.fourier_collocation import differentiation_matrix
-from helpers.sliding_by_hand import BASE, rhs
 
 TINY = 1e-30
 NUDGE = 1e-5

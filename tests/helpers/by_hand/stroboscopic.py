@@ -7,8 +7,8 @@ Chebyshev interpolation of the map itself; nothing of the package is used.
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from helpers.dense_by_hand import scales
-from helpers.sliding_by_hand import BASE, integrate, rhs
+from helpers.by_hand.dense import scales
+from helpers.by_hand.sliding import BASE, integrate, rhs
 
 NODES = np.cos(np.pi * np.arange(13) / 12)
 TINY = 1e-30
