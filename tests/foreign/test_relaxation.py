@@ -81,3 +81,22 @@ def test_sharp_canards_are_gone_through_at_both_ends_of_the_spikes(eps):
         assert (cycles.multipliers.real > 0).all()
         folds.append(cycles.special[0].value)
     assert sum(folds) == pytest.approx(1.75, abs=1e-10)
+
+
+@pytest.mark.parametrize("fast", [10.0, 1000.0])
+def test_what_follows_a_neuron_and_feeds_nothing_changes_nothing(fast):
+    """x' = -k (x - v) decays by exp(-k T) a round, and leaves v and w as they are."""
+    model = sf.System(
+        name="watched",
+        parameters={"I": 0.0},
+        states={
+            "v": {"rate": "v - v^3/3 - w + I", "start": -1.2},
+            "w": {"rate": "0.08*(v + 0.7 - 0.8*w)", "start": -0.6},
+            "x": {"rate": f"-{fast}*(x - v)", "start": -1.2},
+        },
+    )
+    rest, cycles = sf.response(model, vary="I", span=(0.31, 0.34)).branches
+    assert rest.special[0].value == pytest.approx(hopf_current(0.08), abs=1e-11)
+    assert [item.type for item in cycles.special] == ["LP"]
+    assert cycles.special[0].value == pytest.approx(0.324178522504, abs=1e-11)
+    assert cycles.stopped.kind == "span"
