@@ -13,7 +13,7 @@ from slipfold.continuation.point import P
 from slipfold.continuation.search import Found
 from slipfold.continuation.settings import Stepping
 from slipfold.continuation.trail import Stop, Stretch, Trail
-from slipfold.continuation.walk import Bound, Failure, walk
+from slipfold.continuation.walk import Bound, Failure, reaches, walk
 from slipfold.errors import BREAKDOWNS
 
 __all__ = ["BIRTH", "EDGE", "FIRST", "Endings", "follow"]
@@ -82,11 +82,12 @@ def follow(
             known, taken = trail.recent(MEMORY), len(trail.points) - 1
             steps = walk(trail.curve, known, step, bounds, settings, cap, taken)
             watching = monitors(trail.curve) if callable(monitors) else monitors
-            step = _advance(trail, steps, watching, settings.steps.smallest, endings, watch)
+            step = _advance(trail, steps, watching, bounds, settings, endings, watch)
             other = otherwise(trail) if step is None else None
             if other is not None:
                 trail.curve, trail.points[-1] = other
-                trail.end, step = None, FIRST
+                trail.end = None
+                step = BIRTH if departs and len(trail.points) == 1 else FIRST
     except KeyboardInterrupt:
         trail.end = endings.interrupted(trail)
     return trail
@@ -96,7 +97,8 @@ def _advance(
     trail: Trail[P],
     steps: Iterator[P | Failure],
     monitors: Sequence[Monitor[P]],
-    smallest: float,
+    bounds: Sequence[Bound],
+    settings: Stepping,
     endings: Endings[P],
     watch: Callable[[Trail[P]], None],
 ) -> float | None:
@@ -115,13 +117,15 @@ def _advance(
             _extend(trail, item, monitors)
         except BREAKDOWNS as error:
             step = RETREAT * (item.arclength - before.arclength)
-            if step >= smallest:
+            if step >= settings.steps.smallest:
                 return step
             trail.end = endings.failed(trail, Failure("failed", lost_reason(error)))
             return None
         watch(trail)
         if trail.end is not None and trail.end.kind == "closed":  # on what is known
             return None
+        if trail.end is None and reaches(item, bounds):
+            break
         # Where a curve departs from another one, equations are singular.
         points = trail.points[1:] if trail.departs else trail.points
         renewed = trail.curve.renewed(points) if points else None

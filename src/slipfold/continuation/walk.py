@@ -23,7 +23,7 @@ from slipfold.continuation.point import P
 from slipfold.continuation.settings import Stepping
 from slipfold.errors import BREAKDOWNS, breakdown
 
-__all__ = ["Bound", "Failure", "walk"]
+__all__ = ["Bound", "Failure", "reaches", "walk"]
 
 Array = NDArray[np.float64]
 
@@ -106,10 +106,15 @@ def walk(
             yield point
             return
         yield point
-        if any(point.z[index] in (low, high) for index, low, high in bounds):
+        if reaches(point, bounds):
             return
         recent = [*recent, point][-POINTS:]
     yield Failure("points", f"{settings.steps.points} points were not enough; allow more points")
+
+
+def reaches(point: P, bounds: Sequence[Bound]) -> bool:
+    """Whether a point lies on a bound."""
+    return any(point.z[index] in (low, high) for index, low, high in bounds)
 
 
 def _next_point(

@@ -65,9 +65,11 @@ class Cycles(Orbits):
 
     def linearise(self, z: Array) -> Linearisation:
         """Return the mismatch and its derivatives; that steps are orthogonal to the flow is met."""
-        transitions = self.by.transitions(self.nodes(z), self.constants(z))
+        nodes, constants = self.nodes(z), self.constants(z)
+        transitions = self.by.transitions(nodes, constants)
+        settled = self.by.settled(transitions[1], nodes, constants)
         gauge = Conditions(np.zeros(1), self.flow_direction(z)[None])
-        return Linearisation(*transitions, gauge, self.spectrum.matrix)
+        return Linearisation(*transitions, gauge, self.spectrum.matrix, settled)
 
     def eigenvalues(self, z: Array, linearisation: Linearisation) -> Values:
         """Return the multipliers besides that of the flow's direction, largest modulus first.

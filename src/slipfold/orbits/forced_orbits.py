@@ -45,7 +45,10 @@ class ForcedOrbits(Orbits):
 
     def linearise(self, z: Array) -> Linearisation:
         """Return the mismatch and its derivatives."""
-        return Linearisation(*self.by.transitions(self.nodes(z), self.constants(z)))
+        nodes, constants = self.nodes(z), self.constants(z)
+        transitions = self.by.transitions(nodes, constants)
+        settled = self.by.settled(transitions[1], nodes, constants)
+        return Linearisation(*transitions, settled=settled)
 
     def slope(self, found: Degeneracy, part: Linearisation, z: Array) -> tuple[Array, Array, Array]:
         """Return the gradient of a function of the monodromy matrix."""

@@ -54,6 +54,8 @@ class Linearisation:
     conditions: Conditions = NO_CONDITIONS  # further equations
     # Gives the matrix whose eigenvalues are watched; the product of the blocks if None
     watched: Callable[[Linearisation], Array] | None = None
+    # The blocks without what decays within a segment, shape (m, n, n); None where they are as good
+    settled: Array | None = None
 
     @staticmethod
     def blend(parts: Sequence[Linearisation], weights: Array) -> Linearisation:
@@ -77,10 +79,15 @@ class Linearisation:
             conditions=conditions,
         )
 
+    @property
+    def factors(self) -> Array:
+        """What perturbations are multiplied by from node to node, shape (m, n, n)."""
+        return self.blocks if self.settled is None else self.settled
+
     @cached_property
     def product(self) -> Array:
         """Product of the transition matrices, shape (n, n), in scaled states."""
-        factors = self.blocks
+        factors = self.factors
         while len(factors) % 2 == 0:  # pairs side by side: three operations for eight segments
             factors = factors[1::2] @ factors[::2]
         return reduce(lambda product, block: block @ product, factors)

@@ -44,6 +44,10 @@ FLOOR = 0.15
 FINER = 1.3
 """Intervals of the other mesh on which results are computed anew: its errors are a 23rd."""
 
+GONE = 100.0
+"""Decay over an interval, as an exponent, of which nothing is left. Of less the method leaves
+exp(-84/100) or so, and in all intervals together nothing."""
+
 REACH = 0.2
 """Change of the states, in scaled ones, over which polynomials are extrapolated linearly."""
 
@@ -139,6 +143,27 @@ class Collocation(Segments):
         self._slopes = _Slopes(solved, pulled)
         mismatch = solved.ends - scaled[self._following]
         return mismatch, solved.matrices, along * (self.units / np.sqrt(self.segments))
+
+    def settled(self, blocks: Array, nodes: Array, constants: Constants) -> Array | None:
+        """Return blocks without what decays within an interval, None where they are as good.
+
+        The method multiplies it by nearly one instead. It lies in eigenvectors of the Jacobian, but
+        for the square of how far these turn while it decays.
+        """
+        slopes = self._field(constants).jacobians(nodes / self.scales, self.start)
+        slopes *= self.lengths[:, None, None]
+        stiff = np.flatnonzero(np.abs(slopes).sum(axis=2).max(axis=1) > GONE)
+        if not len(stiff) or not np.isfinite(slopes).all():
+            return None
+        values, vectors = np.linalg.eig(slopes[stiff])
+        stays = np.where(values.real > -GONE, 1.0, 0.0)
+        try:
+            projectors = ((vectors * stays[:, None]) @ np.linalg.inv(vectors)).real
+        except np.linalg.LinAlgError:  # eigenvectors coincide: which of them decay is not known
+            return None
+        settled = blocks.copy()
+        settled[stiff] = settled[stiff] @ projectors
+        return settled
 
     def divergence(self, nodes: Array, constants: Constants) -> float:
         """Return the integral of the rates' divergence over the orbit."""

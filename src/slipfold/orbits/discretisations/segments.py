@@ -45,6 +45,13 @@ class Segments(Discretisation):
         Shapes: nodes (m, n); returns mismatch (m, n), blocks (m, n, n), along (m, n, k).
         """
 
+    def settled(self, blocks: Array, nodes: Array, constants: Constants) -> Array | None:
+        """Return blocks without what decays within a segment, None where they are as good.
+
+        Shapes: blocks (m, n, n); nodes (m, n).
+        """
+        return None
+
     def divergence(self, nodes: Array, constants: Constants) -> float | None:
         """Return the integral of the rates' divergence over the orbit, None if it is not at hand.
 

@@ -33,7 +33,7 @@ class Multipliers:
 
     def factors(self, part: Linearisation) -> Array:
         """Return matrices whose product that matrix is, shape (m, n, n), in scaled states."""
-        return part.blocks
+        return part.factors
 
     def values(self, part: Linearisation) -> Values:
         """Return the eigenvalues of the matrix that is watched, largest modulus first.
@@ -47,7 +47,7 @@ class Multipliers:
 
     def growth(self, part: Linearisation) -> float:
         """Return an upper bound of the logarithms of the multipliers' moduli."""
-        return growth_bound(part.blocks)
+        return growth_bound(part.factors)
 
     def whole(self, multipliers: Values) -> Values:
         """Return the multipliers with those that are the same for all orbits, shape (n,)."""
@@ -73,7 +73,7 @@ class CycleMultipliers(Multipliers):
     def factors(self, part: Linearisation) -> Array:
         """Return matrices whose product that matrix is, shape (m, n - 1, n - 1)."""
         m, n = part.blocks.shape[:2]
-        return without_motion(part.blocks, _gauge(part)[: m * n].reshape(m, n))[1]
+        return without_motion(part.factors, _gauge(part)[: m * n].reshape(m, n))[1]
 
     def growth(self, part: Linearisation) -> float:
         """Return infinity: along a cycle perturbations neither grow nor shrink."""
