@@ -62,6 +62,11 @@ class Difference:
     value: float
     allowed: float
 
+    @property
+    def excess(self) -> float:
+        """The difference in units of what is allowed."""
+        return self.value / self.allowed
+
 
 def pieces_of(orbit: PeriodicOrbit) -> int:
     """Return the number of pieces in which an orbit's multipliers are known, 0 if there is none."""
@@ -89,12 +94,12 @@ def orbit_difference(orbit: PeriodicOrbit, pieces: int) -> Difference:
     tried = []
     for finer in FINER:
         place, multipliers = _differences(orbit, finer * pieces)
-        tried.append(multipliers)
-        if max(place.value, multipliers) <= place.allowed:
+        tried.append(multipliers.value)
+        if max(place.excess, multipliers.excess) <= 1:
             break
-    if tried[-1] > place.allowed and tried[-1] < CONVERGING * tried[0]:
+    if multipliers.excess > 1 and tried[-1] < CONVERGING * tried[0]:
         return place
-    return Difference(max(place.value, multipliers), place.allowed)
+    return max(place, multipliers, key=lambda difference: difference.excess)
 
 
 def retraced_difference(orbit: PeriodicOrbit) -> Difference:
@@ -139,33 +144,36 @@ class _FlowRates:
         return self.rates(rows, when).reshape(states.shape), slopes.reshape(*states.shape, n)
 
 
-def _differences(orbit: PeriodicOrbit, pieces: int) -> tuple[Difference, float]:
+def _differences(orbit: PeriodicOrbit, pieces: int) -> tuple[Difference, Difference]:
     """Return the difference of place and duration, and that of the multipliers."""
     flow = flow_of(orbit.model)
     motion = motion_of(orbit, flow, pieces, slopes=True)
     retraced = retrace(flow, orbit.model.state_scales(), motion)
     if not (retraced.whole and np.isfinite(retraced.stages).all()):
-        return Difference(retraced.drift, ALLOWED), 0.0
+        return Difference(retraced.drift, ALLOWED), Difference(0.0, ALLOWED)
     field = _FlowRates(orbit.model, flow, motion.constants)
     try:
         return _newton_step(orbit, motion.phases, field, retraced)
     except np.linalg.LinAlgError:  # it is so far from an orbit that nothing can be solved
-        return Difference(np.inf, ALLOWED), 0.0
+        return Difference(np.inf, ALLOWED), Difference(0.0, ALLOWED)
 
 
 def _newton_step(
     orbit: PeriodicOrbit, phases: Array, field: _FlowRates, retraced: Retraced
-) -> tuple[Difference, float]:
+) -> tuple[Difference, Difference]:
     iterate = Iterate(retraced.edges, retraced.nodes, retraced.stages, 1.0)
     anchors = np.searchsorted(retraced.edges, phases[:-1])
     matrices, pulls, defects = _between(anchors, condense(field, iterate))
     rates = None if field.forced else field.rates(iterate.nodes[anchors], phases[:-1])
     singular = is_singular(orbit.multipliers, 0 if field.forced else 1)
-    step, growth = _solved(matrices, pulls, defects, rates, singular=singular)
+    step, growth, along = _solved(matrices, pulls, defects, rates, singular=singular)
     size = max(1.0, float(np.abs(orbit.multipliers).max()))
     multipliers = multiplier_difference(orbit.multipliers, _multipliers(matrices, rates)) / size
-    allowed = max(ALLOWED, growth * (orbit.residual / retraced.size + SMALL))
-    return Difference(_finite(step / retraced.size), allowed), _finite(multipliers)
+    errors = orbit.residual / retraced.size + SMALL
+    return (
+        Difference(_finite(step / retraced.size), max(ALLOWED, growth * errors)),
+        Difference(_finite(multipliers), max(ALLOWED, along * errors)),
+    )
 
 
 def _finite(value: float) -> float:
@@ -192,13 +200,17 @@ def _between(anchors: NDArray[np.intp], condensed: Condensed) -> tuple[Array, Ar
 
 def _solved(
     matrices: Array, pulls: Array, defects: Array, rates: Array | None, *, singular: bool
-) -> tuple[float, float]:
+) -> tuple[float, float, float]:
     """Return the length of the step, and what it is at most over that of what is lacking.
+
+    Last comes the same with the place along the branch, on which multipliers depend.
 
     The step is that of the anchors and the duration, and what of the equations it cannot solve.
 
-    At a fold or branch point the equations leave the orbit's place along the branch open: the step
-    then has no part in the direction that they can hardly see, nor may they ask for any.
+    At a fold or branch point, and where integrators' errors alone would move it more than is
+    allowed (beside a homoclinic orbit), the equations leave the orbit's place along the branch
+    open: the step then has no part in the direction that they can hardly see, nor may they ask for
+    any.
     """
     count, n = defects.shape
     size = count * n
@@ -214,12 +226,15 @@ def _solved(
         matrix[:-1, -1] = pulls.ravel()
         matrix[-1, :-1] = rates.ravel() / np.linalg.norm(rates)
     left, values, across = np.linalg.svd(matrix)
-    if singular:
+    is_open = singular or values[-1] * ALLOWED < SMALL
+    least = values[-2] if singular else values[-1]
+    if is_open:
         values[-1] = np.inf
     wanted = left.T @ right
     step = across.T @ (wanted / values)
-    unsolved = abs(wanted[-1]) if singular else 0.0
-    return float(np.max([np.abs(step).max(), unsolved])), float(1 / values.min())
+    unsolved = abs(wanted[-1]) if is_open else 0.0
+    length = np.max([np.abs(step).max(), unsolved])
+    return float(length), float(1 / values.min()), float(1 / least)
 
 
 def _multipliers(matrices: Array, rates: Array | None) -> Complex:
