@@ -6,8 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.settings import Settings
-from slipfold.flow import flow_of
-from slipfold.flow.mean_state import PHASES
 from slipfold.models.model import Model
 from slipfold.orbits.by_collocation import FIRST
 from slipfold.orbits.discretisations.collocation import Collocation
@@ -26,7 +24,7 @@ not count: friction that is steep at rest is so for moments only."""
 
 
 def method_for(settings: Settings, jacobian: Array) -> Cut:
-    """Return how orbits are to be cut, from the derivatives of the rates a period, shape (n, n)."""
+    """Return how cycles are to be cut, from the derivatives of the rates a period, shape (n, n)."""
     stiff = bool(np.isfinite(jacobian).all()) and _turns(jacobian) > STIFF
     chosen = settings.discretisation
     return Collocation if chosen == "collocation" or (stiff and chosen != "shooting") else Shooting
@@ -37,9 +35,11 @@ def _turns(jacobian: Array) -> float:
 
 
 def forced_orbits(model: Model, vary: str, width: float, settings: Settings) -> ForcedOrbits:
-    """Return orbits of the response, cut as they are to be followed."""
-    states = np.tile(model.start, (len(PHASES), 1))
-    flow = flow_of(model)
-    jacobian = flow.jacobians(states, PHASES, flow.constants_of(model)).mean(axis=0)
-    by = method_for(settings, jacobian)
-    return ForcedOrbits(model, {vary: width}, 1, SEGMENTS if by is Shooting else FIRST, by)
+    """Return orbits of the response, cut as they are to be followed.
+
+    They begin by shooting however stiff they are: multipliers of vibrations that a mesh does not
+    resolve stay near the unit circle and feign bifurcations.
+    """
+    if settings.discretisation == "collocation":
+        return ForcedOrbits(model, {vary: width}, 1, FIRST, Collocation)
+    return ForcedOrbits(model, {vary: width}, 1, SEGMENTS, Shooting)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.flow import Flow
 from slipfold.flow.equations import Constants
+from slipfold.flow.flow import Flow
 from slipfold.flow.mean_state import PHASES, mean_state
 
 __all__ = ["linear_response"]

@@ -12,7 +12,7 @@ from slipfold.plots.style import MARKERS
 __all__ = ["LOCUS_COLOURS", "line_style", "mark_style"]
 
 LOCUS_COLOURS: Mapping[str, str] = MappingProxyType(
-    {"HB": "#000000", "PD": "#0d0887", "NS": "#a72197", "LP": "#d56a14", "BP": "#1b7837"}
+    {"HB": "#000000", "PD": "#0b0774", "BP": "#074e03", "NS": "#a83b98", "LP": "#d56a14"}
 )
 """Colour of each type of locus; they differ in lightness too, and from all pale areas."""
 
