@@ -9,7 +9,7 @@ from helpers.toy_models import LinearOscillator
 from slipfold.branches import trace_response
 from slipfold.flow import flow_of
 from slipfold.models import SlidingOscillator
-from slipfold.orbits.uncertainty import multiplier_uncertainty
+from slipfold.orbits.uncertainty import multiplier_rounding, multiplier_uncertainty
 
 SLACK = 30
 """Errors are of either sign and may agree by chance in two computations: a factor is allowed."""
@@ -104,3 +104,10 @@ def test_special_values_agree_between_runs_within_their_uncertainty(case):
     for one, two in zip(first, second, strict=True):
         allowed = SLACK * (one.uncertainty + two.uncertainty) + 1e-15 * abs(one.value)
         assert abs(one.value - two.value) < allowed
+
+
+@pytest.mark.parametrize("n", [2, 3])
+def test_multipliers_that_meet_without_vectors_of_their_own_part_like_a_root(n):
+    monodromy = np.diag(np.ones(n - 1), 1)
+    moved = multiplier_rounding(monodromy, np.zeros(n, dtype=complex))
+    assert moved == pytest.approx(np.full(n, np.sqrt(n * np.finfo(float).eps)))

@@ -81,7 +81,7 @@ def polarised(
             (1j, u.real, v.imag),
             (1j, u.imag, v.real),
         )
-        if left.any() and right.any()
+        if np.linalg.norm(left) > 0 and np.linalg.norm(right) > 0  # squares may underflow
     ]
     result: list[Vector] = [np.zeros(len(u), dtype=complex) for u, _ in pairs]
     if not parts:  # a symmetric orbit has no quadratic terms

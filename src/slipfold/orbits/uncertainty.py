@@ -41,11 +41,13 @@ def multiplier_rounding(monodromy: Array, multipliers: NDArray[np.complex128]) -
         values, right = np.linalg.eig(monodromy)
     except np.linalg.LinAlgError:
         return np.full(len(multipliers), np.inf)
-    try:
-        left = np.linalg.inv(right)  # rows; the columns on the right have unit length
-    except np.linalg.LinAlgError:
-        left = np.full_like(right, np.inf)
-    moved = np.minimum(change * np.linalg.norm(left, axis=1), np.sqrt(change))
+    with np.errstate(all="ignore"):  # where two eigenvectors are one, lengths overflow
+        try:
+            left = np.linalg.inv(right)  # rows; the columns on the right have unit length
+            lengths = np.linalg.norm(left, axis=1)
+        except np.linalg.LinAlgError:
+            lengths = np.full(len(right), np.inf)
+        moved = np.fmin(change * lengths, np.sqrt(change))
     nearest = np.abs(multipliers[:, None] - values[None, :]).argmin(axis=1)
     return np.asarray(moved[nearest], dtype=float)
 
