@@ -1,0 +1,56 @@
+"""Systems that stick and slip, written by hand for Moreau's time-stepping."""
+
+import numpy as np
+
+from helpers.by_hand.sliding import BASE
+from helpers.moreau import Contact, System
+
+
+def constant(value):
+    """A load, or a coefficient, that is always the same."""
+    return lambda *_: np.asarray(value)
+
+
+def den_hartog(frequency, kinetic, static=None, phases=(0.0,)):
+    """x'' + x = cos(W t + phase) - friction; the phases run side by side."""
+    shift = np.reshape(phases, (-1, 1))
+    contact = Contact(np.eye(1), np.zeros(1), constant(1.0), constant(kinetic), static or kinetic)
+    return System(
+        np.eye(1), np.zeros((1, 1)), lambda t, q: np.cos(frequency * t + shift) - q, [contact]
+    )
+
+
+def masses_on_belt(coefficients, statics, speed, *, coupling=0.0, damping=0.0):
+    """Unit masses on unit springs, each on the belt, neighbours coupled."""
+    n = len(statics)
+    chain = 2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
+    chain[[0, -1], [0, -1]] -= 1
+    stiffness = np.eye(n) + coupling * chain
+    contacts = [
+        Contact(row[None], np.full(1, speed), constant(1.0), coefficient, static)
+        for row, coefficient, static in zip(np.eye(n), coefficients, statics, strict=True)
+    ]
+    return System(np.eye(n), damping * np.eye(n), lambda t, q: -q @ stiffness, contacts)
+
+
+def sliding(**given):
+    """The sliding oscillator in metres, x before y; values may be arrays, a motion each."""
+    p = {**BASE, "mu_s": given.get("mu", BASE["mu"]), **given}
+    m1 = p["k1"] / (2 * np.pi * p["f1"]) ** 2
+    m2 = p["k2"] / (2 * np.pi * p["f2"]) ** 2
+    c1 = 4 * np.pi * p["zeta1"] * m1 * p["f1"]
+    c2 = 4 * np.pi * p["zeta2"] * m2 * p["f2"]
+    springs, pulled = np.array([p["k2"], p["k1"]]), np.array([0.0, p["L"]])
+
+    def force(_, q):
+        arm = q + pulled
+        length = np.sqrt(np.sum(arm * arm, axis=-1, keepdims=True))
+        return -springs * q - p["kext"] * (1 - p["L"] / length) * arm
+
+    def load(time, _):
+        return p["Ns"] + p["Nd"] * np.cos(2 * np.pi * p["f"] * time)
+
+    direction = np.array([np.cos(p["alpha"]), np.sin(p["alpha"])])
+    plate = np.asarray(p["Vd"])[..., None] * direction
+    contact = Contact(np.eye(2), plate, load, constant(p["mu"]), np.asarray(p["mu_s"]))
+    return System(np.diag([m2, m1]), np.diag([c2, c1]), force, [contact])
