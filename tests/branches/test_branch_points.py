@@ -172,6 +172,22 @@ def test_symmetry_breaking_of_the_forced_duffing_oscillator():
         assert item.uncertainty < 1e-12
 
 
+def test_multipliers_at_a_branch_point_are_as_uncertain_as_its_place_makes_them():
+    # Two computations may agree by chance; what rounding can do to the place remains.
+    model = sf.System(
+        name="hardening",
+        parameters={"F": 1.0},
+        states={"q": "v", "v": "F*cos(t) - 0.2*v - q - q^3"},
+        forcing={"period": "2*pi"},
+    )
+    main, _ = sf.response(model, vary="F", span=(0, 12), settings=ALONE).branches
+    for point in main.special:
+        after = int(np.searchsorted(main.parameter, point.value))
+        ends = slice(after - 1, after + 1)
+        slopes = np.abs(np.diff(main.multipliers[ends], axis=0)[0] / np.diff(main.parameter[ends]))
+        assert np.all(point.multiplier_uncertainty > 0.4 * slopes * point.uncertainty)
+
+
 def test_freire_circuit_beyond_its_branch_point():
     # AUTO's demo tor, and textbook values by two methods: the branch that leaves the symmetric
     # cycles has a torus and a period doubling, once on each half.

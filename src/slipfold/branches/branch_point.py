@@ -48,6 +48,7 @@ class Crossing:
     point: OrbitPoint  # the orbit, with the tangent of the branch on which it was met
     other: Array  # unit tangent of the other branch
     rounding: float  # what rounding can do to the parameter
+    blurred: float  # what it can do to the place on a branch, in arclength
 
 
 def find_crossing(curve: OrbitCurve, point: OrbitPoint, along: Array) -> Crossing | None:
@@ -88,8 +89,9 @@ def find_crossing(curve: OrbitCurve, point: OrbitPoint, along: Array) -> Crossin
     own = int(np.abs(alike).argmax())
     found = _as_point(curve, solved, tangents[own] * np.sign(alike[own]), point.arclength)
     # Rounding of the slopes moves the place, and with it the parameter.
-    blurred = float(np.linalg.norm(solved.moves[-1] @ np.linalg.inv(hessian)))
-    return Crossing(found, _oriented(tangents[1 - own]), blurred * solved.rounding)
+    moves = solved.rounding * solved.moves @ np.linalg.inv(hessian)
+    rounding, blurred = float(np.linalg.norm(moves[-1])), float(np.linalg.norm(moves, 2))
+    return Crossing(found, _oriented(tangents[1 - own]), rounding, blurred)
 
 
 def _as_point(curve: OrbitCurve, solved: _Solved, tangent: Array, arclength: float) -> OrbitPoint:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.bifurcations import TURNING
-from slipfold.branches.branch_point import find_crossing
+from slipfold.branches.branch_point import Crossing, find_crossing
 from slipfold.branches.event import Event
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.continuation.locate import CLOSE
@@ -131,12 +131,11 @@ def _padded(orbits: Orbits, point: OrbitPoint, uncertainty: Array) -> Array:
     return np.insert(uncertainty, [certain] * missing, 0.0)
 
 
-def _crossing_anew(orbits: Orbits, point: OrbitPoint) -> tuple[OrbitPoint | None, float]:
+def _crossing_anew(orbits: Orbits, point: OrbitPoint) -> Crossing | None:
     """Find the same branch point with its nodes elsewhere: along one branch it is singular."""
     other, guess, row = orbits.shifted(point.z, point.tangent)
     start = other.known_point(guess, row, point.arclength, point.monodromy, point.residual)
-    crossing = find_crossing(other, start, row)
-    return (None, np.inf) if crossing is None else (crossing.point, crossing.rounding)
+    return find_crossing(other, start, row)
 
 
 def _uncertainties(orbits: Orbits, found: Found) -> tuple[float, Array]:
@@ -152,32 +151,41 @@ def _found_anew(orbits: Orbits, found: Found) -> tuple[float, Array]:
 
     The parameter is uncertain by how far the orbit moves in it, and by how far along the branch
     the zero of the test function moves: its change over its slope. What the search left over of
-    the test function counts as well. A branch point where two branches cross is found anew.
+    the test function counts as well. A branch point where two branches cross is found anew; how far
+    rounding may move it along them moves the multipliers too.
     """
-    point = found.point
-    compute = computed_anew if found.other is None else _crossing_anew
-    again, rounding = compute(orbits, point)
+    point, other = found.point, found.other
+    if other is None:
+        again, rounding = computed_anew(orbits, point)
+    else:
+        crossing = _crossing_anew(orbits, point)
+        again = None if crossing is None else crossing.point
     if again is None:
         return np.inf, np.full(len(point.multipliers), np.inf)
     uncertain = multiplier_change(point.multipliers, again.multipliers, point.monodromy)
     if not np.isfinite(uncertain).all():
         return np.inf, np.full(len(uncertain), np.inf)
-    along = 0.0
-    if found.other is None:
+    if other is None:
         test = "fold" if found.type == "BP" else found.type
         change = abs(again.tests[test] - point.tests[test]) + abs(point.tests[test])
         change = max(change, _blurred(test, point, uncertain))
         along = change / max(abs(found.slope), 1e-300)
-    uncertain = uncertain + along * _multiplier_rates(orbits, point)
-    moved = SPREAD * abs(again.z[-1] - point.z[-1]) + along * abs(point.tangent[-1]) + rounding
+        rounding += along * abs(point.tangent[-1])
+        uncertain = uncertain + along * _multiplier_rates(orbits, point, point.tangent)
+    else:
+        assert crossing is not None
+        rounding = crossing.rounding
+        for direction in (point.tangent, other):
+            uncertain = uncertain + crossing.blurred * _multiplier_rates(orbits, point, direction)
+    moved = SPREAD * abs(again.z[-1] - point.z[-1]) + rounding
     value = orbits.value(point.z)
     largest = max(abs(value), orbits.width)
     return float(moved) * orbits.width + float(np.spacing(largest)), uncertain
 
 
-def _multiplier_rates(orbits: Orbits, point: OrbitPoint) -> Array:
-    """Return by how much each multiplier changes along the branch, a unit of arclength."""
-    beside = orbits.linearise(point.z + DIFFERENCED * point.tangent)
+def _multiplier_rates(orbits: Orbits, point: OrbitPoint, direction: Array) -> Array:
+    """Return by how much each multiplier changes along a branch, a unit of arclength."""
+    beside = orbits.linearise(point.z + DIFFERENCED * direction)
     others = match_multipliers(point.multipliers, floquet_multipliers(beside.monodromy))
     return np.asarray(np.abs(others - point.multipliers) / DIFFERENCED, dtype=float)
 
