@@ -40,6 +40,15 @@ class Curve(ABC, Generic[P]):
         """Return a weighted sum of derivatives at several points, None if they are not kept."""
         return None
 
+    def foreseen(self, points: Sequence[P], weights: Array) -> Array | None:
+        """Return the test functions that weighted sums of the derivatives at points have.
+
+        None where their values at the points tell as much.
+
+        Shapes: weights (t, points); returns (t, tests), NaN in what no derivatives give.
+        """
+        return None
+
     def residual(self, defect: Array) -> float:
         """Return by how much an unknown fails, as tolerances are meant."""
         return float(np.abs(defect).max())

@@ -19,6 +19,7 @@ __all__ = [
     "hermite",
     "lagrange",
     "polynomial",
+    "polynomial_weights",
     "well_spaced",
 ]
 
@@ -120,8 +121,13 @@ def polynomial(where: Array, values: Array, targets: Array) -> Array:
 
     Shapes: where (k,); values (k,) or (k, m); targets (t,); returns (t,) or (t, m).
     """
+    return polynomial_weights(where, targets) @ values
+
+
+def polynomial_weights(where: Array, targets: Array) -> Array:
+    """Weights of values that give the polynomial through them at many targets, shape (t, k)."""
     difference = where[:, None] - where[None, :]
     np.fill_diagonal(difference, 1.0)
     ratios = (targets[:, None, None] - where[None, None, :]) / difference
     ratios[:, np.arange(len(where)), np.arange(len(where))] = 1.0
-    return ratios.prod(axis=2) @ values
+    return np.asarray(ratios.prod(axis=2))

@@ -6,12 +6,17 @@ from collections.abc import Sequence
 from math import isfinite
 from typing import Protocol, TypeVar
 
+import numpy as np
+from numpy.typing import NDArray
+
 from slipfold.continuation.curve import Curve
 from slipfold.continuation.point import P, Point
 from slipfold.continuation.search import Found, Watch, locate_test, search_between
 from slipfold.continuation.trail import Sight, Stretch
 
 __all__ = ["Monitor", "Zeros"]
+
+Array = NDArray[np.float64]
 
 Q = TypeVar("Q", bound=Point)
 
@@ -38,6 +43,10 @@ class Zeros(Watch[P]):
 
     def __init__(self, curve: Curve[P]) -> None:
         self.curve = curve
+
+    def foreseen(self, points: Sequence[P], weights: Array) -> Array | None:
+        """Return the functions as the derivatives at points let expect them elsewhere."""
+        return self.curve.foreseen(points, weights)
 
     def watch(self, stretch: Stretch[P]) -> Sight[P]:
         """Locate all zeros between two neighbouring points."""

@@ -23,15 +23,20 @@ class Point:
     # and not at a fold. Zero where it is not known.
     orientation: int
     residual: float  # how far the solution fails to meet the equations
-    # Upper bound of what is zero where something may happen: where it is below zero nothing does.
-    # Infinite where none is known.
-    growth: float = np.inf
     # Logarithm of that determinant's size; minus infinity where it is not known
     volume: float = -np.inf
     # Derivatives of the equations there; None where they are not known any more
     linearisation: Any = None
     # Says what the unknown means, where that changes along a curve; None where it does not
     curve: Any = None
+
+    @property
+    def growth(self) -> float:
+        """Upper bound of what is zero where something may happen; infinite where none is known.
+
+        Where it is below zero nothing does.
+        """
+        return np.inf
 
 
 P = TypeVar("P", bound=Point)

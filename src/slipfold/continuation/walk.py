@@ -40,6 +40,13 @@ Between points they are then known ten times better still, and the search for bi
 points rests on it. So do lines that are drawn through the points: with 0.3 there are a sixth fewer
 points, and carried lines lie by up to 8e-4 of their range beside those that are followed."""
 
+LINES = 0.25
+"""What counts of the extrapolated test functions' error where these are foreseen better: lines
+through the points, which know nothing of them, would bend too much between fewer."""
+
+LONGER = 2.5
+"""A step is at most this many times as long as the one before."""
+
 NOISE = 1e-9
 """Test functions below this are rounding: on a family of centres one of them is zero everywhere."""
 
@@ -77,13 +84,22 @@ class _Measures:
     def fits(self) -> bool:
         return self.turn <= 1 and max(self.error, self.drift) <= REJECT
 
-    def factor(self) -> float:
-        """By how much the next step may be longer.
+    @property
+    def follows_tests(self) -> bool:
+        """Whether it is the test functions that make the next step no longer."""
+        return self._lengths[2] < min(*self._lengths[:2], LONGER)
+
+    @property
+    def _lengths(self) -> tuple[float, float, float]:
+        """By how much the next step may be longer for each of them.
 
         The turn grows with the first power of the step, the drift with the second to third.
         """
-        wanted = min(self.error**-POWER, 0.9 / max(self.turn, 1e-3), max(self.drift, 1e-6) ** -0.4)
-        return min(max(0.9 * wanted, 0.2), 2.5)
+        return self.error**-POWER, 0.9 / max(self.turn, 1e-3), max(self.drift, 1e-6) ** -0.4
+
+    def factor(self) -> float:
+        """By how much the next step may be longer."""
+        return min(max(0.9 * min(self._lengths), 0.2), LONGER)
 
 
 def walk(
@@ -126,7 +142,7 @@ def _next_point(
 ) -> tuple[P | Failure, float]:
     """Take one step, shortening it until it fits; return the step to try next as well."""
     smallest, largest = settings.steps.smallest, settings.steps.largest
-    reason, growth = "the curve turns too sharply", 2.5
+    reason, growth = "the curve turns too sharply", LONGER
     while step >= smallest:
         try:
             correction, point = _try(curve, recent, step, bounds, settings)
@@ -134,7 +150,7 @@ def _next_point(
             reason, step, growth = breakdown(error), 0.35 * step, 0.8
             continue
         if point is not None:
-            measures = _measure(recent, point, correction, settings)
+            measures = _measure(curve, recent, point, correction, settings)
             if measures.fits or step <= 4 * smallest:
                 return point, min(step * min(measures.factor(), growth), largest)
             step *= min(measures.factor(), 0.7)
@@ -229,22 +245,38 @@ def _arclength_at(recent: list[P], index: int, bound: float, beyond: float) -> f
     return far
 
 
-def _measure(recent: list[P], point: P, correction: Correction, settings: Stepping) -> _Measures:
-    turn = angle_between(recent[-1].tangent, point.tangent)
-    return _Measures(
+def _measure(
+    curve: Curve[P], recent: list[P], point: P, correction: Correction, settings: Stepping
+) -> _Measures:
+    measures = _Measures(
         max(correction.distance, 1e-12) / (ERROR * settings.coarse),
-        turn / settings.steps.turn,
-        min(_drift(recent, point) / DRIFT, contraction_drift(recent, point)) / settings.coarse,
+        angle_between(recent[-1].tangent, point.tangent) / settings.steps.turn,
+        _drift(recent, point) / (DRIFT * settings.coarse),
     )
+    if not measures.follows_tests:
+        return measures
+    # How they are foreseen better, and whether they matter, takes longer to see.
+    weights = lagrange([item.arclength for item in recent], point.arclength)
+    foreseen = curve.foreseen(recent, weights[None])
+    drift = measures.drift
+    if foreseen is not None:
+        better = _drift(recent, point, foreseen[0]) / (DRIFT * settings.coarse)
+        drift = max(better, LINES * drift)
+    return replace(measures, drift=min(drift, contraction_drift(recent, point) / settings.coarse))
 
 
-def _drift(recent: list[P], point: P) -> float:
-    """Error of the extrapolated test functions, relative to their largest value nearby."""
+def _drift(recent: list[P], point: P, foreseen: Array | None = None) -> float:
+    """Error of the expected test functions, relative to their largest value nearby.
+
+    They are extrapolated, unless they are foreseen better.
+    """
     if len(recent) == 1:  # nothing to extrapolate from
         return 0.0
     values = np.array([list(item.tests.values()) for item in recent])
     found = np.array(list(point.tests.values()))
     expected = lagrange([item.arclength for item in recent], point.arclength) @ values
-    size = np.maximum(np.abs(values).max(axis=0), np.abs(found))
-    drift = np.abs(found - expected) / np.maximum(size, NOISE)
+    errors = np.abs(found - expected)
+    if foreseen is not None:
+        errors = np.fmin(errors, np.abs(found - foreseen))
+    drift = errors / np.maximum(np.maximum(np.abs(values).max(axis=0), np.abs(found)), NOISE)
     return float(np.nan_to_num(drift).max())  # a function may not be defined everywhere

@@ -84,13 +84,20 @@ class Linearisation:
         """What perturbations are multiplied by from node to node, shape (m, n, n)."""
         return self.blocks if self.settled is None else self.settled
 
+    @staticmethod
+    def blended_monodromies(parts: Sequence[Linearisation], weights: Array) -> Array:
+        """Return the watched matrices of several blends, shape (t, n, n).
+
+        Shapes: weights (t, parts).
+        """
+        if parts[0].watched is None:
+            return _product(np.tensordot(weights, [part.factors for part in parts], axes=1))
+        return np.array([Linearisation.blend(parts, row).monodromy for row in weights])
+
     @cached_property
     def product(self) -> Array:
         """Product of the transition matrices, shape (n, n), in scaled states."""
-        factors = self.factors
-        while len(factors) % 2 == 0:  # pairs side by side: three operations for eight segments
-            factors = factors[1::2] @ factors[::2]
-        return reduce(lambda product, block: block @ product, factors)
+        return _product(self.factors)
 
     @cached_property
     def monodromy(self) -> Array:
@@ -153,6 +160,13 @@ class Linearisation:
         """Return the rows below those of the segments, shape (d + 1, m n + k)."""
         gradients = self.conditions.gradients
         return row[None] if gradients is None else np.vstack([gradients, row])
+
+
+def _product(factors: Array) -> Array:
+    """Return the products of matrices, the first on the right: (..., m, n, n) to (..., n, n)."""
+    while factors.shape[-3] % 2 == 0:  # pairs side by side: three operations for eight segments
+        factors = factors[..., 1::2, :, :] @ factors[..., ::2, :, :]
+    return reduce(lambda product, block: block @ product, np.moveaxis(factors, -3, 0))
 
 
 def defect_of(residual: Array, values: Array) -> Array:

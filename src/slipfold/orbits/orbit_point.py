@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,16 @@ class OrbitPoint(Point):
 
     monodromy: Array  # monodromy matrix in scaled states, shape (n, n)
     multipliers: NDArray[np.complex128]  # Floquet multipliers, shape (n,)
+
+    @cached_property
+    def growth(self) -> float:
+        """Upper bound of the logarithms of the multipliers' moduli, if all are inside the circle.
+
+        Computed where it is asked for: that takes as long as the multipliers.
+        """
+        if self.linearisation is None or not abs(self.multipliers[0]) < 1:
+            return np.inf
+        return float(self.curve.growth(self.linearisation))
 
     @property
     def unstable(self) -> int:

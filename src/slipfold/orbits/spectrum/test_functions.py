@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["evaluate_tests"]
+__all__ = ["evaluate_each", "evaluate_tests"]
 
 Array = NDArray[np.float64]
 
@@ -40,26 +39,36 @@ def evaluate_tests(
     >>> evaluate_tests(np.array([-1.0, 0.5]))["PD"]
     0.0
     """
+    (row,) = evaluate_each(multipliers[None], names)
+    return dict(zip(names, row.tolist(), strict=True))
+
+
+def evaluate_each(
+    multipliers: NDArray[np.complex128], names: tuple[str, ...] = ("PD", "fold", "NS")
+) -> Array:
+    """Evaluate the test functions of several orbits.
+
+    Shapes: multipliers (t, n); returns (t, names).
+    """
     groups = [PRODUCTS[name](multipliers) for name in names]
-    products = np.concatenate(groups)
+    products = np.concatenate(groups, axis=1)
     factors = 1 - products
     sizes = np.abs(factors)
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         ratios = sizes / np.abs(1 - SHRUNK * products)
         turns = factors / sizes
-    tests, begin = {}, 0
-    for name, group in zip(names, groups, strict=True):
-        part = slice(begin, begin := begin + len(group))
-        tests[name] = _compared(sizes[part], ratios[part], turns[part])
+    tests, begin = np.empty((len(multipliers), len(names))), 0
+    for column, group in zip(tests.T, groups, strict=True):
+        part = np.s_[:, begin : (begin := begin + group.shape[1])]
+        column[:] = _compared(sizes[part], ratios[part], turns[part])
     return tests
 
 
-def _compared(sizes: Array, ratios: Array, turns: NDArray[np.complex128]) -> float:
-    """Real product of 1 - p beside that of 1 - SHRUNK p, as a sine of the angle between them."""
-    if not sizes.all():
-        return 0.0
-    ratio = float(ratios.prod())
-    return math.copysign(math.sin(math.atan(ratio)), float(turns.prod().real))
+def _compared(sizes: Array, ratios: Array, turns: NDArray[np.complex128]) -> Array:
+    """Real products of 1 - p beside those of 1 - SHRUNK p, as sines of the angles between them."""
+    sines = np.sin(np.arctan(ratios.prod(axis=1)))
+    signed = np.copysign(sines, turns.prod(axis=1).real)
+    return np.where(sizes.all(axis=1), signed, 0.0)
 
 
 @cache
@@ -68,8 +77,8 @@ def _pairs(n: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 
 
 def _of_two(multipliers: NDArray[np.complex128]) -> NDArray[np.complex128]:
-    first, second = _pairs(len(multipliers))
-    return multipliers[first] * multipliers[second]
+    first, second = _pairs(multipliers.shape[1])
+    return multipliers[:, first] * multipliers[:, second]
 
 
 PRODUCTS: dict[str, Callable[[NDArray[np.complex128]], NDArray[np.complex128]]] = {
@@ -78,4 +87,4 @@ PRODUCTS: dict[str, Callable[[NDArray[np.complex128]], NDArray[np.complex128]]] 
     "NS": _of_two,
     "HB": _of_two,
 }
-"""What is one at each bifurcation."""
+"""What is one at each bifurcation, of each orbit in its row."""
