@@ -414,3 +414,31 @@ def test_help_of_each_command(command):
     result = run(command, "--help")
     assert result.exit_code == 0
     assert result.stdout.startswith(f"Usage: slipfold {command}")
+
+
+def test_simulate_says_when_contacts_stick(tmp_path):
+    path = tmp_path / "belt.toml"
+    path.write_text(
+        """
+        [structure]
+        M = [[1]]
+        K = [[1]]
+        names = "x"
+        [[contacts]]
+        along = "x"
+        friction = { law = "Coulomb", mu_s = 1.0, mu_k = 0.5 }
+        load = 1.0
+        Vd = 0.2
+        name = "belt"
+        """
+    )
+    found = json.loads(run("simulate", str(path), "--json", "-").stdout)
+    assert found["regime"] == "stick-slip"
+    assert found["period"] == 1
+    assert found["duration"] == pytest.approx(8.902605407815, abs=1e-10)
+    assert found["stick"]["fraction"] == pytest.approx(5 / 8.902605407815, abs=1e-10)
+    assert found["stick"]["count"] == 1
+    (time,) = found["stick"]["intervals"]
+    assert time["contact"] == "belt"
+    assert time["to"] - time["from"] == pytest.approx(5, abs=1e-10)
+    assert found["extrema"]["x"][1] == pytest.approx(1.038516480713, abs=1e-10)

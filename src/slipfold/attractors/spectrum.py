@@ -161,19 +161,21 @@ def find_spectrum(
     flow = flow_of(motion.model)
     if isinstance(motion, Trajectory):
         count = motion.steady_periods(periods)
-        states = motion.steady(periods, per_period)[1]
-        return _transform(flow, motion.steady_model, states, count, motion.settlement.settled)
+        values = motion.steady_outputs(periods, per_period)
+        return _transform(flow, motion.steady_model, values, count, motion.settlement.settled)
     # The orbit rounds its samples up to a multiple of its nodes.
     states = motion.sample(motion.period * per_period)[1]
-    return _transform(flow, motion.model, states, motion.period, True)
-
-
-def _transform(flow: Flow, model: Model, states: Array, periods: int, settled: bool) -> Spectrum:
-    constants = flow.constants_of(model)
     count = len(states)
-    phases = (np.arange(count) * periods % count) / count
-    values = flow.outputs(states, phases, constants)
-    coefficients = np.fft.rfft(values, axis=0) / count
+    phases = (np.arange(count) * motion.period % count) / count
+    values = flow.outputs(states, phases, flow.constants_of(motion.model))
+    return _transform(flow, motion.model, values, motion.period, True)
+
+
+def _transform(flow: Flow, model: Model, values: Array, periods: int, settled: bool) -> Spectrum:
+    constants = flow.constants_of(model)
+    count = len(values)
+    with np.errstate(invalid="ignore"):  # what has no value somewhere has no spectrum
+        coefficients = np.fft.rfft(values, axis=0) / count
     # Every line but the mean stands for two of the two-sided spectrum, except the last one of an
     # even number of samples, which is its own mirror image.
     coefficients[1 : (count + 1) // 2] *= 2

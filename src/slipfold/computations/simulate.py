@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from slipfold.checks.of_motion import check_motion
 from slipfold.computations.given import checked_model
-from slipfold.flow.simulate import simulate as integrate
+from slipfold.flow.switched.simulate import simulate_any
 from slipfold.models.model import Model
 from slipfold.results.provenance import provenance
 from slipfold.results.simulation import Simulation
@@ -69,13 +69,14 @@ def simulate(
     model = checked_model(model)
     changed = model.replace(**parameters)
     started = perf_counter()
-    found = integrate(changed, periods, state, tolerance=tolerance)
-    checked = check_motion(found)
+    found = simulate_any(changed, periods, state, tolerance=tolerance)
+    checked = check_motion(found) if found.sticking is None else None
     return Simulation(
         model=found.model,
         strobe=found.strobe,
         settlement=found.settlement,
         stopped=found.stopped,
+        sticking=found.sticking,
         asked=found.periods if periods is None else int(periods),
         tolerance=float(tolerance),
         provenance=provenance(perf_counter() - started),

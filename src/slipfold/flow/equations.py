@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from slipfold.flow.lanes import by_lane
 from slipfold.models.model import Model
-from slipfold.models.output import Expression
+from slipfold.models.output import Expression, Symbols
 
-__all__ = ["Constants", "Equations", "build_equations"]
+__all__ = ["Constants", "Equations", "Written", "build_equations", "written"]
 
 Array = NDArray[np.float64]
 
@@ -67,23 +67,42 @@ class Equations:
         return hashlib.sha256(pickle.dumps(parts)).hexdigest()
 
 
-def build_equations(model: Model) -> Equations:
-    """Write a model's equations in symbols."""
-    names = tuple(state.name for state in model.states)
-    q = {name: hy.expression(name) for name in names}
+@dataclass(frozen=True)
+class Written:
+    """The symbols in which a model's equations are written."""
+
+    states: Symbols  # by name
+    parameters: Symbols
+    coefficients: Symbols
+    values: Symbols  # of the coefficients, in the parameters
+    phase: Expression
+
+
+def written(model: Model) -> Written:
+    """Return the symbols in which a model's equations are written."""
+    q = {state.name: hy.expression(state.name) for state in model.states}
     p = {item.name: hy.expression(f"p_{item.name}") for item in model.parameters}
     values = {**model.coefficients(p), "T": model.period(p)}
     c = {name: hy.expression(f"c_{name}") for name in values}
-    phase = hy.expression("phase")
+    return Written(q, p, c, values, hy.expression("phase"))
+
+
+def build_equations(model: Model, given: Symbols | None = None) -> Equations:
+    """Write a model's equations in symbols; forces of contacts may be given as such."""
+    symbols = written(model)
+    names, p, c, phase = (
+        tuple(symbols.states), symbols.parameters, symbols.coefficients, symbols.phase
+    )  # fmt: skip
+    q = {**symbols.states, **(given or {})}
     rates = model.rates(q, c, phase)
     outputs = [(name, q[name]) for name in names]
     outputs += [(item.name, item.expression(q, c, phase)) for item in model.outputs()]
     return Equations(
         names=names,
-        states=tuple(q.values()),
+        states=tuple(symbols.states.values()),
         parameters=tuple(p.values()),
         coefficients=tuple(c.values()),
-        coefficient_values=tuple(_as_expression(value) for value in values.values()),
+        coefficient_values=tuple(_as_expression(value) for value in symbols.values.values()),
         phase=phase,
         field=tuple(_as_expression(rates[name]) for name in names),
         outputs=tuple(outputs),

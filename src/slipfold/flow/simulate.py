@@ -21,7 +21,15 @@ from slipfold.flow.trajectory import Trajectory
 from slipfold.models.model import Model
 from slipfold.models.suggestion import suggest
 
-__all__ = ["Motion", "initial_state", "simulate"]
+__all__ = [
+    "PERIODS",
+    "Motion",
+    "checked_periods",
+    "checked_tolerance",
+    "cut_short",
+    "initial_state",
+    "simulate",
+]
 
 Array = NDArray[np.float64]
 
@@ -56,9 +64,7 @@ def simulate(
     >>> print(simulate(model_named("vanderpol-free")).settlement.kind)
     cycle
     """
-    asked = None if periods is None else _whole_number(periods)
-    if not (math.isfinite(tolerance) and tolerance > 0):
-        raise InputError(f"tolerance = {tolerance!r} is not a positive number; give one like 1e-9")
+    asked, tolerance = checked_periods(periods), checked_tolerance(tolerance)
     start = initial_state(model, state)
     if model.forced:
         asked = asked or PERIODS
@@ -148,7 +154,7 @@ class Motion:
         """Return whether it has settled, and on what."""
         model = self.model
         if self.stopped is not None:
-            return _cut_short(self.stopped)
+            return cut_short(self.stopped)
         if model.forced:
             return judge_settlement(self.strobe, model.state_scales(), tolerance)
         found = judge_autonomous(model, self.strobe, tolerance)
@@ -200,13 +206,24 @@ def initial_state(model: Model, state: ArrayLike | Mapping[str, float] | None) -
     return values
 
 
-def _whole_number(periods: object) -> int:
+def checked_periods(periods: object) -> int | None:
+    """Return a number of periods, or None for as many as it takes."""
+    if periods is None:
+        return None
     if isinstance(periods, (int, np.integer)) and not isinstance(periods, bool) and periods >= 1:
         return int(periods)
     raise InputError(f"periods = {periods!r} is not a whole number of at least 1; give one")
 
 
-def _cut_short(stop: Stop) -> Settlement:
+def checked_tolerance(tolerance: float) -> float:
+    """Return a tolerance that is a positive number."""
+    if math.isfinite(tolerance) and tolerance > 0:
+        return tolerance
+    raise InputError(f"tolerance = {tolerance!r} is not a positive number; give one like 1e-9")
+
+
+def cut_short(stop: Stop) -> Settlement:
+    """Say of a motion that ended early that it has not settled."""
     return Settlement(
         False, None, math.nan, None, f"not settled: ended after {stop.time:.6g} s, {stop.reason}"
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -13,13 +14,40 @@ from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.guarded_flow import Stop
 from slipfold.flow.settling.settlement import Settlement
+from slipfold.flow.switched.history import Interval
+from slipfold.flow.switched.mode import Mode, Status
+from slipfold.flow.switched.sampled import Samples, sample_switched
 from slipfold.models.model import Model
 from slipfold.text.one_line import OneLine, headed, number_text
 from slipfold.text.printed_table import PrintedTable
 
-__all__ = ["Trajectory"]
+__all__ = ["Sticking", "Trajectory"]
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Sticking:
+    """What the contacts of a motion did; frozen.
+
+    Parameters
+    ----------
+    contacts
+        Their names.
+    modes
+        What each contact does at the start of every forcing period, shape (periods + 1,
+        n_contacts): 0 sticks, 1 slips, -1 slips backwards, 2 is open.
+    intervals
+        When each contact stuck, slipped and was open.
+    """
+
+    contacts: tuple[str, ...]
+    modes: NDArray[np.int64]
+    intervals: tuple[Interval, ...]
+
+    def mode(self, index: int) -> Mode:
+        """Return what all contacts do at the start of a period."""
+        return tuple(Status(int(value)) for value in self.modes[index])
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -41,6 +69,8 @@ class Trajectory(OneLine):
         Whether and on what it settled.
     stopped
         Why and when it ended early; None if it ran to its end.
+    sticking
+        What contacts did in a motion that sticks; None of one that always slips.
 
     Examples
     --------
@@ -57,6 +87,7 @@ class Trajectory(OneLine):
     strobe: Array
     settlement: Settlement
     stopped: Stop | None = None
+    sticking: Sticking | None = None
 
     def _line(self) -> str:
         ended = self.settlement.message if self.stopped is None else self.stopped.reason
@@ -161,11 +192,24 @@ class Trajectory(OneLine):
         if per_period < 1:
             raise InputError(f"per_period = {per_period} is less than 1; give 1 or more")
         count = last - first
+        ticks = np.arange(count * per_period) / per_period
+        time = (first + ticks) * self.forcing_period
+        if self.sticking is not None:
+            return time, np.concatenate(
+                [item.states for item in self._each(first, last, per_period)]
+            )
         states = self._flow.sample(
             self.strobe[first:last], np.zeros(count), np.ones(count), per_period, self._constants
         )
-        ticks = np.arange(count * per_period) / per_period
-        return (first + ticks) * self.forcing_period, states.reshape(len(ticks), -1)
+        return time, states.reshape(len(ticks), -1)
+
+    def _each(self, first: int, last: int, per_period: int) -> Iterator[Samples]:
+        """Sample forcing periods of a motion that sticks, one after the other."""
+        assert self.sticking is not None
+        phases = np.arange(per_period) / per_period
+        for index in range(first, last):
+            mode = self.sticking.mode(index)
+            yield sample_switched(self.model, self.strobe[index], mode, phases)
 
     def output(
         self, name: str, start: int = 0, stop: int | None = None, per_period: int = 64
@@ -193,6 +237,10 @@ class Trajectory(OneLine):
         """
         column = self._flow.output_index(name)
         time, states = self.sample(start, stop, per_period)
+        if self.sticking is not None:
+            first, last, _ = slice(start, stop).indices(self.periods)
+            each = self._each(first, last, per_period)
+            return time, np.concatenate([item.outputs()[:, column] for item in each])
         phases = np.arange(len(time)) % per_period / per_period
         return time, self._flow.outputs(states, phases, self._constants)[:, column]
 
@@ -225,9 +273,49 @@ class Trajectory(OneLine):
         if self.settlement.duration is None:
             return self.sample(self.periods - count, None, per_period)
         ticks = np.arange(count * per_period + 1) / per_period
+        time = self.duration + ticks[:-1] * self.settlement.duration
+        if self.sticking is not None:
+            return time, self._rounds(count, per_period).states
         constants = self._flow.constants_of(self.steady_model)
         states = self._flow.trajectory(self.strobe[-1], constants, ticks)
-        return self.duration + ticks[:-1] * self.settlement.duration, states[:-1]
+        return time, states[:-1]
+
+    def _rounds(self, count: int, per_period: int) -> Samples:
+        """Sample rounds of the cycle that a motion with stick settled on."""
+        assert self.sticking is not None
+        phases = np.arange(count * per_period) / per_period
+        return sample_switched(self.steady_model, self.strobe[-1], self.sticking.mode(-1), phases)
+
+    def steady_outputs(self, periods: int = 64, per_period: int = 64) -> Array:
+        """Sample all outputs as `steady` does the states.
+
+        Parameters
+        ----------
+        periods
+            Forcing periods wanted.
+        per_period
+            Samples per forcing period.
+
+        Returns
+        -------
+        ndarray, shape (m, n_outputs)
+            Outputs, the states first.
+
+        Raises
+        ------
+        InputError
+            If the run is shorter than one response period.
+        """
+        count = self.steady_periods(periods)
+        if self.sticking is None:
+            states = self.steady(periods, per_period)[1]
+            phases = np.arange(len(states)) % per_period / per_period
+            constants = self._flow.constants_of(self.steady_model)
+            return self._flow.outputs(states, phases, constants)
+        if self.settlement.duration is not None:
+            return self._rounds(count, per_period).outputs()
+        each = self._each(self.periods - count, self.periods, per_period)
+        return np.concatenate([item.outputs() for item in each])
 
     @property
     def steady_model(self) -> Model:
@@ -267,6 +355,9 @@ class Trajectory(OneLine):
         grid = phases if phases[0] == 0 else np.concatenate([[0.0], phases])
         if len(grid) == 1:
             return np.repeat(self.strobe[index][None], len(cycles), axis=0)
+        if self.sticking is not None:
+            mode = self.sticking.mode(index)
+            return sample_switched(self.model, self.strobe[index], mode, phases).states[inverse]
         states = self._flow.trajectory(self.strobe[index], self._constants, grid)
         return states[len(grid) - len(phases) :][inverse]
 

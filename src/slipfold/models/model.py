@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipfold.errors import InputError
+from slipfold.models.contact import Contact
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.output import Expression, Limit, Output, Symbols
 from slipfold.models.parameter import DURATION, Parameter, State
@@ -108,6 +109,20 @@ class Model(ABC):
 
     def outputs(self) -> tuple[Output, ...]:
         """Quantities of interest besides the states."""
+        return ()
+
+    def contacts(self, q: Symbols, c: Symbols, phase: Expression) -> tuple[Contact, ...]:
+        """Contacts with exact friction, in which motions may stick; none unless a model says so.
+
+        Parameters
+        ----------
+        q
+            The states by name.
+        c
+            The coefficients by name.
+        phase
+            Time divided by the forcing period.
+        """
         return ()
 
     def declared_scales(self) -> NDArray[np.float64]:

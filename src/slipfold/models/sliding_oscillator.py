@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.errors import InputError
+from slipfold.models.contact import Contact, friction_name, normal_name
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.friction import Coulomb, FrictionLaw
 from slipfold.models.linear_modes import Modes, find_modes
@@ -19,7 +20,9 @@ from slipfold.models.output import Expression, Limit, Output, Symbols
 from slipfold.models.parameter import Parameter, State
 from slipfold.models.sliding_outputs import (
     LAW_PREFIX,
+    TIP,
     law_parameters,
+    relative_velocity,
     sliding_outputs,
     spring_length_squared,
 )
@@ -282,6 +285,9 @@ class SlidingOscillator(Model):
         self, q: Symbols, c: Symbols, phase: Expression
     ) -> tuple[Expression, Expression, dict[str, Expression]]:
         """Accelerations over L that friction gives, and the rates of its memory."""
+        if normal_name(TIP) in q:
+            push_x, push_y = (q[friction_name(TIP, axis)] / (c["m2"] * c["L"]) for axis in (0, 1))
+            return push_x, c["mass_ratio"] * push_y, {}
         slip_x, slip_y = c["plate_x"] - q["vx"], c["plate_y"] - q["vy"]
         load = c["friction_static"] + c["friction_pulsing"] * hy.cos(2 * math.pi * phase)
         law = self._law
@@ -297,6 +303,24 @@ class SlidingOscillator(Model):
         normal_rate = -2 * math.pi * c["f"] * c["Nd"] * hy.sin(turn)
         rates = law.memory_rates(slip, memory, p, normal, normal_rate)
         return push_x, c["mass_ratio"] * push_y, dict(zip(names, rates, strict=True))
+
+    def contacts(self, q: Symbols, c: Symbols, phase: Expression) -> tuple[Contact, ...]:
+        """Return the tip on the plate, unless its law never sticks."""
+        law = Coulomb() if self._law is None else self._law
+        if not law.sticks:
+            return ()
+        own = {"mu_s": c["mu"], "mu_k": c["mu"]} if self._law is None else law_parameters(law, c)
+        return (
+            Contact(
+                TIP,
+                relative_velocity(q, c),
+                (c["L"] * c["plate_x"], c["L"] * c["plate_y"]),
+                c["Ns"] + c["Nd"] * hy.cos(2 * math.pi * phase),
+                friction=lambda speed: law.formula(speed, own),
+                holding=law.holding(own),
+                limits=("stick", "lost contact"),
+            ),
+        )
 
     def period(self, p: Symbols) -> Expression:
         """Return the forcing period 1/f in seconds."""

@@ -6,10 +6,21 @@ import math
 
 import heyoka as hy
 
+from slipfold.models.contact import friction_name, normal_name
 from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.output import Expression, Output, Symbols
 
-__all__ = ["LAW_PREFIX", "law_parameters", "sliding_outputs", "spring_length_squared"]
+__all__ = [
+    "LAW_PREFIX",
+    "TIP",
+    "law_parameters",
+    "relative_velocity",
+    "sliding_outputs",
+    "spring_length_squared",
+]
+
+TIP = "tip"
+"""The contact of tip and plate."""
 
 LAW_PREFIX = "law_"
 """What the names of a friction law's parameters begin with among the coefficients."""
@@ -26,15 +37,18 @@ def _spring_length(q: Symbols, c: Symbols, phase: Expression) -> Expression:
 
 
 def _normal_force(q: Symbols, c: Symbols, phase: Expression) -> Expression:
+    if normal_name(TIP) in q:
+        return q[normal_name(TIP)]
     return c["Ns"] + c["Nd"] * hy.cos(2 * math.pi * phase)
 
 
-def _slip(q: Symbols, c: Symbols) -> tuple[Expression, Expression]:
+def relative_velocity(q: Symbols, c: Symbols) -> tuple[Expression, Expression]:
+    """Return the velocity of the plate relative to the tip."""
     return c["L"] * (c["plate_x"] - q["vx"]), c["L"] * (c["plate_y"] - q["vy"])
 
 
 def _relative_speed(q: Symbols, c: Symbols, phase: Expression) -> Expression:
-    slip_x, slip_y = _slip(q, c)
+    slip_x, slip_y = relative_velocity(q, c)
     return hy.sqrt(slip_x * slip_x + slip_y * slip_y)
 
 
@@ -67,7 +81,9 @@ class _Contact:
         return f"power lost to friction heat{stored}"
 
     def force(self, q: Symbols, c: Symbols, phase: Expression) -> tuple[Expression, Expression]:
-        slip_x, slip_y = _slip(q, c)
+        if normal_name(TIP) in q:
+            return q[friction_name(TIP, 0)], q[friction_name(TIP, 1)]
+        slip_x, slip_y = relative_velocity(q, c)
         normal = _normal_force(q, c, phase)
         if self.law is None:
             size, speed = c["mu"] * normal, _relative_speed(q, c, phase)
@@ -84,7 +100,8 @@ class _Contact:
 
     def friction_direction(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
         # Without memory the force lies along the slip, which takes less to compute.
-        x, y = self.force(q, c, phase) if self.memory else _slip(q, c)
+        given = self.memory or normal_name(TIP) in q
+        x, y = self.force(q, c, phase) if given else relative_velocity(q, c)
         return hy.atan2(y, x)
 
     def power_plate(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
@@ -94,9 +111,9 @@ class _Contact:
         )
 
     def power_friction(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
-        if self.law is None:
+        if self.law is None and normal_name(TIP) not in q:
             return c["mu"] * _normal_force(q, c, phase) * _relative_speed(q, c, phase)
-        (x, y), (slip_x, slip_y) = self.force(q, c, phase), _slip(q, c)
+        (x, y), (slip_x, slip_y) = self.force(q, c, phase), relative_velocity(q, c)
         return x * slip_x + y * slip_y
 
     def power_structure(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.errors import InputError
+from slipfold.models.contact import Contact
 from slipfold.models.model import Kind, Model
 from slipfold.models.output import Expression, Output, Symbols
 from slipfold.models.parameter import DURATION, Parameter
@@ -122,6 +123,10 @@ class Unforced(Model):
         """Time derivatives of the states, per second."""
         return self._base.rates(q, {**self._terms.others, **c}, _REST)
 
+    def contacts(self, q: Symbols, c: Symbols, phase: Expression) -> tuple[Contact, ...]:
+        """Those of the forced model."""
+        return self._base.contacts(q, {**self._terms.others, **c}, _REST)
+
     def period(self, p: Symbols) -> Expression:
         """Return the ``duration`` in seconds."""
         return p[DURATION.name]
@@ -218,7 +223,8 @@ def _terms_of(kind: Kind, quiet: str) -> _Terms:
     c = {name: constants.get(name, hy.expression(f"c_{name}")) for name in found}
     q = {state.name: hy.expression(state.name) for state in model.states}
     outputs = [item.expression(q, c, _REST) for item in model.outputs()]
-    used = _variables([*model.rates(q, c, _REST).values(), *outputs])
+    holding = [contact.holding for contact in model.contacts(q, c, _REST)]
+    used = _variables([*model.rates(q, c, _REST).values(), *outputs, *holding])
     coefficients = tuple(name for name in found if f"c_{name}" in used)
     known = _variables(found[name] for name in coefficients)
     parameters = tuple(item for item in model.parameters if f"p_{item.name}" in known)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +12,9 @@ import numpy as np
 from slipfold.checks.checked import Checked
 from slipfold.drawing import draw
 from slipfold.flow.guarded_flow import Stop
+from slipfold.flow.last_round import LastRound, last_round
 from slipfold.flow.settling.settlement import Settlement
+from slipfold.flow.switched.mode_equations import contacts_of
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
@@ -21,6 +24,7 @@ from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
 from slipfold.results.saved_table import SavedTable
 from slipfold.results.sheet import Sheet
+from slipfold.results.stick_table import read_sticking, stick_record, stick_variables
 from slipfold.results.table import Table, axes_of, names
 
 if TYPE_CHECKING:
@@ -74,6 +78,8 @@ class Simulation(Trajectory, Result):
         Distance from a periodic response at which the motion counts as settled, in scaled states.
     provenance
         Versions and time.
+    sticking
+        What contacts did in a motion that sticks; None of one that always slips.
     checked
         Parts of the motion that were held against the equations; None if none was.
 
@@ -98,6 +104,33 @@ class Simulation(Trajectory, Result):
     provenance: Provenance
     checked: Checked | None = None
 
+    @cached_property
+    def last_round(self) -> LastRound | None:
+        """The last whole round: extrema of the states, when contacts stick; None if there is none.
+
+        That is the last response or cycle; of a motion that has not settled the last forcing
+        period.
+        """
+        return last_round(self)
+
+    @property
+    def regime(self) -> str | None:
+        """``"slip"``, ``"stick-slip"`` or ``"stuck"`` in the last whole round.
+
+        None if there is none, or the model has no contacts that could stick.
+        """
+        last = self.last_round
+        if last is None or not contacts_of(self.model):
+            return None
+        if last.stuck and self.sticking is not None:
+            return "stuck"
+        return "stick-slip" if last.sticking else "slip"
+
+    @property
+    def stuck_fraction(self) -> float | None:
+        """Share of the last whole round in which a contact sticks; None if there is no round."""
+        return None if self.last_round is None else self.last_round.fraction
+
     def spectrum(self, periods: int = 64, per_period: int = 64) -> Spectrum:
         """Return the spectra of all outputs at the end of the run.
 
@@ -120,9 +153,10 @@ class Simulation(Trajectory, Result):
     def summary(self) -> str:
         """Return whether it settled, its last state, and the amplitudes of what it settled on."""
         names = [state.name for state in self.model.states]
-        last = zip(names, self.strobe[-1], strict=True)
-        state = ", ".join(f"{name} = {value:.12g}" for name, value in last)
-        message = self.settlement.message
+        state = ", ".join(
+            f"{name} = {value:.12g}" for name, value in zip(names, self.strobe[-1], strict=True)
+        )
+        message, last = self.settlement.message, self.last_round
         forced = self.model.forced
         length = f"{self.duration:.6g} s"
         # At how long intervals a motion that nothing forces was kept is no property of the model.
@@ -133,6 +167,8 @@ class Simulation(Trajectory, Result):
             message[:1].upper() + message[1:],
             f"Last state{' at phase zero' if forced else ''}: {state}",
         ]
+        if last is not None and last.sticking:
+            lines.append(f"In its last round contacts stick {100 * last.fraction:.6g}% of the time")
         spectrum = self._response_spectrum()
         if spectrum is not None:
             lines += ["", f"{'Hz':>12}" + "".join(f"{name:>14}" for name in names)]
@@ -188,10 +224,12 @@ class Simulation(Trajectory, Result):
 
     def _variables(self) -> dict[str, Variable]:
         labels = names("state", self.model.states)
-        return labels | _motion(self.model).variables([self], axes_of(self.model))
+        motion = _motion(self.model).variables([self], axes_of(self.model))
+        return labels | motion | stick_variables(self.model, self.sticking)
 
     def _record(self) -> dict[str, Any]:
         settlement, spectrum = self.settlement, self._response_spectrum()
+        last = self.last_round
         return {
             "periods": self.periods,
             "initial_state": self.strobe[0],
@@ -202,6 +240,9 @@ class Simulation(Trajectory, Result):
             "duration": settlement.duration,
             "drift": settlement.drift,
             "message": settlement.message,
+            "regime": self.regime,
+            "stick": None if self.regime is None or last is None else stick_record(last),
+            "extrema": None if last is None else _extrema_record(self.model, last),
             "spectrum": None if spectrum is None else _spectrum_record(self.model, spectrum),
             "stopped": None if self.stopped is None else asdict(self.stopped),
         }
@@ -223,6 +264,7 @@ class Simulation(Trajectory, Result):
             strobe=strobe,
             settlement=Settlement(**json.loads(saved.attributes["settlement"])),
             stopped=None if stopped is None else Stop(**stopped),
+            sticking=read_sticking(saved),
             asked=int(saved.given["periods"]),
             tolerance=float(saved.given["tolerance"]),
             provenance=saved.provenance,
@@ -237,6 +279,11 @@ class Simulation(Trajectory, Result):
 
 def _lines(spectrum: Spectrum) -> int:
     return HIGHEST * spectrum.periods + 1
+
+
+def _extrema_record(model: Model, last: LastRound) -> dict[str, list[float]]:
+    pairs = zip(model.states, last.least, last.most, strict=True)
+    return {state.name: [float(least), float(most)] for state, least, most in pairs}
 
 
 def _spectrum_record(model: Model, spectrum: Spectrum) -> dict[str, Any]:

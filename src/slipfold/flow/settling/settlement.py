@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from slipfold.text.one_line import number_text
 
-__all__ = ["SHORTEST", "Settlement", "Trend", "judge_settlement", "trends_of"]
+__all__ = ["ROUNDING", "SHORTEST", "Settlement", "Trend", "judge_settlement", "trends_of"]
 
 Array = NDArray[np.float64]
 

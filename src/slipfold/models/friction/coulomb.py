@@ -50,10 +50,9 @@ class Coulomb(FrictionLaw):
         """Refuse ``mu_s < mu_k``."""
         check_static(values)
 
-    @property
-    def stiction(self) -> float:
-        """Friction coefficient up to which a contact at rest holds: ``mu_s``."""
-        return self.mu_s
+    def holding(self, p: Symbols) -> Expression:
+        """``mu_s``."""
+        return p["mu_s"]
 
     def formula(self, speed: Expression, p: Symbols) -> Expression:
         """``mu_k``."""
@@ -98,10 +97,9 @@ class CoulombViscous(FrictionLaw):
         """Refuse ``mu_s < mu_k``."""
         check_static(values)
 
-    @property
-    def stiction(self) -> float:
-        """Friction coefficient up to which a contact at rest holds: ``mu_s``."""
-        return self.mu_s
+    def holding(self, p: Symbols) -> Expression:
+        """``mu_s``."""
+        return p["mu_s"]
 
     def formula(self, speed: Expression, p: Symbols) -> Expression:
         """``mu_k + s2 v``."""

@@ -104,7 +104,17 @@ class FrictionLaw(ABC):
     @property
     def stiction(self) -> float:
         """Friction coefficient up to which a contact at rest holds; 0 if it does not stick."""
-        return float(self.coefficient(0.0)) if self.sticks else 0.0
+        return float(self.holding(self.values)) if self.sticks else 0.0
+
+    def holding(self, p: Symbols) -> Expression:
+        """Friction coefficient up to which a contact at rest holds, if the law sticks.
+
+        Parameters
+        ----------
+        p
+            The parameters by name.
+        """
+        return self.formula(0.0, p)
 
     def traction(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
         """Friction force over normal force.

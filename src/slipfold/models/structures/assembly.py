@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.errors import InputError
+from slipfold.models.contact import Contact, friction_name, normal_name
 from slipfold.models.output import Expression, Limit, Symbols
 from slipfold.models.parameter import DURATION, Parameter, State
 from slipfold.models.structures.components.component import Component, Motion
+from slipfold.models.structures.components.contacts import FrictionContact
 from slipfold.models.structures.components.direction import Direction
 from slipfold.models.structures.components.sums import total, weighted_sum
 from slipfold.models.structures.definition import Definition
@@ -198,9 +201,10 @@ class Assembly:
         for item in self.placed:
             called, name = item.component.called, item.component.name
             for limit in item.component.limits():
-                title = f"{limit.name} of {name}" if name else limit.name
                 reason = f"{name}: {limit.reason}" if name else limit.reason
-                found.append(Limit(title, called(limit.output), limit.bound, reason))
+                found.append(
+                    Limit(_titled(item.component, limit), called(limit.output), limit.bound, reason)
+                )
         return tuple(found)
 
     # -- equations -----------------------------------------------------------------------------
@@ -237,7 +241,19 @@ class Assembly:
             tuple(self.displacement(row, q) for row in item.rows),
             tuple(self.displacement(row, q, "v") for row in item.rows),
             memory,
+            **_given_forces(component, q),
         )
+
+    def contacts(self, q: Symbols, c: Symbols, phase: Expression) -> tuple[Contact, ...]:
+        """Return the contacts whose laws stick."""
+        found = []
+        for item in self.placed:
+            if isinstance(item.component, FrictionContact):
+                motion, own = self.motion(item, q), self.own_coefficients(item, c)
+                contact = item.component.contact(motion, own, phase)
+                titles = tuple(_titled(item.component, limit) for limit in item.component.limits())
+                found += [] if contact is None else [replace(contact, limits=titles)]
+        return tuple(found)
 
     def displacement(self, row: Array, q: Symbols, rate: str = "") -> Expression:
         """Return a weighted sum of displacements in m, or of velocities in m/s.
@@ -302,6 +318,19 @@ class Assembly:
         """Number of products in the linear part of the equations."""
         matrices = [self.stiffness, *(matrix for _, matrix in self.damping)]
         return sum(int(np.count_nonzero(self.over_mass(matrix))) for matrix in matrices)
+
+
+def _titled(component: Component, limit: Limit) -> str:
+    """Return what the structure calls a limit of a component."""
+    return f"{limit.name} of {component.name}" if component.name else limit.name
+
+
+def _given_forces(component: Component, q: Symbols) -> dict[str, Any]:
+    """Return the forces of a contact where they are given among the states."""
+    if not isinstance(component, FrictionContact) or normal_name(component.key) not in q:
+        return {}
+    friction = (q[friction_name(component.key, axis)] for axis in range(len(component.along)))
+    return {"normal": q[normal_name(component.key)], "friction": tuple(friction)}
 
 
 def assemble(definition: Definition) -> Assembly:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.errors import InputError
+from slipfold.models.contact import Contact
 from slipfold.models.definitions.source import (
     Source,
     source_of_file,
@@ -271,6 +272,10 @@ class Structure(LinearStructure):
                 "modes=10) or ModalReduction(modes=20)"
             )
         return self._assembly.rates(q, c, phase)
+
+    def contacts(self, q: Symbols, c: Symbols, phase: Expression) -> tuple[Contact, ...]:
+        """Return the contacts whose laws stick."""
+        return self._assembly.contacts(q, c, phase)
 
     def period(self, p: Symbols) -> Expression:
         """Return the forcing period 1/f in seconds; without forcing the ``duration``."""

@@ -30,6 +30,9 @@ class Motion:
     memory: tuple[Expression, ...] = ()  # states of the component's own
     # Along each direction, in m/s^2; there for the rates of the memory alone
     acceleration: tuple[Expression, ...] = ()
+    # Forces of a contact where they are given instead of following from its law
+    normal: Expression | None = None
+    friction: tuple[Expression, ...] | None = None
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from typing import Any, ClassVar, Self
 import heyoka as hy
 
 from slipfold.errors import InputError
+from slipfold.models.contact import Contact
 from slipfold.models.friction.coulomb import Coulomb
 from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.friction.quantities import declared, described
@@ -49,7 +50,8 @@ class FrictionContact(Component):
     load
         Normal force; a number in N is a constant one.
     Vd
-        Speed of the counter-body in m/s; positive where the law sticks at rest.
+        Speed of the counter-body in m/s; 0 is a wall, on which a law that sticks needs one
+        direction.
     alpha
         Direction of its motion from the first direction towards the second, in rad; with one
         direction there is none.
@@ -124,7 +126,15 @@ class FrictionContact(Component):
     def own_parameters(self) -> tuple[Parameter, ...]:
         """Those of the load, speed and direction of the counter-body, those of the law."""
         speed, angle = declared(FrictionContact)
-        mine = (replace(speed, lower_open=self.law.sticks), *((angle,) if self.planar else ()))
+        if self.planar:
+            # In the plane there is no equation yet for a tip that rests on a wall.
+            return (
+                *self.load.own_parameters,
+                replace(speed, lower_open=self.law.sticks),
+                angle,
+                *self.law.parameters,
+            )
+        mine = (speed,)
         return (*self.load.own_parameters, *mine, *self.law.parameters)
 
     @property
@@ -180,6 +190,8 @@ class FrictionContact(Component):
         return tuple(w - v for w, v in zip(plate, motion.velocity, strict=False))
 
     def _normal(self, motion: Motion, c: Symbols, phase: Expression) -> Expression:
+        if motion.normal is not None:
+            return motion.normal
         place = len(self.along)
         pressed = self.load.direction is not None
         u = motion.displacement[place] if pressed else None
@@ -194,6 +206,8 @@ class FrictionContact(Component):
         return self.load.rate(v, a, c, phase)
 
     def _friction(self, motion: Motion, c: Symbols, phase: Expression) -> tuple[Expression, ...]:
+        if motion.friction is not None:
+            return motion.friction
         slip, normal = self._slip(motion, c), self._normal(motion, c, phase)
         return self.law.force(slip, normal, motion.memory, c)
 
@@ -230,6 +244,35 @@ class FrictionContact(Component):
 
     def _law_of(self, values: Mapping[str, float]) -> FrictionLaw:
         return self.law.replace(**{item.name: values[item.name] for item in self.law.parameters})
+
+    def contact(self, motion: Motion, c: Symbols, phase: Expression) -> Contact | None:
+        """Return what a motion that sticks needs of it; None if the law never sticks.
+
+        Parameters
+        ----------
+        motion
+            How the structure moves there.
+        c
+            The coefficients by their own names.
+        phase
+            Time divided by the forcing period.
+        """
+        if not self.law.sticks:
+            return None
+        return Contact(
+            self.key,
+            self._slip(motion, c),
+            self._plate(c),
+            self._normal(motion, c, phase),
+            friction=lambda speed: self.law.formula(speed, c),
+            holding=self.law.holding(c),
+            opens=self.load.opens,
+        )
+
+    @property
+    def key(self) -> str:
+        """What histories call it."""
+        return self.name or "contact"
 
     # -- what is watched -----------------------------------------------------------------------
 

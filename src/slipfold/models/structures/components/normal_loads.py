@@ -38,6 +38,9 @@ class NormalLoad(Parametric, ABC):
 
     title: ClassVar[str] = "normal load"
 
+    opens: ClassVar[bool] = False
+    """Whether the force may vanish in motion."""
+
     normal: Any = field(default=None, kw_only=True)
 
     def prepare(self) -> None:
@@ -207,6 +210,8 @@ class ContactLoad(NormalLoad):
     """
 
     title: ClassVar[str] = "contact load"
+
+    opens: ClassVar[bool] = True
 
     normal: Any
     Ns: float = described(_STATIC)

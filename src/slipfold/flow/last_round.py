@@ -1,0 +1,157 @@
+"""The last whole round of a motion: extrema of its states, and where its contacts stick."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.flow.flow import flow_of
+from slipfold.flow.switched.mode import Status
+from slipfold.flow.switched.sampled import dense_legs
+from slipfold.flow.trajectory import Trajectory
+
+__all__ = ["LastRound", "StickTime", "last_round"]
+
+Array = NDArray[np.float64]
+
+SAME = 1e-12
+"""Share of a step by which a root may lie beside it."""
+
+STEPS = 100_000
+"""Steps of the integrator in a round at most."""
+
+UNSETTLED = 16
+"""Intervals at the end of an autonomous motion that are looked at if it has no round."""
+
+
+@dataclass(frozen=True)
+class StickTime:
+    """A time in which a contact sticks; frozen.
+
+    Parameters
+    ----------
+    contact
+        Its name.
+    begin, end
+        From the start of the round, in forcing periods; of an autonomous model in s. Where a round
+        repeats itself, a time that runs over its end ends beyond it.
+    """
+
+    contact: str
+    begin: float
+    end: float
+
+
+@dataclass(frozen=True, eq=False)
+class LastRound:
+    """The last whole round of a motion.
+
+    Parameters
+    ----------
+    least, most
+        Smallest and largest value of each state, shape (n_states,).
+    sticking
+        When contacts stick.
+    fraction
+        Share of the time in which any contact sticks.
+    stuck
+        Whether all contacts stick all the time.
+    """
+
+    least: Array
+    most: Array
+    sticking: tuple[StickTime, ...] = ()
+    fraction: float = 0.0
+    stuck: bool = False
+
+
+def last_round(motion: Trajectory) -> LastRound | None:
+    """Return what the last whole round of a motion shows; None if there is none.
+
+    That is the last response, or one more round of a cycle; of a motion that has not settled the
+    last forcing period.
+    """
+    settlement, model = motion.settlement, motion.model
+    count = settlement.period or (1 if model.forced else min(UNSETTLED, motion.periods))
+    if not 1 <= count <= motion.periods:
+        return None
+    if settlement.duration is not None:
+        model, place, count = motion.steady_model, motion.periods, 1
+    else:
+        place = motion.periods - count
+    state, flow = motion.strobe[place], flow_of(model)
+    constants = flow.constants_of(model)
+    if motion.sticking is None:
+        dense = flow.dense(state, constants, float(count), STEPS)
+        return None if dense is None else LastRound(*_extrema([dense.polynomials], dense.scales))
+    legs = list(dense_legs(model, state, motion.sticking.mode(place), float(count)))
+    known = [leg.polynomials for leg in legs if leg.polynomials is not None]
+    unit = 1.0 if model.forced else constants.period
+    times = []
+    for contact, name in enumerate(motion.sticking.contacts):
+        spans = _joined([(leg.begin, leg.end) for leg in legs if leg.mode[contact] is STICK])
+        if settlement.settled and len(spans) > 1 and _meet(spans, float(count)):
+            first, *spans = spans
+            spans[-1] = (spans[-1][0], count + first[1])
+        times += [StickTime(name, begin * unit, end * unit) for begin, end in spans]
+    stuck = sum(leg.end - leg.begin for leg in legs if STICK in leg.mode)
+    whole = all(status is STICK for leg in legs for status in leg.mode)
+    extrema = _extrema(known, constants.scales)
+    return LastRound(*extrema, tuple(times), stuck / count, whole)
+
+
+STICK = Status.STICK
+
+
+def _meet(spans: Sequence[tuple[float, float]], end: float) -> bool:
+    """Whether the first and the last of some spans are one in a round that repeats itself."""
+    return spans[0][0] == 0.0 and spans[-1][1] == end
+
+
+def _extrema(polynomials: Iterable[Any], scales: Array) -> tuple[Array, Array]:
+    """Return the extrema of Taylor polynomials, wherever in their steps they lie."""
+    n = len(scales)
+    least, most = np.full(n, np.inf), np.full(n, -np.inf)
+    for output in polynomials:
+        lengths = np.diff(output.times)
+        for length, coefficients in zip(lengths, output.tcs[:, :n], strict=True):
+            order = coefficients.shape[1]
+            scaled = coefficients * length ** np.arange(order)
+            for place in range(n):
+                values = _turning_values(scaled[place])
+                least[place] = min(least[place], values.min())
+                most[place] = max(most[place], values.max())
+    return least * scales, most * scales
+
+
+def _turning_values(coefficients: Array) -> Array:
+    """Return the values of a polynomial at the ends of [0, 1] and where it turns between them."""
+    ends = np.array([coefficients[0], coefficients.sum()])
+    slopes = coefficients[1:] * np.arange(1, len(coefficients))
+    size = np.abs(slopes).max()
+    if not abs(slopes[0]) <= np.abs(slopes[1:]).sum():  # the slope keeps its sign
+        return ends
+    slopes = np.trim_zeros(np.where(np.abs(slopes) < 1e-16 * size, 0.0, slopes), "b")
+    if len(slopes) < 2:
+        return ends
+    roots = np.polynomial.polynomial.polyroots(slopes)
+    real = roots.real[(np.abs(roots.imag) < 1e-6) & (roots.real > -SAME) & (roots.real < 1 + SAME)]
+    values = np.polynomial.polynomial.polyval(np.clip(real, 0.0, 1.0), coefficients)
+    return np.concatenate([ends, values])
+
+
+def _joined(spans: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Join spans that follow each other at once, and leave out those without length."""
+    found: list[tuple[float, float]] = []
+    for begin, end in spans:
+        if end == begin:
+            continue
+        if found and found[-1][1] == begin:
+            found[-1] = (found[-1][0], end)
+        else:
+            found.append((begin, end))
+    return found

@@ -1,0 +1,1 @@
+"""Motions that switch: contacts slip, stick and open, each way with equations of its own."""

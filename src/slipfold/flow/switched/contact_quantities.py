@@ -1,0 +1,82 @@
+"""What decides how contacts go on, in numbers: slips, what changes them, and what friction can."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import heyoka as hy
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.flow.cache import cached
+from slipfold.flow.equations import Constants, Equations
+from slipfold.flow.switched.linear_symbols import rate_along
+from slipfold.models.contact import Contact, normal_name
+from slipfold.models.output import Expression
+
+__all__ = ["ContactQuantities", "ContactsNow"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class ContactsNow:
+    """All contacts at a state; m components of slip, k contacts, in SI units."""
+
+    slip: Array  # velocity of the counter-bodies relative to the bodies, shape (m,)
+    free: Array  # its rate without any force in a contact, shape (m,)
+    by_friction: Array  # change of that rate with each component of friction, shape (m, m)
+    by_normal: Array  # and with each normal force, shape (m, k)
+    normal: Array  # normal forces, shape (k,)
+    kinetic: Array  # friction in slip at the present speed, shape (k,)
+    starting: Array  # friction in slip at no speed yet, shape (k,)
+    holding: Array  # friction up to which contacts stick, shape (k,)
+
+
+class ContactQuantities:
+    """Evaluates what decides how contacts go on."""
+
+    def __init__(self, contacts: Sequence[Contact], equations: Equations) -> None:
+        ends = np.cumsum([0, *(len(contact.slip) for contact in contacts)])
+        # Components of each contact
+        self.places = tuple(slice(*pair) for pair in pairwise(ends))
+        self._count, self._size = len(contacts), int(ends[-1])
+        expressions = _expressions(contacts, equations)
+        inputs = [*equations.states, equations.phase, *equations.coefficients]
+        key = f"contacts {[str(item) for item in expressions]}\n{equations.fingerprint()}"
+        self._function: Any = cached(
+            key, lambda: hy.cfunc(expressions, vars=inputs, compact_mode=True)
+        )
+
+    def at(self, state: Array, phase: float, constants: Constants) -> ContactsNow:
+        """Evaluate at a state. Shapes: state (n,)."""
+        values = self._function(np.concatenate([state, [phase], constants.values]))
+        m, k = self._size, self._count
+        parts = np.split(values, np.cumsum([m, m, m * m, m * k, k, k, k]))
+        slip, free, friction, normal = parts[:4]
+        return ContactsNow(
+            slip, free, friction.reshape(m, m), normal.reshape(m, k), *parts[4:]
+        )  # fmt: skip
+
+
+def _expressions(contacts: Sequence[Contact], equations: Equations) -> list[Expression]:
+    normals = [normal_name(contact.name) for contact in contacts]
+    forces = [name for contact in contacts for name in contact.friction_names]
+    nothing = dict.fromkeys((*normals, *forces), hy.expression(0.0))
+    rates = dict(zip(equations.names, equations.field, strict=True))
+    slips = [part for contact in contacts for part in contact.slip]
+    changes = [rate_along(slip, rates) for slip in slips]
+    found = [*slips, *hy.subs(changes, nothing)]
+    for names in (forces, normals):
+        found += [hy.diff(change, hy.expression(name)) for change in changes for name in names]
+    found += [contact.normal for contact in contacts]
+    for contact in contacts:
+        speed = contact.slip[0] if len(contact.slip) == 1 else None
+        square = hy.sum([part * part for part in contact.slip])
+        size = hy.sqrt(square) if speed is None else hy.select(hy.gt(speed, 0.0), speed, -speed)
+        found.append(contact.normal * contact.friction(size))
+    found += [contact.normal * contact.friction(hy.expression(0.0)) for contact in contacts]
+    return found + [contact.normal * contact.holding for contact in contacts]

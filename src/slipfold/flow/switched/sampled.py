@@ -1,0 +1,74 @@
+"""A switched motion at any of its instants: states, what contacts do there, and outputs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.flow.flow import flow_of
+from slipfold.flow.switched.mode import Mode
+from slipfold.flow.switched.switched_flow import Leg, switched_flow_of
+from slipfold.flow.switched.switched_motion import Broken, legs
+from slipfold.models.model import Model
+
+__all__ = ["Samples", "dense_legs", "sample_switched"]
+
+Array = NDArray[np.float64]
+
+
+class Samples:
+    """States at some phases, with the modes in which they are."""
+
+    def __init__(self, model: Model, states: Array, phases: Array, modes: list[Mode]) -> None:
+        self.states = states  # shape (m, n)
+        self._model, self._phases, self._modes = model, phases, modes
+
+    def outputs(self) -> Array:
+        """Return all outputs there, the states first, shape (m, n_outputs)."""
+        flow, constants = switched_flow_of(self._model), flow_of(self._model).constants_of
+        known, found = constants(self._model), None
+        for mode in dict.fromkeys(self._modes):
+            chosen = np.array([item == mode for item in self._modes])
+            values = flow.of(mode).outputs(self.states[chosen], self._phases[chosen], known)
+            if found is None:
+                found = np.empty((len(self.states), values.shape[1]))
+            found[chosen] = values
+        assert found is not None
+        return found
+
+
+def dense_legs(model: Model, state: Array, mode: Mode, end: float) -> Iterator[Leg]:
+    """Carry a state from phase zero to another, with all that lies between.
+
+    A motion that cannot go on ends there.
+    """
+    flow = switched_flow_of(model)
+    constants = flow_of(model).constants_of(model)
+    weights = flow.weights(state, constants)
+    try:
+        for leg, _ in legs(flow, mode, state, end, constants, weights, dense=True):
+            yield leg
+    except Broken as broken:
+        if broken.leg is not None:
+            yield broken.leg
+
+
+def sample_switched(model: Model, state: Array, mode: Mode, phases: Array) -> Samples:
+    """Carry a state from phase zero along increasing phases. Shapes: state (n,); phases (m,)."""
+    states = np.full((len(phases), len(state)), np.nan)
+    modes = [mode] * len(phases)
+    scales = flow_of(model).constants_of(model).scales
+    done = 0
+    for leg in dense_legs(model, state, mode, float(phases[-1])):
+        upto = len(phases) if leg.event is None else int(np.searchsorted(phases, leg.end))
+        if upto > done:
+            if leg.polynomials is None:
+                states[done:upto] = leg.state
+            else:
+                states[done:upto] = leg.polynomials(phases[done:upto])[:, : len(state)] * scales
+            modes[done:upto] = [leg.mode] * (upto - done)
+        done = max(done, upto)
+    states[done:] = states[done - 1] if done else state
+    return Samples(model, states, phases, modes)

@@ -1,0 +1,160 @@
+"""Simulation of models whose contacts slip, stick and open."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from slipfold.flow.flow import flow_of
+from slipfold.flow.scaled import power_of_two
+from slipfold.flow.settling.autonomous_settlement import judge_autonomous
+from slipfold.flow.settling.settlement import Settlement, judge_settlement
+from slipfold.flow.simulate import (
+    PERIODS,
+    checked_periods,
+    checked_tolerance,
+    cut_short,
+    initial_state,
+    simulate,
+)
+from slipfold.flow.switched.event_returns import judge_changes
+from slipfold.flow.switched.mode import Status
+from slipfold.flow.switched.mode_equations import contacts_of
+from slipfold.flow.switched.switched_motion import SwitchedMotion
+from slipfold.flow.trajectory import Sticking, Trajectory
+from slipfold.models.contact import Contact
+from slipfold.models.model import Model
+from slipfold.models.parameter import DURATION
+
+__all__ = ["simulate_any", "simulate_switched"]
+
+Array = NDArray[np.float64]
+
+ROUNDS = (32, 128, 512, 2048, 8192)
+"""Intervals after which an autonomous motion is judged, and ended if it has settled."""
+
+PILOT = 4
+"""Periods after which sizes of states are taken from a motion."""
+
+SLIPS = (Status.FORTH, Status.BACK)
+
+STILL = 1e-12
+"""Rate, in scales an interval, at which a motion rests."""
+
+
+def simulate_any(
+    model: Model,
+    periods: int | None = None,
+    state: ArrayLike | Mapping[str, float] | None = None,
+    *,
+    tolerance: float = 1e-9,
+) -> Trajectory:
+    """Integrate a model, through stick and slip where its contacts come to that.
+
+    A motion that always slips well is that of `slipfold.flow.simulate`.
+    """
+    contacts = contacts_of(model)
+    if any(len(contact.slip) > 1 for contact in contacts):
+        return simulate(model, periods, state, tolerance=tolerance)
+    start = initial_state(model, state)
+    if not contacts or _slips(model, contacts, start):
+        found = simulate(model, periods, start, tolerance=tolerance)
+        beyond = {name for contact in contacts for name in contact.limits}
+        if found.stopped is None or found.stopped.kind not in beyond:
+            return found
+    return simulate_switched(model, checked_periods(periods), start, checked_tolerance(tolerance))
+
+
+def _slips(model: Model, contacts: Sequence[Contact], start: Array) -> bool:
+    """Whether no contact is at one of its limits. Shapes: start (n,)."""
+    beyond = {name for contact in contacts for name in contact.limits}
+    flow = flow_of(model)
+    values = flow.outputs(start[None], np.zeros(1), flow.constants_of(model))[0]
+    watched = [item for item in model.limits if item.name in beyond]
+    return all(values[flow.output_index(item.output)] > item.bound for item in watched)
+
+
+def simulate_switched(
+    model: Model, periods: int | None, start: Array, tolerance: float
+) -> Trajectory:
+    """Integrate a model with stick and slip from a state at phase zero.
+
+    If `periods` is None an autonomous model is integrated until it settles. Shapes: start (n,).
+    """
+    if model.forced:
+        periods = periods or PERIODS
+    elif periods is None and model.values[DURATION.name] == DURATION.default:
+        model = model.replace(**{DURATION.name: _natural(model, start)})
+    motion = SwitchedMotion(_sized(model, start), start)
+    settlement = None
+    for count in ROUNDS if periods is None else (periods,):
+        motion.go_on(count - motion.periods)
+        settlement = _settlement(motion, tolerance)
+        if settlement.settled or motion.stopped is not None:
+            break
+    assert settlement is not None
+    unit = 1.0 if model.forced else motion.constants.period
+    end = (
+        motion.periods if motion.stopped is None else motion.stopped.time / motion.constants.period
+    )
+    intervals = tuple(
+        replace(item, begin=item.begin * unit, end=item.end * unit)
+        for item in motion.recorder.ended(end)
+    )
+    modes = np.array(motion.modes, np.int64)
+    modes.setflags(write=False)
+    contacts = tuple(item.name for item in motion.flow.contacts)
+    sticking = Sticking(contacts, modes, intervals)
+    return Trajectory(motion.model, motion.strobe, settlement, motion.stopped, sticking)
+
+
+def _sized(model: Model, start: Array) -> Model:
+    """Return the model with typical sizes of its states, seen in a short motion."""
+    if not np.isnan(model.declared_scales()).any() or model.found_sizes is not None:
+        return model
+    sizes = np.ones(len(start))
+    for _ in range(2):  # what is small beside one shows in a second look only
+        pilot = SwitchedMotion(model.measured_in(sizes), start)
+        pilot.go_on(PILOT)
+        ends = [item.state for item in pilot.recorder.changes]
+        reached = np.abs(np.array([*pilot.strobe, *ends])).max(axis=0)
+        sizes = power_of_two(np.where(reached > 0, reached, sizes))
+    return model.measured_in(sizes)
+
+
+def _natural(model: Model, start: Array) -> float:
+    """Return half the period of the fastest vibration in slip, rounded to 1, 2 or 5."""
+    motion = SwitchedMotion(model.replace(**{DURATION.name: 1.0}), start)
+    slipping = (Status.FORTH,) * len(motion.flow.contacts)
+    slopes = motion.flow.of(slipping).jacobians(start[None], np.zeros(1), motion.constants)[0]
+    if not np.isfinite(slopes).all():
+        return DURATION.default
+    fastest = float(np.abs(np.linalg.eigvals(slopes)).max())
+    if not fastest > 0:
+        return DURATION.default
+    length = math.pi / fastest
+    magnitude = 10.0 ** math.floor(math.log10(length))
+    return magnitude * max(step for step in (1, 2, 5) if step * magnitude <= length * 1.000001)
+
+
+def _settlement(motion: SwitchedMotion, tolerance: float) -> Settlement:
+    """Judge whether a motion has settled, and on what."""
+    model, scales = motion.model, motion.model.state_scales()
+    if motion.stopped is not None:
+        return cut_short(motion.stopped)
+    if model.forced:
+        return judge_settlement(motion.strobe, scales, tolerance)
+    changes, mode, state = motion.recorder.changes, motion.modes[-1], motion.strobe[-1]
+    since = math.ceil(changes[-1].time) if changes else 0
+    if 2 * since < motion.periods and all(status in SLIPS for status in mode):
+        return judge_autonomous(model, motion.strobe[since:], tolerance)
+    rates = motion.flow.of(mode).rates(state[None], np.zeros(1), motion.constants)[0]
+    if all(status is Status.STICK for status in mode) and np.abs(rates / scales).max() <= STILL:
+        message = "settled on an equilibrium in which all contacts stick"
+        return Settlement(True, 1, 0.0, None, message, kind="equilibrium")
+    time = motion.periods * motion.constants.period
+    return judge_changes(changes, scales, tolerance, motion.constants.period, time)

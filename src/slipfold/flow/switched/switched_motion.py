@@ -1,0 +1,193 @@
+"""A motion through all its modes, from event to event."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.flow.equations import Constants
+from slipfold.flow.flow import flow_of
+from slipfold.flow.guarded_flow import Stop
+from slipfold.flow.switched.history import Recorder
+from slipfold.flow.switched.mode import Mode, Status
+from slipfold.flow.switched.mode_equations import Undetermined
+from slipfold.flow.switched.switched_flow import Ending, Event, Leg, SwitchedFlow, switched_flow_of
+from slipfold.flow.switched.transition import Undecided, next_mode
+from slipfold.models.model import Model
+
+__all__ = ["Broken", "SwitchedMotion", "first_mode", "legs"]
+
+Array = NDArray[np.float64]
+
+AT_REST = 1e-12
+"""Slip, over its size, that is rounding: a contact that comes to rest with another one."""
+
+BACKWARDS = 1e-9
+"""Slip against its own direction, over its size, at which a change was missed."""
+
+MOST = 10_000
+"""Changes in a forcing period that are followed."""
+
+
+class Broken(Exception):
+    """A motion that cannot go on, and why."""
+
+    def __init__(self, stop: Stop, leg: Leg | None = None) -> None:
+        super().__init__(stop.reason)
+        self.stop, self.leg = stop, leg
+
+
+class SwitchedMotion:
+    """A motion while it is integrated."""
+
+    def __init__(self, model: Model, start: Array) -> None:
+        self.model = model
+        self.flow = switched_flow_of(model)
+        self.constants = flow_of(model).constants_of(model)
+        self.weights = self.flow.weights(start, self.constants)
+        self.stopped: Stop | None = None
+        mode = first_mode(self.flow, start, self.constants, self.weights)
+        self._states = [self.flow.held(mode, start, self.constants)]
+        self.modes = [mode]
+        self.recorder = Recorder([item.name for item in self.flow.contacts], mode)
+
+    @property
+    def strobe(self) -> Array:
+        """States at the start of every period so far, read-only, shape (periods + 1, n)."""
+        whole = np.array(self._states)
+        whole.setflags(write=False)
+        return whole
+
+    @property
+    def periods(self) -> int:
+        """Whole periods so far."""
+        return len(self._states) - 1
+
+    def go_on(self, periods: int) -> None:
+        """Integrate some more periods, as far as it comes."""
+        for _ in range(periods):
+            done, state, mode = self.periods, self._states[-1], self.modes[-1]
+            try:
+                for leg, after in legs(self.flow, mode, state, 1.0, self.constants, self.weights):
+                    self.recorder.went_on(leg.energies)
+                    state = leg.state
+                    if after != mode:
+                        self.recorder.changed(done + leg.end, leg.state, after)
+                        mode = after
+            except Broken as broken:
+                time = (done + broken.stop.time) * self.constants.period
+                self.stopped = replace(broken.stop, time=time)
+                return
+            self._states.append(state)
+            self.modes.append(mode)
+
+
+def first_mode(flow: SwitchedFlow, start: Array, constants: Constants, weights: Array) -> Mode:
+    """Return the mode in which a motion begins."""
+    now = flow.quantities.at(start, 0.0, constants)
+    mode, rest = [], []
+    for contact, place in enumerate(flow.quantities.places):
+        slip = now.slip[place]
+        if flow.contacts[contact].opens and now.normal[contact] < 0:
+            mode.append(Status.OPEN)
+        elif np.linalg.norm(slip) * weights[contact] <= AT_REST:
+            mode.append(Status.STICK)
+            rest.append(contact)
+        else:
+            mode.append(_slipping(slip))
+    return next_mode(now, flow.quantities.places, tuple(mode), rest, {})
+
+
+def legs(
+    flow: SwitchedFlow,
+    mode: Mode,
+    state: Array,
+    end: float,
+    constants: Constants,
+    weights: Array,
+    *,
+    dense: bool = False,
+) -> Iterator[tuple[Leg, Mode]]:
+    """Carry a state from phase zero to another through its modes; with each leg what follows."""
+    phase = 0.0
+    for _ in range(MOST):
+        leg = flow.run(mode, state, phase, end, constants, weights, dense=dense)
+        try:
+            after, state = mode, leg.state
+            if leg.event is not None:
+                after, resting = _after(flow, leg, constants, weights)
+                state = flow.held(resting, state, constants)
+        except Undecided as error:
+            raise Broken(Stop("undecided", f"{error}; start elsewhere", leg.end), leg) from None
+        except Undetermined as error:
+            reason = (
+                f"{error} stick together and hold one motion twice, so what each of them bears is "
+                "not determined; join them to one contact, or put a spring between them"
+            )
+            raise Broken(Stop("undetermined", reason, phase), leg) from None
+        yield replace(leg, state=state), after
+        if leg.event is None:
+            return
+        mode, phase = after, leg.end
+    reason = (
+        f"contacts change between slip and stick more than {MOST} times in a period; look at the "
+        "last states, or make the model less stiff"
+    )
+    raise Broken(Stop("chattering", reason, phase))
+
+
+def _after(flow: SwitchedFlow, leg: Leg, constants: Constants, weights: Array) -> tuple[Mode, Mode]:
+    """Return the mode that follows an event, and the one in which all that is at rest sticks."""
+    event, mode = leg.event, leg.mode
+    assert event is not None
+    if event.ending in (Ending.LIMIT, Ending.STIFF, Ending.SINGULAR):
+        raise Broken(_stop(flow, leg, event, constants), leg)
+    now, places = flow.quantities.at(leg.state, leg.end, constants), flow.quantities.places
+    wanted: dict[int, Status] = {}
+    rest = []
+    for contact, (status, place) in enumerate(zip(mode, places, strict=True)):
+        slip, met = now.slip[place], event.which == contact
+        if met and event.ending is Ending.PARTS:
+            wanted[contact] = Status.OPEN
+            continue
+        if status is Status.OPEN:
+            if not (met and event.ending is Ending.MEETS):
+                continue
+            wanted[contact] = _slipping(slip)
+        if met and event.ending is Ending.STOPS:
+            wanted[contact] = Status.STICK
+            rest.append(contact)
+        elif status is Status.STICK:
+            rest.append(contact)
+            if met and event.ending is Ending.YIELDS:
+                wanted[contact] = event.towards
+        elif np.linalg.norm(slip) * weights[contact] <= AT_REST:
+            rest.append(contact)
+        elif float(status) * slip[0] * weights[contact] < -BACKWARDS and status is not Status.OPEN:
+            raise Undecided(f"{flow.contacts[contact].name} slips against its own friction")
+    after = next_mode(now, places, mode, rest, wanted)
+    resting = tuple(
+        Status.STICK if contact in rest else status for contact, status in enumerate(after)
+    )
+    return after, resting
+
+
+def _slipping(slip: Array) -> Status:
+    return Status.FORTH if len(slip) == 2 or slip[0] > 0 else Status.BACK
+
+
+def _stop(flow: SwitchedFlow, leg: Leg, event: Event, constants: Constants) -> Stop:
+    if event.ending is Ending.LIMIT:
+        limit, mode = flow.limits[event.which], flow.of(leg.mode)
+        values = mode.outputs(leg.state[None], np.array([leg.end]), constants)
+        value = float(values[0, mode.output_index(limit.output)])
+        return Stop(limit.name, limit.reason.format(value=value), leg.end)
+    if event.ending is Ending.STIFF:
+        reason = (
+            "the motion would need too many steps; make what is steep or fast in the model less so"
+        )
+        return Stop("stiff", reason, leg.end)
+    return Stop("singular", "the motion became singular; start elsewhere", leg.end)

@@ -1,0 +1,86 @@
+"""What contacts did in a motion, as labelled arrays and in records."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from slipfold.flow.last_round import LastRound
+from slipfold.flow.switched.history import Interval
+from slipfold.flow.trajectory import Sticking
+from slipfold.models.model import Model
+from slipfold.results.column import REAL, TEXT, WHOLE, Axes, Column
+from slipfold.results.labelled_table import Variable
+from slipfold.results.saved_table import SavedTable
+from slipfold.results.table import Table
+
+__all__ = ["read_sticking", "stick_record", "stick_variables"]
+
+CONTACTS = Table(
+    ("contact",),
+    (Column("name", TEXT, "name of the contact", name="contact", get=str, label=True),),
+)
+MODES = Table(
+    ("strobe",),
+    (
+        Column(
+            "modes", WHOLE, "what contacts do: 0 stick, 1 slip, -1 slip backwards, 2 open", "",
+            ("contact",), name="modes",
+        ),
+    ),
+    joined=True,
+)  # fmt: skip
+
+
+def _intervals(model: Model) -> Table:
+    unit = "" if model.forced else "s"
+    since = "forcing periods since the start" if model.forced else "time since the start"
+    return Table(
+        ("interval",),
+        (
+            Column("contact", TEXT, "contact that does one thing in an interval"),
+            Column("state", TEXT, "what it does: slip, stick or free"),
+            Column("begin", REAL, f"begin of the interval, {since}", unit),
+            Column("end", REAL, f"end of the interval, {since}", unit),
+            Column("work", REAL, "work of friction on the structure", "J"),
+            Column("heat", REAL, "heat from friction", "J"),
+        ),
+        prefix="interval_",
+    )
+
+
+def stick_variables(model: Model, sticking: Sticking | None) -> dict[str, Variable]:
+    """Return the arrays of what contacts did."""
+    if sticking is None:
+        return {}
+    axes: Axes = {"contact": sticking.contacts}
+    return {
+        **CONTACTS.variables(sticking.contacts, {}),
+        **MODES.variables([sticking], axes),
+        **_intervals(model).variables(sticking.intervals, {}),
+    }
+
+
+def read_sticking(saved: SavedTable) -> Sticking | None:
+    """Return what contacts did from a file; None of a motion that always slips."""
+    if "modes" not in saved.columns:
+        return None
+    contacts = tuple(str(name) for name in saved.columns["contact"])
+    (modes,) = MODES.read(saved, {"contact": contacts}, ...).values()
+    modes.setflags(write=False)
+    table = _intervals(saved.model)
+    count = len(saved.columns["interval_begin"])
+    intervals = tuple(Interval(**table.read(saved, {}, row)) for row in range(count))
+    return Sticking(contacts, np.asarray(modes), intervals)
+
+
+def stick_record(last: LastRound) -> dict[str, Any]:
+    """Return what records hold of the times in which contacts stick."""
+    return {
+        "fraction": last.fraction,
+        "count": len(last.sticking),
+        "intervals": [
+            {"contact": item.contact, "from": item.begin, "to": item.end} for item in last.sticking
+        ],
+    }

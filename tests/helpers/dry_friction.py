@@ -1,0 +1,36 @@
+"""Textbook systems with exact dry friction."""
+
+import math
+
+import slipfold as sf
+
+
+def belt(law, speed=0.2, damping=0.0):
+    """A mass on a belt: k = m = 1, normal force 1, damping of the absolute velocity."""
+    contact = sf.FrictionContact("x", law, load=1.0, Vd=speed)
+    C = [[damping]] if damping else None
+    return sf.Structure([[1.0]], C, [[1.0]], names="x", contacts=contact)
+
+
+def den_hartog(frequency, slip, stick=None):
+    """A mass on a floor, forced: x'' + x = cos(W t) - friction."""
+    law = sf.Coulomb(mu_s=slip if stick is None else stick, mu_k=slip)
+    return sf.Structure(
+        [[1.0]],
+        None,
+        [[1.0]],
+        names="x",
+        contacts=sf.FrictionContact("x", law, load=1.0, Vd=0.0),
+        forcing=sf.HarmonicForce("x", F=1.0),
+        f=frequency / (2 * math.pi),
+    )
+
+
+def two_masses(friction=(1.0, 1.3), speed=0.15):
+    """Two masses on a belt, coupled with 1.2, under Fs/(1 + 3|v|)."""
+    contacts = [
+        sf.FrictionContact(name, sf.RationalStribeck(mu_s=most, d=3.0), load=1.0, Vd=speed, name=to)
+        for name, most, to in zip(("x1", "x2"), friction, ("first", "second"), strict=True)
+    ]
+    stiffness = [[2.2, -1.2], [-1.2, 2.2]]
+    return sf.Structure([[1, 0], [0, 1]], None, stiffness, names="x1 x2", contacts=contacts)

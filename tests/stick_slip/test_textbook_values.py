@@ -1,0 +1,154 @@
+"""Motions with exact dry friction in one dimension, against closed forms and published values."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import fsolve
+
+import slipfold as sf
+from helpers.dry_friction import belt, den_hartog, two_masses
+
+COULOMB = sf.Coulomb(mu_s=1.0, mu_k=0.5)
+LEINE = sf.RationalStribeck(mu_s=1.0, d=3.0)
+
+
+def stuck_times(motion, contact=None, unit=1.0):
+    """Durations of stick in the last round."""
+    return [
+        (item.end - item.begin) * unit
+        for item in motion.last_round.sticking
+        if contact is None or item.contact == contact
+    ]
+
+
+@pytest.mark.parametrize("W", [0.6, 0.8, 2.0])
+def test_den_hartog_without_stops(W):
+    # Den Hartog 1930: the amplitude in closed form; the mass turns without sticking.
+    S, V = 0.2, 1 / (1 - W * W)
+    U = math.sin(math.pi / W) / (W * (1 + math.cos(math.pi / W)))
+    motion = sf.simulate(den_hartog(W, S), 200)
+    assert motion.settlement.period == 1
+    assert motion.regime == "slip"
+    assert motion.stuck_fraction == 0
+    last = motion.last_round
+    assert last.most[0] == pytest.approx(math.sqrt(V**2 - (S * U) ** 2), abs=1e-10)
+    assert last.least[0] == pytest.approx(-last.most[0], abs=1e-10)
+
+
+def with_two_stops(W, S):
+    """Amplitude and stuck time a period by shooting along the linear motion in slip."""
+
+    def equations(unknown):
+        x, start, length = unknown  # from rest at x > 0, down to rest at -x
+        # x'' + x = cos(W t) + S: the particular part, and what meets the start.
+        V = 1 / (1 - W * W)
+        a = x - S - V * math.cos(W * start)
+        b = V * W * math.sin(W * start)
+        end = start + length
+        ends = a * math.cos(length) + b * math.sin(length) + S + V * math.cos(W * end)
+        speed = -a * math.sin(length) + b * math.cos(length) - V * W * math.sin(W * end)
+        return [math.cos(W * start) - x + S, ends + x, speed]
+
+    guess = [0.9, 2.2, 5.0] if W == 0.3 else [1.35, 2.5, 4.6]
+    x, _, length = fsolve(equations, guess, xtol=1e-12)
+    return x, 2 * (math.pi / W - length)
+
+
+@pytest.mark.parametrize(("W", "S"), [(0.3, 0.2), (0.6, 0.7)])
+def test_den_hartog_with_two_stops(W, S):
+    amplitude, stuck = with_two_stops(W, S)
+    motion = sf.simulate(den_hartog(W, S), 200)
+    assert motion.settlement.period == 1
+    assert motion.regime == "stick-slip"
+    assert motion.last_round.most[0] == pytest.approx(amplitude, abs=1e-11)
+    times = stuck_times(motion, unit=2 * math.pi / W)
+    assert len(times) == 2
+    assert sum(times) == pytest.approx(stuck, abs=1e-10)
+    assert motion.stuck_fraction * 2 * math.pi / W == pytest.approx(stuck, abs=1e-10)
+
+
+def test_den_hartog_with_static_friction():
+    motion = sf.simulate(den_hartog(0.6, 0.5, 0.8), 200)
+    assert motion.last_round.most[0] == pytest.approx(1.5704484209, abs=1e-10)
+    assert sum(stuck_times(motion, unit=2 * math.pi / 0.6)) == pytest.approx(1.427132002, abs=1e-9)
+
+
+def test_free_decay_loses_the_same_amplitude_every_half_cycle_and_then_rests():
+    # 2 mu N/k every half period, exactly; it rests at the first turn with |x| <= mu N/k.
+    law, k, m, load = sf.Coulomb(mu_s=0.3, mu_k=0.3), 4.0, 0.25, 2.0
+    contact = sf.FrictionContact("x", law, load=load, Vd=0.0)
+    model = sf.Structure([[m]], None, [[k]], names="x", contacts=contact)
+    motion = sf.simulate(model, state={"x": 1.0})
+    assert motion.regime == "stuck"
+    assert motion.settlement.kind == "equilibrium"
+    turns = 1.0 - 2 * 0.3 * load / k * np.arange(4)
+    half = math.pi * math.sqrt(m / k)
+    at_turns = motion.at(half * np.arange(4))
+    assert np.abs(at_turns[:, 0]) == pytest.approx(turns, abs=1e-12)
+    assert motion.strobe[-1] == pytest.approx([-turns[3], 0.0], abs=1e-12)
+    (rest,) = (item for item in motion.sticking.intervals if item.state == "stick")
+    assert rest.begin == pytest.approx(3 * half, abs=1e-12)
+
+
+@pytest.mark.parametrize("speed", [0.2, 0.35])
+def test_a_belt_under_coulomb_friction(speed):
+    drop, motion = 0.5, sf.simulate(belt(COULOMB, speed))
+    slips = 2 * (math.pi - math.atan(drop / speed))
+    assert motion.settlement.duration == pytest.approx(slips + 2 * drop / speed, abs=1e-10)
+    assert stuck_times(motion) == pytest.approx([2 * drop / speed], abs=1e-10)
+    assert motion.last_round.most[0] == pytest.approx(0.5 + math.hypot(drop, speed), abs=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("law", "speed", "damping", "period"),
+    [
+        (COULOMB, 0.2, 0.1, 8.38379742099),
+        (LEINE, 0.2, 0.0, 12.001031294830),
+        (LEINE, 0.3, 0.0, 9.953457266154),
+    ],
+)
+def test_periods_on_belts(law, speed, damping, period):
+    motion = sf.simulate(belt(law, speed, damping))
+    assert motion.settlement.duration == pytest.approx(period, abs=1e-10)
+
+
+def test_the_slip_time_and_extremum_under_leines_law():
+    motion = sf.simulate(belt(LEINE))
+    (stuck,) = stuck_times(motion)
+    assert motion.settlement.duration - stuck == pytest.approx(4.295999525480, abs=1e-10)
+    assert motion.last_round.most[0] == pytest.approx(1.133944676442, abs=1e-10)
+
+
+def test_exponential_stribeck():
+    # bSTAB: friction 0.5 + 0.5 exp(-|v|/0.5).
+    law = sf.Stribeck(mu_s=1.0, mu_k=0.5, vs=0.5)
+    motion = sf.simulate(belt(law, 1.0, damping=0.1))
+    assert motion.settlement.duration == pytest.approx(6.4313827982, abs=1e-9)
+    beyond = sf.simulate(belt(law, 1.85, damping=0.1), state={"x": 2.0})
+    assert beyond.settlement.kind == "equilibrium"
+    assert beyond.regime == "slip"
+
+
+def test_two_masses_and_their_two_attractors():
+    motion = sf.simulate(two_masses(), state={"x1": 0.5, "x2": -0.3})
+    assert motion.settlement.duration == pytest.approx(12.39295176687, abs=1e-9)
+    first, second = (sorted(stuck_times(motion, name)) for name in ("first", "second"))
+    assert first == pytest.approx([2.72270329, 4.07266075], abs=1e-8)
+    assert second == pytest.approx([1.56790351, 5.00842914], abs=1e-8)
+    other = sf.simulate(two_masses(), state={"x1": 0.9, "x2": 1.2})
+    assert other.settlement.duration == pytest.approx(30.78198663869, abs=1e-9)
+
+
+def test_equal_masses_stick_and_slip_at_the_same_instants():
+    # In phase they are one belt of stiffness one, and every event is one of both contacts.
+    # That cycle is unstable; over a round rounding has not grown yet.
+    motion = sf.simulate(two_masses((1.0, 1.0), 0.2), 12, {"x1": 0.0, "x2": 0.0})
+    states = motion.at(np.linspace(0, 12, 61))
+    assert states[:, 0] == pytest.approx(states[:, 1], abs=1e-10)
+    alone = sf.simulate(belt(LEINE), 12)
+    assert states[:, 0] == pytest.approx(alone.at(np.linspace(0, 12, 61))[:, 0], abs=1e-10)
+    ends = {name: [] for name in ("first", "second")}
+    for item in motion.sticking.intervals:
+        ends[item.contact].append(item.end)
+    assert ends["first"] == pytest.approx(ends["second"], abs=1e-12)
