@@ -72,12 +72,11 @@ def test_sharp_canards_are_gone_through_at_both_ends_of_the_spikes(eps):
     """
     folds = []
     for span, settings in (((0.305, 0.32), None), ((1.445, 1.43), BY_COLLOCATION)):
-        rest, cycles = sf.response(
-            fitzhugh_nagumo(eps), vary="I", span=span, settings=settings
-        ).branches
+        diagram = sf.response(fitzhugh_nagumo(eps), vary="I", span=span, settings=settings)
+        rest, cycles = diagram.branches
         assert [item.type for item in rest.special] == ["HB"]
         assert [item.type for item in cycles.special] == ["LP"]  # a plane has no period doubling
-        assert cycles.stopped.kind == "span"
+        assert (cycles.stopped.kind, diagram.checked.agree) == ("span", True)
         assert (cycles.multipliers.real > 0).all()
         folds.append(cycles.special[0].value)
     assert sum(folds) == pytest.approx(1.75, abs=1e-10)

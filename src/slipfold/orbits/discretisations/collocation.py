@@ -48,6 +48,10 @@ GONE = 100.0
 """Decay over an interval, as an exponent, of which nothing is left. Of less the method leaves
 exp(-84/100) or so, and in all intervals together nothing."""
 
+GROWTH = 4.0
+"""Growth over an interval, as an exponent, that meshes are made for: an interval is solved from its
+first state, which has to be known that much better."""
+
 REACH = 0.2
 """Change of the states, in scaled ones, over which polynomials are extrapolated linearly."""
 
@@ -332,6 +336,7 @@ class Collocation(Segments):
             return None
         density = steepness(self.edges, solved.slopes, solved.gauss)
         density *= (CONSTANT / TOLERANCE) ** (1 / (STAGES + 1))
+        density = np.maximum(density, self._growth(nodes, constants) / GROWTH)
         errors = (density * self.lengths) ** (STAGES + 1)
         # The same mesh for each half of an orbit, and in each forcing period.
         density = density.reshape(self.copies, -1).max(axis=0)
@@ -346,6 +351,12 @@ class Collocation(Segments):
         if errors.max() <= SLACK and own <= WASTEFUL * wanted:
             return None
         return self.on(_repeated(spread(pattern, density, wanted), self.copies))
+
+    def _growth(self, nodes: Array, constants: Constants) -> Array:
+        """Return the largest rate at which perturbations grow on each interval, shape (m,)."""
+        slopes = self._field(constants).jacobians(nodes / self.scales, self.start)
+        rates = np.linalg.eigvals(slopes).real.max(axis=1)
+        return np.maximum(rates, np.roll(rates, -1))
 
 
 def _curved(field: Field, solved: Solved, pulled: Array, vector: Array) -> tuple[Array, Array]:
