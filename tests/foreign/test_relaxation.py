@@ -77,9 +77,55 @@ def test_sharp_canards_are_gone_through_at_both_ends_of_the_spikes(eps):
         assert [item.type for item in rest.special] == ["HB"]
         assert [item.type for item in cycles.special] == ["LP"]  # a plane has no period doubling
         assert (cycles.stopped.kind, diagram.checked.agree) == ("span", True)
+        assert cycles.special[0].coefficient is None  # what grows by 1e30 leaves it no digits
         assert (cycles.multipliers.real > 0).all()
         folds.append(cycles.special[0].value)
     assert sum(folds) == pytest.approx(1.75, abs=1e-10)
+
+
+def canard_current(eps, near):
+    """Where the slow motion on the attracting branch goes on along the repelling one, by Radau.
+
+    Both are followed to the fold of v - v^3/3 at v = -1, the repelling one against time.
+    """
+    from scipy.integrate import solve_ivp
+    from scipy.optimize import brentq
+
+    def reached(current, v, way):
+        def rates(_, y):
+            return [
+                way * (y[0] - y[0] ** 3 / 3 - y[1] + current),
+                way * eps * (y[0] + 0.7 - 0.8 * y[1]),
+            ]
+
+        def fold(_, y):
+            return y[0] + 1
+
+        fold.terminal = True
+        start = [v, v - v**3 / 3 + current]
+        options = {"method": "Radau", "rtol": 1e-12, "atol": 1e-13, "events": fold}
+        return solve_ivp(rates, (0, 100 / eps), start, **options).y[1, -1]
+
+    def gap(current):
+        return reached(current, -1.9, 1.0) - reached(current, 0.3, -1.0)
+
+    return brentq(gap, near - 1e-4, near + 1e-4, xtol=1e-15)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("eps", [0.2, 0.01, 0.002])
+def test_canards_are_gone_through_whatever_the_ratio_of_times(eps):
+    """The fold of cycles lies where the canards are, but for what is exponentially small."""
+    hopf = hopf_current(eps)
+    diagram = sf.response(fitzhugh_nagumo(eps), vary="I", span=(hopf - 0.01, hopf + 0.05))
+    rest, cycles = diagram.branches
+    assert rest.special[0].value == pytest.approx(hopf, abs=1e-11)
+    assert (cycles.stopped.kind, diagram.checked.agree) == ("span", True)
+    assert [item.type for item in cycles.special] == ([] if eps == 0.2 else ["LP"])
+    assert closes_by_radau(cycles.orbit(len(cycles) - 1)) < 1e-7
+    if eps < 0.02:
+        found = cycles.special[0]
+        assert found.value == pytest.approx(canard_current(eps, found.value), abs=2e-12)
 
 
 def watched(fast):

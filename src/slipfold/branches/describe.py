@@ -62,9 +62,11 @@ def _coefficient(
     if form is None:
         return None, None
     try:
-        return forms_of(orbits).special(orbits, point, form)
+        with np.errstate(over="ignore", invalid="ignore"):  # along a canard all numbers are left
+            coefficient, criticality = forms_of(orbits).special(orbits, point, form)
     except BREAKDOWNS:
         return None, None
+    return (coefficient, criticality) if np.isfinite(coefficient) else (None, None)
 
 
 def _form_of(found: Found) -> str | None:

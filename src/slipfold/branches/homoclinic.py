@@ -55,8 +55,8 @@ class Homoclinic:
         elif growth > self._largest:
             end = End(
                 "duration",
-                f"the duration grew past {self._largest:g} times that at first: the cycle may near "
-                "a homoclinic orbit; allow a larger duration to go on",
+                f"the duration grew past {self._largest:g} times that at first, as it does towards "
+                "a homoclinic orbit and in slow relaxation; allow a larger duration to go on",
                 (value,),
             )
         else:

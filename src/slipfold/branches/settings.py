@@ -27,7 +27,7 @@ class Settings(Stepping):
     largest_duration
         A branch of cycles ends where one round lasts this many times as long as at its first point.
         Near a homoclinic orbit the duration grows without bound; then eight segments of equal time
-        are few, and there may be infinitely many bifurcations.
+        are few, and there may be infinitely many bifurcations. So it does in slow relaxation.
 
     discretisation
         By what periodic orbits are computed: ``"shooting"``, or ``"collocation"`` on a mesh that
@@ -43,7 +43,7 @@ class Settings(Stepping):
     """
 
     largest_period: int = 8
-    largest_duration: float = 20.0
+    largest_duration: float = 100.0
     discretisation: str = "automatic"
 
     def __post_init__(self) -> None:

@@ -50,6 +50,10 @@ def _from_circle(values: Vector) -> Array:
     return np.where(values.imag > 0, np.abs(np.abs(values) - 1), np.inf)
 
 
+LOST = 1e-3
+"""Distance of the map's own critical multiplier from where it was located, beyond which growth on
+the way round has taken the digits of the map, and of all that follows from it."""
+
 _DISTANCES: dict[str, Callable[[Vector], Array]] = {
     "LP": _from_one,
     "BP": _from_one,
@@ -75,7 +79,10 @@ class MapDerivatives(Protocol):
 
 
 def normal_form(orbits: Orbits, point: OrbitPoint, kind: str) -> tuple[float, str | None]:
-    """Return the coefficient of a bifurcation's normal form and its criticality."""
+    """Return the coefficient of a bifurcation's normal form and its criticality.
+
+    An error of linear algebra says that the map is not known well enough.
+    """
     linearisation = orbits.linearise(point.z)
     map_: JetMap | ReturnMap = (
         ReturnMap(orbits, point.z, orbits.scales)
@@ -83,6 +90,8 @@ def normal_form(orbits: Orbits, point: OrbitPoint, kind: str) -> tuple[float, st
         else JetMap(orbits, point.z, orbits.constants(point.z))
     )
     matrix = map_.rescaled(linearisation.product)
+    if not _DISTANCES[kind](np.linalg.eigvals(matrix).astype(complex)).min() < LOST:
+        raise np.linalg.LinAlgError(f"the map has lost the multiplier of its {kind}")
     if kind == "LP":
         coefficient = fold_coefficient(map_, matrix, map_.carried(_parameter_pull(linearisation)))
     else:

@@ -52,6 +52,10 @@ GROWTH = 4.0
 """Growth over an interval, as an exponent, that meshes are made for: an interval is solved from its
 first state, which has to be known that much better."""
 
+GROWN = 4.0
+"""An orbit is measured anew where it has come to be this many times as large: scales are those of
+where its branch began, at a Hopf point perhaps, and errors and steps would be far too small."""
+
 REACH = 0.2
 """Change of the states, in scaled ones, over which polynomials are extrapolated linearly."""
 
@@ -250,14 +254,19 @@ class Collocation(Segments):
 
     # -- states elsewhere ----------------------------------------------------------------------
 
-    def _ended(self, nodes: Array, constants: Constants, phases: Array) -> tuple[Solved, Places]:
+    def _ended(
+        self, nodes: Array, constants: Constants, phases: Array, *, derived: bool = True
+    ) -> tuple[Solved, Places]:
         """Intervals that end at any phases, solved from the nodes before them."""
         scaled, (which, within) = nodes / self.scales, self.before(phases)
-        solved = self._solved(scaled, constants)
+        solved = self._solved(scaled, constants, derived=derived)
         beyond = within - self.start[which]
         places = (beyond / self.lengths[which])[:, None] * solved.gauss.points
         guess, field = solved.at(places, which), self._field(constants)
-        return solve_intervals(field, scaled[which], self.start[which], beyond, guess), which
+        found = solve_intervals(
+            field, scaled[which], self.start[which], beyond, guess, derived=derived
+        )
+        return found, which
 
     def carried_to(
         self, nodes: Array, constants: Constants, phases: Array
@@ -274,7 +283,7 @@ class Collocation(Segments):
 
     def states(self, nodes: Array, constants: Constants, phases: Array) -> Array:
         """Return the states at any phases, shape (q, n)."""
-        return self._ended(nodes, constants, phases)[0].ends * self.scales
+        return self._ended(nodes, constants, phases, derived=False)[0].ends * self.scales
 
     def advanced(self, nodes: Array, constants: Constants, turns: float) -> Array:
         """Return the states some forcing periods later, shape (m, n)."""
@@ -334,7 +343,8 @@ class Collocation(Segments):
         solved = self._solved(nodes / self.scales, constants)
         if not np.isfinite(solved.slopes).all():
             return None
-        density = steepness(self.edges, solved.slopes, solved.gauss)
+        scales = self._fitting(nodes)
+        density = steepness(self.edges, solved.slopes * (self.scales / scales), solved.gauss)
         density *= (CONSTANT / TOLERANCE) ** (1 / (STAGES + 1))
         density = np.maximum(density, self._growth(nodes, constants) / GROWTH)
         errors = (density * self.lengths) ** (STAGES + 1)
@@ -348,9 +358,25 @@ class Collocation(Segments):
         density += FLOOR * total / (pattern[-1] - pattern[0])
         wanted = max(INTERVALS, int(np.ceil(SPARE * (1 + FLOOR) * total)))
         wanted = min(wanted, LARGEST // self.copies)
-        if errors.max() <= SLACK and own <= WASTEFUL * wanted:
+        serves = errors.max() <= SLACK and own <= WASTEFUL * wanted
+        if serves and np.array_equal(scales, self.scales):
             return None
-        return self.on(_repeated(spread(pattern, density, wanted), self.copies))
+        other = self.on(_repeated(spread(pattern, density, wanted), self.copies))
+        other.measure_in(scales)
+        return other
+
+    def _fitting(self, nodes: Array) -> Array:
+        """Return scales of the states that fit an orbit: the model's, or larger, shape (n,).
+
+        Those that are declared stay.
+        """
+        own = self.model.state_scales()
+        times = np.exp2(np.round(np.log2(np.maximum(np.ptp(nodes, axis=0) / own, 2.0))) - 1)
+        times = np.where(np.isnan(self.model.declared_scales()), times, 1.0)
+        fitting = own * times
+        ratios = np.maximum(fitting / self.scales, self.scales / fitting)
+        unlike = ratios.max() >= GROWN or bool((times == 1).all())
+        return fitting if unlike else self.scales
 
     def _growth(self, nodes: Array, constants: Constants) -> Array:
         """Return the largest rate at which perturbations grow on each interval, shape (m,)."""

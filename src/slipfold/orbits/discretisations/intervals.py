@@ -21,6 +21,9 @@ STAGES = 6
 
 ITERATIONS = 10
 
+NEARBY = 1e-3
+"""After a step this short its derivatives do for the next ones, if others are not wanted."""
+
 STILL = 1e-10
 """A step this short, in scaled states, is the last one: what it leaves is rounding."""
 
@@ -232,7 +235,7 @@ def solve_intervals(
                 if not derived:
                     return Solved(nodes, start, lengths, stages, slopes, inverses, nothing)
                 break
-    previous = np.inf
+    alone, previous = inverses is None and not derived, np.inf
     for _ in range(ITERATIONS):
         slopes, jacobians = field.rates(stages, phases), field.jacobians(stages, phases)
         matrix = np.einsum("lk,jkab->jlakb", -inner, jacobians * steps[..., None])
@@ -251,6 +254,8 @@ def solve_intervals(
         if length < STILL * size_of_states or 1e-7 > length > 0.5 * previous:
             slopes = slopes + np.einsum("jkab,jkb->jka", jacobians, step)
             return Solved(nodes, start, lengths, stages, slopes, inverses, jacobians)
+        if alone and length < NEARBY:
+            return solve_intervals(field, nodes, start, lengths, stages, inverses, derived=False)
         previous = length
     lost = np.full((m, s, n), np.nan)
     none = np.full((m, size, size), np.nan)
