@@ -14,6 +14,7 @@ The branch of cycles ends where the mass would stick.
 
 import math
 
+import matplotlib.pyplot as plt
 from comparison import Comparison
 
 import slipfold as sf
@@ -36,4 +37,24 @@ exact = model.v0 * math.log((model.r - 1) * model.md / (model.v0 * model.c))
 table.add("Hopf point vd", hopf.value, exact, "exact")
 table.add("the same", hopf.value, "1.151292546497", "Stender and Hoffmann 2022 (bSTAB)")
 table.check("cycle beside sticking", diagram.branches[1].orbit(-2))
+
+# %%
+# Where the mass sticks the same system is a structure with a contact: its friction is exact, and
+# the motion goes on through stick and slip.
+
+law = sf.Stribeck(mu_s=model.r * model.md, mu_k=model.md, vs=model.v0)
+contact = sf.FrictionContact("x", law, load=1.0, Vd=1.0)
+squeal = sf.simulate(sf.Structure([[1.0]], [[model.c]], [[1.0]], names="x", contacts=contact))
+states = squeal.steady(1, 1000)[1]
+axes = plt.figure(layout="constrained").add_subplot()
+axes.plot(*states.T)
+sticks = states[:, 1] == 1.0
+axes.plot(*states[sticks].T, "C0", lw=4, label="sticks")
+axes.set(xlabel="x in m", ylabel="x' in m/s", title="belt at 1 m/s")
+axes.legend()
+plt.show()
+
+# %%
+
+table.add("stick-slip at vd = 1: period", squeal.settlement.duration, "6.4313827982", "two methods")
 table

@@ -27,4 +27,4 @@ def test_page_agrees_with_what_is_published(page: Path, monkeypatch: pytest.Monk
 
 
 def test_there_is_a_page_for_every_system_asked_for() -> None:
-    assert len(PAGES) == 16
+    assert len(PAGES) == 20

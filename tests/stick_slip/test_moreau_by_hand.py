@@ -29,7 +29,7 @@ def assert_halved(errors):
 # shared/reference/textbook.md 7 and beyond.md: slip, static, largest x, stuck time per period
 @pytest.mark.parametrize(
     ("slip", "static", "largest", "stuck"),
-    [(0.7, 0.7, 1.351931925995, 1.251431715), (0.5, 0.8, 1.5704484209, 1.427132002)],
+    [(0.7, 0.7, 1.351930925995, 1.251431715), (0.5, 0.8, 1.5704484209, 1.427132002)],
 )
 def test_den_hartog_with_stops(slip, static, largest, stuck):
     duration = 2 * np.pi / 0.6
