@@ -19,7 +19,13 @@ __all__: list[str] = []
 def _diagram(diagram: Diagram, output: str | None = None, **options: Any) -> Any:
     from slipfold.plots.response import draw_response
 
-    return draw_response(diagram, _shown(diagram, output), **options)
+    if output is None:  # an angle that turns round has all values
+        names = [state.name for state in diagram.model.states]
+        turning = {
+            name for branch in diagram.branches for name in branch.turns if branch.turns[name]
+        }
+        output = next((name for name in names if name not in turning), names[0])
+    return draw_response(diagram, output, **options)
 
 
 @draw.register
@@ -40,7 +46,7 @@ def _threshold_map(found: ThresholdMap, **options: Any) -> Any:
 def _simulation(
     motion: Simulation, output: str | None = None, kind: str = "timeseries", **options: Any
 ) -> Any:
-    shown = _shown(motion, output)
+    shown = motion.model.states[0].name if output is None else output
     if kind == "timeseries":
         from slipfold.plots.timeseries import draw_timeseries
 
@@ -61,7 +67,3 @@ def _friction(law: FrictionLaw, **options: Any) -> Any:
     from slipfold.plots.friction import draw_friction
 
     return draw_friction(law, **options)
-
-
-def _shown(result: Diagram | Simulation, output: str | None) -> str:
-    return result.model.states[0].name if output is None else output

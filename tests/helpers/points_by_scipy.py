@@ -42,6 +42,11 @@ class Equations:
         self._formulas = [(key, _code(formulas[key])) for key in _in_order(formulas)]
         self._rates = [_code(rates[name]) for name in self.names]
         period = model.get("forcing", {}).get("period")
+        self.angles = [
+            not isinstance(item, str) and item.get("angle", False)
+            for key, item in model["states"].items()
+            for _ in _indices(key, sizes)
+        ]
         self.period = None if period is None else eval(_code(period), FUNCTIONS | values)
 
     def rates(self, t, x, **changed):
@@ -114,7 +119,10 @@ class Point:
             end, matrix = self._carried(equations, x, lasts / (2 if self._half else 1))
             sign = -1.0 if self._half else 1.0
             phase = [] if flow is None else [flow @ (x - state) / (flow @ flow)]
-            return [*((sign * end - x) / sizes), *phase, self._critical(sign * matrix, free)]
+            ahead = sign * end - x
+            turned = (ahead + np.pi) % (2 * np.pi) - np.pi
+            ahead = np.where(equations.angles, turned, ahead)
+            return [*(ahead / sizes), *phase, self._critical(sign * matrix, free)]
 
         there = float(_root(fails, start)[len(state)] * units[len(state)])
         assert abs(there - value) <= FAR * abs(value), f"{self._type} near {value} at {there}"

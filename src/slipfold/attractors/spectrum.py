@@ -11,6 +11,7 @@ from slipfold.errors import InputError
 from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.model import Model
+from slipfold.models.turns import TURN
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.text.one_line import OneLine, number_text
 from slipfold.text.printed_table import PrintedTable
@@ -26,6 +27,8 @@ SHOWN = 10
 @dataclass(frozen=True, eq=False, repr=False)
 class Spectrum(OneLine):
     """Single-sided spectra of all outputs over a whole number of forcing periods; frozen.
+
+    That of an angle which turns round is of what it does besides turning evenly.
 
     Parameters
     ----------
@@ -171,9 +174,20 @@ def find_spectrum(
     return _transform(flow, motion.model, values, motion.period, True)
 
 
+def _without_even_turning(angles: Array) -> Array:
+    """Return angles of a periodic motion less their mean speed. Shapes: angles (m, k)."""
+    steps = np.diff(angles, axis=0, append=angles[:1])
+    steps -= TURN * np.round(steps / TURN)
+    steps -= steps.mean(axis=0)
+    return angles[:1] + np.cumsum(steps, axis=0) - steps
+
+
 def _transform(flow: Flow, model: Model, values: Array, periods: int, settled: bool) -> Spectrum:
     constants = flow.constants_of(model)
     count = len(values)
+    angles = np.flatnonzero(model.whole_turns)
+    values = values.copy()
+    values[:, angles] = _without_even_turning(values[:, angles])
     with np.errstate(invalid="ignore"):  # what has no value somewhere has no spectrum
         coefficients = np.fft.rfft(values, axis=0) / count
     # Every line but the mean stands for two of the two-sided spectrum, except the last one of an

@@ -176,7 +176,7 @@ class Bifurcations(Zeros[OrbitPoint]):
         if found.type in PAIRED:
             return is_torus(values)
         target = -1.0 if found.type == "PD" else 1.0
-        return bool(np.abs(values - target).min() < ON_CIRCLE)
+        return bool(np.abs(values - target).min(initial=np.inf) < ON_CIRCLE)
 
     def hidden(
         self, found: list[Found], known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint
@@ -219,7 +219,7 @@ def _stands(a: OrbitPoint, b: OrbitPoint) -> bool:
 
 def _off_circle(point: OrbitPoint) -> float:
     """Return the least distance of a multiplier from the unit circle."""
-    return float(np.abs(np.abs(point.multipliers) - 1).min())
+    return float(np.abs(np.abs(point.multipliers) - 1).min(initial=np.inf))
 
 
 def _off_pair(point: OrbitPoint) -> float:

@@ -17,6 +17,7 @@ from slipfold.orbits.uncertainty import multiplier_uncertainty
 from slipfold.text.one_line import OneLine, headed, listed, number_text, parameter_text
 from slipfold.text.printed_table import PrintedTable
 from slipfold.text.stability import outside
+from slipfold.text.turns import turns_text
 
 __all__ = ["Branch", "End"]
 
@@ -95,6 +96,7 @@ class Branch(OneLine):
 
     def _line(self) -> str:
         parts = ["equilibria" if self.kind == "equilibrium" else f"period {self.period}"]
+        parts.append(turns_text(self.turns))
         parts.append(f"{len(self)} points")
         if len(self):
             ends = (float(self.parameter[0]), float(self.parameter[-1]))
@@ -180,6 +182,11 @@ class Branch(OneLine):
         return multiplier_uncertainty(
             self.model, self.parameters, self.nodes, self.period, self.multipliers
         )
+
+    @cached_property
+    def turns(self) -> dict[str, int]:
+        """Whole turns that each angle makes in a period, by name: the same all along a branch."""
+        return self.orbit(0).turns if len(self) else {}
 
     def orbit(self, index: int) -> PeriodicOrbit:
         """Return one point as a periodic orbit.

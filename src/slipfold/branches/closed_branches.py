@@ -12,6 +12,7 @@ from slipfold.continuation.end import End
 from slipfold.continuation.interpolation import POINTS, hermite, well_spaced
 from slipfold.continuation.locate import LostCurveError, point_at
 from slipfold.continuation.trail import Sight, Stop, Stretch
+from slipfold.models.turns import without_turns
 from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
@@ -94,7 +95,8 @@ def step_beside_parent(point: OrbitPoint) -> float:
 def asymmetry(orbits: Orbits, z: Array) -> Array:
     """Return by how much the halves of an orbit differ, in scaled states."""
     half = orbits.size // 2
-    return z[:half] - z[half : orbits.size]
+    turns = np.resize(orbits.by.turns, half) / np.sqrt(orbits.segments)
+    return without_turns(z[:half] - z[half : orbits.size], turns)
 
 
 class MeetsCopy:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipfold.branches.stops import STANDS_STILL
 from slipfold.continuation.end import End
@@ -14,11 +15,22 @@ from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["Homoclinic", "nears_homoclinic"]
 
+Array = NDArray[np.float64]
+
 GROWN = 2.0
 """A duration that has grown less since the branch began says nothing."""
 
 NEAR = 0.05
 """Distance of a cycle from the saddle that it comes to, in scaled states."""
+
+NEARBY = 0.3
+"""The same of equilibria that are about to appear: their distance falls with a root."""
+
+PROPORTIONAL = 0.1
+"""Relative change of a slope along what counts as a straight line."""
+
+AT_REST = 1e-6
+"""Speed at an equilibrium that Newton's method has come to, over the cycle's largest."""
 
 APPROACHES = 20
 """Newton steps from the slowest place of a cycle to an equilibrium."""
@@ -50,6 +62,14 @@ class Homoclinic:
                 "homoclinic",
                 f"the duration grew to {growth:.3g} times that at first while {orbits.vary} stays "
                 f"at {value:.9g}: the cycle nears a homoclinic orbit",
+                (value,),
+            )
+        elif growth > self._largest and (appear := _saddle_node(points)) is not None:
+            end = End(
+                "homoclinic",
+                f"the duration grew past {self._largest:g} times that at first, as one over the "
+                f"root of the distance from {orbits.vary} = {orbits.width * appear:.6g}, where "
+                "equilibria appear on the cycle (a saddle-node on it)",
                 (value,),
             )
         elif growth > self._largest:
@@ -98,9 +118,39 @@ def _passes_saddle(point: OrbitPoint) -> bool:
 
     Through a canard explosion the parameter stands still as well, but the duration has a bound.
     """
+    slopes = _slopes_at_rest(point, point.z, NEAR)
+    if slopes is None:
+        return False
+    growth = np.linalg.eigvals(slopes).real
+    return bool(growth.max() > 0 > growth.min())
+
+
+def _saddle_node(points: Sequence[OrbitPoint]) -> float | None:
+    """Return the scaled parameter at which equilibria appear on a cycle, None if none seem to.
+
+    Near there one over the square of the duration is proportional to the distance (Kuznetsov,
+    section 7.1). Beyond it there must be an equilibrium where the cycle is slowest, before it none.
+    """
+    if len(points) < 3:
+        return None
+    last = points[-3:]
+    shares = np.array([point.z[-2] for point in last]) ** -2.0
+    values = np.array([point.z[-1] for point in last])
+    slopes = np.diff(values) / np.diff(shares)
+    if not abs(slopes[0] / slopes[1] - 1) < PROPORTIONAL:
+        return None
+    there = float(np.polynomial.Polynomial.fit(shares, values, 2)(0.0))
+    beyond = last[-1].z.copy()
+    beyond[-1] = 2 * there - beyond[-1]
+    appeared = _slopes_at_rest(last[-1], beyond, NEARBY) is not None
+    return there if appeared and _slopes_at_rest(last[-1], last[-1].z, NEARBY) is None else None
+
+
+def _slopes_at_rest(point: OrbitPoint, z: Array, near: float) -> Array | None:
+    """Return the Jacobian at an equilibrium with the parameters of z where a cycle is slowest."""
     orbits = point.curve
-    constants, flow, zero = orbits.constants(point.z), orbits.flow, np.zeros(1)
-    nodes = orbits.nodes(point.z)
+    constants, flow, zero = orbits.constants(z), orbits.flow, np.zeros(1)
+    nodes = orbits.nodes(z)
     speeds = np.linalg.norm(
         flow.rates(nodes, np.zeros(len(nodes)), constants) / orbits.scales, axis=1
     )
@@ -111,9 +161,9 @@ def _passes_saddle(point: OrbitPoint) -> bool:
         try:
             step = np.linalg.solve(slopes, flow.rates(state, zero, constants)[0])
         except np.linalg.LinAlgError:
-            return False
+            return None
         state = state - step
-        if not np.abs((state - slowest) / orbits.scales).max() < NEAR:
-            return False
-    growth = np.linalg.eigvals(slopes).real
-    return bool(growth.max() > 0 > growth.min())
+        if not np.abs((state - slowest) / orbits.scales).max() < near:
+            return None
+    rates = flow.rates(state, zero, constants)[0] / orbits.scales
+    return slopes if np.abs(rates).max() < AT_REST * speeds.max() else None

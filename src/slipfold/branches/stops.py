@@ -79,7 +79,7 @@ class Unresolved:
 
     def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:
         """Return the last point, if the next one is too unstable."""
-        largest = float(np.abs(stretch.point.multipliers).max())
+        largest = float(np.abs(stretch.point.multipliers).max(initial=0.0))
         if largest <= RESOLVED or self._curve.orbits.by.growing:
             return Sight()
         reason = (
@@ -120,7 +120,7 @@ class Undetermined:
     def _moves(self, point: OrbitPoint) -> float:
         """Return by how much errors of the equations move an orbit; 0 if by little."""
         orbits, part = self._orbits, point.linearisation
-        if part is None or np.abs(point.multipliers - 1).min() > ONE:
+        if part is None or np.abs(point.multipliers - 1).min(initial=np.inf) > ONE:
             return 0.0
         bordered = part.bordered(point.tangent)
         last = range(orbits.size - len(orbits.scales), orbits.size)  # ends of the last segment

@@ -16,6 +16,7 @@ from slipfold.flow.equilibrium import PUSH
 from slipfold.flow.flow import flow_of
 from slipfold.flow.sizes.own_sizes import unfed_states
 from slipfold.flow.trajectory import Trajectory
+from slipfold.models.turns import without_turns
 
 __all__ = ["check_motion"]
 
@@ -72,7 +73,8 @@ def _again(motion: Trajectory) -> Check:
         if np.isfinite(ends).all():
             break
     size = max(1.0, float(np.abs(motion.strobe / scales).max()))
-    difference = np.abs((ends - motion.strobe[chosen + 1]) / scales).max(initial=0.0) / size
+    apart = without_turns(ends - motion.strobe[chosen + 1], motion.model.whole_turns)
+    difference = np.abs(apart / scales).max(initial=0.0) / size
     difference = float(difference) if np.isfinite(difference) else np.inf
     each = "forcing period" if motion.model.forced else "interval"
     name = (
@@ -128,7 +130,13 @@ def _retraced(motion: Trajectory) -> list[Check]:
         few = len(checks) < FEW and tried < CHEAP and not _short(motion)
         if checks and not few and tried + PIECES > PIECES_A_PERIOD * motion.periods:
             break
-        one = Motion(np.array([0.0, 1.0]), motion.strobe[place : place + 2], constants, PIECES)
+        one = Motion(
+            np.array([0.0, 1.0]),
+            motion.strobe[place : place + 2],
+            constants,
+            PIECES,
+            turns=motion.model.whole_turns,
+        )
         found = retrace(flow, scales, one)
         tried += found.tried
         time = f"{place * constants.period:.6g} s"

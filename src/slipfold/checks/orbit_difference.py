@@ -120,6 +120,7 @@ def motion_of(orbit: PeriodicOrbit, flow: Flow, pieces: int, *, slopes: bool = F
         flow.constants_of(orbit.model),
         -(-pieces // segments),
         slopes,
+        orbit.model.whole_turns,
     )
 
 
@@ -130,6 +131,7 @@ class _FlowRates:
         self.forced = model.forced
         self._flow, self._constants = flow, constants
         self._scales = model.state_scales()
+        self.turns = model.whole_turns / self._scales
 
     def rates(self, states: Array, phases: Array) -> Array:
         """Rates of the scaled states in a unit of phase, shape (m, n)."""

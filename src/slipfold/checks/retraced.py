@@ -7,7 +7,7 @@ on every piece. A step that went over something is seen at the points between it
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from slipfold.collocation.gauss import gauss_points
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow
+from slipfold.models.turns import NO_TURNS, without_turns
 
 __all__ = ["SMALL", "Motion", "Retraced", "retrace"]
 
@@ -62,6 +63,8 @@ class Motion:
     pieces: int  # pieces to begin with, in each of the m parts
     # Whether the Jacobians must be as well resolved, for what is derived from them
     slopes: bool = False
+    # Whole turns of angles by which states may differ from what comes before them, shape (n,)
+    turns: Array = field(default_factory=lambda: NO_TURNS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,7 +214,7 @@ def _joined(
         np.append(begin[order], end),
         nodes,
         np.concatenate([item.stages for item in done])[order],
-        lacking + np.concatenate([nodes[1:], last]) - ends,
+        lacking + without_turns(np.concatenate([nodes[1:], last]) - ends, motion.turns / scales),
         whole,
         tried,
     )

@@ -11,6 +11,7 @@ from slipfold.flow.flow import flow_of
 from slipfold.flow.precision import LANES
 from slipfold.flow.sizes.own_sizes import own_sizes
 from slipfold.flow.trajectory import Trajectory
+from slipfold.models.turns import without_turns
 
 __all__ = ["sensitivity"]
 
@@ -67,7 +68,8 @@ def _growth(motion: Trajectory, places: NDArray[np.intp], length: int) -> Array:
     phases = np.tile(np.arange(length + 1.0), (len(places), 1))
     disturbed = along[:, 0] + DISTURBANCE * signs * sizes[:, 0]
     states = flow.along(disturbed, phases, flow.constants_of(motion.model))
-    apart = (np.abs(states - along) / sizes).max(axis=2)
+    apart = np.abs(without_turns(states - along, motion.model.whole_turns))
+    apart = (apart / sizes).max(axis=2)
     large = apart > LARGE
     count = np.where(large.any(axis=1), large.argmax(axis=1), length)
     factors = apart[np.arange(len(places)), count] / (DISTURBANCE * ALGEBRAIC * count)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from slipfold.collocation.newton import Solution, solve
 from slipfold.collocation.reference import Reference, reference_of
 from slipfold.collocation.vector_field import VectorField
 from slipfold.models.model import Model
+from slipfold.models.turns import NO_TURNS, turns_between
 
 __all__ = ["Collocated", "Guess", "collocate", "on_mesh"]
 
@@ -46,6 +47,8 @@ class Guess:
     period: int  # period of the orbit in units of phase
     samples: Array  # scaled states at equidistant phases, shape (count, n)
     time: float  # seconds in a unit of phase
+    # Whole turns of angles in scaled states, zero for other states, shape (n,)
+    turns: Array = field(default_factory=lambda: NO_TURNS)
 
     def on(self, edges: Array, degree: int) -> Iterate:
         """Interpolate to a mesh. Shapes: edges (N + 1,)."""
@@ -53,9 +56,15 @@ class Guess:
 
         phases = np.linspace(0.0, self.period, len(self.samples) + 1)
         closed = np.concatenate([self.samples, self.samples[:1]])
+        jumps = turns_between(np.diff(closed, axis=0), self.turns) * self.turns
+        rise = -jumps.sum(axis=0) / self.period  # of angles that turn round
+        closed[1:] -= np.cumsum(jumps, axis=0)
+        closed -= rise * phases[:, None]
         spline = CubicSpline(phases, closed, bc_type="periodic")
-        inside = edges[:-1, None] + np.diff(edges)[:, None] * gauss_points(degree).points
-        return Iterate(edges, spline(edges[:-1]), spline(inside), self.time)
+        begin = edges[:-1]
+        inside = begin[:, None] + np.diff(edges)[:, None] * gauss_points(degree).points
+        nodes = spline(begin) + rise * begin[:, None]
+        return Iterate(edges, nodes, spline(inside) + rise * inside[..., None], self.time)
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +123,7 @@ def collocate(
     2.0
     """
     field = VectorField(model)
-    guess = Guess(period, samples / field.scales, field.period)
+    guess = Guess(period, samples / field.scales, field.period, field.turns)
     reference = reference_of(field, guess.samples[:: len(samples) // anchors], singular)
     edges = uniform(period, INTERVALS * period, anchors)
     fine, best = on_mesh(field, guess.on(edges, degree), reference), np.inf

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from slipfold.collocation.gauss import gauss_points
 from slipfold.collocation.vector_field import RightHandSide
+from slipfold.models.turns import without_turns
 
 __all__ = ["Condensed", "Iterate", "condense"]
 
@@ -105,7 +106,7 @@ def _condense_some(
     grown = steps * np.einsum("lk,ikn->iln", inner, rates)
     outgrown = steps[:, 0] * np.einsum("k,ikn->in", gauss.weights, rates)
     beside = stages - nodes[:, None] - time * grown
-    unequal = nodes + time * outgrown - following[some]
+    unequal = without_turns(nodes + time * outgrown - following[some], field.turns)
 
     matrix = np.einsum("lk,ikab->ilakb", -time * inner, jacobians * steps[..., None])
     matrix = matrix.reshape(count, m * n, m * n)

@@ -55,7 +55,8 @@ def product_eigenvalues(matrices: Array) -> Complex:
     >>> product_eigenvalues(np.array([factor] * 8)).real * [1, 1e32]
     array([1., 1.])
     """
-    if not np.isfinite(matrices).all():
+    # There is none beside the motion of a single angle.
+    if not (matrices.size and np.isfinite(matrices).all()):
         return np.full(matrices.shape[1], np.nan + 0j)
     factors = [product(part) for part in np.array_split(matrices, min(BLOCKS, len(matrices)))]
     basis = _dominant_first(product(np.array(factors)))

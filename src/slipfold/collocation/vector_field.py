@@ -19,6 +19,9 @@ Array = NDArray[np.float64]
 class RightHandSide(Protocol):
     """What collocation needs to know of a model: see `VectorField.linear`."""
 
+    turns: Array
+    """Whole turns of angles in scaled states, zero for other states."""
+
     def linear(self, states: Array, phases: Array) -> tuple[Array, Array]:
         """Evaluate rates and Jacobians."""
         ...
@@ -30,6 +33,7 @@ class VectorField:
     def __init__(self, model: Model) -> None:
         self.model = model
         self.scales = model.state_scales()
+        self.turns = model.whole_turns / self.scales
         self.forced = model.forced
         self._evaluation = evaluation_of(model)
         self._ratios = self.scales[None, :] / self.scales[:, None]

@@ -20,6 +20,7 @@ from slipfold.flow.precision import TOLERANCE
 from slipfold.flow.scaled import Scaled
 from slipfold.flow.sharp_turns import VERSION, sharp_turns
 from slipfold.models.model import Kind, Model
+from slipfold.models.turns import without_turns
 
 __all__ = ["GuardedFlow", "Stop", "guarded_flow_of"]
 
@@ -66,6 +67,9 @@ class GuardedFlow:
         self._integrators = OwnCopies()
         self._flow: Flow = flow_of(model)
         self._forced = model.forced
+        self._whole_turns = model.whole_turns
+        # The more turns an angle has made, the larger the errors of steps: begin each period anew.
+        self._together = 1 if self._whole_turns.any() else CHUNK
         self._watched = [self._flow.output_index(limit.output) for limit in model.limits]
         self._bounds = np.array([limit.bound for limit in model.limits])
 
@@ -88,8 +92,9 @@ class GuardedFlow:
         parameters = np.concatenate([constants.values, constants.scales, weights])
         done = 0
         while done < periods and stop is None:
-            count = min(CHUNK, periods - done)
+            count = min(self._together, periods - done)
             states, stop = self._run(result[done], count, constants, parameters, before + done)
+            states = without_turns(states, self._whole_turns)
             result[done + 1 : done + 1 + len(states)] = states
             done += len(states)
         return result[: done + 1], stop

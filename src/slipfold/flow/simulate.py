@@ -20,6 +20,8 @@ from slipfold.flow.sizes.typical_sizes import measured
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.model import Model
 from slipfold.models.suggestion import suggest
+from slipfold.models.turns import turns_between, turns_by_name
+from slipfold.text.turns import turns_text
 
 __all__ = [
     "PERIODS",
@@ -156,9 +158,24 @@ class Motion:
         if self.stopped is not None:
             return cut_short(self.stopped)
         if model.forced:
-            return judge_settlement(self.strobe, model.state_scales(), tolerance)
+            found = judge_settlement(
+                self.strobe, model.state_scales(), tolerance, model.whole_turns
+            )
+            return self._turned(found, found.period)
         found = judge_autonomous(model, self.strobe, tolerance)
+        found = self._turned(found, found.duration and found.duration / self._constants.period)
         return replace(found, message=found.message + self._told()) if self._pushed else found
+
+    def _turned(self, found: Settlement, length: float | None) -> Settlement:
+        """Add how often angles turn round in a response of that many periods."""
+        if length is None or not self.model.whole_turns.any():
+            return found
+        start, zero = self.strobe[-1:], np.zeros(1)
+        (end,) = flow_of(self.model).advance(start, zero, zero + length, self._constants)
+        counts = turns_between(end - start[0], self.model.whole_turns)
+        turns = turns_by_name(self.model.states, counts)
+        told = [found.message, turns_text(turns)]
+        return replace(found, message="; ".join(filter(None, told)), turns=turns)
 
     def _told(self) -> str:
         if self._pushed[0] == 0:

@@ -20,6 +20,7 @@ from slipfold.loci.progress import LocusObserver, LocusProgress
 from slipfold.loci.window import Window
 from slipfold.models.equilibrium_search import search_equilibrium
 from slipfold.models.model import Model
+from slipfold.models.turns import without_turns
 from slipfold.orbits.orbit_near import settled_on
 
 __all__ = ["FanLine", "follow_fan", "follow_line", "follow_settled", "largest_period"]
@@ -152,7 +153,10 @@ def _is_another(
     """Whether an equilibrium is none of those that are found from known states."""
     found = [search_equilibrium(model, near) for near in known]
     near = SAME_REST * model.state_scales()
-    return all(other is None or bool((np.abs(other - state) > near).any()) for other in found)
+    apart = [
+        without_turns(other - state, model.whole_turns) for other in found if other is not None
+    ]
+    return all(bool((np.abs(item) > near).any()) for item in apart)
 
 
 def _through(

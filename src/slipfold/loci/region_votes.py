@@ -14,6 +14,7 @@ from slipfold.loci.fan import FanLine
 from slipfold.loci.raster import Raster
 from slipfold.loci.stable_spans import orbit_on, stable_spans
 from slipfold.models.model import Model
+from slipfold.models.turns import without_turns
 from slipfold.orbits.carry_to import Straight, carry_to
 from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.orbits.limits import broken_limit
@@ -77,22 +78,24 @@ def _runs(numbers: NDArray[np.int64]) -> Iterator[NDArray[np.int64]]:
 def _stable_orbits(line: FanLine, value: float) -> dict[int, list[Array]]:
     found: dict[int, list[Array]] = {}
     for branch in line.branches:
-        scales = branch.model.state_scales()
         for span in stable_spans(branch):
             if span.low <= value <= span.high:
                 nodes = orbit_on(branch, span, value)
                 known = found.setdefault(branch.period, [])
-                if nodes is not None and not _is_among(nodes, known, branch.period, scales):
+                if nodes is not None and not _is_among(branch.model, nodes, branch.period, known):
                     known.append(nodes)
     return {period: orbits for period, orbits in found.items() if orbits}
 
 
-def _is_among(nodes: Array, known: Sequence[Array], period: int, scales: Array) -> bool:
+def _is_among(model: Model, nodes: Array, period: int, known: Sequence[Array]) -> bool:
     """Whether an orbit is one of others, begun in whichever forcing period."""
+    scales, whole = model.state_scales(), model.whole_turns
     each, rest = divmod(len(nodes), period)
-    turns = [np.roll(nodes, turn * each, axis=0) for turn in range(period if rest == 0 else 1)]
+    begun = [np.roll(nodes, k * each, axis=0) for k in range(period if rest == 0 else 1)]
     return any(
-        np.abs((turn - other) / scales).max() < ONE_ORBIT for turn in turns for other in known
+        np.abs(without_turns(copy - other, whole) / scales).max() < ONE_ORBIT
+        for copy in begun
+        for other in known
     )
 
 
@@ -137,8 +140,7 @@ def carried_orbits(
         begin, end = np.array(seed.place)[order], np.array(place)[order]
         for start in seed.nodes.get(period, ()):
             nodes = _carried(model, names, start, begin, end, size[order], period)
-            scales = model.state_scales()
-            if nodes is not None and not _is_among(nodes, found, period, scales):
+            if nodes is not None and not _is_among(model, nodes, period, found):
                 found.append(nodes)
         best = max(best, found, key=len)
         if len(best) == wanted:

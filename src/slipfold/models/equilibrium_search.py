@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from slipfold.models.damped_newton import damped_newton
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
+from slipfold.models.turns import without_turns
 
 __all__ = ["search_equilibrium"]
 
@@ -40,14 +41,15 @@ def search_equilibrium(model: Model, start: Array) -> Array | None:
     linear, scales = evaluation_of(model).linear_of(model), model.state_scales()
     found = damped_newton(linear, start[None], scales)[0]
     if not np.isnan(found).any():
-        return found
+        return without_turns(found, model.whole_turns)
     around = np.random.default_rng(0)
     for reach in REACHES:
         places = start + reach * scales * around.uniform(-1.0, 1.0, (TRIES, len(start)))
         states = damped_newton(linear, places, scales, HALVINGS)
         reached = [state for state in states if _within_limits(model, state)]
         if reached:
-            return min(reached, key=lambda at: float(np.abs((at - start) / scales).max()))
+            nearest = min(reached, key=lambda at: float(np.abs((at - start) / scales).max()))
+            return without_turns(nearest, model.whole_turns)
     return None
 
 

@@ -19,6 +19,7 @@ from slipfold.models.output import Expression, Limit, Output, Symbols
 from slipfold.models.parameter import DURATION, Parameter, State
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.suggestion import suggest
+from slipfold.models.turns import TURN
 
 __all__ = ["Kind", "Model"]
 
@@ -155,6 +156,11 @@ class Model(ABC):
     def start(self) -> NDArray[np.float64]:
         """State from which motions and searches start, shape (n_states,)."""
         return np.zeros(len(self.states))
+
+    @cached_property
+    def whole_turns(self) -> NDArray[np.float64]:
+        """What each state may change by and be the same, shape (n_states,): zero but for angles."""
+        return np.array([TURN if state.angle else 0.0 for state in self.states])
 
     @property
     def structure(self) -> Mapping[str, Hashable]:

@@ -109,6 +109,8 @@ class State:
         One line that says what it is.
     label
         Axis label in mathtext; the name itself if empty.
+    angle
+        Whether it is an angle in rad: after a whole turn the state is the same.
 
     Examples
     --------
@@ -120,3 +122,4 @@ class State:
     unit: str = ""
     doc: str = ""
     label: str = ""
+    angle: bool = False

@@ -44,6 +44,7 @@ class System(Model):
     states
         Formula of the rate per second by name, or a table ``{"rate": "...", "unit", "doc",
         "label", "start": 0, "scale": 1}``; the scale, a typical size, is found if none is given.
+        With ``"angle": True`` it is an angle in rad: orbits close up to whole turns of it.
     forcing
         ``{"period": "2*pi/W"}`` in seconds; ``"quiet"`` names the parameter that switches the
         forcing off. None for an autonomous system, which gets a parameter ``duration``.
@@ -219,8 +220,14 @@ class System(Model):
 
     def declared_scales(self) -> NDArray[np.float64]:
         """Typical sizes of the states, shape (n_states,); NaN where the definition gives none."""
-        given = (item.scale for item in self._built.definition.states)
-        return np.array([np.nan if scale is None else scale for scale in given])
+        given = self._built.definition.states
+        own = (1.0 if item.state.angle else np.nan for item in given)  # a radian, not its turns
+        return np.array(
+            [
+                size if item.scale is None else item.scale
+                for item, size in zip(given, own, strict=True)
+            ]
+        )
 
     def __repr__(self) -> str:
         """Name and the parameters that differ from the defaults."""

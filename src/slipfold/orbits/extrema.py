@@ -13,6 +13,8 @@ from slipfold.flow import Flow, flow_of
 from slipfold.flow.equations import Constants
 from slipfold.flow.scaled import power_of_two
 from slipfold.models.model import Model
+from slipfold.models.turns import TURN
+from slipfold.orbits.turning import turns_of_segments
 from slipfold.text.one_line import OneLine, listed, number_text
 from slipfold.text.printed_table import PrintedTable
 
@@ -43,7 +45,8 @@ class Extrema(OneLine):
     names
         The outputs; states come first.
     minimum, maximum
-        Shape (n_orbits, n_outputs), in the units of the outputs.
+        Shape (n_orbits, n_outputs), in the units of the outputs. An angle that turns round has all
+        values, and the minimum and maximum -pi and pi.
     """
 
     names: tuple[str, ...]
@@ -134,16 +137,16 @@ def find_extrema(
     for first in range(0, len(nodes), TOGETHER):
         some = slice(first, first + TOGETHER)
         low[some], high[some] = _extrema_of_orbits(
-            flow, flow.constants(parameters[some], scales), nodes[some], period, columns
+            model, flow.constants(parameters[some], scales), nodes[some], period, columns
         )
     return Extrema(names, low, high)
 
 
 def _extrema_of_orbits(
-    flow: Flow, constants: Constants, nodes: Array, period: int, columns: NDArray[np.int64]
+    model: Model, constants: Constants, nodes: Array, period: int, columns: NDArray[np.int64]
 ) -> tuple[Array, Array]:
     """Extrema of some outputs over some orbits, each of shape (n_orbits, n_outputs)."""
-    count, segments = nodes.shape[:2]
+    flow, (count, segments) = flow_of(model), nodes.shape[:2]
     edges = np.linspace(0, period, segments + 1)
     each = -(-SAMPLES * period // segments)
     samples = flow.sample(
@@ -152,7 +155,11 @@ def _extrema_of_orbits(
         np.tile(edges[1:], count),
         each,
         constants.repeated(segments),
-    ).reshape(count * segments * each, -1)
+    )
+    turns = turns_of_segments(model, flow, nodes, period, constants)
+    before = (np.cumsum(turns, axis=1) - turns) * model.whole_turns
+    samples += before.reshape(count * segments, 1, -1)
+    samples = samples.reshape(count * segments * each, -1)
     total = segments * each
     spacing = period / total
     phases = np.tile(np.arange(total, dtype=float) * spacing, count)
@@ -161,17 +168,21 @@ def _extrema_of_orbits(
     # One row for each orbit, output, and minimum or maximum.
     nearest = np.stack([values.argmin(axis=1), values.argmax(axis=1)], axis=2).ravel()
     orbit = np.repeat(np.arange(count), 2 * len(columns))
-    before = orbit * total + (nearest - 1) % total
+    earlier = orbit * total + (nearest - 1) % total
     found = refine_minimum(
         flow,
         constants.repeated(2 * len(columns)),
-        samples[before],
-        phases[before],
+        samples[earlier],
+        phases[earlier],
         spacing,
         np.tile(np.repeat(columns, 2), count),
         np.tile([1.0, -1.0], count * len(columns)),
     ).reshape(count, len(columns), 2)
-    return found[:, :, 0], -found[:, :, 1]
+    low, high = found[:, :, 0], -found[:, :, 1]
+    round_and_round = np.zeros((count, len(flow.output_names)), dtype=bool)
+    round_and_round[:, : turns.shape[2]] = turns.sum(axis=1) != 0
+    turning = round_and_round[:, columns]
+    return np.where(turning, -TURN / 2, low), np.where(turning, TURN / 2, high)
 
 
 def refine_minimum(

@@ -12,6 +12,7 @@ from slipfold.errors import InputError
 from slipfold.flow import flow_of
 from slipfold.flow.sizes.typical_sizes import measured
 from slipfold.models.model import Model
+from slipfold.models.turns import without_turns
 from slipfold.orbits.carry_to import hold_parameter
 from slipfold.orbits.find_cycle import find_cycle
 from slipfold.orbits.find_response import find_response
@@ -156,7 +157,7 @@ def _checked_state(model: Model, state: ArrayLike | Mapping[str, float]) -> Arra
         raise InputError(
             f"state = {state!r} does not fit; give finite numbers for {' '.join(names)}"
         )
-    return checked
+    return without_turns(checked, model.whole_turns)
 
 
 def _settled(model: Model, periods: int) -> Array:
@@ -167,6 +168,7 @@ def _settled(model: Model, periods: int) -> Array:
     one_period = np.array([0.0, 1.0])
     for _ in range(periods):
         state = flow.trajectory(state, constants, one_period)[-1]
+        state = without_turns(state, model.whole_turns)
     return state
 
 
@@ -178,7 +180,8 @@ def _refuse_shorter(orbits: ForcedOrbits, orbit: PeriodicOrbit) -> None:
     zero = np.zeros(1)
     strobes = flow.sample(orbit.state[None], zero, zero + count, count, constants)[0]
     for shorter in range(1, count):
-        moved = np.abs((strobes[shorter] - strobes[0]) / orbits.scales).max()
+        apart = without_turns(strobes[shorter] - strobes[0], model.whole_turns)
+        moved = np.abs(apart / orbits.scales).max()
         if count % shorter == 0 and moved < 1e-7:
             raise InputError(
                 f"the orbit found for period {count} has period {shorter}; give a state nearer to "

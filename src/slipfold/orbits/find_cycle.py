@@ -11,6 +11,7 @@ from slipfold.flow import flow_of
 from slipfold.flow.sizes.typical_sizes import measured
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
+from slipfold.models.turns import TURN, without_turns
 from slipfold.orbits.cycles import Cycles
 from slipfold.orbits.discretisations.shooting import SEGMENTS
 from slipfold.orbits.spectrum.eigenvalues import unit_of_time
@@ -60,6 +61,7 @@ def find_cycle(
     paced = model.replace(duration=unit)
     if state is None:
         state = _motion(paced, _start(paced), WINDOW * max(1, settle // 100))[-1]
+        state = without_turns(state, model.whole_turns)
     if duration is None:
         duration = unit * _first_return(paced, state)
     cycle, zero = model.replace(duration=duration), np.zeros(1)
@@ -109,7 +111,9 @@ def _first_return(paced: Model, state: Array) -> float:
             break
         grid = np.linspace(0, units, len(motion))
         rates = flow.rates(motion, grid, constants)
-        place = _nearest_passage(grid, (motion - state) / scales, rates / scales)
+        place = _nearest_passage(
+            grid, (motion - state) / scales, rates / scales, paced.whole_turns / scales
+        )
         if place is not None:
             return place
         state = motion[-1]
@@ -119,18 +123,31 @@ def _first_return(paced: Model, state: Array) -> float:
     )
 
 
-def _nearest_passage(grid: Array, away: Array, rates: Array) -> float | None:
+def _on_circles(away: Array, rates: Array, turns: Array) -> tuple[Array, Array]:
+    """Return how far angles are ahead as seen from the side of their circle, and at what rates.
+
+    Shapes: away, rates (m, n); turns (n,).
+    """
+    per = np.where(turns > 0, TURN / np.where(turns > 0, turns, 1.0), 0.0)
+    turned = per * away
+    ahead = np.where(per > 0, np.sin(turned) / np.where(per > 0, per, 1.0), away)
+    return ahead, np.cos(turned) * rates
+
+
+def _nearest_passage(grid: Array, away: Array, rates: Array, turns: Array) -> float | None:
     """Return the first time at which a motion passes near its begin again, in the same sense."""
     from scipy.interpolate import CubicHermiteSpline  # slow to import, and seldom needed
 
-    extent = float(np.linalg.norm(away, axis=1).max())
+    extent = float(np.linalg.norm(without_turns(away, turns), axis=1).max())
     forward = rates[0]
-    ahead = CubicHermiteSpline(grid, away @ forward, rates @ forward)
+    passing, speeds = _on_circles(away, rates, turns)
+    ahead = CubicHermiteSpline(grid, passing @ forward, speeds @ forward)
     places = ahead.roots(extrapolate=False)
     places = places[(places > grid[1]) & (ahead(places, 1) > 0)]
     if not len(places):
         return None
-    distances = np.linalg.norm(CubicHermiteSpline(grid, away, rates)(places), axis=1)
+    passed = CubicHermiteSpline(grid, away, rates)(places)
+    distances = np.linalg.norm(without_turns(passed, turns), axis=1)
     if distances.min() > RETURNED * extent:
         return None
     near = max(NEAREST * distances.min(), SAME_RETURN * extent)

@@ -61,4 +61,5 @@ class ForcedOrbits(Orbits):
         for turn in range(1, self.period):
             moved = self.by.advanced(nodes, constants, turn)
             begun.append(np.concatenate([self.flat(moved), z[self.size :]]))
+        begun = [self.beside(copy, like) for copy in begun]
         return min(begun, key=lambda copy: float(np.linalg.norm(copy - like)))

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from slipfold.continuation.newton import Rule, correct_many, solve_each
 from slipfold.flow import Flow
 from slipfold.flow.scaled import power_of_two
+from slipfold.models.turns import NO_TURNS, without_turns
 from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.orbits.linearisation import Linearisation
 
@@ -38,10 +39,12 @@ def transitions(
     free: list[int],
     units: Array,
     period: int = 1,
+    whole: Array = NO_TURNS,
 ) -> tuple[Array, Array, Array]:
     """Return mismatch and derivatives of all segments' ends, each orbit in its scaled states.
 
-    `vectors` are the parameters of each orbit, `units` the scales of those that are `free`.
+    `vectors` are the parameters of each orbit, `units` the scales of those that are `free`; `whole`
+    is what a turn of each state is.
 
     Shapes: nodes (k, m, n); vectors (k, n_p); scales (k, n); units (f,); returns mismatch
     (k, m, n), blocks (k, m, n, n), along (k, m, n, f).
@@ -58,7 +61,7 @@ def transitions(
     )
     following = np.roll(nodes, -1, axis=1)
     return (
-        (ends.reshape(k, m, n) - following) / scales[:, None],
+        without_turns(ends.reshape(k, m, n) - following, whole) / scales[:, None],
         blocks.reshape(k, m, n, n) * (scales[:, None, :] / scales[:, :, None])[:, None],
         along.reshape(k, m, n, -1) * (units / scales[:, None, :, None]),
     )
@@ -121,5 +124,6 @@ def _linearise(orbits: ForcedOrbits, z: Array) -> list[Linearisation]:
         orbits.indices,
         orbits.units / np.sqrt(orbits.segments),
         orbits.period,
+        orbits.model.whole_turns,
     )
     return [Linearisation(*item) for item in zip(residual, blocks, along, strict=True)]

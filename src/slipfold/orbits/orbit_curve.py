@@ -17,6 +17,7 @@ from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.equations import Constants
 from slipfold.models.model import Model
+from slipfold.models.turns import without_turns
 from slipfold.orbits.discretisations.discretisation import Discretisation
 from slipfold.orbits.linearisation import MANY, Linearisation
 from slipfold.orbits.orbit_point import OrbitPoint
@@ -295,7 +296,15 @@ class Orbits(OrbitCurve):
 
     def begun_near(self, z: Array, reference: Array) -> Array:
         """Return an orbit as it is compared with another one: forced orbits know their phase."""
-        return z
+        return self.beside(z, reference)
+
+    def beside(self, z: Array, reference: Array) -> Array:
+        """Return the same orbit with as many turns of its angles as lead nearest to another."""
+        if not self.by.turns.any():
+            return z
+        near, own = self.nodes(reference) / self.scales, self.nodes(z) / self.scales
+        gap = without_turns(own - near, self.by.turns)
+        return self.join((near + gap) * self.scales, self.free_values(z))
 
     def in_phase(self, z: Array, like: Array) -> Array:
         """Return the same orbit begun where it lies nearest to another."""

@@ -15,6 +15,7 @@ from slipfold.flow.pace import paced
 from slipfold.flow.simulate import initial_state, simulate
 from slipfold.models.equilibrium_search import search_equilibrium
 from slipfold.models.model import Model
+from slipfold.models.turns import without_turns
 from slipfold.orbits.find import periodic_orbit
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
@@ -80,7 +81,8 @@ def orbit_near(model: Model, state: GivenState) -> PeriodicOrbit | Array:
 def _forced_orbit(model: Model, start: Array) -> PeriodicOrbit:
     constants = flow_of(model).constants_of(model)
     strobe, _ = guarded_flow_of(model).strobe(start, PERIODS, constants)
-    away = np.abs((strobe[1:] - start) / constants.scales).max(axis=1)
+    away = np.abs(without_turns(strobe[1:] - start, model.whole_turns) / constants.scales)
+    away = away.max(axis=1)
     likely = [int(k) + 1 for k in np.flatnonzero(away <= CLOSED)]
     failure: InputError | None = None
     for period in dict.fromkeys((*likely[:1], *OTHERS)):
@@ -101,7 +103,8 @@ def _comes_back(model: Model, start: Array) -> bool:
     if motion is None:
         return False
     finely = np.linspace(0.0, motion.end, 8 * len(motion.phases))
-    away = np.linalg.norm((motion.at(finely) - start) / constants.scales, axis=1)
+    apart = without_turns(motion.at(finely) - start, model.whole_turns)
+    away = np.linalg.norm(apart / constants.scales, axis=1)
     extent = float(away.max())
     left = np.flatnonzero(away > 0.5 * extent)
     return extent > 0 and bool((away[left[0] :] < CLOSED * extent).any())

@@ -32,7 +32,7 @@ class OrbitPoint(Point):
 
         Computed where it is asked for: that takes as long as the multipliers.
         """
-        if self.linearisation is None or not abs(self.multipliers[0]) < 1:
+        if self.linearisation is None or not (np.abs(self.multipliers) < 1).all():
             return np.inf
         return float(self.curve.growth(self.linearisation))
 

@@ -11,12 +11,15 @@ from numpy.typing import NDArray
 from slipfold.collocation.multipliers import multiplier_difference
 from slipfold.flow import flow_of
 from slipfold.models.model import Model
+from slipfold.models.turns import turns_by_name, without_turns
 from slipfold.orbits.check import OrbitCheck, orbit_by_collocation
 from slipfold.orbits.extrema import Extrema, find_extrema
+from slipfold.orbits.turning import turns_of_segments
 from slipfold.orbits.uncertainty import multiplier_uncertainty
 from slipfold.text.one_line import OneLine, headed, number_text
 from slipfold.text.printed_table import PrintedTable
 from slipfold.text.stability import multipliers_text, outside
+from slipfold.text.turns import turns_text
 
 __all__ = ["PeriodicOrbit"]
 
@@ -56,7 +59,8 @@ class PeriodicOrbit(OneLine):
 
     def _line(self) -> str:
         judged = multipliers_text(self.multipliers, cycle=not self.model.forced)
-        return f"PeriodicOrbit of {self.model.name}: period {self.period}, {judged}"
+        told = ", ".join(filter(None, [judged, turns_text(self.turns)]))
+        return f"PeriodicOrbit of {self.model.name}: period {self.period}, {told}"
 
     def _rows(self) -> PrintedTable:
         states = zip(self.model.states, self.state, strict=True)
@@ -84,6 +88,18 @@ class PeriodicOrbit(OneLine):
         """Period in seconds."""
         return self.period * flow_of(self.model).constants_of(self.model).period
 
+    @cached_property
+    def turns(self) -> dict[str, int]:
+        """Whole turns that each angle makes in a period, by name; none where no state is one."""
+        return turns_by_name(self.model.states, self._turns_of_segments.sum(axis=0))
+
+    @cached_property
+    def _turns_of_segments(self) -> NDArray[np.float64]:
+        """Whole turns by which each segment ends ahead of the next node, shape (m, n_states)."""
+        flow = flow_of(self.model)
+        constants = flow.constants_of(self.model)
+        return turns_of_segments(self.model, flow, self.nodes[None], self.period, constants)[0]
+
     def sample(self, count: int = 256) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Sample the states over one period.
 
@@ -97,7 +113,7 @@ class PeriodicOrbit(OneLine):
         time : ndarray, shape (count,)
             Seconds, from 0; the end of the period is left out.
         states : ndarray, shape (count, n_states)
-            States.
+            States; angles go on beyond a turn.
         """
         flow = flow_of(self.model)
         segments = len(self.nodes)
@@ -105,6 +121,8 @@ class PeriodicOrbit(OneLine):
         edges = np.linspace(0, self.period, segments + 1)
         constants = flow.constants_of(self.model)
         states = flow.sample(self.nodes, edges[:-1], edges[1:], each, constants)
+        before = np.cumsum(self._turns_of_segments, axis=0) - self._turns_of_segments
+        states = states + (before * self.model.whole_turns)[:, None]
         time: NDArray[np.float64] = np.arange(segments * each, dtype=float)
         time *= self.duration / (segments * each)
         return time, states.reshape(segments * each, -1)
@@ -154,10 +172,11 @@ class PeriodicOrbit(OneLine):
         found = orbit_by_collocation(
             self.model, self.nodes, self.sample, self.period, self.multipliers
         )
+        apart = without_turns(found.anchors - self.nodes, self.model.whole_turns)
         size = max(1.0, float(np.abs(self.multipliers).max()))
         return OrbitCheck(
             found,
-            float(np.abs((found.anchors - self.nodes) / self.model.state_scales()).max()),
+            float(np.abs(apart / self.model.state_scales()).max()),
             abs(found.duration / self.duration - 1),
             multiplier_difference(self.multipliers, found.multipliers) / size,
             tolerance,

@@ -9,7 +9,8 @@ from matplotlib.axes import Axes
 
 from slipfold.flow.trajectory import Trajectory
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
-from slipfold.plots.axes import axes_or_new, label_of
+from slipfold.plots.angles import label_output, on_circles
+from slipfold.plots.axes import axes_or_new
 
 __all__ = ["draw_phase"]
 
@@ -25,7 +26,6 @@ def draw_phase(
     per_period: int = 128,
 ) -> Axes:
     """Draw one output against another, with a dot at the start of every forcing period."""
-    labels = label_of(motion.model, output), label_of(motion.model, against)
     if isinstance(motion, Trajectory):
         start = max(motion.periods - periods, 0)
         columns = [motion.output(name, start, None, per_period)[1] for name in (output, against)]
@@ -37,11 +37,13 @@ def draw_phase(
         columns = [motion.output(name, count)[1] for name in (output, against)]
         strobe = slice(None, None, len(columns[0]) // motion.period)
         columns = [np.append(column, column[0]) for column in columns]
-    horizontal, vertical = columns
     ax = axes_or_new(ax)
-    ax.plot(horizontal, vertical, color=colour, linewidth=0.8)
-    dots = slice(0, -1) if isinstance(motion, PeriodicOrbit) else slice(None)
-    ax.plot(horizontal[dots][strobe], vertical[dots][strobe], "o", markersize=3, color=colour)
-    ax.set_xlabel(labels[0])
-    ax.set_ylabel(labels[1])
+    shown = list(zip((output, against), columns, strict=True))
+    ax.plot(*on_circles(motion.model, shown), color=colour, linewidth=0.8)
+    ends = slice(0, -1) if isinstance(motion, PeriodicOrbit) else slice(None)
+    starts = [(name, column[ends][strobe]) for name, column in shown]
+    dots = on_circles(motion.model, starts)
+    ax.plot(*dots, "o", markersize=3, color=colour)
+    label_output(ax, "x", motion.model, output)
+    label_output(ax, "y", motion.model, against)
     return ax

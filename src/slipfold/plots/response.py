@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from slipfold.branches.branch import Branch
 from slipfold.errors import InputError
 from slipfold.lines.of_branches import stretches_of
-from slipfold.plots.axes import axes_or_new, label_of, settle
+from slipfold.plots.angles import label_output
+from slipfold.plots.axes import axes_or_new, settle
 from slipfold.plots.labels import Label, place_labels
 from slipfold.plots.marks import marks_of
 from slipfold.plots.style import LINES, MARKERS, palette
@@ -70,8 +71,8 @@ def draw_family(
     branches = [branch for diagram in diagrams for branch in diagram.branches]
     if not branches:
         raise InputError("the diagram has 0 branches, so there is nothing to draw; give at least 1")
-    label = label_of(branches[0].model, output)
     ax = axes_or_new(ax)
+    label_output(ax, "y", branches[0].model, output, MEASURE_NAMES.get(measure, ""))
     colours = palette(len(diagrams)) if colours is None else colours
     for diagram, colour in zip(diagrams, colours, strict=True):
         for branch in diagram.branches:
@@ -82,7 +83,6 @@ def draw_family(
         for branch in diagram.branches:
             _draw_marks(ax, branch, output, measure, colour)
     ax.set_xlabel(branches[0].model.parameter(branches[0].vary).label)
-    ax.set_ylabel(f"{MEASURE_NAMES[measure]} {label}")
     return ax
 
 

@@ -6,7 +6,8 @@ from matplotlib.axes import Axes
 
 from slipfold.flow.trajectory import Trajectory
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
-from slipfold.plots.axes import axes_or_new, label_of
+from slipfold.plots.angles import label_output, on_circles
+from slipfold.plots.axes import axes_or_new
 
 __all__ = ["draw_timeseries"]
 
@@ -22,14 +23,14 @@ def draw_timeseries(
     per_period: int = 64,
 ) -> Axes:
     """Draw one output over time."""
-    label = label_of(motion.model, output)
     if isinstance(motion, Trajectory):
         time, values = motion.output(output, start, stop, per_period)
     else:
         time, values = motion.output(output, per_period * motion.period)
     ax = axes_or_new(ax)
+    values, time = on_circles(motion.model, [(output, values)], [time])
     ax.plot(time, values, color=colour, linewidth=0.9)
     ax.margins(x=0.0)
     ax.set_xlabel("time (s)")
-    ax.set_ylabel(label)
+    label_output(ax, "y", motion.model, output)
     return ax

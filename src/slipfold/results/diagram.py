@@ -242,7 +242,7 @@ def _curves(model: Model, vary: str) -> Curves:
         "branch",
         model.forced,
         kinds=(Column("kind", TEXT, "kind of the branch", record=True),),
-        own=(),
+        own=_turning(model),
         ends=("value", f"{vary} where", unit),
         points=(Column("parameter", REAL, meaning, unit, label=True, slot="value"),),
         along=(
@@ -275,6 +275,18 @@ def _curves(model: Model, vary: str) -> Curves:
         ),
         lasting="of one round",
         amended=_without_duration,
+    )  # fmt: skip
+
+
+def _turning(model: Model) -> tuple[Column, ...]:
+    """How often the angles of a branch turn round, where there is an angle."""
+    if not model.whole_turns.any():
+        return ()
+    meaning = "whole turns of each angle in a period, 0 for what is no angle"
+    return (
+        Column("turns", WHOLE, meaning, "", ("state",), derived=True,
+               get=lambda branch: [branch.turns.get(item.name, 0) for item in model.states]),
+        Column("turns", record=True),
     )  # fmt: skip
 
 

@@ -18,6 +18,7 @@ from slipfold.results.sentences import uncertain_point, without_defaults
 from slipfold.text.one_line import certain
 from slipfold.text.printed_table import PrintedTable, html_list, with_unit
 from slipfold.text.stability import stability_word
+from slipfold.text.turns import turns_text
 
 __all__ = ["DiagramSummary", "points_by_label"]
 
@@ -121,6 +122,7 @@ class DiagramSummary:
         sentences, noise = [], self._noise()
         for branch in self.branches:
             size = f"period {branch.period}, {len(branch)} points"
+            size = ", ".join(filter(None, [size, turns_text(branch.turns)]))
             value = with_unit(f"{self.vary} = {certain(branch.stopped.value, noise):.8g}", unit)
             if branch.parent is None and branch.begun.value != self.span[0]:
                 sentences.append(f"Branch {branch.id}: {branch.begun.reason}")

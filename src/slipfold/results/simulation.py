@@ -239,6 +239,7 @@ class Simulation(Trajectory, Result):
             "period": settlement.period,
             "duration": settlement.duration,
             "drift": settlement.drift,
+            **({"turns": settlement.turns} if settlement.turns else {}),
             "message": settlement.message,
             "regime": self.regime,
             "stick": None if self.regime is None or last is None else stick_record(last),

@@ -245,7 +245,8 @@ def _doubled(orbits: ForcedOrbits, point: SpecialPoint, beside: Array) -> Array:
         orbits.pack(np.roll(nodes, -shift, axis=0), point.value)
         for shift in range(0, len(nodes), step)
     ]
-    return min(shifted, key=lambda z: float(np.linalg.norm(z - beside)))
+    near = [orbits.beside(z, beside) for z in shifted]
+    return min(near, key=lambda z: float(np.linalg.norm(z - beside)))
 
 
 # -- special points ------------------------------------------------------------------------------

@@ -12,6 +12,7 @@ from slipfold.explorer.views.numbers import number, short
 from slipfold.flow import flow_of
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.sliding_oscillator import SlidingOscillator
+from slipfold.models.turns import TURN
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.orbits.spectrum.eigenvalues import eigenvalues_of
 
@@ -36,7 +37,8 @@ def orbit_view(orbit: PeriodicOrbit, vary: str) -> dict[str, Any]:
     flow = flow_of(model)
     time, states = orbit.sample(min(SAMPLES * orbit.period, MOST_SAMPLES))
     time = np.append(time, orbit.duration)
-    states = np.concatenate([states, states[:1]])
+    turned = [TURN * orbit.turns.get(state.name, 0) for state in model.states]
+    states = np.concatenate([states, states[:1] + turned])
     constants = flow.constants_of(model)
     phases = time / constants.period
     values = flow.outputs(states, phases, constants)

@@ -115,7 +115,8 @@ class _End:
     def returns(self, window: DenseMotion) -> Returns:
         """Return where the end of the motion comes back to a plane across it."""
         flow = flow_of(self.model)
-        return find_returns(flow, flow.constants_of(self.model), window, self.scales)
+        constants = flow.constants_of(self.model)
+        return find_returns(flow, constants, window, self.scales, self.model.whole_turns)
 
     def trends(self, returns: Returns) -> list[Trend]:
         """Return how the returns change; nothing where they are too few to tell."""

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from slipfold.flow.dense_motion import DenseMotion
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow
+from slipfold.models.turns import without_turns
 
 __all__ = ["Returns", "find_returns"]
 
@@ -39,8 +40,10 @@ class Returns:
         return len(self.phases)
 
 
-def find_returns(flow: Flow, constants: Constants, motion: DenseMotion, scales: Array) -> Returns:
-    """Find where a motion comes back to a plane that its own end places.
+def find_returns(
+    flow: Flow, constants: Constants, motion: DenseMotion, scales: Array, turns: Array
+) -> Returns:
+    """Find where a motion comes back to a plane that its own end places, but for whole turns.
 
     The plane stands across the motion where the speed is typical of its second half, neither at
     rest nor in a jump.
@@ -55,13 +58,15 @@ def find_returns(flow: Flow, constants: Constants, motion: DenseMotion, scales: 
     if not speeds[typical] > 0:
         return Returns(np.empty(0), np.empty((0, states.shape[1])))
     origin, normal = states[places[typical]], directions[typical] / speeds[typical]
-    ahead = (states - origin) @ normal
+    away = without_turns(states - origin, turns / scales)
+    ahead = away @ normal
     before = np.flatnonzero((ahead[:-1] < 0) & (ahead[1:] >= 0))
-    crossings = _crossings(flow, constants, motion, scales, (origin, normal), before)
-    found = motion.at(crossings)
-    extent = float(np.linalg.norm(states[half] - origin, axis=1).max())
-    near = np.linalg.norm(found / scales - origin, axis=1) <= NEAR * extent
-    return Returns(crossings[near], found[near])
+    plane = origin, normal, turns / scales
+    crossings = _crossings(flow, constants, motion, scales, plane, before)
+    beside = without_turns(motion.at(crossings) / scales - origin, turns / scales)
+    extent = float(np.linalg.norm(away[half], axis=1).max())
+    near = np.linalg.norm(beside, axis=1) <= NEAR * extent
+    return Returns(crossings[near], (origin + beside)[near] * scales)
 
 
 def _rates(flow: Flow, constants: Constants, states: Array) -> Array:
@@ -73,16 +78,16 @@ def _crossings(
     constants: Constants,
     motion: DenseMotion,
     scales: Array,
-    plane: tuple[Array, Array],
+    plane: tuple[Array, Array, Array],
     before: NDArray[np.intp],
 ) -> Array:
     """Correct the crossings inside the steps that hold one, all at once."""
-    origin, normal = plane
+    origin, normal, turns = plane
     low, high = motion.phases[before], motion.phases[before + 1]
     at, slack = 0.5 * (low + high), ROUNDING * (high - low)
     for _ in range(CORRECTIONS):
         states = motion.at(at)
-        ahead = (states / scales - origin) @ normal
+        ahead = without_turns(states / scales - origin, turns) @ normal
         slope = (_rates(flow, constants, states) / scales) @ normal
         low, high = np.where(ahead < 0, at, low), np.where(ahead < 0, high, at)
         with np.errstate(divide="ignore", invalid="ignore"):

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.models.turns import NO_TURNS, without_turns
 from slipfold.text.one_line import number_text
 
 __all__ = ["ROUNDING", "SHORTEST", "Settlement", "Trend", "judge_settlement", "trends_of"]
@@ -52,6 +54,8 @@ class Settlement:
     kind
         ``"response"`` of a forced model, ``"cycle"`` or ``"equilibrium"`` of an autonomous one;
         None if not settled.
+    turns
+        Whole turns of each angle in that response, by name; empty if not settled.
     """
 
     settled: bool
@@ -61,6 +65,7 @@ class Settlement:
     message: str
     duration: float | None = None
     kind: str | None = None
+    turns: Mapping[str, int] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         """One line: on what, if on anything, and how nearly."""
@@ -131,15 +136,17 @@ class Trend:
         return math.ceil(math.log(tolerance / self.distance) / math.log(rate))
 
 
-def trends_of(scaled: Array) -> list[Trend]:
-    """Return how states change over 1 to 8 of them. Shapes: scaled (m, n)."""
-    return [_measure(scaled, period) for period in range(1, LARGEST_PERIOD + 1)]
+def trends_of(scaled: Array, turns: Array = NO_TURNS) -> list[Trend]:
+    """Return how states change over 1 to 8 of them but for whole turns. Shapes: scaled (m, n)."""
+    return [_measure(scaled, turns, period) for period in range(1, LARGEST_PERIOD + 1)]
 
 
-def judge_settlement(strobe: Array, scales: Array, tolerance: float) -> Settlement:
+def judge_settlement(
+    strobe: Array, scales: Array, tolerance: float, turns: Array = NO_TURNS
+) -> Settlement:
     """Judge from the states at phase zero whether a trajectory has settled.
 
-    Shapes: strobe (m, n); scales (n,).
+    Shapes: strobe (m, n); scales (n,); turns (n,), of angles.
 
     The drift ``d_k`` is the largest change over k periods near the end. It shrinks by a factor
     ``r`` a period, measured over the last three eighths of the run, so the response is still
@@ -160,15 +167,15 @@ def judge_settlement(strobe: Array, scales: Array, tolerance: float) -> Settleme
             None,
             f"not settled: {count} forcing periods are too few to tell; simulate {5 * SHORT}",
         )
-    trends = trends_of(strobe / scales)
+    trends = trends_of(strobe / scales, turns / scales)
     for trend in trends:
         if trend.distance <= tolerance:
             return _settled(trend)
     return _unsettled(trends, len(strobe) - 1, tolerance)
 
 
-def _measure(scaled: Array, period: int) -> Trend:
-    change = np.abs(scaled[period:] - scaled[:-period]).max(axis=1)
+def _measure(scaled: Array, turns: Array, period: int) -> Trend:
+    change = np.abs(without_turns(scaled[period:] - scaled[:-period], turns)).max(axis=1)
     width = max(min(len(scaled) // 8, len(change) // 3), 1)
     windows = tuple(
         float(change[len(change) - (i + 1) * width : len(change) - i * width].max())

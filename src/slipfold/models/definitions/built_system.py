@@ -13,7 +13,11 @@ from slipfold.models.definitions.definition import Definition
 from slipfold.models.definitions.equations import SystemEquations, build_system_equations
 from slipfold.models.definitions.named_formulas import parse_formulas
 from slipfold.models.definitions.reader import read_definition
-from slipfold.models.definitions.repetition import always_repeats, find_unrepeated
+from slipfold.models.definitions.repetition import (
+    always_repeats,
+    find_unrepeated,
+    find_unturned,
+)
 from slipfold.models.definitions.source import Source, source_of_text
 from slipfold.models.definitions.toml_writer import write_definition
 from slipfold.models.formulas.tree import Tree, format_tree, names_in
@@ -31,7 +35,7 @@ class BuiltSystem:
     definition: Definition  # names, formulas and their meaning
     text: str  # the definition as TOML, always the same for the same definition
     equations: SystemEquations  # the formulas taken apart
-    # Whether the forcing repeats whatever the parameter values; else each set is to be checked
+    # Whether forcing and angles repeat whatever the parameters; else each set is to be checked
     repeats: bool
     outputs: tuple[Output, ...]  # quantities of interest
 
@@ -64,6 +68,9 @@ class BuiltSystem:
             entry = find_unrepeated(self.definition, self.equations, values)
             if entry is not None:
                 raise InputError(_unrepeated(self.definition, entry, period, _at(values)))
+            unturned = find_unturned(self.definition, self.equations, values)
+            if unturned is not None:
+                raise InputError(_unturned(*unturned, _at(values)))
 
 
 def build_system(source: Source, default_name: str = "system") -> BuiltSystem:
@@ -76,6 +83,9 @@ def build_system(source: Source, default_name: str = "system") -> BuiltSystem:
     if entry is not None:
         period = float(equations.period(defaults))
         raise source.error(entry, _unrepeated(definition, entry, period, ""))
+    unturned = find_unturned(definition, equations, defaults)
+    if unturned is not None:
+        raise source.error(("states", unturned[0]), _unturned(*unturned, ""))
     outputs = tuple(
         Output(item.name, partial(_output, equations, item.name), item.unit, item.doc, item.label)
         for item in definition.outputs
@@ -102,6 +112,14 @@ def _unrepeated(definition: Definition, entry: tuple[str, str], period: float, a
     return (
         f"{what} does not repeat after the forcing period {definition.period}, {period:.6g} s{at}; "
         "give a period after which every term with t begins anew"
+    )
+
+
+def _unturned(angle: str, state: str, at: str) -> str:
+    whose = "its own rate" if state == angle else f"the rate of {state}"
+    return (
+        f"{angle} is declared an angle, but {whose} is another after a whole turn, "
+        f"{angle} + 2*pi{at}; write it by sin and cos of {angle}, or leave angle out"
     )
 
 

@@ -115,12 +115,12 @@ def _parameter(source: Source, name: str, value: Any) -> Parameter:
 
 
 def _state(source: Source, name: str, value: Any) -> StateFormula:
-    entries = _formula_entries(source, ("states", name), value, "rate", ("scale", "start"))
+    entries = _formula_entries(source, ("states", name), value, "rate", ("scale", "start", "angle"))
     scale = entries.number("scale", math.nan)
     if scale <= 0:
         raise entries.error("scale", f"the scale {scale:g} of {name} is not positive; give e.g. 1")
     unit, doc, label = (entries.text(key) for key in ("unit", "doc", "label"))
-    state = State(name, unit, doc, label)
+    state = State(name, unit, doc, label, entries.flag("angle"))
     rate = entries.text("rate", lines=True)
     size = None if math.isnan(scale) else scale
     return StateFormula(state, rate, size, entries.number("start", 0.0, unit))

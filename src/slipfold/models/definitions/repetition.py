@@ -1,4 +1,4 @@
-"""Whether the forcing of a system repeats after the period that is given for it.
+"""Whether a system repeats after its forcing period, and after whole turns of its angles.
 
 Nothing else would notice: with a wrong period a search still ends at a motion that closes once, but
 does not go on like that.
@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 from slipfold.models.definitions.definition import Definition
 from slipfold.models.definitions.equations import SystemEquations
-from slipfold.models.parameter import Parameter
+from slipfold.models.parameter import DURATION, Parameter
+from slipfold.models.turns import TURN
 
-__all__ = ["always_repeats", "find_unrepeated"]
+__all__ = ["always_repeats", "find_unrepeated", "find_unturned"]
 
 SAMPLES = 6
 
@@ -33,7 +34,33 @@ def find_unrepeated(
     definition: Definition, equations: SystemEquations, values: Mapping[str, float]
 ) -> tuple[str, str] | None:
     """Return table and name of a rate or output that differs one period later."""
-    if not equations.timed:
+    return _changed(definition, equations, values, equations.timed, {}, 1.0)
+
+
+def find_unturned(
+    definition: Definition, equations: SystemEquations, values: Mapping[str, float]
+) -> tuple[str, str] | None:
+    """Return an angle and the state whose rate differs after a whole turn of it."""
+    rates = [("states", name) for name in equations.rates]
+    for item in definition.states:
+        if item.state.angle:
+            turned = {item.state.name: TURN}
+            found = _changed(definition, equations, values, rates, turned, 0.0)
+            if found is not None:
+                return item.state.name, found[1]
+    return None
+
+
+def _changed(
+    definition: Definition,
+    equations: SystemEquations,
+    values: Mapping[str, float],
+    entries: Sequence[tuple[str, str]],
+    moved: Mapping[str, float],
+    later: float,
+) -> tuple[str, str] | None:
+    """Return the first rate or output that differs where states are moved and phases later."""
+    if not entries:
         return None
     period = float(equations.period(values))
     coefficients = equations.coefficients(values)
@@ -41,30 +68,33 @@ def find_unrepeated(
         return None
     for size in SIZES:
         points = list(_points(definition, size))
-        for table, name in equations.timed:
+        for table, name in entries:
             function = equations.rate if table == "states" else equations.output
             pairs = []
             for state, phase in points:
-                now, later = (function(name, state, coefficients, phase + k) for k in (0, 1))
-                if math.isfinite(now) and math.isfinite(later):
-                    pairs.append((now, later))
+                there = {key: value + moved.get(key, 0.0) for key, value in state.items()}
+                one = function(name, state, coefficients, phase)
+                other = function(name, there, coefficients, phase + later)
+                if math.isfinite(one) and math.isfinite(other):
+                    pairs.append((one, other))
             largest = max((abs(value) for pair in pairs for value in pair), default=0.0)
-            if any(abs(now - later) > TOLERANCE * largest for now, later in pairs):
+            if any(abs(one - other) > TOLERANCE * largest for one, other in pairs):
                 return table, name
     return None
 
 
 def always_repeats(definition: Definition, equations: SystemEquations) -> bool:
-    """Tell whether the forcing repeats for other parameter values than the defaults as well."""
+    """Tell whether it repeats for other parameter values than the defaults as well."""
     chance = random.Random(1)
-    return all(
-        find_unrepeated(
-            definition,
-            equations,
-            {item.name: _moved(item, chance.uniform(-1, 1)) for item in definition.parameters},
-        )
-        is None
+    sets = [
+        {DURATION.name: DURATION.default}
+        | {item.name: _moved(item, chance.uniform(-1, 1)) for item in definition.parameters}
         for _ in range(2)
+    ]
+    return all(
+        find(definition, equations, values) is None
+        for values in sets
+        for find in (find_unrepeated, find_unturned)
     )
 
 
@@ -80,7 +110,8 @@ def _points(definition: Definition, size: float) -> Iterator[tuple[dict[str, flo
     chance = random.Random(0)
     for _ in range(SAMPLES):
         state = {
-            item.state.name: item.start + size * (item.scale or 1.0) * chance.uniform(-1, 1)
+            item.state.name: item.start
+            + (TURN / 2 if item.state.angle else size * (item.scale or 1.0)) * chance.uniform(-1, 1)
             for item in definition.states
         }
         yield state, chance.uniform(0, 1)

@@ -81,6 +81,7 @@ def _state(item: StateFormula) -> dict[str, Value]:
     values: dict[str, Value] = {"rate": item.rate}
     values |= _words(item.state.unit, item.state.doc, item.state.label)
     values |= {"scale": item.scale} if item.scale is not None else {}
+    values |= {"angle": True} if item.state.angle else {}
     return values | ({"start": item.start} if item.start else {})
 
 

@@ -141,7 +141,8 @@ class Collocation(Segments):
     def mismatch(self, nodes: Array, constants: Constants) -> Array:
         """Return by how much intervals end beside the next node, in scaled states, shape (m, n)."""
         scaled = nodes / self.scales
-        return self._solved(scaled, constants, derived=False).ends - scaled[self._following]
+        ends = self._solved(scaled, constants, derived=False).ends
+        return self.apart(ends, scaled[self._following])
 
     def transitions(self, nodes: Array, constants: Constants) -> tuple[Array, Array, Array]:
         """Return the mismatch and the derivatives of the intervals' ends, all in scaled states."""
@@ -149,7 +150,7 @@ class Collocation(Segments):
         solved = self._solved(scaled, constants)
         pulled, along = solved.answered(field.pulls(solved.stages, solved.phases))
         self._slopes = _Slopes(solved, pulled)
-        mismatch = solved.ends - scaled[self._following]
+        mismatch = self.apart(solved.ends, scaled[self._following])
         return mismatch, solved.matrices, along * (self.units / np.sqrt(self.segments))
 
     def settled(self, blocks: Array, nodes: Array, constants: Constants) -> Array | None:
@@ -228,7 +229,8 @@ class Collocation(Segments):
         t = gauss_points(STAGES).points[:, None]
         rates = field.rates(scaled, self.start) * self.lengths[:, None]
         after = field.rates(scaled[self._following], self.end) * self.lengths[:, None]
-        a, b = scaled[:, None], scaled[self._following][:, None]
+        a = scaled[:, None]
+        b = a + self.apart(scaled[self._following], scaled)[:, None]
         rise = 3 * t**2 - 2 * t**3
         return np.asarray(
             a

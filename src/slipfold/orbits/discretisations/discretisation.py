@@ -51,6 +51,7 @@ class Discretisation(ABC):
     def measure_in(self, scales: Array) -> None:
         """Take scales of the states, shape (n,)."""
         self.scales = scales
+        self.turns = self.model.whole_turns / scales
         self.ratios = scales[None, :] / scales[:, None]
         self.pull_units = self.units / scales[:, None]
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from slipfold.flow.equations import Constants
 from slipfold.models.model import Model
+from slipfold.models.turns import without_turns
 from slipfold.orbits.discretisations.discretisation import Discretisation
 from slipfold.orbits.spectrum.degeneracy import Degeneracy
 
@@ -30,6 +31,13 @@ class Segments(Discretisation):
         self.start, self.end = edges[:-1], edges[1:]
         self.phase = float(edges[0])
         self._following = (np.arange(self.segments) + 1) % self.segments
+
+    def apart(self, ends: Array, nodes: Array) -> Array:
+        """Return by how much scaled states differ, whole turns of angles left out.
+
+        Shapes: ends, nodes (m, n).
+        """
+        return without_turns(ends - nodes, self.turns)
 
     @abstractmethod
     def mismatch(self, nodes: Array, constants: Constants) -> Array:

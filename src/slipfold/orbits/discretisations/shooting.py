@@ -57,12 +57,12 @@ class Shooting(Segments):
     def mismatch(self, nodes: Array, constants: Constants) -> Array:
         """Return by how much segments end beside the next node, in scaled states, shape (m, n)."""
         ends = self.flow.advance(nodes, self.start, self.end, constants)
-        return (ends - nodes[self._following]) / self.scales
+        return self.apart(ends / self.scales, nodes[self._following] / self.scales)
 
     def transitions(self, nodes: Array, constants: Constants) -> tuple[Array, Array, Array]:
         """Return the mismatch and the derivatives of the segments' ends, all in scaled states."""
         ends, matrices, vectors = self.carried(nodes, constants, self.end)
-        mismatch = (ends - nodes[self._following]) / self.scales
+        mismatch = self.apart(ends / self.scales, nodes[self._following] / self.scales)
         units = self.units / np.sqrt(self.segments)
         return mismatch, matrices * self.ratios, vectors * (units / self.scales[:, None])
 
@@ -110,8 +110,8 @@ class Shooting(Segments):
         samples = self.flow.sample(nodes, start, self.end, PHASES, constants)
         samples = samples.reshape(m * PHASES, -1)
         rolled = [np.roll(samples, -shift, axis=0)[::PHASES] for shift in range(m * PHASES)]
-        gaps = [float(np.linalg.norm((item - wanted) / self.scales)) for item in rolled]
-        nodes = rolled[int(np.argmin(gaps))]
+        aside = [self.apart(item / self.scales, wanted / self.scales) for item in rolled]
+        nodes = wanted + min(aside, key=lambda gap: float(np.linalg.norm(gap))) * self.scales
         apart = self.period / (m * PHASES)
         for _ in range(CORRECTIONS):
             rates = self.flow.rates(nodes, start, constants) / self.scales

@@ -1,0 +1,45 @@
+"""Whole turns of angles: states that differ by them are the same."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.models.parameter import State
+
+__all__ = ["NO_TURNS", "TURN", "turns_between", "turns_by_name", "without_turns"]
+
+Array = NDArray[np.float64]
+
+TURN = 2 * np.pi
+"""Radians in a whole turn."""
+
+NO_TURNS: Array = np.zeros(1)
+"""Of states that are no angles."""
+
+
+def without_turns(difference: Array, whole: Array) -> Array:
+    """Return differences of states with angles taken the shorter way round.
+
+    Shapes: difference (..., n); whole (n,), what a turn is, zero for what is no angle.
+
+    >>> without_turns(np.array([6.0, 6.0]), np.array([6.5, 0.0]))
+    array([-0.5,  6. ])
+    """
+    return difference - turns_between(difference, whole) * whole if whole.any() else difference
+
+
+def turns_between(difference: Array, whole: Array) -> Array:
+    """Return the number of whole turns in differences of states; zero of what is no angle.
+
+    Shapes: difference (..., n); whole (n,).
+    """
+    return np.round(difference / np.where(whole > 0, whole, np.inf))
+
+
+def turns_by_name(states: Sequence[State], turns: Array) -> dict[str, int]:
+    """Return the whole turns of each angle. Shapes: turns (n,)."""
+    pairs = zip(states, turns, strict=True)
+    return {state.name: int(count) for state, count in pairs if state.angle}

@@ -1,0 +1,236 @@
+"""Pendulums that turn round: states that are angles.
+
+Driven: phi'' + phi'/q + sin phi = g cos(W t) (Baker and Gollub, Chaotic Dynamics, Cambridge 1996,
+chapter 3: at q = 2, W = 2/3 it turns once a period, at g = 1.45 it has doubled, at 1.47 twice).
+Under torque: phi'' + c phi' + sin phi = I, a shunted Josephson junction (Strogatz, Nonlinear
+Dynamics and Chaos, sections 4.6 and 8.5). Other methods: SciPy's Radau and DOP853, quadrature.
+"""
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+from slipfold import InputError, Settings, System, load, periodic_orbit, response, simulate
+from slipfold.plots import draw_phase, draw_timeseries
+
+ROTATING = {"phi": -0.048, "w": 0.763}
+
+
+def driven(g=1.35):
+    return System(
+        name="driven pendulum",
+        parameters={"g": 1.35, "q": 2, "W": 2 / 3},
+        states={
+            "phi": {"rate": "w", "angle": True, "unit": "rad"},
+            "w": "-w/q - sin(phi) + g*cos(W*t)",
+        },
+        forcing={"period": "2*pi/W"},
+    ).replace(g=g)
+
+
+def junction(current, damping=0.5):
+    return System(
+        name="junction",
+        parameters={"I": 1.2, "c": 0.5},
+        states={"phi": {"rate": "w", "angle": True, "unit": "rad"}, "w": "I - c*w - sin(phi)"},
+    ).replace(I=current, c=damping)
+
+
+def overdamped():
+    return System(
+        name="overdamped junction",
+        parameters={"I": 1.5},
+        states={"phi": {"rate": "I - sin(phi)", "angle": True}},
+    )
+
+
+def after(orbit, method="Radau", tolerance=1e-11):
+    """The state after the orbit's time by SciPy, and the multipliers."""
+    p = orbit.model.values
+
+    def rates(t, y):
+        (phi, w), around = y[:2], y[2:].reshape(2, 2)
+        if orbit.model.forced:
+            pull = -w / p["q"] - np.sin(phi) + p["g"] * np.cos(p["W"] * t)
+        else:
+            pull = p["I"] - p["c"] * w - np.sin(phi)
+        damping = 1 / p["q"] if orbit.model.forced else p["c"]
+        slopes = np.array([[0, 1], [-np.cos(phi), -damping]])
+        return np.concatenate([[w, pull], (slopes @ around).ravel()])
+
+    start = np.concatenate([orbit.state, [1, 0, 0, 1]])
+    span = (0, orbit.duration)
+    y = solve_ivp(rates, span, start, method=method, rtol=tolerance, atol=tolerance).y[:, -1]
+    return y[:2], np.linalg.eigvals(y[2:].reshape(2, 2))
+
+
+def test_a_driven_pendulum_turns_round_once_in_each_period():
+    motion = simulate(driven(), 300, ROTATING)
+    assert motion.settlement.period == 1
+    assert motion.settlement.turns == {"phi": -1}
+    assert "phi turns round once, backwards" in motion.settlement.message
+    assert motion.checked.disagreeing == ()
+    assert np.abs(motion.strobe[1:, 0]).max() <= np.pi
+    orbit = periodic_orbit(driven(), state=motion.strobe[-1])
+    assert orbit.turns == {"phi": -1}
+    end, multipliers = after(orbit)
+    assert end - orbit.state == pytest.approx([-2 * np.pi, 0], abs=1e-9)
+    assert sorted(abs(multipliers)) == pytest.approx(sorted(abs(orbit.multipliers)), abs=1e-9)
+    assert orbit.check().passed
+    states = orbit.sample(256)[1]
+    assert np.abs(np.diff(states[:, 0])).max() < 0.3  # nowhere a jump
+    assert orbit.extrema.of("phi") == (-np.pi, np.pi)
+    assert motion.spectrum(8).line("phi", 1) == pytest.approx(
+        motion.spectrum(8).line("w", 1) / (2 / 3), rel=1e-9
+    )
+
+
+@pytest.mark.parametrize("method", ["automatic", "collocation"])
+def test_rotations_double_where_scipy_says(method):
+    settings = Settings(discretisation=method, largest_period=2)
+    diagram = response(driven(), vary="g", span=(1.35, 1.465), start=ROTATING, settings=settings)
+    first, second = diagram.branches
+    (point,), (doubled,) = first.special, second.special
+    assert (point.type, doubled.type) == ("PD", "PD")
+    assert (first.turns, second.turns) == ({"phi": -1}, {"phi": -2})
+    assert all(branch.orbit(k).turns == branch.turns for branch in (first, second) for k in (1, -1))
+    assert diagram.checked.disagreeing == ()
+    for found in (point, doubled):
+        end, multipliers = after(found.orbit, "DOP853", 1e-12)
+        assert end - found.state == pytest.approx([-2 * np.pi * found.period, 0], abs=2e-9)
+        assert np.abs(multipliers + 1).min() < 1e-8
+    # Baker and Gollub's figures: one turn at 1.35, two doublings before 1.47
+    assert 1.35 < point.value < 1.45 < doubled.value < 1.47
+
+
+def test_what_is_known_of_turns_is_saved_and_printed(tmp_path):
+    settings = Settings(largest_period=1)
+    diagram = response(driven(), vary="g", span=(1.35, 1.38), start=ROTATING, settings=settings)
+    assert "phi turns round once, backwards" in diagram.summary()
+    assert diagram.to_json()["branches"][0]["turns"] == {"phi": -1}
+    diagram.save(tmp_path / "turning.nc")
+    again = load(tmp_path / "turning.nc")
+    assert again.branches[0].turns == {"phi": -1}
+    assert again.to_xarray()["branch_turns"].values.tolist() == [[-1, 0]]
+    assert diagram.plot().get_ylabel() == "max w"  # of phi there would be all values
+    motion = simulate(driven(), 300, ROTATING)
+    assert motion.to_json()["turns"] == {"phi": -1}
+    motion.save(tmp_path / "motion.nc")
+    assert load(tmp_path / "motion.nc").settlement.turns == {"phi": -1}
+
+
+def test_lines_break_where_a_turn_begins_anew():
+    motion = simulate(driven(), 300, ROTATING)
+    for ax in (
+        draw_timeseries(motion, "phi", Figure().add_subplot(), start=290),
+        draw_phase(motion, "w", "phi", Figure().add_subplot(), periods=5),
+        draw_phase(periodic_orbit(driven(), state=ROTATING), "w", "phi", Figure().add_subplot()),
+    ):
+        angle = np.asarray(ax.get_lines()[0].get_ydata(), dtype=float)
+        steps = np.abs(np.diff(angle))
+        assert np.isnan(angle).any()
+        assert np.nanmax(steps) < 1
+        assert ax.get_ylabel() == "phi (°)"
+
+
+def test_equilibria_are_the_same_after_a_turn():
+    pulled = System(
+        name="pulled",
+        parameters={"M": 0.5},
+        states={"phi": {"rate": "w", "angle": True}, "w": "M*cos(phi) - w - sin(phi)"},
+    )
+    diagram = response(pulled, vary="M", span=(-200, 200))
+    assert np.abs(diagram.branches[0].states[:, 0]).max() < 2 * np.pi
+    assert diagram.branches[0].turns == {"phi": 0}
+
+
+def test_an_overdamped_junction_runs_as_long_as_known():
+    """The time of a turn is 2 pi/sqrt(I^2 - 1): it has no bound where equilibria appear."""
+    model = overdamped()
+    assert simulate(model).settlement.turns == {"phi": 1}
+    cycle = periodic_orbit(model)
+    assert cycle.duration == pytest.approx(2 * np.pi / np.sqrt(1.25), rel=1e-12)
+    assert cycle.multipliers.tolist() == [1]
+    assert cycle.check().passed
+    for method in ("automatic", "collocation"):
+        settings = Settings(discretisation=method)
+        diagram = response(model, vary="I", span=(1.5, 0.5), settled=True, settings=settings)
+        (branch,) = diagram.branches
+        exact = 2 * np.pi / np.sqrt(branch.parameter**2 - 1)
+        assert branch.durations == pytest.approx(exact, rel=1e-8)
+        assert branch.durations[-1] > 20 * branch.durations[0]
+        assert branch.stopped.value > 1
+        assert "saddle-node" in branch.stopped.reason
+        assert branch.special == ()
+
+
+def test_an_underdamped_junction_stops_running_at_a_homoclinic_orbit():
+    motion = simulate(junction(1.2), state={"w": 1.0})
+    assert motion.settlement.kind == "cycle"
+    assert motion.settlement.turns == {"phi": 1}
+    assert motion.checked.disagreeing == ()
+    cycle = periodic_orbit(junction(1.2))
+    end, _ = after(cycle)
+    assert end - cycle.state == pytest.approx([2 * np.pi, 0], abs=1e-9)
+    assert cycle.duration == pytest.approx(motion.settlement.duration, rel=1e-9)
+    known = homoclinic(0.5)
+    for method in ("automatic", "collocation"):
+        settings = Settings(discretisation=method)
+        diagram = response(
+            junction(1.2), vary="I", span=(1.2, 0.2), start={"w": 1.0}, settled=True,
+            settings=settings,
+        )  # fmt: skip
+        (branch,) = diagram.branches
+        assert branch.stopped.kind == "homoclinic"
+        assert branch.stopped.value == pytest.approx(known, abs=1e-8)
+        assert branch.turns == {"phi": 1}
+
+
+def homoclinic(damping):
+    """Torque at which the saddle's own orbit leads once round to it."""
+
+    def misses(torque):
+        saddle = np.pi - np.arcsin(torque)
+        growth = (-damping + np.sqrt(damping**2 - 4 * np.cos(saddle))) / 2
+        start = [saddle - 2 * np.pi + 1e-6, 1e-6 * growth]
+
+        def arrived(t, y):
+            return y[0] - saddle
+
+        def turned(t, y):
+            return y[1]
+
+        arrived.terminal = turned.terminal = True
+        turned.direction = -1
+        end = solve_ivp(
+            lambda t, y: [y[1], torque - damping * y[1] - np.sin(y[0])], (0, 200), start,
+            events=(arrived, turned), method="DOP853", rtol=1e-12, atol=1e-14,
+        )  # fmt: skip
+        return end.y[1, -1] if len(end.t_events[0]) else end.y[0, -1] - saddle
+
+    return brentq(misses, 0.5, 0.7, xtol=1e-12)
+
+
+def test_angles_are_declared_in_files():
+    model = driven()
+    again = System.from_toml(model.to_toml())
+    assert [state.angle for state in again.states] == [True, False]
+    assert again == driven()
+    with pytest.raises(InputError, match="angle is a number; give true or false"):
+        System(name="x", states={"x": {"rate": "-x", "angle": 3}})
+
+
+@pytest.mark.parametrize("pull", ["-phi", "sin(1.5*phi)", "0.01*phi*cos(phi)"])
+def test_what_is_no_angle_is_refused(pull):
+    states = {"phi": {"rate": "w", "angle": True}, "w": f"{pull} - w"}
+    with pytest.raises(InputError, match="phi is declared an angle, but the rate of w is another"):
+        System(name="x", states=states)
+
+
+def test_whether_it_is_an_angle_may_depend_on_a_parameter():
+    states = {"phi": {"rate": "w", "angle": True}, "w": "-sin(n*phi) - w"}
+    model = System(name="x", parameters={"n": 2}, states=states)
+    with pytest.raises(InputError, match=r"after a whole turn, phi \+ 2\*pi at n = 2\.5"):
+        model.replace(n=2.5)
