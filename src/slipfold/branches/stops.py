@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,15 +46,22 @@ class Limits:
 
     def __init__(self, curve: OrbitCurve) -> None:
         self._curve = curve
+        self._known: WeakKeyDictionary[OrbitPoint, NDArray[np.float64]] = WeakKeyDictionary()
+
+    def _margins(self, point: OrbitPoint) -> NDArray[np.float64]:
+        """Return by how much each limit is kept; near a singularity that takes long: once."""
+        if point not in self._known:
+            self._known[point] = limit_margins(self._curve.orbits, point.z)
+        return self._known[point]
 
     def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:
         """Return where the first of the limits is broken."""
         curve, orbits, cuts = self._curve, self._curve.orbits, []
-        for index in np.flatnonzero(~(limit_margins(orbits, stretch.point.z) > 0)):
+        for index in np.flatnonzero(~(self._margins(stretch.point) > 0)):
             limit = orbits.model.limits[index]
 
             def margin(item: OrbitPoint, index: int = int(index)) -> float:
-                return float(limit_margins(orbits, item.z)[index])
+                return float(self._margins(item)[index])
 
             ends = stretch.before, stretch.point
             at = locate(curve, stretch.known, *ends, margin, LIMIT_CLOSE)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import acos, sin
+from math import acos, prod, sin
 
 import numpy as np
 from numpy.typing import NDArray
@@ -126,8 +126,10 @@ def polynomial(where: Array, values: Array, targets: Array) -> Array:
 
 def polynomial_weights(where: Array, targets: Array) -> Array:
     """Weights of values that give the polynomial through them at many targets, shape (t, k)."""
-    difference = where[:, None] - where[None, :]
-    np.fill_diagonal(difference, 1.0)
-    ratios = (targets[:, None, None] - where[None, None, :]) / difference
-    ratios[:, np.arange(len(where)), np.arange(len(where))] = 1.0
-    return np.asarray(ratios.prod(axis=2))
+    places, ones = where.tolist(), np.ones(len(targets))
+    away = [targets - x for x in places]
+    weights = np.empty((len(targets), len(places)))
+    for i, x_i in enumerate(places):
+        apart = prod(x_i - x for x in places[:i] + places[i + 1 :])
+        weights[:, i] = prod(away[:i] + away[i + 1 :], start=ones) / apart
+    return weights

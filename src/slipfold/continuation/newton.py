@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import pairwise
 from math import isfinite, isnan, sqrt
 from typing import Any, Protocol
 
@@ -217,24 +216,26 @@ def _chord_steps(
     that they are the last. Also return the length of the last step and what is left by estimate.
     """
     steps: list[Array] = []
+    turned: list[Array] = []  # each step over the square of its length
     left = np.inf
     for _ in range(CHORD_STEPS):
         defect = equations.defect(z)
-        if not isfinite(defect.sum()):  # as are all its terms; cheaper than to ask each of them
+        if not isfinite(np.dot(defect, defect)):  # as are all its terms; cheaper than to ask each
             break
         step = bordered.solve(_right(defect, constraint))
-        for one, next_one in pairwise(steps):
-            step = step + next_one * (one @ step) / (one @ one)
+        for one, next_one in zip(turned, steps[1:], strict=False):
+            step = step + (one @ step) * next_one
         if steps:
-            step = step / (1 - (steps[-1] @ step) / (steps[-1] @ steps[-1]))
+            step = step / (1 - turned[-1] @ step)
         left = length = length_of(step)
         if not length <= CHORD_GAIN * moved:
             break
         left *= length / moved if steps else CHORD_GAIN
         z, moved, constraint = z + step, length, 0.0
-        steps.append(step)
         if left <= EXACT:
             break
+        steps.append(step)
+        turned.append(step / (length * length))
     return z, moved, left
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, TypeVar
 
 import numpy as np
@@ -29,6 +30,11 @@ class Point:
     linearisation: Any = None
     # Says what the unknown means, where that changes along a curve; None where it does not
     curve: Any = None
+
+    @cached_property
+    def values(self) -> NDArray[np.float64]:
+        """The test functions in their order."""
+        return np.array(list(self.tests.values()))
 
     @property
     def growth(self) -> float:

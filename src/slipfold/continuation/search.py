@@ -49,7 +49,7 @@ class Watch(ABC, Generic[P]):
 
     def values(self, point: P) -> Array:
         """Return the functions at a point."""
-        return np.array(list(point.tests.values()))
+        return point.values
 
     def foreseen(self, points: Sequence[P], weights: Array) -> Array | None:
         """Return the functions elsewhere as more than their values at points lets expect them.

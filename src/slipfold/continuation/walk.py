@@ -248,35 +248,26 @@ def _arclength_at(recent: list[P], index: int, bound: float, beyond: float) -> f
 def _measure(
     curve: Curve[P], recent: list[P], point: P, correction: Correction, settings: Stepping
 ) -> _Measures:
+    values = np.array([item.values for item in recent])
+    weights = lagrange([item.arclength for item in recent], point.arclength)
+    errors, size = np.abs(point.values - weights @ values), np.abs(values).max(axis=0)
+    size = np.maximum(np.maximum(size, np.abs(point.values)), NOISE)
     measures = _Measures(
         max(correction.distance, 1e-12) / (ERROR * settings.coarse),
         angle_between(recent[-1].tangent, point.tangent) / settings.steps.turn,
-        _drift(recent, point) / (DRIFT * settings.coarse),
+        0.0 if len(recent) == 1 else _drift(errors / size, settings),  # of one nothing is expected
     )
     if not measures.follows_tests:
         return measures
     # How they are foreseen better, and whether they matter, takes longer to see.
-    weights = lagrange([item.arclength for item in recent], point.arclength)
-    foreseen = curve.foreseen(recent, weights[None])
-    drift = measures.drift
+    drift, foreseen = measures.drift, curve.foreseen(recent, weights[None])
     if foreseen is not None:
-        better = _drift(recent, point, foreseen[0]) / (DRIFT * settings.coarse)
-        drift = max(better, LINES * drift)
+        errors = np.fmin(errors, np.abs(point.values - foreseen[0]))
+        drift = max(_drift(errors / size, settings), LINES * drift)
     return replace(measures, drift=min(drift, contraction_drift(recent, point) / settings.coarse))
 
 
-def _drift(recent: list[P], point: P, foreseen: Array | None = None) -> float:
-    """Error of the expected test functions, relative to their largest value nearby.
-
-    They are extrapolated, unless they are foreseen better.
-    """
-    if len(recent) == 1:  # nothing to extrapolate from
-        return 0.0
-    values = np.array([list(item.tests.values()) for item in recent])
-    found = np.array(list(point.tests.values()))
-    expected = lagrange([item.arclength for item in recent], point.arclength) @ values
-    errors = np.abs(found - expected)
-    if foreseen is not None:
-        errors = np.fmin(errors, np.abs(found - foreseen))
-    drift = errors / np.maximum(np.maximum(np.abs(values).max(axis=0), np.abs(found)), NOISE)
-    return float(np.nan_to_num(drift).max())  # a function may not be defined everywhere
+def _drift(errors: Array, settings: Stepping) -> float:
+    """Return the largest relative error of the expected test functions, relative to its aim."""
+    # A function may not be defined everywhere.
+    return float(np.nan_to_num(errors).max()) / (DRIFT * settings.coarse)

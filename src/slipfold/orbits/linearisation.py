@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property, reduce
+from functools import cache, cached_property
 from math import isfinite, sqrt
 
 import numpy as np
@@ -112,11 +112,11 @@ class Linearisation:
     @property
     def is_finite(self) -> bool:
         """Whether the flow and all its derivatives exist."""
-        parts = (self.residual, self.blocks, self.along, self.conditions.values)
-        gradients = self.conditions.gradients
-        # A sum is finite where all its terms are, and is cheaper than to ask each of them.
-        total = sum(float(part.sum()) for part in parts)
-        return isfinite(total if gradients is None else total + float(gradients.sum()))
+        parts = [self.residual, self.blocks, self.along, self.conditions.values]
+        if self.conditions.gradients is not None:
+            parts.append(self.conditions.gradients)
+        # A sum of squares is finite where all its terms are, and is cheaper than to ask each.
+        return isfinite(sum(float(np.vdot(part, part)) for part in parts))
 
     @cached_property
     def jacobian(self) -> Array:
@@ -164,9 +164,13 @@ class Linearisation:
 
 def _product(factors: Array) -> Array:
     """Return the products of matrices, the first on the right: (..., m, n, n) to (..., n, n)."""
-    while factors.shape[-3] % 2 == 0:  # pairs side by side: three operations for eight segments
-        factors = factors[..., 1::2, :, :] @ factors[..., ::2, :, :]
-    return reduce(lambda product, block: block @ product, np.moveaxis(factors, -3, 0))
+    while (count := factors.shape[-3]) > 1:  # pairs side by side: three operations for eight
+        if count % 2:
+            first = factors[..., 1:2, :, :] @ factors[..., :1, :, :]
+            factors = np.concatenate([first, factors[..., 2:, :, :]], axis=-3)
+        else:
+            factors = factors[..., 1::2, :, :] @ factors[..., ::2, :, :]
+    return factors[..., 0, :, :]
 
 
 def defect_of(residual: Array, values: Array) -> Array:

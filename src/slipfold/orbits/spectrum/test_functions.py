@@ -39,8 +39,7 @@ def evaluate_tests(
     >>> evaluate_tests(np.array([-1.0, 0.5]))["PD"]
     0.0
     """
-    (row,) = evaluate_each(multipliers[None], names)
-    return dict(zip(names, row.tolist(), strict=True))
+    return dict(zip(names, evaluate_each(multipliers, names).tolist(), strict=True))
 
 
 def evaluate_each(
@@ -48,27 +47,23 @@ def evaluate_each(
 ) -> Array:
     """Evaluate the test functions of several orbits.
 
-    Shapes: multipliers (t, n); returns (t, names).
+    Shapes: multipliers (..., n); returns (..., names).
     """
-    groups = [PRODUCTS[name](multipliers) for name in names]
-    products = np.concatenate(groups, axis=1)
+    none = np.zeros((*multipliers.shape[:-1], 1))  # changes nothing, but no group is empty
+    parts, begins, size = [], [], 0
+    for name in names:
+        begins.append(size)
+        parts += [none, PRODUCTS[name](multipliers)]
+        size += 1 + parts[-1].shape[-1]
+    products = np.concatenate(parts, axis=-1)
     factors = 1 - products
     sizes = np.abs(factors)
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
-        ratios = sizes / np.abs(1 - SHRUNK * products)
-        turns = factors / sizes
-    tests, begin = np.empty((len(multipliers), len(names))), 0
-    for column, group in zip(tests.T, groups, strict=True):
-        part = np.s_[:, begin : (begin := begin + group.shape[1])]
-        column[:] = _compared(sizes[part], ratios[part], turns[part])
-    return tests
-
-
-def _compared(sizes: Array, ratios: Array, turns: NDArray[np.complex128]) -> Array:
-    """Real products of 1 - p beside those of 1 - SHRUNK p, as sines of the angles between them."""
-    sines = np.sin(np.arctan(ratios.prod(axis=1)))
-    signed = np.copysign(sines, turns.prod(axis=1).real)
-    return np.where(sizes.all(axis=1), signed, 0.0)
+        ratios = np.multiply.reduceat(sizes / np.abs(1 - SHRUNK * products), begins, axis=-1)
+        turns = np.multiply.reduceat(factors / sizes, begins, axis=-1)
+    vanish = np.minimum.reduceat(sizes, begins, axis=-1) == 0
+    # Real products of 1 - p beside those of 1 - SHRUNK p, as sines of the angles between them.
+    return np.where(vanish, 0.0, np.copysign(np.sin(np.arctan(ratios)), turns.real))
 
 
 @cache
@@ -77,8 +72,8 @@ def _pairs(n: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 
 
 def _of_two(multipliers: NDArray[np.complex128]) -> NDArray[np.complex128]:
-    first, second = _pairs(multipliers.shape[1])
-    return multipliers[:, first] * multipliers[:, second]
+    first, second = _pairs(multipliers.shape[-1])
+    return multipliers[..., first] * multipliers[..., second]
 
 
 PRODUCTS: dict[str, Callable[[NDArray[np.complex128]], NDArray[np.complex128]]] = {
@@ -87,4 +82,4 @@ PRODUCTS: dict[str, Callable[[NDArray[np.complex128]], NDArray[np.complex128]]] 
     "NS": _of_two,
     "HB": _of_two,
 }
-"""What is one at each bifurcation, of each orbit in its row."""
+"""What is one at each bifurcation."""
