@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from statistics import median
 from typing import TYPE_CHECKING, Any
 
+import cycles_report
 import ensemble_report
 import locus_report
 import machine
@@ -160,6 +161,7 @@ def parts_of(measured: Measured) -> list[tuple[Any, Any]]:
         (ensemble_report, measured.ensemble),
         (size_report, measured.size),
         (systems_report, measured.systems),
+        (cycles_report, measured.cycles),
     )
     return [(module, record) for module, record in parts if record]
 

@@ -65,6 +65,20 @@ SYSTEM_CONTENDERS: dict[str, dict[str, tuple[str, ...]]] = {
 }  # fmt: skip
 """The same of three systems; pyHarm has elements for the first only."""
 
+CYCLE_CONTENDERS: dict[str, dict[str, tuple[str, ...]]] = {
+    name: {
+        "slipfold": ("ours_cycles.py", "--repeat", "3", "--system", name),
+        **{
+            f"AUTO-07p, {settings}": (
+                "peers/auto07p_cycles.py", "--repeat", "2", "--settings", settings, "--system", name
+            )
+            for settings in ("usual", "large", "fine")
+        },
+    }
+    for name in ("canards", "relaxation")
+}  # fmt: skip
+"""The same of two oscillators that nothing forces."""
+
 MAP = ("threshold_map.py", "--repeat", "1")
 
 ENSEMBLE = ("ensemble.py", "--repeat", "1")
@@ -83,6 +97,7 @@ PARTS = (
     "thresholds",
     "ensemble",
     *SYSTEM_CONTENDERS,
+    *CYCLE_CONTENDERS,
     "size",
     "commands",
     "paper",
@@ -100,6 +115,7 @@ class Measured(NamedTuple):
     loci: dict[str, dict[str, Any]]
     map: dict[str, Any]
     systems: dict[str, dict[str, dict[str, Any]]]
+    cycles: dict[str, dict[str, dict[str, Any]]]
     size: dict[str, Any]
     ensemble: dict[str, Any]
 
@@ -209,10 +225,15 @@ def measure(parts: Collection[str], rounds: int) -> Measured:
     loci, missing = (
         compete(rounds, LOCUS_CONTENDERS, **processes.ONE_THREAD) if "locus" in parts else empty
     )
-    systems, missing_there = {}, {"locus": missing}
-    for name, contenders in SYSTEM_CONTENDERS.items():
-        if name in parts:
-            systems[name], missing_there[name] = compete(few, contenders, **processes.ONE_THREAD)
+    missing_there = {"locus": missing}
+
+    def each(group: Mapping[str, Mapping[str, tuple[str, ...]]]) -> dict[str, Any]:
+        found = {}
+        for name in (name for name in group if name in parts):
+            found[name], missing_there[name] = compete(few, group[name], **processes.ONE_THREAD)
+        return found
+
+    systems, cycles = each(SYSTEM_CONTENDERS), each(CYCLE_CONTENDERS)
     first, cached = commands(rounds) if "commands" in parts else ([], [])
     return Measured(
         records,
@@ -223,6 +244,7 @@ def measure(parts: Collection[str], rounds: int) -> Measured:
         loci,
         thresholds(1) if "thresholds" in parts else {},
         systems,
+        cycles,
         sizes() if "size" in parts else {},
         ensemble(few) if "ensemble" in parts else {},
     )

@@ -13,6 +13,7 @@ import pytest
 
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.registry import model_named
+from slipfold.models.system import System
 
 BENCH = Path(__file__).parents[2] / "bench"
 PD, FIRST, SECOND = 0.043578911491, 0.056690677223, 0.166438167073
@@ -120,6 +121,7 @@ def measured(bench: Bench, records: dict[str, Any], **absent: str) -> Any:
         loci(bench),
         thresholds(stuck=3),
         systems(),
+        cycles(),
         sizes(2.0),
         ensemble(),
     )
@@ -144,6 +146,19 @@ def systems() -> dict[str, Any]:
             "XPPAUT, usual": branch(0.3, ("NS", 1.0867289)),
             "XPPAUT, large": branch(0.01),
             "AUTO-07p, usual": branch(0.7, ("NS", 1.08672894), solver_seconds={"branch": [0.2]}),
+        }
+    }
+
+
+def cycles() -> dict[str, Any]:
+    """Canards: one program invents a fold, one gives up, one is right and slow."""
+    fold, arrived = ("LP", 0.3079163079), {"branch": 0.4, "duration": 72.58123415}
+    return {
+        "canards": {
+            "slipfold": branch(1.0, fold, reached=arrived),
+            "AUTO-07p, usual": branch(0.2, fold, fold, reached=arrived),
+            "AUTO-07p, large": branch(0.1, fold, reached={"branch": 0.31, "duration": 100.0}),
+            "AUTO-07p, fine": branch(3.0, fold, reached=arrived),
         }
     }
 
@@ -326,6 +341,30 @@ def test_the_systems_are_judged_against_who_finds_every_point(bench: Bench) -> N
     assert "200 ms (AUTO-07p, usual)" in bench.report.brief(
         measured(bench, {"slipfold": ours(0.01)})
     )
+
+
+def test_cycles_are_judged_against_who_is_right(bench: Bench) -> None:
+    report = bench.report.cycles_report
+    assert [row[1:] for row in report.aim_rows(cycles())] == [
+        ["so it is", "met"], ["3 times as fast (AUTO-07p, fine)", "met"]
+    ]  # fmt: skip
+    records = cycles()["canards"]
+    assert [row[5] for row in report.rows("canards", records)][1:3] == [
+        "2 special points instead of 1", "gives up at 0.31"
+    ]  # fmt: skip
+    del records["AUTO-07p, fine"]
+    assert list(report.aim_rows({"canards": records}))[1][1:] == ["no other is", "met"]
+
+
+@pytest.mark.parametrize("name", ["canards", "relaxation"])
+def test_all_programs_get_the_same_oscillators(name: str, bench: Bench) -> None:
+    oscillator = importlib.import_module("cycles").OSCILLATORS[name]
+    first = oscillator.span[0]
+    states = {key: {"rate": text} for key, text in oscillator.formulas.items()}
+    model = System(name=name, parameters={oscillator.parameter: first}, states=states)
+    state = np.array([0.7, -0.4])
+    rates = evaluation_of(model).rates(model, state, 0.0)
+    assert oscillator.rates(list(state), first) == pytest.approx(rates, rel=1e-13)
 
 
 @pytest.mark.parametrize("name", ["duffing", "vanderpol", "chain"])

@@ -235,3 +235,28 @@ def test_hodgkin_and_huxley_from_rest_to_block():
     assert found[0] == pytest.approx(found[1], rel=1e-9)
     published = [9.78, 154.5, 7.84, 7.85, 7.92, 7.92, 6.26]
     assert found[0] == pytest.approx(published, abs=0.03)
+
+
+@pytest.mark.long
+def test_carbon_monoxide_on_platinum_from_one_hopf_point_through_canards_to_the_other():
+    """Bykov, Yablonskii and Kim, Doklady AN SSSR 242 (1978) 637-639.
+
+    Folds and Hopf points as in MatCont's manual, where it is the catalytic oscillator.
+    """
+    model = sf.System(
+        name="carbon-monoxide",
+        parameters={"q2": 0.6},
+        formulas={"z": "1 - x - y - s"},
+        states={
+            "x": {"rate": "5*z^2 - 2*x^2 - 10*x*y", "start": 0.07},
+            "y": {"rate": "q2*z - 0.1*y - 10*x*y", "start": 0.2},
+            "s": {"rate": "0.0675*(z - 0.4*s)", "start": 0.5},
+        },
+    )
+    diagram = sf.response(model, vary="q2", span=(0.6, 1.9))
+    rest, cycles = diagram.branches
+    assert [item.type for item in rest.special] == ["HB", "LP", "LP", "HB"]
+    published = [1.040991, 1.052200, 1.042049, 1.051558]
+    assert [item.value for item in rest.special] == pytest.approx(published, abs=1e-6)
+    assert [item.type for item in cycles.special] == ["LP", "LP"]
+    assert (cycles.stopped.kind, diagram.checked.agree) == ("closed", True)
