@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -43,7 +45,7 @@ def describe_bifurcation(orbits: Orbits, found: Found) -> SpecialPoint:
     coefficient, criticality = _coefficient(orbits, found.point, form)
     name = NAMES[form or found.type]
     value_uncertainty, multiplier_uncertainty = _uncertainties(orbits, found)
-    return _special(
+    special = _special(
         orbits,
         found.point,
         found.type,
@@ -53,6 +55,8 @@ def describe_bifurcation(orbits: Orbits, found: Found) -> SpecialPoint:
         criticality,
         coefficient,
     )
+    # The normal form is that of one direction; what holds in a plane of them is not known.
+    return replace(special, criticality=None, coefficient=None) if special.several else special
 
 
 def _coefficient(

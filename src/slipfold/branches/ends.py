@@ -5,8 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import takewhile
 
+import numpy as np
+
 from slipfold.branches.bifurcations import CLEAR, Bifurcations, span_end
 from slipfold.branches.homoclinic import nears_homoclinic
+from slipfold.branches.special_point import ALIKE
 from slipfold.continuation.end import End
 from slipfold.continuation.follow import EDGE, Endings
 from slipfold.continuation.locate import LostCurveError
@@ -27,6 +30,11 @@ NEAR_EDGE = 0.01
 
 LONGEST_OVER = 0.1
 """Longest step over the end, in scaled variables."""
+
+SEVERAL = (
+    "several multipliers are critical where it begins, as a symmetry makes them: several branches "
+    "begin there, and in the one direction tried there is none"
+)
 
 CLOSE_TO_LIMIT = 5.0
 """A curve lost with an output within this factor of its bound ends because of that limit."""
@@ -57,6 +65,8 @@ class BranchEndings(Endings[OrbitPoint]):
             return span_end(orbits, trail.points[-1])
         last, clause = trail.points[-1], nears_homoclinic(orbits, trail.points)
         kind, reason = failure_reason(orbits, last, failure)
+        if kind == "failed" and len(trail.points) == 1 and _is_one_of_several(last):
+            reason = SEVERAL
         if kind == "failed" and clause:
             kind, reason = "homoclinic", f"{clause} (no cycle was found any nearer to it)"
         elif clause:
@@ -68,6 +78,10 @@ class BranchEndings(Endings[OrbitPoint]):
         value = trail.curve.value(trail.points[-1].z)
         reason = f"interrupted at {trail.curve.vary} = {value:.6g}; what was found before is kept"
         return End("interrupted", reason, (value,))
+
+
+def _is_one_of_several(start: OrbitPoint) -> bool:
+    return int(np.count_nonzero(np.abs(start.multipliers - 1) < ALIKE)) > 1
 
 
 def failure_reason(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[str, str]:

@@ -13,7 +13,10 @@ from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.text.one_line import OneLine, certain, number_text, parameter_text
 from slipfold.text.printed_table import PrintedTable
 
-__all__ = ["BIFURCATIONS", "SpecialPoint"]
+__all__ = ["ALIKE", "BIFURCATIONS", "SpecialPoint"]
+
+ALIKE = 1e-6
+"""Multipliers this near to each other are one that is there more than once."""
 
 BIFURCATIONS = ("LP", "PD", "NS", "BP", "HB")
 """Types of bifurcation: fold, period doubling, Neimark-Sacker, branch point, Hopf."""
@@ -114,9 +117,19 @@ class SpecialPoint(OneLine):
             return None
         if self.type == "BP" and self.coefficient is None:
             return "no other branch was found to cross here"
+        if self.several:
+            return "criticality unknown: several multipliers are critical at once, as by a symmetry"
         if self.coefficient is None or not np.isfinite(self.coefficient):
             return "criticality unknown: derivatives of third order do not exist or overflow here"
         return "neither soft nor hard: the coefficient is zero within rounding"
+
+    @property
+    def several(self) -> bool:
+        """Whether a PD, NS or HB has its critical multiplier more than once, as by a symmetry."""
+        critical = self.critical_multiplier
+        if critical is None or self.type not in ("PD", "NS", "HB"):
+            return False
+        return int(np.count_nonzero(np.abs(self.multipliers - critical) < ALIKE)) > 1
 
     @property
     def state(self) -> NDArray[np.float64]:
