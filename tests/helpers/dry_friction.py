@@ -34,3 +34,9 @@ def two_masses(friction=(1.0, 1.3), speed=0.15):
     ]
     stiffness = [[2.2, -1.2], [-1.2, 2.2]]
     return sf.Structure([[1, 0], [0, 1]], None, stiffness, names="x1 x2", contacts=contacts)
+
+
+def sliding(pulsation, speed, static=0.5, **values):
+    """The oscillator at 12.5 Hz with exact planar friction, mu_k = 0.5."""
+    law = sf.Coulomb(mu_s=static, mu_k=0.5)
+    return sf.SlidingOscillator(friction=law, f=12.5, Nd=pulsation, Vd=speed, **values)

@@ -173,13 +173,24 @@ def test_simulation(tmp_path):
 
 
 def test_simulation_that_met_a_limit(tmp_path):
-    motion = simulate(SlidingOscillator(), 20, {"vx": 60.0, "vy": 103.9})
-    assert motion.stopped.kind == "stick"
-    assert "stick" in motion.summary()
+    motion = simulate(SlidingOscillator(), 20, {"y": -0.99995})
+    assert motion.stopped.kind == "spring collapse"
+    assert "spring collapsed" in motion.summary()
     copy = load(saved(tmp_path, motion))
     assert copy.stopped == motion.stopped
     assert copy.asked == 20
     assert copy.to_json()["stopped"]["reason"] == motion.stopped.reason
+
+
+def test_a_motion_that_sticks(tmp_path):
+    motion = simulate(SlidingOscillator(Vd=0.05, Nd=0.3), 20)
+    assert motion.regime == "stick-slip"
+    copy = load(saved(tmp_path, motion))
+    assert copy.sticking.contacts == ("tip",)
+    assert copy.sticking.intervals == motion.sticking.intervals
+    assert copy.sticking.modes.tolist() == motion.sticking.modes.tolist()
+    assert copy.at(1.0).tolist() == motion.at(1.0).tolist()
+    assert copy.to_json() == motion.to_json()
 
 
 # -- files that are no results ---------------------------------------------------------------

@@ -131,7 +131,7 @@ BAD = {
     "no load": (lambda: FrictionContact("q1", load=0), "Ns = 0 is outside its bounds"),
     "opens": (lambda: ModulatedLoad(Ns=1, Nd=1), "Nd = 1 N is not below Ns = 1 N"),
     "normal": (lambda: ContactLoad(None), "needs the direction that it depends on"),
-    "at rest": (lambda: FrictionContact(("q1", "q2"), Vd=0), "Vd = 0 is outside its bounds"),
+    "backwards": (lambda: FrictionContact("q1", Vd=-1), "Vd = -1 is outside its bounds"),
     "angle": (lambda: FrictionContact("q1", alpha=1.0), "alpha = 1.0 has no meaning"),
     "three directions": (
         lambda: FrictionContact(("a", "b", "c")), "acts along 3 directions; give 1 to 2"

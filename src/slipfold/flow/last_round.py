@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from slipfold.flow.flow import flow_of
 from slipfold.flow.switched.mode import Status
 from slipfold.flow.switched.sampled import dense_legs
+from slipfold.flow.switched.step_polynomials import SlowPolynomials
 from slipfold.flow.trajectory import Trajectory
 
 __all__ = ["LastRound", "StickTime", "last_round"]
@@ -23,6 +24,9 @@ SAME = 1e-12
 
 STEPS = 100_000
 """Steps of the integrator in a round at most."""
+
+SPREAD = 64
+"""Places in a step of slow slip that are looked at."""
 
 UNSETTLED = 16
 """Intervals at the end of an autonomous motion that are looked at if it has no round."""
@@ -117,15 +121,32 @@ def _extrema(polynomials: Iterable[Any], scales: Array) -> tuple[Array, Array]:
     n = len(scales)
     least, most = np.full(n, np.inf), np.full(n, -np.inf)
     for output in polynomials:
+        known = [*range(n)]
+        if isinstance(output, SlowPolynomials):
+            known = [place for place in known if place not in output.held]
+            for place in output.held:
+                values = _peaks(output.spread(SPREAD)[:, :, place])
+                least[place] = min(least[place], values.min())
+                most[place] = max(most[place], values.max())
+            output = output.inner
         lengths = np.diff(output.times)
         for length, coefficients in zip(lengths, output.tcs[:, :n], strict=True):
             order = coefficients.shape[1]
             scaled = coefficients * length ** np.arange(order)
-            for place in range(n):
+            for place in known:
                 values = _turning_values(scaled[place])
                 least[place] = min(least[place], values.min())
                 most[place] = max(most[place], values.max())
     return least * scales, most * scales
+
+
+def _peaks(values: Array) -> Array:
+    """Return samples, and the vertices of parabolas where they turn. Shapes: values (m, p)."""
+    before, middle, after = values[:, :-2], values[:, 1:-1], values[:, 2:]
+    turns = (middle - before) * (after - middle) < 0
+    bend = (after - 2 * middle + before)[turns]
+    vertices = middle[turns] - (after - before)[turns] ** 2 / (8 * bend)
+    return np.concatenate([values.ravel(), vertices])
 
 
 def _turning_values(coefficients: Array) -> Array:

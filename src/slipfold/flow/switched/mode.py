@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import IntEnum
 
-__all__ = ["Mode", "Status", "status_name"]
+__all__ = ["Mode", "Status", "shown", "status_name"]
 
 
 class Status(IntEnum):
@@ -14,10 +14,16 @@ class Status(IntEnum):
     STICK = 0
     FORTH = 1  # slips: along a line forwards, in the plane in any direction
     OPEN = 2  # touches nothing
+    SLOW = 3  # slips slowly in the plane; only how that is integrated differs
 
 
 Mode = tuple[Status, ...]
 """What each contact does."""
+
+
+def shown(mode: Mode) -> Mode:
+    """Return a mode as contacts know it, whatever it is integrated in."""
+    return tuple(Status.FORTH if status is Status.SLOW else status for status in mode)
 
 
 def status_name(status: Status) -> str:

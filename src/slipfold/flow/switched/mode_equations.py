@@ -20,6 +20,8 @@ from slipfold.models.model import Model
 from slipfold.models.output import Expression
 
 __all__ = [
+    "ANGLE",
+    "LOGARITHM",
     "ModeEquations",
     "Undetermined",
     "contacts_of",
@@ -29,6 +31,13 @@ __all__ = [
 ]
 
 ZERO = hy.expression(0.0)
+
+LOGARITHM, ANGLE = hy.expression("logarithm of slow slip"), hy.expression("angle of slow slip")
+"""Slip in the plane comes to rest in finite time, while its direction, which turns faster and
+faster, tends to a limit: the equations are singular there. Those of the logarithm of its speed in
+m/s and of its angle are not, in a time that goes with the speed, ``dt = |v| ds``."""
+
+COS, SIN = hy.cos(ANGLE), hy.sin(ANGLE)
 
 
 class Undetermined(ValueError):
@@ -46,6 +55,8 @@ class ModeEquations:
     held: dict[str, Expression]  # the states that contacts hold, by the others
     normal: tuple[Expression, ...]  # normal force of each contact, zero if it is open
     friction: tuple[tuple[Expression, ...], ...]  # components of the friction of each contact
+    # Rates of logarithm and angle of slow slip a phase, times the speed
+    slow: tuple[Expression, Expression] | None = None
 
 
 def contacts_of(model: Model) -> tuple[Contact, ...]:
@@ -68,6 +79,9 @@ def friction_given(contact: Contact, status: Status) -> dict[str, Expression]:
     forces = {normal_name(contact.name): contact.normal}
     if status is Status.STICK:
         return forces
+    if status is Status.SLOW:
+        drag = contact.normal * contact.friction(hy.exp(LOGARITHM))
+        return forces | dict(zip(contact.friction_names, (drag * COS, drag * SIN), strict=True))
     if len(contact.slip) == 1:
         sign = float(status)
         size = contact.normal * contact.friction(sign * contact.slip[0])
@@ -87,14 +101,21 @@ def mode_equations(model: Model, mode: Mode) -> ModeEquations:
         forces |= friction_given(contact, status)
     stuck = [item for item, status in zip(contacts, mode, strict=True) if status is Status.STICK]
     slips = [part for contact in stuck for part in contact.slip]
+    slow = [item for item, status in zip(contacts, mode, strict=True) if status is Status.SLOW]
+    polar = [
+        part - hy.exp(LOGARITHM) * along
+        for item in slow
+        for part, along in zip(item.slip, (COS, SIN), strict=True)
+    ]
     # Velocities first: it is they that friction holds.
-    held = solve_for_states(slips, [*reversed(free.names)])
+    held = solve_for_states([*slips, *polar], [*reversed(free.names)])
     if held is None:
         raise Undetermined(" and ".join(contact.name for contact in stuck))
     names = [name for contact in stuck for name in contact.friction_names]
     rates = dict(zip(free.names, hy.subs(list(free.field), forces), strict=True))
     forces |= _holding(slips, names, rates)
     rates = dict(zip(free.names, hy.subs(list(free.field), forces), strict=True))
+    turning = _turning(slow, rates, free, held)
     rates |= {name: rate_along(value, rates) for name, value in held.items()}
     outputs = hy.subs([item for _, item in free.outputs], forces)
     friction = tuple(tuple(forces[name] for name in item.friction_names) for item in contacts)
@@ -114,7 +135,22 @@ def mode_equations(model: Model, mode: Mode) -> ModeEquations:
         held,
         tuple(hy.subs(list(normal), held)),
         tuple(tuple(hy.subs(list(item), held)) for item in friction),
+        turning,
     )
+
+
+def _turning(
+    slow: Sequence[Contact],
+    rates: dict[str, Expression],
+    free: Equations,
+    held: dict[str, Expression],
+) -> tuple[Expression, Expression] | None:
+    """Return the rates of logarithm and angle of slow slip, times its speed."""
+    if not slow:
+        return None
+    x, y = (free.coefficients[-1] * rate_along(part, rates) for part in slow[0].slip)
+    grows, turns = hy.subs([COS * x + SIN * y, COS * y - SIN * x], held)
+    return grows, turns
 
 
 def _holding(

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.flow.flow import flow_of
-from slipfold.flow.switched.mode import Mode
+from slipfold.flow.switched.mode import Mode, shown
 from slipfold.flow.switched.switched_flow import Leg, switched_flow_of
 from slipfold.flow.switched.switched_motion import Broken, legs
 from slipfold.models.model import Model
@@ -68,7 +68,7 @@ def sample_switched(model: Model, state: Array, mode: Mode, phases: Array) -> Sa
                 states[done:upto] = leg.state
             else:
                 states[done:upto] = leg.polynomials(phases[done:upto])[:, : len(state)] * scales
-            modes[done:upto] = [leg.mode] * (upto - done)
+            modes[done:upto] = [shown(leg.held or leg.mode)] * (upto - done)
         done = max(done, upto)
     states[done:] = states[done - 1] if done else state
     return Samples(model, states, phases, modes)

@@ -58,8 +58,6 @@ def simulate_any(
     A motion that always slips well is that of `slipfold.flow.simulate`.
     """
     contacts = contacts_of(model)
-    if any(len(contact.slip) > 1 for contact in contacts):
-        return simulate(model, periods, state, tolerance=tolerance)
     start = initial_state(model, state)
     if not contacts or _slips(model, contacts, start):
         found = simulate(model, periods, start, tolerance=tolerance)

@@ -6,13 +6,16 @@ pieces.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["StepPolynomials", "step_to"]
+from slipfold.flow.switched.events import UNIT
+
+__all__ = ["SlowPolynomials", "StepPolynomials", "step_to"]
 
 Array = NDArray[np.float64]
 
@@ -50,3 +53,56 @@ def step_to(integrator: Any, end: float, steps: int) -> tuple[int, StepPolynomia
         if outcome != SUCCESS and outcome < 0:
             return outcome, StepPolynomials(times, coefficients)
     return STEP_LIMIT, StepPolynomials(times, coefficients)
+
+
+class SlowPolynomials:
+    """What lies between the ends of steps in a time that goes with the speed of slow slip."""
+
+    def __init__(
+        self,
+        inner: StepPolynomials,
+        n: int,
+        placed: Callable[[Array, tuple[float, float]], Array],
+        held: Sequence[int],
+    ) -> None:
+        self.held = held  # states that follow from speed and angle
+        self.inner, self._n, self._placed = inner, n, placed
+        # Phases at the ends of steps; they grow with every step.
+        self.times = np.array([*inner.tcs[:, n + 2, 0], inner(inner.times[-1:])[0, n + 2]])
+
+    def __call__(self, phases: Array) -> Array:
+        """Return states at some phases, shape (p, n). Shapes: phases (p,)."""
+        found = np.empty((len(phases), self._n))
+        for place, phase in enumerate(phases):
+            step = int(np.searchsorted(self.times, phase, side="right")) - 1
+            step = min(max(step, 0), len(self.inner.tcs) - 1)
+            found[place] = self._state(self.inner.times[step] + self._time_in(step, phase))
+        return found
+
+    def spread(self, each: int) -> Array:
+        """Return states all over each step, its ends included, shape (steps, each, n)."""
+        times = self.inner.times
+        places = times[:-1, None] + np.diff(times)[:, None] * np.linspace(0.0, 1.0, each)
+        return np.array([[self._state(time) for time in row] for row in places])
+
+    def _state(self, time: float) -> Array:
+        values = self.inner(np.array([time]))[0]
+        logarithm, angle = values[self._n : self._n + 2]
+        return self._placed(values[: self._n], (logarithm * UNIT, angle))
+
+    def _time_in(self, step: int, phase: float) -> float:
+        """Return the time in a step at which it comes to a phase, by bisection and Newton."""
+        powers = self.inner.tcs[step][self._n + 2]
+        low, high = 0.0, float(self.inner.times[step + 1] - self.inner.times[step])
+        slopes = powers[1:] * np.arange(1, len(powers))
+        at = high / 2
+        for _ in range(60):
+            value = float(np.polynomial.polynomial.polyval(at, powers)) - phase
+            low, high = (at, high) if value < 0 else (low, at)
+            slope = float(np.polynomial.polynomial.polyval(at, slopes))
+            after = at - value / slope if slope > 0 else low
+            after = after if low < after < high else (low + high) / 2
+            if after == at:
+                break
+            at = after
+        return at

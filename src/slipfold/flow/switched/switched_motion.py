@@ -11,10 +11,12 @@ from numpy.typing import NDArray
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import Stop
+from slipfold.flow.switched.events import SLOW, Ending, Event
 from slipfold.flow.switched.history import Recorder
-from slipfold.flow.switched.mode import Mode, Status
+from slipfold.flow.switched.mode import Mode, Status, shown
 from slipfold.flow.switched.mode_equations import Undetermined
-from slipfold.flow.switched.switched_flow import Ending, Event, Leg, SwitchedFlow, switched_flow_of
+from slipfold.flow.switched.release import release
+from slipfold.flow.switched.switched_flow import Leg, SwitchedFlow, switched_flow_of
 from slipfold.flow.switched.transition import Undecided, next_mode
 from slipfold.models.model import Model
 
@@ -50,9 +52,10 @@ class SwitchedMotion:
         self.weights = self.flow.weights(start, self.constants)
         self.stopped: Stop | None = None
         mode = first_mode(self.flow, start, self.constants, self.weights)
-        self._states = [self.flow.held(mode, start, self.constants)]
-        self.modes = [mode]
-        self.recorder = Recorder([item.name for item in self.flow.contacts], mode)
+        self._ahead = 0.0  # phase to which a motion that began to slip has come already
+        self.modes = [shown(mode)]
+        self._states = [self.flow.held(self.modes[0], start, self.constants)]
+        self.recorder = Recorder([item.name for item in self.flow.contacts], self.modes[0])
 
     @property
     def strobe(self) -> Array:
@@ -71,12 +74,15 @@ class SwitchedMotion:
         for _ in range(periods):
             done, state, mode = self.periods, self._states[-1], self.modes[-1]
             try:
-                for leg, after in legs(self.flow, mode, state, 1.0, self.constants, self.weights):
+                for leg, after in legs(
+                    self.flow, mode, state, 1.0, self.constants, self.weights, begin=self._ahead
+                ):
                     self.recorder.went_on(leg.energies)
                     state = leg.state
-                    if after != mode:
-                        self.recorder.changed(done + leg.end, leg.state, after)
-                        mode = after
+                    if shown(after) != mode:
+                        mode = shown(after)
+                        self.recorder.changed(done + leg.end, leg.state, mode)
+                self._ahead = max(leg.end - 1.0, 0.0)
             except Broken as broken:
                 time = (done + broken.stop.time) * self.constants.period
                 self.stopped = replace(broken.stop, time=time)
@@ -109,17 +115,28 @@ def legs(
     constants: Constants,
     weights: Array,
     *,
+    begin: float = 0.0,
     dense: bool = False,
 ) -> Iterator[tuple[Leg, Mode]]:
-    """Carry a state from phase zero to another through its modes; with each leg what follows."""
-    phase = 0.0
+    """Carry a state from one phase to another through its modes; with each leg what follows.
+
+    Where slip in the plane begins just before the end, the last leg goes on a little beyond it.
+    """
+    phase = begin
+    mode = _slow_where_slow(flow, mode, state, phase, constants, weights)
     for _ in range(MOST):
+        beginning = list[Leg]()
         leg = flow.run(mode, state, phase, end, constants, weights, dense=dense)
         try:
             after, state = mode, leg.state
             if leg.event is not None:
                 after, resting = _after(flow, leg, constants, weights)
                 state = flow.held(resting, state, constants)
+                for contact, status in enumerate(after):
+                    if status is Status.SLOW and resting[contact] is Status.STICK:
+                        beginning = release(
+                            flow, after, contact, state, leg.end, constants, weights, dense=dense
+                        )
         except Undecided as error:
             raise Broken(Stop("undecided", f"{error}; start elsewhere", leg.end), leg) from None
         except Undetermined as error:
@@ -132,6 +149,11 @@ def legs(
         if leg.event is None:
             return
         mode, phase = after, leg.end
+        for piece in beginning:
+            yield replace(piece, event=leg.event), after
+            state, phase = piece.state, piece.end
+        if phase >= end:
+            return
     reason = (
         f"contacts change between slip and stick more than {MOST} times in a period; look at the "
         "last states, or make the model less stiff"
@@ -143,6 +165,10 @@ def _after(flow: SwitchedFlow, leg: Leg, constants: Constants, weights: Array) -
     """Return the mode that follows an event, and the one in which all that is at rest sticks."""
     event, mode = leg.event, leg.mode
     assert event is not None
+    if event.ending in (Ending.SLOWS, Ending.QUICKENS):
+        slow = event.ending is Ending.SLOWS and Status.SLOW not in mode
+        after = _with(mode, event.which, Status.SLOW if slow else Status.FORTH)
+        return after, after
     if event.ending in (Ending.LIMIT, Ending.STIFF, Ending.SINGULAR):
         raise Broken(_stop(flow, leg, event, constants), leg)
     now, places = flow.quantities.at(leg.state, leg.end, constants), flow.quantities.places
@@ -166,13 +192,34 @@ def _after(flow: SwitchedFlow, leg: Leg, constants: Constants, weights: Array) -
                 wanted[contact] = event.towards
         elif np.linalg.norm(slip) * weights[contact] <= AT_REST:
             rest.append(contact)
-        elif float(status) * slip[0] * weights[contact] < -BACKWARDS and status is not Status.OPEN:
+        elif len(slip) == 1 and float(status) * slip[0] * weights[contact] < -BACKWARDS:
             raise Undecided(f"{flow.contacts[contact].name} slips against its own friction")
     after = next_mode(now, places, mode, rest, wanted)
     resting = tuple(
         Status.STICK if contact in rest else status for contact, status in enumerate(after)
     )
     return after, resting
+
+
+def _slow_where_slow(
+    flow: SwitchedFlow,
+    mode: Mode,
+    state: Array,
+    phase: float,
+    constants: Constants,
+    weights: Array,
+) -> Mode:
+    """Return a mode in which slow slip in the plane is integrated as such."""
+    now = flow.quantities.at(state, phase, constants)
+    for contact, place in enumerate(flow.quantities.places):
+        slides = mode[contact] is Status.FORTH and place.stop - place.start == 2
+        if slides and np.linalg.norm(now.slip[place]) * weights[contact] < SLOW:
+            return _with(mode, contact, Status.SLOW)
+    return mode
+
+
+def _with(mode: Mode, contact: int, status: Status) -> Mode:
+    return (*mode[:contact], status, *mode[contact + 1 :])
 
 
 def _slipping(slip: Array) -> Status:

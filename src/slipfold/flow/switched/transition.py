@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
 
 import numpy as np
@@ -12,9 +13,12 @@ from numpy.typing import NDArray
 from slipfold.flow.switched.contact_quantities import ContactsNow
 from slipfold.flow.switched.mode import Mode, Status
 
-__all__ = ["Undecided", "next_mode"]
+__all__ = ["Undecided", "next_mode", "outward", "response"]
 
 Array = NDArray[np.float64]
+
+TURNS = 50
+"""Newton steps to the direction of slip that begins: three are enough."""
 
 SLACK = 1e-11
 """Share of what friction holds by which rounding may place a force beyond it."""
@@ -36,8 +40,11 @@ class _Instant:
     rest: tuple[int, ...]  # contacts without slip, of which it is open what they do
     moving: Mode  # what each contact does; of those at rest it means nothing
 
-    def forces(self, mode: Mode) -> tuple[Array, Array]:
-        """Return friction and rates of slip if the contacts go on in a mode."""
+    def forces(self, mode: Mode, given: Mapping[int, Array] | None = None) -> tuple[Array, Array]:
+        """Return friction and rates of slip if the contacts go on in a mode.
+
+        Friction in contacts that slip may be given.
+        """
         now = self.now
         closed = np.array([status is not Status.OPEN for status in mode])
         friction = np.zeros(len(now.slip))
@@ -46,7 +53,8 @@ class _Instant:
             if status is Status.STICK:
                 stuck += range(place.start, place.stop)
             elif status is not Status.OPEN:
-                friction[place] = self._sliding(contact, status, place)
+                known = (given or {}).get(contact)
+                friction[place] = self._sliding(contact, status, place) if known is None else known
         rates = now.free + now.by_normal @ np.where(closed, now.normal, 0.0)
         rates = rates + now.by_friction @ friction
         if stuck:
@@ -61,9 +69,27 @@ class _Instant:
         """Return the friction of a contact that slips."""
         now = self.now
         if contact in self.rest:
-            return np.array([float(status) * now.starting[contact]])
+            along = self._borne[place] if status is Status.SLOW else np.array([float(status)])
+            return np.asarray(now.starting[contact] * along / np.linalg.norm(along))
         slip = now.slip[place]
         return np.asarray(now.kinetic[contact] * slip / np.linalg.norm(slip))
+
+    @cached_property
+    def _borne(self) -> Array:
+        """Friction if all that is at rest sticks."""
+        changes = dict.fromkeys(self.rest, Status.STICK)
+        return self.forces(_changed(self.moving, changes))[0]
+
+    def response(self, mode: Mode, contact: int) -> tuple[Array, Array]:
+        """Return a contact's rate of slip without its friction, and its change with that.
+
+        Others go on in the mode, those that stick with whatever friction it takes.
+        """
+        place = self.places[contact]
+        size = place.stop - place.start
+        alone = self.forces(mode, {contact: np.zeros(size)})[1][place]
+        columns = [self.forces(mode, {contact: unit})[1][place] - alone for unit in np.eye(size)]
+        return alone, np.array(columns).T
 
     def violations(self, mode: Mode) -> dict[int, Status]:
         """Return the contacts at rest that cannot go on like this, and what they had better do."""
@@ -73,12 +99,49 @@ class _Instant:
             place, most = self.places[contact], self.now.holding[contact]
             if mode[contact] is Status.STICK:
                 if np.linalg.norm(friction[place]) > most * (1 + SLACK):
-                    found[contact] = Status(int(np.sign(friction[place][0])))
+                    planar = place.stop - place.start == 2
+                    sign = int(np.sign(friction[place][0]))
+                    found[contact] = Status.SLOW if planar else Status(sign)
+            elif mode[contact] is Status.SLOW:
+                alone, change = self.response(mode, contact)
+                start = self.now.starting[contact]
+                away = outward(alone, change, start)[1]
+                if away < -SLACK * np.abs(change).max() * most:
+                    found[contact] = Status.STICK
             else:
                 size = np.abs(self.now.by_friction[place, place]).max() * most
                 if float(mode[contact]) * rates[place][0] < -SLACK * size:
                     found[contact] = Status.STICK
         return found
+
+
+def outward(alone: Array, change: Array, size: float, turn: float = 0.0) -> tuple[Array, float]:
+    """Return the direction in which slip in the plane begins, and how fast it grows.
+
+    Slip grows along itself, ``s' = k e`` with friction ``size e``, but for what turns it.
+
+    Shapes: alone (2,); change (2, 2); returns e (2,).
+    """
+    needed = np.linalg.solve(change, -alone)
+    angle = float(np.arctan2(needed[1], needed[0]))
+    for _ in range(TURNS):
+        along = np.array([np.cos(angle), np.sin(angle)])
+        across = np.array([-along[1], along[0]])
+        rate = alone + size * change @ along
+        slope = size * across @ change @ across - along @ rate
+        step = (across @ rate - turn) / slope
+        angle -= step
+        if abs(step) < 1e-15:
+            break
+    along = np.array([np.cos(angle), np.sin(angle)])
+    return along, float(along @ (alone + size * change @ along))
+
+
+def response(
+    now: ContactsNow, places: Sequence[slice], mode: Mode, rest: Sequence[int], contact: int
+) -> tuple[Array, Array]:
+    """Return the rate of slip of a contact without its friction, and its change with that."""
+    return _Instant(now, places, tuple(rest), mode).response(mode, contact)
 
 
 def next_mode(
@@ -119,6 +182,9 @@ def _all(instant: _Instant, mode: Mode) -> Iterator[Mode]:
     rest = instant.rest
     if len(rest) > TRIED:
         return
-    choices = product((Status.STICK, Status.FORTH, Status.BACK), repeat=len(rest))
+    planar = (Status.STICK, Status.SLOW)
+    straight = (Status.STICK, Status.FORTH, Status.BACK)
+    sizes = [instant.places[item].stop - instant.places[item].start for item in rest]
+    choices = product(*(planar if size == 2 else straight for size in sizes))
     for chosen in sorted(choices, key=lambda some: -some.count(Status.STICK)):
         yield _changed(mode, dict(zip(rest, chosen, strict=True)))

@@ -50,8 +50,7 @@ class FrictionContact(Component):
     load
         Normal force; a number in N is a constant one.
     Vd
-        Speed of the counter-body in m/s; 0 is a wall, on which a law that sticks needs one
-        direction.
+        Speed of the counter-body in m/s; 0 is a wall.
     alpha
         Direction of its motion from the first direction towards the second, in rad; with one
         direction there is none.
@@ -126,15 +125,7 @@ class FrictionContact(Component):
     def own_parameters(self) -> tuple[Parameter, ...]:
         """Those of the load, speed and direction of the counter-body, those of the law."""
         speed, angle = declared(FrictionContact)
-        if self.planar:
-            # In the plane there is no equation yet for a tip that rests on a wall.
-            return (
-                *self.load.own_parameters,
-                replace(speed, lower_open=self.law.sticks),
-                angle,
-                *self.law.parameters,
-            )
-        mine = (speed,)
+        mine = (speed, angle) if self.planar else (speed,)
         return (*self.load.own_parameters, *mine, *self.law.parameters)
 
     @property

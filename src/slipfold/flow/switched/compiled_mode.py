@@ -1,0 +1,139 @@
+"""One mode compiled: its integrator with the events that end it, and what its contacts hold."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import heyoka as hy
+
+from slipfold.flow.cache import cached
+from slipfold.flow.flow import Flow
+from slipfold.flow.precision import TOLERANCE
+from slipfold.flow.scaled import Scaled
+from slipfold.flow.sharp_turns import VERSION, SharpTurns, sharp_turns
+from slipfold.flow.switched.events import (
+    END,
+    PHASE,
+    REST,
+    SLOW,
+    UNIT,
+    Ending,
+    Event,
+    events_of,
+)
+from slipfold.flow.switched.mode import Status
+from slipfold.flow.switched.mode_equations import ANGLE, LOGARITHM, ModeEquations
+from slipfold.models.output import Expression, Limit
+
+__all__ = ["BEYOND", "CompiledMode"]
+
+BEYOND = 1e-14
+"""How far beyond zero, over its size, something has come that counts as having crossed it. Where a
+mode begins, slip is exactly zero; a root there would be taken for the one that is sought."""
+
+
+class CompiledMode:
+    """What runs in one mode, compiled and kept on disk.
+
+    Parameters of the integrator are coefficients, scales, and one over the sizes of slips, of
+    frictions and of what limits watch; where slip is slow, the phase asked for comes last. States
+    are those of the model, in a mode with slow slip its logarithm, its angle and the phase, then
+    the energies.
+    """
+
+    def __init__(self, mode: ModeEquations, limits: Sequence[Limit]) -> None:
+        self._mode, self._limits = mode, limits
+        equations, count = mode.equations, len(mode.contacts)
+        self._weights = [
+            hy.expression(f"weight {place}") for place in range(2 * count + len(limits))
+        ]
+        self.events = events_of(mode, limits, self._weights[:count])
+        self.held = [equations.names.index(name) for name in mode.held]
+        self.slow = mode.mode.index(Status.SLOW) if mode.slow is not None else None
+        self.flow = Flow(equations)
+        self._key = f"{equations.fingerprint()} {mode.mode} {list(mode.held)}"
+        if mode.held:
+            slow = [] if mode.slow is None else [LOGARITHM, ANGLE]
+            inputs = [*equations.states, *slow, *equations.coefficients]
+            self.holding: Any = cached(
+                f"held {self._key}",
+                lambda: hy.cfunc(list(mode.held.values()), vars=inputs, compact_mode=True),
+            )
+
+    def integrator(self) -> Any:
+        """Return the integrator of states and energies."""
+        bounds = [(item.output, item.bound) for item in self._limits]
+        hy.llvm_state.set_diskcache_enabled(False)
+        options = f"tol={TOLERANCE!r} limits={bounds!r} {BEYOND, REST, SLOW, UNIT} {VERSION}"
+        return cached(f"switched {options}\n{self._key}", self._build)
+
+    def _build(self) -> Any:
+        mode, equations = self._mode, self._mode.equations
+        scaled, count = Scaled.of(equations), len(mode.contacts)
+        symbols = [*equations.coefficients, *scaled.scales, *self._weights]
+        phase = str(equations.phase)
+        energies = [
+            equations.coefficients[-1] * power
+            for powers in _powers(mode, self._weights[:count], self._weights[count : 2 * count])
+            for power in powers
+        ]
+        rates = [*scaled.rates, *scaled.express(energies)]
+        states = [hy.expression(f"energy {place}") for place in range(2 * count)]
+        watched = scaled.express([self._watched(event, count) for event in self.events])
+        known: dict[str, Any] = {phase: hy.time}
+        if mode.slow is not None:
+            symbols.append(END)
+            known = {phase: PHASE, str(LOGARITHM): UNIT * LOGARITHM}
+            rates = [hy.exp(LOGARITHM) * rate for rate in rates]
+            for name in mode.held:
+                rates[equations.names.index(name)] = hy.expression(0.0)
+            grows, turns = scaled.express(mode.slow)
+            own = [grows / UNIT, turns, hy.exp(LOGARITHM)]
+            rates[equations.dimension : equations.dimension] = own
+            states = [LOGARITHM, ANGLE, PHASE, *states]
+        known |= {str(symbol): hy.par[i] for i, symbol in enumerate(symbols)}
+        events = [
+            hy.t_event(item, direction=RISING if event.rising else FALLING)
+            for item, event in zip(hy.subs(watched, known), self.events, strict=True)
+        ]
+        # Slow slip is no longer where a law is flat.
+        turns_sharply = sharp_turns(equations).scaled(scaled) if mode.slow is None else SharpTurns()
+        return hy.taylor_adaptive(
+            list(zip([*equations.states, *states], hy.subs(rates, known), strict=True)),
+            state=[0.0] * len(rates),
+            pars=[0.0] * len(symbols),
+            tol=TOLERANCE,
+            t_events=[*events, *turns_sharply.events(known, batch=False)],
+            nt_events=turns_sharply.passed(known, batch=False),
+        )
+
+    def _watched(self, event: Event, count: int) -> Expression:
+        """Return the function of an event over its size, with its root a little beyond."""
+        if event.scaled:
+            return event.expression
+        which = event.which
+        if event.ending is Ending.LIMIT:
+            which += 2 * count
+        elif event.ending is not Ending.STOPS:
+            which += count
+        return self._weights[which] * event.expression + (-BEYOND if event.rising else BEYOND)
+
+
+RISING, FALLING = hy.event_direction.positive, hy.event_direction.negative
+
+
+def _powers(
+    mode: ModeEquations, slips: Sequence[Expression], forces: Sequence[Expression]
+) -> tuple[list[Expression], list[Expression]]:
+    """Return what each contact puts into the structure, and heat, in units of the weights."""
+    given, heat = [], []
+    for contact, friction, slip, force in zip(
+        mode.contacts, mode.friction, slips, forces, strict=True
+    ):
+        parts = list(zip(friction, contact.plate, contact.slip, strict=True))
+        lost = hy.sum([item * moved for item, _, moved in parts])
+        driven = hy.sum([item * plate for item, plate, _ in parts])
+        given.append(hy.subs(slip * force * (driven - lost), mode.held))
+        heat.append(hy.subs(slip * force * lost, mode.held))
+    return given, heat
