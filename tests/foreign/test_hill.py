@@ -51,10 +51,10 @@ def multipliers(a, q):
     return np.linalg.eigvals(end.y[:, -1].reshape(2, 2))
 
 
-def settled(a, q, x, v):
-    """States that motions have come to, and whether they repeat after a period.
+def orbits_come_to(a, q, x, v):
+    """States that motions have come to, and those one and two periods later.
 
-    Shapes: a, q, x, v (n,).
+    Shapes: a, q, x, v (n,); returns (n, 2).
     """
     h = np.pi / STEPS
     stiffness = [
@@ -74,7 +74,29 @@ def settled(a, q, x, v):
     for _ in range(PERIODS):
         x, v = period(x, v)
     after = period(x, v)
-    return np.stack([x, v], axis=-1), np.hypot(after[0] - x, after[1] - v) < 1e-5
+    twice = period(*after)
+    return [np.stack(end, axis=-1) for end in ((x, v), after, twice)]
+
+
+def settled(a, q, x, v):
+    """States that motions have come to, and whether they repeat after a period.
+
+    Shapes: a, q, x, v (n,).
+    """
+    ends, after, _ = orbits_come_to(a, q, x, v)
+    return ends, np.hypot(*(after - ends).T) < 1e-5
+
+
+def distinct(states):
+    return len(np.unique(np.round(states, 2) + 0.0, axis=0))
+
+
+def near_a_boundary(regions, a, q, reach=3):
+    """Whether another label, or none, lies within some cells."""
+    column = int(np.abs(regions.first - a).argmin())
+    row = int(np.abs(regions.second - q).argmin())
+    rows, columns = (slice(max(0, place - reach), place + reach + 1) for place in (row, column))
+    return len(np.unique(regions.labels[rows, columns])) > 1
 
 
 def test_branch_points_lie_where_the_rest_position_changes_its_stability(found):
@@ -120,6 +142,60 @@ def test_all_regions_are_known_and_checked(found):
     assert all(region.known for region in found.regions.regions)
     assert "unknown" not in found.summary()
     assert found.checked.disagreeing == ()
+
+
+ISOLATED = ((5.0, 6.0), (1.0, 1.5))
+"""There a response of period 2 exists that a fold bears and nothing leads to."""
+
+
+def test_a_branch_that_nothing_leads_to_is_found_by_motions_and_bounded_by_its_folds():
+    found = bifurcation_set(System.from_toml(HILL), ("a", "q"), ISOLATED)
+    assert ("LP", 2) in {(locus.type, locus.period) for locus in found.loci}
+    places = np.array([[5.67, 1.356], [5.2, 1.34], [5.97, 1.19], [5.1, 1.005]])
+    a, q = np.repeat(places, 8 * STARTS, axis=0).T
+    x, v = np.random.default_rng(2).uniform([-3, -6], [3, 6], (len(a), 2)).T
+    states, repeats = settled(a, q, x, v)
+    for place, ends, still in zip(
+        places, states.reshape(4, -1, 2), repeats.reshape(4, -1), strict=True
+    ):
+        once = np.unique(np.round(ends[still], 2) + 0.0, axis=0)
+        twice = np.unique(np.round(ends[~still], 2) + 0.0, axis=0)
+        periods = (1,) * len(once) + (2,) * (len(twice) // 2)
+        assert found.regions.at(*place).stable == periods
+
+
+def test_what_motions_find_and_no_response_has_leaves_a_region_unknown(monkeypatch):
+    monkeypatch.setattr(search, "follow_isolated", lambda *_: ())
+    found = bifurcation_set(System.from_toml(HILL), ("a", "q"), ISOLATED)
+    region = max(found.regions.regions, key=lambda region: region.share)
+    assert (region.stable, region.consistent, region.known) == ((1,), True, False)
+    (check,) = (check for check in region.checks if not check.agrees)
+    assert (check.start, check.settled, check.begins) == ("elsewhere", 2, "from elsewhere")
+
+
+@pytest.mark.long
+def test_a_wide_window_knows_every_motion_at_a_hundred_and_twenty_random_places():
+    window = ((0.0, 6.0), (0.0, 1.5))
+    regions = bifurcation_set(System.from_toml(HILL), ("a", "q"), window).regions
+    places = np.random.default_rng(7).uniform(*np.transpose(window), size=(120, 2))
+    starts = 8 * STARTS
+    a, q = np.repeat(places, starts, axis=0).T
+    x, v = np.random.default_rng(3).uniform([-4, -8], [4, 8], (len(a), 2)).T
+    states, after, twice = orbits_come_to(a, q, x, v)
+    sizes = [np.hypot(*(end - states).T) < 1e-5 for end in (after, twice)]
+    compared = same = 0
+    for i, place in enumerate(places):
+        if near_a_boundary(regions, *place):
+            continue
+        some = slice(i * starts, (i + 1) * starts)
+        once, both = sizes[0][some], sizes[1][some] & ~sizes[0][some]
+        seen = (1,) * distinct(states[some][once]) + (2,) * (distinct(states[some][both]) // 2)
+        said = regions.at(*place).stable
+        # Where a motion of few starts' own is missing the label may know more than was seen.
+        assert all(seen.count(period) <= said.count(period) for period in (1, 2)), place
+        compared, same = compared + 1, same + (seen == said)
+    assert compared > 100
+    assert same > 0.9 * compared
 
 
 def test_loci_of_branch_points_are_kept_and_shown(found, tmp_path):

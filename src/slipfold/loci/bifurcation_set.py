@@ -12,6 +12,7 @@ from slipfold.errors import InputError
 from slipfold.flow.sizes.typical_sizes import measured_within
 from slipfold.loci.fan import FanLine, follow_fan, follow_settled, largest_period
 from slipfold.loci.follow import LOCUS_TYPES, follow_found
+from slipfold.loci.isolated import follow_isolated
 from slipfold.loci.locus import Locus
 from slipfold.loci.progress import LocusObserver, LocusProgress
 from slipfold.loci.region_map import RegionMap
@@ -70,13 +71,21 @@ def find_bifurcation_set(
     if model.found_sizes is None:
         model = measured_across(model, plane, window)
     lines: list[FanLine] = []
+    interrupted = False
 
     def found() -> Iterator[SpecialPoint]:
+        nonlocal interrupted
         for line in _across(model, plane, window, settings, observer):
             lines.append(line)
             if line.interrupted:
                 return
             yield from (point for branch in line.branches for point in branch.special)
+        others = follow_isolated(model, lines, plane, window, settings, observer)
+        try:
+            for branch in others if model.forced else ():
+                yield from branch.special
+        except KeyboardInterrupt:
+            interrupted = True
 
     points = (
         point
@@ -91,7 +100,7 @@ def find_bifurcation_set(
             f"no response exists on any of {len(lines)} lines across the window: {lines[0].failure}"
         )
     stopped = [*(line.interrupted for line in lines), *(locus.interrupted for locus in loci)]
-    interrupted = any(stopped)
+    interrupted = interrupted or any(stopped)
     labels = None
     if regions and not interrupted:
         try:

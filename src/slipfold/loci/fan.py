@@ -23,7 +23,7 @@ from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.orbits.orbit_near import settled_on
 
-__all__ = ["FanLine", "follow_fan", "follow_line", "follow_settled", "largest_period"]
+__all__ = ["FanLine", "extended", "follow_fan", "follow_line", "follow_settled", "largest_period"]
 
 BEYOND = 0.25
 """How far a response is followed beyond the window, in its widths."""
@@ -105,7 +105,7 @@ def follow_line(
     It begins and ends outside the window, so that branches born there are known inside: at the
     quiet state where the parameter switches the forcing off.
     """
-    low, high = _extended(model, vary, span)
+    low, high = extended(model, vary, span)
     failure = ""
     for first, last in ((low, high), (high, low)):
         try:
@@ -169,7 +169,7 @@ def _through(
 ) -> FanLine:
     """Follow an equilibrium across the window in one parameter."""
     begin = Begin(model.values[vary], state=state)
-    span, value = _extended(model, vary, along), model.values[fixed]
+    span, value = extended(model, vary, along), model.values[fixed]
     try:
         branches = trace_response(model, vary, span, settings=settings, begin=begin)
     except InputError as error:
@@ -179,7 +179,8 @@ def _through(
     return FanLine(vary, fixed, value, branches)
 
 
-def _extended(model: Model, vary: str, span: tuple[float, float]) -> tuple[float, float]:
+def extended(model: Model, vary: str, span: tuple[float, float]) -> tuple[float, float]:
+    """Return how far beyond a window responses across it are followed."""
     low, high = span
     parameter, width = model.parameter(vary), high - low
     if model.quiet == vary:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from slipfold.flow.simulate import simulate
 from slipfold.flow.trajectory import Trajectory
+from slipfold.loci.isolated import other_orbits
 from slipfold.loci.region_map import Region, RegionCheck
 from slipfold.models.model import Model
 
@@ -28,20 +29,27 @@ NUDGE = 1e-4
 
 
 def check_region(
-    model: Model, plane: tuple[str, str], region: Region, states: Mapping[int, Sequence[Array]]
+    model: Model,
+    plane: tuple[str, str],
+    region: Region,
+    orbits: Mapping[int, Sequence[Array]],
+    states: Array,
 ) -> tuple[RegionCheck, ...]:
-    """Simulate from rest and from beside each stable orbit, well inside a region.
+    """Simulate from rest, from beside each stable orbit and from states far off, well inside.
 
-    Shapes: states (n_states,).
+    Shapes: orbits (m, n_states); states (k, n_states).
     """
     at = model.replace(**dict(zip(plane, region.place, strict=True)))
     checks = [_from_rest(at, region)]
     for period in sorted(set(region.stable)):
-        found = states.get(period, ())
-        checks += [_from_orbit(at, region, period, state) for state in found]
+        found = orbits.get(period, ())
+        checks += [_from_orbit(at, region, period, nodes[0]) for nodes in found]
         for _ in range(region.stable.count(period) - len(found)):
             note = "the orbit could not be carried to this place"
             checks.append(RegionCheck(region.place, f"period {period}", 0, False, note))
+    for orbit in other_orbits(at, orbits, states):
+        note = f"settled on a response of period {orbit.period} that none across the region has"
+        checks.append(RegionCheck(region.place, "elsewhere", orbit.period, False, note))
     return tuple(checks)
 
 

@@ -22,7 +22,8 @@ class RegionCheck(OneLine):
     values
         Values of the two parameters.
     start
-        ``"rest"``, or the stable orbit whose neighbourhood it started in, e.g. ``"period 1"``.
+        ``"rest"``, or the stable orbit whose neighbourhood it started in, e.g. ``"period 1"``, or
+        ``"elsewhere"``: motions from states far off are listed if they find what the label lacks.
     settled
         Period in forcing periods of what the motion settled to; 0 if it did not become periodic,
         or left the model's limits.
@@ -49,7 +50,8 @@ class RegionCheck(OneLine):
     def begins(self) -> str:
         """Where the motion starts, in words."""
         period = self.start.removeprefix("period ")
-        return "from rest" if self.start == "rest" else f"near the orbit of period {period}"
+        far = self.start in ("rest", "elsewhere")
+        return f"from {self.start}" if far else f"near the orbit of period {period}"
 
 
 @dataclass(frozen=True, repr=False)

@@ -12,9 +12,8 @@ from slipfold.continuation.walk import Failure
 from slipfold.errors import InputError
 from slipfold.loci.fan import FanLine
 from slipfold.loci.raster import Raster
-from slipfold.loci.stable_spans import orbit_on, stable_spans
+from slipfold.loci.stable_spans import is_among, stable_orbits
 from slipfold.models.model import Model
-from slipfold.models.turns import without_turns
 from slipfold.orbits.carry_to import Straight, carry_to
 from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.orbits.limits import broken_limit
@@ -26,9 +25,6 @@ Array = NDArray[np.float64]
 
 SEEDS = 3
 """Orbits tried, the nearest first, where one is to be carried to a place."""
-
-ONE_ORBIT = 1e-4
-"""Two stable orbits this close in scaled states are one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +60,7 @@ def collect_votes(
         for run in _runs(np.where(sure, crossed, 0)):
             value = float(values[run[len(run) // 2]])
             place = (line.value, value) if axis == 0 else (value, line.value)
-            yield Vote(int(crossed[run[0]]), place, _stable_orbits(line, value))
+            yield Vote(int(crossed[run[0]]), place, stable_orbits(line.branches, value))
 
 
 def _runs(numbers: NDArray[np.int64]) -> Iterator[NDArray[np.int64]]:
@@ -73,30 +69,6 @@ def _runs(numbers: NDArray[np.int64]) -> Iterator[NDArray[np.int64]]:
     for run in np.split(np.arange(len(numbers)), edges):
         if numbers[run[0]]:
             yield run
-
-
-def _stable_orbits(line: FanLine, value: float) -> dict[int, list[Array]]:
-    found: dict[int, list[Array]] = {}
-    for branch in line.branches:
-        for span in stable_spans(branch):
-            if span.low <= value <= span.high:
-                nodes = orbit_on(branch, span, value)
-                known = found.setdefault(branch.period, [])
-                if nodes is not None and not _is_among(branch.model, nodes, branch.period, known):
-                    known.append(nodes)
-    return {period: orbits for period, orbits in found.items() if orbits}
-
-
-def _is_among(model: Model, nodes: Array, period: int, known: Sequence[Array]) -> bool:
-    """Whether an orbit is one of others, begun in whichever forcing period."""
-    scales, whole = model.state_scales(), model.whole_turns
-    each, rest = divmod(len(nodes), period)
-    begun = [np.roll(nodes, k * each, axis=0) for k in range(period if rest == 0 else 1)]
-    return any(
-        np.abs(without_turns(copy - other, whole) / scales).max() < ONE_ORBIT
-        for copy in begun
-        for other in known
-    )
 
 
 def agree(model: Model, plane: tuple[str, str], raster: Raster, votes: Sequence[Vote]) -> bool:
@@ -140,7 +112,7 @@ def carried_orbits(
         begin, end = np.array(seed.place)[order], np.array(place)[order]
         for start in seed.nodes.get(period, ()):
             nodes = _carried(model, names, start, begin, end, size[order], period)
-            if nodes is not None and not _is_among(model, nodes, period, found):
+            if nodes is not None and not is_among(model, nodes, period, found):
                 found.append(nodes)
         best = max(best, found, key=len)
         if len(best) == wanted:

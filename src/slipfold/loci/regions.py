@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.loci.fan import FanLine
+from slipfold.loci.isolated import PLACES, Starts
 from slipfold.loci.locus import Locus
 from slipfold.loci.locus_curve import locus_curve
 from slipfold.loci.progress import LocusObserver, LocusProgress
@@ -81,6 +82,7 @@ def map_regions(
     )
     if regions:
         labels = np.where(exists, labels[tuple(nearest)], 0)
+    starts = Starts(model, [branch for line in lines for branch in line.branches])
     checked: list[Region] = []
     for region in regions:
         if region.share >= CHECKED:
@@ -88,8 +90,10 @@ def map_regions(
                 done = len(checked)
                 observer(LocusProgress("regions", done, len(regions), region.place, region.name))
             piece = [vote for vote in votes if vote.piece == numbers[region.id]]
-            states = _states(model, plane, raster, piece, region)
-            region = replace(region, checks=check_region(model, plane, region, states))
+            orbits = _orbits(model, plane, raster, piece, region)
+            states = starts.number(PLACES * len(lines) + region.id)
+            checks = check_region(model, plane, region, orbits, states)
+            region = replace(region, checks=checks)
         checked.append(region)
     return RegionMap(raster.centres(0), raster.centres(1), labels, tuple(checked))
 
@@ -196,18 +200,16 @@ def _without_slivers(pieces: Labels, boundary: Mask) -> Labels:
 # -- labels ----------------------------------------------------------------------------------------
 
 
-def _states(
+def _orbits(
     model: Model,
     plane: tuple[str, str],
     raster: Raster,
     votes: Sequence[Vote],
     region: Region,
 ) -> dict[int, list[Array]]:
-    """States at phase zero of the stable orbits at a region's place."""
+    """Return the stable orbits at a region's place."""
     return {
-        period: [
-            nodes[0] for nodes in carried_orbits(model, plane, raster, votes, region.place, period)
-        ]
+        period: carried_orbits(model, plane, raster, votes, region.place, period)
         for period in set(region.stable)
     }
 

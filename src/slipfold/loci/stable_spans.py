@@ -1,7 +1,8 @@
-"""Where on a branch the response is stable, as intervals of its parameter."""
+"""Where on a branch the response is stable, as intervals of its parameter, and its orbits there."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -12,10 +13,15 @@ from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import BIFURCATIONS
 from slipfold.branches.stability import stability_stretches
 from slipfold.continuation.newton import correct
+from slipfold.models.model import Model
+from slipfold.models.turns import without_turns
 from slipfold.orbits.carry_to import hold_parameter
 from slipfold.orbits.forced_orbits import ForcedOrbits
 
-__all__ = ["StableSpan", "orbit_on", "stable_spans"]
+__all__ = ["ONE_ORBIT", "StableSpan", "is_among", "stable_orbits", "stable_spans"]
+
+ONE_ORBIT = 1e-4
+"""Two stable orbits this close in scaled states are one."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +48,43 @@ def stable_spans(branch: Branch) -> list[StableSpan]:
     return spans
 
 
-def orbit_on(branch: Branch, span: StableSpan, value: float) -> NDArray[np.float64] | None:
+def stable_orbits(branches: Sequence[Branch], value: float) -> dict[int, list[NDArray[np.float64]]]:
+    """Return the stable orbits of branches at a value of their parameter, by period.
+
+    Returns shapes (m, n_states).
+    """
+    found: dict[int, list[NDArray[np.float64]]] = {}
+    for branch in branches:
+        for span in stable_spans(branch):
+            if span.low <= value <= span.high:
+                nodes = _orbit_on(branch, span, value)
+                known = found.setdefault(branch.period, [])
+                if nodes is not None and not is_among(branch.model, nodes, branch.period, known):
+                    known.append(nodes)
+    return {period: orbits for period, orbits in found.items() if orbits}
+
+
+def is_among(
+    model: Model,
+    nodes: NDArray[np.float64],
+    period: int,
+    known: Sequence[NDArray[np.float64]],
+) -> bool:
+    """Whether an orbit is one of others, begun in whichever forcing period.
+
+    Shapes: nodes (m, n_states).
+    """
+    scales, whole = model.state_scales(), model.whole_turns
+    each, rest = divmod(len(nodes), period)
+    begun = [np.roll(nodes, k * each, axis=0) for k in range(period if rest == 0 else 1)]
+    return any(
+        np.abs(without_turns(copy - other, whole) / scales).max() < ONE_ORBIT
+        for copy in begun
+        for other in known
+    )
+
+
+def _orbit_on(branch: Branch, span: StableSpan, value: float) -> NDArray[np.float64] | None:
     """Return the orbit at a value of the parameter, None if Newton's method does not find it.
 
     Returns shape (m, n_states).

@@ -186,7 +186,7 @@ def _regions(regions: Sequence[Region], parameters: Sequence[Parameter]) -> str:
 
 
 def _start(start: str) -> str:
-    return start if start == "rest" else f"beside {start}"
+    return start if start in ("rest", "elsewhere") else f"beside {start}"
 
 
 def _settled(period: int) -> str:

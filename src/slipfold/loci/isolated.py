@@ -1,0 +1,195 @@
+"""Stable orbits that no response across a window leads to: what motions from many starts find."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.branches.branch import Branch
+from slipfold.branches.response import trace_response
+from slipfold.branches.settings import Settings
+from slipfold.branches.start import Begin
+from slipfold.errors import InputError
+from slipfold.flow import flow_of
+from slipfold.loci.fan import FanLine, extended
+from slipfold.loci.progress import LocusObserver, LocusProgress
+from slipfold.loci.stable_spans import ONE_ORBIT, is_among, stable_orbits
+from slipfold.loci.window import Window
+from slipfold.models.model import Model
+from slipfold.models.turns import without_turns
+from slipfold.orbits.find import periodic_orbit
+from slipfold.orbits.periodic_orbit import PeriodicOrbit
+
+__all__ = ["PLACES", "Starts", "follow_isolated", "other_orbits"]
+
+Array = NDArray[np.float64]
+
+PLACES = 4
+"""Places on a line, evenly spaced, at which motions are started."""
+
+MOTIONS = 8
+"""Motions at each of them: one batch of the integrator."""
+
+REACH = 1.5
+"""They start within this many times what the responses across the window cover."""
+
+PERIODS = (1, 2)
+"""Periods of the orbits that are looked for."""
+
+CALL = 8
+"""Forcing periods integrated at a time: a motion that would need thousands of steps is given up."""
+
+ROUNDS = (64, 128, 256)
+"""Forcing periods after which it is looked, one after the other, what has nearly settled."""
+
+NEARLY = 0.03
+"""A motion that moves by less in a period of its own, in scaled states, has an orbit nearby, which
+Newton's method finds."""
+
+NEAR = 10.0
+"""Distance from it, in such movements, within which an orbit that is known is the one."""
+
+
+class Starts:
+    """States evenly spread over twice what orbits cover, the same in every run."""
+
+    def __init__(self, model: Model, branches: Sequence[Branch]) -> None:
+        scales, start = model.state_scales(), model.start
+        reached = [np.abs(branch.nodes - start).max(axis=(0, 1)) for branch in branches]
+        self._middle, self._half = start, REACH * np.max([scales, *reached], axis=0)
+
+    def number(self, place: int) -> Array:
+        """Return those of a place, by its number, shape (MOTIONS, n_states)."""
+        n = len(self._middle)
+        # Multiples of powers of the root of x^(n+1) = x + 1 fill a box evenly: for one state the
+        # golden section.
+        root = 2.0
+        for _ in range(64):
+            root = (1 + root) ** (1 / (n + 1))
+        steps = root ** -np.arange(1.0, n + 1)
+        numbers = np.arange(1.0, MOTIONS + 1) + place * MOTIONS
+        shares = (0.5 + numbers[:, None] * steps) % 1
+        return np.asarray(self._middle + (2 * shares - 1) * self._half)
+
+
+def follow_isolated(
+    model: Model,
+    lines: list[FanLine],
+    plane: tuple[str, str],
+    window: Window,
+    settings: Settings,
+    observer: LocusObserver | None = None,
+) -> Iterator[Branch]:
+    """Add to lines the responses that motions find on them, and return their branches."""
+    starts = Starts(model, [branch for line in lines for branch in line.branches])
+    for number, line in enumerate(lines):
+        if not line.branches:
+            continue
+        along = window[plane.index(line.vary)]
+        span = extended(model, line.vary, along)
+        for i in range(PLACES):
+            value = along[0] + (i + 0.5) / PLACES * (along[1] - along[0])
+            at = model.replace(**{line.fixed: line.value, line.vary: value})
+            if observer is not None:
+                place = at.values[plane[0]], at.values[plane[1]]
+                text = "motions that may settle on what no response leads to"
+                observer(LocusProgress("responses", number, len(lines), place, text))
+            known = stable_orbits(lines[number].branches, value)
+            for orbit in other_orbits(at, known, starts.number(number * PLACES + i)):
+                branches = _through(orbit, line.vary, value, span, settings)
+                have = lines[number].branches
+                lines[number] = replace(line, branches=(*have, *branches))
+                yield from branches
+
+
+def other_orbits(
+    model: Model, known: Mapping[int, Sequence[Array]], states: Array
+) -> Iterator[PeriodicOrbit]:
+    """Return the stable orbits that motions settle on and that are none of those known.
+
+    Shapes: known (m, n); states (k, n).
+    """
+    found = {period: list(known.get(period, ())) for period in PERIODS}
+    for count in ROUNDS:
+        states = _carried(model, states, count)
+        gaps = np.min([_moved(model, states, period) for period in PERIODS], axis=0)
+        going = []
+        for state, gap in zip(states, gaps, strict=True):
+            if not gap < NEARLY:
+                if np.isfinite(gap):
+                    going.append(state)
+                continue
+            if _is_near(model, state, found, NEAR * gap + ONE_ORBIT):
+                continue
+            orbit = _orbit_from(model, state)
+            if orbit is None:
+                going.append(state)
+            elif not is_among(model, orbit.nodes, orbit.period, found[orbit.period]):
+                found[orbit.period].append(orbit.nodes)
+                yield orbit
+        if not going:
+            break
+        states = np.array(going)
+
+
+def _moved(model: Model, states: Array, periods: int) -> Array:
+    """Return by how much states move in some forcing periods, in scaled states, shape (k,)."""
+    change = without_turns(_carried(model, states, periods) - states, model.whole_turns)
+    return np.asarray(np.abs(change / model.state_scales()).max(axis=1))
+
+
+def _is_near(model: Model, state: Array, found: dict[int, list[Array]], reach: float) -> bool:
+    """Whether a state lies beside one of the orbits, in any forcing period of it."""
+    for period, orbits in found.items():
+        for nodes in orbits:
+            gaps = nodes[:: max(1, len(nodes) // period)] - state
+            apart = np.abs(without_turns(gaps, model.whole_turns) / model.state_scales())
+            if apart.max(axis=1).min() < reach:
+                return True
+    return False
+
+
+def _orbit_from(model: Model, state: Array) -> PeriodicOrbit | None:
+    """Return the stable orbit that a state nearly repeats on, None if it is none."""
+    for period in PERIODS:
+        try:
+            orbit = periodic_orbit(model, period, state)
+        except InputError:
+            continue
+        if orbit.stable:
+            return orbit
+    return None
+
+
+def _carried(model: Model, states: Array, periods: int) -> Array:
+    """Return states some forcing periods later, NaN where a motion does not get on."""
+    flow = flow_of(model)
+    constants = flow.constants_of(model)
+    for first in range(0, periods, CALL):
+        going = np.flatnonzero(np.isfinite(states).all(axis=1))
+        if not len(going):
+            break
+        begun = states[going]
+        length = float(min(CALL, periods - first))
+        ends = flow.advance(begun, np.zeros(len(begun)), np.full(len(begun), length), constants)
+        for lane in np.flatnonzero(~np.isfinite(ends).all(axis=1)):  # another may have ended it
+            one = slice(lane, lane + 1)
+            ends[one] = flow.advance(begun[one], np.zeros(1), np.full(1, length), constants)
+        states = np.full_like(states, np.nan)
+        states[going] = ends
+    return states
+
+
+def _through(
+    orbit: PeriodicOrbit, vary: str, value: float, span: tuple[float, float], settings: Settings
+) -> tuple[Branch, ...]:
+    """Follow an orbit across the window; nothing where it cannot be taken up."""
+    try:
+        return trace_response(
+            orbit.model, vary, span, settings=settings, begin=Begin(value, orbit=orbit)
+        )
+    except InputError:
+        return ()
