@@ -118,3 +118,37 @@ def half_a_period(force, damping, state):
     start = np.concatenate([state, [1, 0], [0, 1]])
     end = solve_ivp(rates, (0, np.pi), start, method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
     return -end[:2], np.linalg.eigvals(-end[2:].reshape(2, 2))
+
+
+def test_doublings_that_cross_branch_points_are_named_for_them():
+    """Two systems side by side: a pitchfork at mu = 0, and Mathieu's equation with its doubling."""
+    model = System(
+        name="beside",
+        parameters={"mu": -0.5, "b": 0.8},
+        states={
+            "x": "mu*x - x^3",
+            "y": "v",
+            "v": "-0.04*v - (b - 0.4*cos(2*t))*y - y^3",
+        },
+        forcing={"period": "pi"},
+    )
+    settings = Settings(largest_period=1)
+    diagram = response(model, vary="b", span=(0.5, 1.0), settings=settings)
+    doubling = next(item.point for item in diagram.special if item.point.type == "PD")
+    found = locus(doubling, ("mu", "b"), ((-1.0, 1.0), (0.5, 1.0)), settings=settings)
+    doublings, crossing, *more = found.loci
+    assert (doublings.type, crossing.type, more) == ("PD", "BP", [])
+    assert types(doublings) == types(crossing) == ["BPPD"]
+    (corner,) = (item for item in doublings.special if item.type == "BPPD")
+    assert corner.values == pytest.approx((0, doubling.value), abs=1e-9)
+
+
+def test_folds_are_drawn_once_from_where_a_pitchfork_turns_soft():
+    point = branch_point(line("mu*x + b*x^3 - x^5", b=-0.5))
+    crossing, folds = locus(point, ("mu", "b"), WINDOW).loci
+    assert (crossing.type, folds.type) == ("BP", "LP")
+    assert (folds.begun.kind, folds.stopped.kind) == ("codimension-2", "window")
+    assert types(folds) == ["DP"]
+    mu, b = folds.values.T
+    assert mu == pytest.approx(-(b**2) / 4, abs=1e-9)
+    assert (np.diff(b) > 0).all()

@@ -14,7 +14,7 @@ from slipfold.continuation.trail import Sight, Stop, Stretch, Trail
 from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.by_collocation import by_collocation
 from slipfold.orbits.discretisations.shooting import Shooting
-from slipfold.orbits.orbit_curve import Orbits
+from slipfold.orbits.orbit_curve import OrbitCurve
 from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["Change", "Growing"]
@@ -42,11 +42,12 @@ class Change:
         self._automatic = settings.discretisation == "automatic"
         self._before: _Before | None = None
 
-    def may_come(self, orbits: Orbits) -> bool:
+    def may_come(self, curve: OrbitCurve) -> bool:
         """Whether a branch may still be taken up."""
-        return self._automatic and self._before is None and isinstance(orbits.by, Shooting)
+        shot = isinstance(curve.orbits.by, Shooting)
+        return self._automatic and self._before is None and shot
 
-    def otherwise(self, trail: Trail[OrbitPoint]) -> tuple[Orbits, OrbitPoint] | None:
+    def otherwise(self, trail: Trail[OrbitPoint]) -> tuple[OrbitCurve, OrbitPoint] | None:
         """Return as what a branch that has ended goes on, and from where; None if it does not."""
         end, last = trail.end, trail.points[-1]
         if end is None or end.kind not in ("failed", "unresolved", GROWS):
@@ -74,8 +75,8 @@ class Change:
 class Growing:
     """Ends shooting where perturbations grow, on the way round, by more than leaves digits."""
 
-    def __init__(self, orbits: Orbits) -> None:
-        self._orbits = orbits
+    def __init__(self, curve: OrbitCurve) -> None:
+        self._curve = curve
 
     def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:
         """Return the point from which on they do."""
@@ -89,5 +90,5 @@ class Growing:
         if largest <= RESOLVED:
             return Sight()
         reason = f"perturbations grow by {largest:.1e} within a round"
-        end = End(GROWS, reason, self._orbits.place(stretch.point.z))
+        end = End(GROWS, reason, self._curve.place(stretch.point.z))
         return Sight(stop=Stop(stretch.point, end))

@@ -19,7 +19,7 @@ from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.text.one_line import certain
 
-__all__ = ["assemble"]
+__all__ = ["assemble", "evenly"]
 
 
 def assemble(atlas: Atlas[OrbitPoint], begun: End) -> tuple[Branch, ...]:
@@ -59,7 +59,7 @@ def _branch(chart: Chart[OrbitPoint], begun: End, special: Sequence[SpecialPoint
         model=model if durations is None else model.replace(duration=float(durations[0])),
         vary=orbits.vary,
         parameter=parameter,
-        nodes=_evenly(points),
+        nodes=evenly(points),
         multipliers=np.array([orbits.multipliers(point) for point in points]),
         residual=np.array([point.residual for point in points]),
         arclength=np.array([point.arclength for point in points]),
@@ -70,12 +70,12 @@ def _branch(chart: Chart[OrbitPoint], begun: End, special: Sequence[SpecialPoint
     )
 
 
-def _evenly(points: Sequence[OrbitPoint]) -> NDArray[np.float64]:
+def evenly(points: Sequence[OrbitPoint]) -> NDArray[np.float64]:
     """States at phases that are the same for all points, shape (n_points, m, n)."""
-    count = max(point.curve.segments for point in points)
-    if any(point.curve.by.growing for point in points):  # of a mesh there are powers of two
+    count = max(point.curve.orbits.segments for point in points)
+    if any(point.curve.orbits.by.growing for point in points):  # of a mesh there are powers of two
         count = 1 << (count - 1).bit_length()
-    nodes = [point.curve.evenly(point.z, count) for point in points]
+    nodes = [point.curve.orbits.evenly(point.z, count) for point in points]
     return np.array(nodes)
 
 

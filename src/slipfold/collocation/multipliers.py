@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 __all__ = [
     "cycle_multipliers",
+    "motion_bases",
     "multiplier_difference",
     "product",
     "product_eigenvalues",
@@ -100,12 +101,17 @@ def without_motion(matrices: Array, rates: Array) -> tuple[Array, Array]:
     The motion is carried into itself but for errors, which are eliminated: where all else decays by
     orders of magnitude they would decide. Matrices and rates are those of `cycle_multipliers`.
     """
-    n = rates.shape[1]
-    eye = np.broadcast_to(np.eye(n)[:, : n - 1], (len(rates), n, n - 1))
-    bases = np.linalg.qr(np.concatenate([rates[:, :, None], eye], axis=2))[0]
+    bases = motion_bases(rates)
     turned = np.roll(bases, -1, axis=0).transpose(0, 2, 1) @ matrices @ bases
     along, left = turned[:, 0, 0], turned[:, 1:, :1] * turned[:, :1, 1:]
     return along, turned[:, 1:, 1:] - left / along[:, None, None]
+
+
+def motion_bases(rates: Array) -> Array:
+    """Return orthonormal bases that begin with the direction of motion, (N, n, n)."""
+    n = rates.shape[1]
+    eye = np.broadcast_to(np.eye(n)[:, : n - 1], (len(rates), n, n - 1))
+    return np.asarray(np.linalg.qr(np.concatenate([rates[:, :, None], eye], axis=2))[0])
 
 
 def product(matrices: Array) -> Array:

@@ -9,6 +9,7 @@ from slipfold.continuation.search import Found
 from slipfold.errors import BREAKDOWNS
 from slipfold.loci.locus import CODIMENSION_TWO, COEFFICIENT, LocusPoint
 from slipfold.loci.locus_equations import LocusEquations
+from slipfold.loci.special_points import tests_of
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.uncertainty import computed_anew
@@ -43,7 +44,7 @@ def describe_point(curve: LocusEquations, found: Found) -> LocusPoint:
         values=pair_of(curve, point),
         uncertainty=_uncertainty(curve, found),
         period=orbits.period,
-        nodes=orbits.nodes(point.z),
+        nodes=orbits.evenly(point.z),
         multipliers=orbits.multipliers(point),
         residual=point.residual,
         arclength=point.arclength,
@@ -89,9 +90,9 @@ def _uncertainty(curve: LocusEquations, found: Found) -> tuple[float, float]:
     again, _ = computed_anew(curve, point)
     if again is None:
         return np.inf, np.inf
-    tests = (found.type,) if found.type in point.tests else ("first", "second")
     change = max(
-        abs(again.tests[test] - point.tests[test]) + abs(point.tests[test]) for test in tests
+        abs(again.tests[test] - point.tests[test]) + abs(point.tests[test])
+        for test in tests_of(found.type, point.tests)
     )
     along = change / max(abs(found.slope), 1e-300) * np.abs(point.tangent[-2:])
     moved = (np.abs(again.z[-2:] - point.z[-2:]) + along) * curve.orbits.widths

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,23 +16,20 @@ from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Trail
 from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.loci.describe import pair_of
+from slipfold.loci.given_point import as_unknown, on_a_mesh
 from slipfold.loci.known_loci import begins_or_ends_at, lies_on
 from slipfold.loci.locus import Locus, locus_title
 from slipfold.loci.locus_equations import LocusEquations
 from slipfold.loci.make_locus import as_locus
 from slipfold.loci.one_locus import trace_locus
 from slipfold.loci.progress import LocusLine, LocusObserver, LocusProgress
+from slipfold.loci.special_points import tests_of
 from slipfold.loci.start import LocusStart, parent_start, regular_start, starts_at
 from slipfold.loci.window import Window, check_window
 from slipfold.models.model import Model
 from slipfold.orbits.check import rests
 from slipfold.orbits.crossing import crossing_gap
-from slipfold.orbits.discretisations.shooting import SEGMENTS
-from slipfold.orbits.equilibria import Equilibria
-from slipfold.orbits.kinds import orbits_of
-from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
-from slipfold.orbits.spectrum.eigenvalues import Cayley
 
 __all__ = ["LOCUS_TYPES", "follow_found", "follow_loci"]
 
@@ -90,16 +87,14 @@ def follow_found(
     refusals: list[InputError] = []
     for point in points:
         work = work or _Loci(point.model, vary, window, settings, observer, types, largest_period)
-        curve = work.curve(point)
-        z = _unknown(curve.orbits, point)
+        curve, z = work.taken_up(point)
         if curve.condition == "BP" and crossing_gap(curve.orbits, z) > CROSSED:
             remarks.append(_isolated(curve, z))
             curve = LocusEquations(curve.orbits, "LP")
         if work.passing(curve, z) is None:
-            try:
-                start = regular_start(curve, z, settings)
-            except InputError as error:
-                refusals.append(error)
+            start = work.start(curve, z, point)
+            if isinstance(start, InputError):
+                refusals.append(start)
                 continue
             work.explore(start)
         if work.interrupted:
@@ -156,16 +151,36 @@ class _Loci(Atlas[OrbitPoint]):
         self._types = types
         self._largest_period = largest_period
         self._lines = 0  # followed so far, one in each direction
-        self._bases: dict[type[Orbits], Model] = {}
+        self._bases: dict[str, Model] = {}
 
-    def curve(self, point: SpecialPoint) -> LocusEquations:
-        """Equations of a point's locus; those of a kind share one model: unknowns compare."""
+    def taken_up(self, point: SpecialPoint) -> tuple[LocusEquations, NDArray[np.float64]]:
+        """Return the equations of a point's locus, and the point as an unknown of theirs.
+
+        Those of a kind share one model, so that unknowns compare.
+        """
         widths = [high - low for low, high in self._window]
         plane = dict(zip(self._vary, widths, strict=True))
         own = self._base.replace(**_own(point.model))
-        orbits = _orbits(point, own, plane)
-        base = self._bases.setdefault(type(orbits), own)
-        return LocusEquations(orbits if base is own else _orbits(point, base, plane), point.type)
+        kind = "rests" if rests(point.model, point.nodes) else "moves"
+        base = self._bases.setdefault(kind, own)
+        orbits, z = as_unknown(point, base, plane, self._settings)
+        return LocusEquations(orbits, point.type), z
+
+    def start(
+        self, curve: LocusEquations, z: NDArray[np.float64], point: SpecialPoint
+    ) -> LocusStart | InputError:
+        """Return the first point of a locus, by collocation where shooting does not find it."""
+        try:
+            return regular_start(curve, z, self._settings)
+        except InputError as error:
+            if self._settings.discretisation != "automatic" or curve.orbits.kind == "equilibrium":
+                return error
+            refusal = error
+        try:
+            orbits, z = on_a_mesh(curve.orbits, point)
+            return regular_start(LocusEquations(orbits, curve.condition), z, self._settings)
+        except BREAKDOWNS:
+            return refusal
 
     def trail(self, start: Start[OrbitPoint], point: OrbitPoint) -> Trail[OrbitPoint]:
         """Follow a locus in one direction."""
@@ -180,15 +195,15 @@ class _Loci(Atlas[OrbitPoint]):
 
     def births(self, chart: Chart[OrbitPoint]) -> Sequence[Start[OrbitPoint]]:
         """Return the loci that begin or pass at points of codimension two, in their order."""
-        curve, number = chart.trail.curve, chart.number
+        number = chart.number
         if chart.interrupted:
             return ()
         starts = [
             replace(start, found=found)
             for found in chart.trail.found
-            for start in _starts(curve, found, self._settings)
+            for start in _starts(found.point.curve, found, self._settings)
         ]
-        ends = [parent_start(curve, last, self._settings) for last in chart.trail.reached]
+        ends = [parent_start(last.curve, last, self._settings) for last in chart.trail.reached]
         starts += [start for start in ends if start is not None]
         return [
             replace(start, rank=(*chart.start.rank, i), parent=number)
@@ -216,9 +231,7 @@ class _Loci(Atlas[OrbitPoint]):
             own = chart.trail.curve
             if _sort(own) != _sort(curve):
                 continue
-            # Cycles born at a Hopf point of a locus have units of their own.
-            unknown = own.orbits.adopt(curve.orbits, z)
-            if meets(own, chart.trail.points, unknown):
+            if meets(chart.trail.points, curve.orbits, z):
                 return chart.number
         return None
 
@@ -228,9 +241,10 @@ class _Loci(Atlas[OrbitPoint]):
         place = start.curve.place(z)
         if not trail.reached:
             return
-        if chart.begun is not None and begins_or_ends_at(trail.curve, trail.points[:1], z):
+        orbits = start.curve.orbits
+        if chart.begun is not None and begins_or_ends_at(trail.points[:1], orbits, z):
             chart.begun = End(chart.begun.kind, chart.begun.reason, place)
-        if trail.end is not None and begins_or_ends_at(trail.curve, trail.points[-1:], z):
+        if trail.end is not None and begins_or_ends_at(trail.points[-1:], orbits, z):
             trail.end = End(trail.end.kind, trail.end.reason, place)
 
     def _tell(self, trail: Trail[OrbitPoint]) -> None:
@@ -251,25 +265,6 @@ def _sort(curve: LocusEquations) -> tuple[str, int, str]:
     return curve.condition, curve.orbits.period, curve.orbits.kind
 
 
-def _orbits(point: SpecialPoint, model: Model, plane: Mapping[str, float]) -> Orbits:
-    """Return what the locus of a special point consists of."""
-    if rests(point.model, point.nodes):
-        return Equilibria(model, plane, Cayley())
-    return orbits_of(model, plane, point.period, SEGMENTS)
-
-
-def _unknown(orbits: Orbits, point: SpecialPoint) -> NDArray[np.float64]:
-    """Return the unknown of a special point."""
-    nodes = point.nodes[:1] if orbits.kind == "equilibrium" else point.nodes
-    every, rest = divmod(len(nodes), orbits.segments)
-    if rest:
-        raise InputError(
-            f"the special point is given at {len(nodes)} phases, not {orbits.segments}; "
-            "compute it anew"
-        )
-    return orbits.unknown(nodes[::every], point.model)
-
-
 def _isolated(curve: LocusEquations, z: NDArray[np.float64]) -> str:
     """Say that the other parameter parts the branches that cross at a branch point."""
     pairs = zip(curve.orbits.varied, curve.place(z), strict=True)
@@ -282,10 +277,13 @@ def _isolated(curve: LocusEquations, z: NDArray[np.float64]) -> str:
 
 def _crossed(trace: Trail[OrbitPoint], kind: str) -> list[Found]:
     """Return the point of codimension two that a locus was started from, as found on it."""
-    if kind not in trace.points[0].tests or len(trace.points) < 2:
+    if len(trace.points) < 2:
         return []
     first, second = trace.points[:2]
-    slope = (second.tests[kind] - first.tests[kind]) / (second.arclength - first.arclength)
+    test = tests_of(kind, first.tests)[-1]
+    if test == "second" and kind != "DP":  # nothing tells it on this locus
+        return []
+    slope = (second.tests[test] - first.tests[test]) / (second.arclength - first.arclength)
     return [Found(kind, first, slope)]
 
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.closed_branches import asymmetry
-from slipfold.continuation.interpolation import hermite
+from slipfold.continuation.interpolation import arc_between, hermite
 from slipfold.continuation.newton import correct
 from slipfold.loci.locus_equations import LocusEquations
 from slipfold.orbits.orbit_curve import Orbits
@@ -29,22 +31,39 @@ SAMPLES = 16
 """Places between neighbouring points that are looked at first."""
 
 
-def lies_on(curve: LocusEquations, points: Sequence[OrbitPoint], z: Array) -> bool:
-    """Whether an orbit is one of a locus, or a later phase of one."""
-    return any(_meets(curve, points, copy) for copy in _copies(curve.orbits, z))
+def lies_on(points: Sequence[OrbitPoint], orbits: Orbits, z: Array) -> bool:
+    """Whether an orbit, an unknown of some orbits, is one of a locus, or a later phase of one."""
+    return any(
+        _meets(curve, run, copy)
+        for curve, run in _runs(points)
+        for copy in _copies(curve.orbits, curve.orbits.adopt(orbits, z))
+    )
 
 
-def begins_or_ends_at(curve: LocusEquations, points: Sequence[OrbitPoint], z: Array) -> bool:
+def begins_or_ends_at(points: Sequence[OrbitPoint], orbits: Orbits, z: Array) -> bool:
     """Whether a locus of doubled orbits begins or ends where these have no amplitude.
 
     It ends a short step before, by about as much as the halves of its last orbit differ.
     """
     for point in (points[0], points[-1]):
-        gap = float(np.linalg.norm(point.z - curve.orbits.begun_near(z, point.z)))
-        apart = float(np.linalg.norm(asymmetry(curve.orbits, point.z)))
+        own = point.curve.orbits
+        gap = float(np.linalg.norm(point.z - own.begun_near(own.adopt(orbits, z), point.z)))
+        apart = float(np.linalg.norm(asymmetry(own, point.z)))
         if gap < SAME_CRITICAL + 2 * apart < ABREAST:
             return True
     return False
+
+
+def _runs(points: Sequence[OrbitPoint]) -> Iterator[tuple[LocusEquations, list[OrbitPoint]]]:
+    """Points whose unknowns mean the same, each run with the last point of the one before."""
+    for curve, run in groupby(points, lambda point: point.curve):
+        own = list(run)
+        before = points.index(own[0]) - 1
+        again = curve.retaken(points[before]) if before >= 0 else None
+        if again is not None:
+            place = own[0].arclength - arc_between(again, own[0])
+            own.insert(0, replace(again, arclength=place))
+        yield curve, own
 
 
 def _copies(orbits: Orbits, z: Array) -> Iterator[Array]:

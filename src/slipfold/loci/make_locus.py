@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from slipfold.branches.make_branch import evenly
 from slipfold.continuation.atlas import Chart
 from slipfold.continuation.end import End
 from slipfold.continuation.search import Found
@@ -35,14 +36,14 @@ def as_locus(chart: Chart[OrbitPoint], leads: Mapping[Found, Sequence[int]]) -> 
         model=orbits.model if durations is None else orbits.model.replace(duration=durations[0]),
         vary=plane_of(orbits),
         values=np.array([orbits.values(point.z) for point in points]),
-        nodes=np.array([orbits.nodes(point.z) for point in points]),
+        nodes=evenly(points),
         multipliers=np.array([orbits.multipliers(point) for point in points]),
-        coefficient=np.array([coefficient_at(curve, point) for point in points]),
+        coefficient=np.array([coefficient_at(point.curve, point) for point in points]),
         residual=np.array([point.residual for point in points]),
         arclength=arclength - arclength[0],
         special=tuple(
             replace(
-                describe_point(curve, found),
+                describe_point(found.point.curve, found),
                 arclength=found.point.arclength - arclength[0],
                 leads_to=tuple(leads.get(found, ())),
             )

@@ -7,6 +7,7 @@ from functools import partial
 
 import numpy as np
 
+from slipfold.branches.change import Change, Growing
 from slipfold.branches.closed_branches import MeetsCopy, Returns, has_copy, step_beside_parent
 from slipfold.branches.ends import failure_reason
 from slipfold.branches.settings import Settings
@@ -42,39 +43,44 @@ def trace_locus(
     watch: Callable[[Trail[OrbitPoint]], None] = lambda trail: None,
 ) -> Trail[OrbitPoint]:
     """Follow a locus in the direction of its tangent, to its end."""
-    orbits = curve.orbits
-    monitors: list[Monitor[OrbitPoint]] = [Unresolved(curve)]
-    if has_copy(orbits):
-        monitors.append(MeetsCopy(curve, partial(_at_parent, curve)))
-    monitors += [
-        Returns(curve, "the locus closed on itself"),
-        Limits(curve),
-        SpecialPoints(curve),
-    ]
+    orbits, change = curve.orbits, Change(settings)
     return follow(
         curve,
         start,
         orbits.bounds(*window),
-        monitors,
+        lambda curve: [*_monitors(curve), *([Growing(curve)] if change.may_come(curve) else [])],
         settings=settings,
         departs=born,
         first_step=None if born else FIRST,
         cap=step_beside_parent if has_copy(orbits) else None,
-        endings=_LocusEndings(curve, window),
+        endings=_LocusEndings(window),
+        otherwise=change.otherwise,
         watch=watch,
     )
+
+
+def _monitors(curve: LocusEquations) -> list[Monitor[OrbitPoint]]:
+    """What is watched along a locus: what ends it early first, what takes longest last."""
+    monitors: list[Monitor[OrbitPoint]] = [Unresolved(curve)]
+    if has_copy(curve.orbits):
+        monitors.append(MeetsCopy(curve, partial(_at_parent, curve)))
+    return [
+        *monitors,
+        Returns(curve, "the locus closed on itself"),
+        Limits(curve),
+        SpecialPoints(curve),
+    ]
 
 
 class _LocusEndings(Endings[OrbitPoint]):
     """The ends of loci in words."""
 
-    def __init__(self, curve: LocusEquations, window: Window) -> None:
-        self._curve = curve
+    def __init__(self, window: Window) -> None:
         self._window = window
 
     def left(self, trail: Trail[OrbitPoint]) -> End:
         """Return the end of a locus that left the window."""
-        curve, last = self._curve, trail.points[-1]
+        curve, last = trail.curve, trail.points[-1]
         gaps = [
             min(abs(last.z[place] - low), abs(high - last.z[place]))
             for place, low, high in curve.orbits.bounds(*self._window)
@@ -86,7 +92,7 @@ class _LocusEndings(Endings[OrbitPoint]):
 
     def failed(self, trail: Trail[OrbitPoint], failure: Failure) -> End:
         """Return the end of a locus that could not be followed."""
-        curve, last = self._curve, trail.points[-1]
+        curve, last = trail.curve, trail.points[-1]
         kind, reason = failure_reason(curve.orbits, last, failure)
         on_circle = int(np.count_nonzero(np.abs(np.abs(last.multipliers) - 1) < UNDAMPED))
         if on_circle > (2 if curve.condition in PAIRED else 1):

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,7 @@ from slipfold.orbits.crossing import crossing_gap
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.spectrum.degeneracy import PAIRED, critical_places
 
-__all__ = ["DOUBLED", "SpecialPoints"]
+__all__ = ["DOUBLED", "SpecialPoints", "tests_of"]
 
 DOUBLED = ("R1", "R2", "BT")
 """Where a second multiplier joins a critical one, or a critical pair meets on the real axis."""
@@ -38,8 +39,22 @@ SAME_CUSP = 1e-7
 SAME_PITCHFORK = 1e-2
 """The same at a degenerate pitchfork, where one parameter stands still to the third order."""
 
+MIRRORED = "the folds end where a pitchfork turns soft, DP: beyond are their mirror images"
+
+CROSSED = {("PD", "LPPD"): "BPPD", ("NS", "LPNS"): "BPNS"}
+"""What a locus crosses, by its type and by what it would be, where that is no fold."""
+
+CROSSES = 1e-6
+"""A test function below this vanishes, where another was located that has it as a factor."""
+
 PITCHFORK = 1e-3
 """An extremum of a locus of folds this near to a crossing is a degenerate pitchfork."""
+
+
+def tests_of(kind: str, tests: Mapping[str, float]) -> tuple[str, ...]:
+    """Return the test functions that vanish at a point of codimension two on a locus."""
+    fold = next((test for (_, test), name in CROSSED.items() if name == kind), kind)
+    return next(((name,) for name in (kind, fold) if name in tests), ("first", "second"))
 
 
 class SpecialPoints(Zeros[OrbitPoint]):
@@ -66,6 +81,10 @@ class SpecialPoints(Zeros[OrbitPoint]):
     ) -> Sight[OrbitPoint]:
         """Record the points; a pair is real beyond R1 and R2, so that there a torus locus ends."""
         curve = self._curve
+        turns = [item for item in found if item.type == "DP"]
+        if curve.condition == "LP" and turns:
+            place = curve.place(turns[0].point.z)
+            return Sight(found, Stop(turns[0].point, End("codimension-2", MIRRORED, place)))
         resonances = [item for item in found if item.type in DOUBLED]
         if curve.condition not in PAIRED or not resonances:
             return Sight(found)
@@ -87,10 +106,26 @@ class SpecialPoints(Zeros[OrbitPoint]):
         found = super().located(known, a, b)
         if self._curve.condition == "LP":
             found = _merged(found, "DP", self._is_symmetric, SAME_PITCHFORK)
+        found = [self._named(item) for item in found]
         return _merged(found, cusp, _stands, SAME_CUSP)
 
+    def _named(self, found: Found) -> Found:
+        """Tell a branch point from a fold, where another multiplier is one as well."""
+        name = CROSSED.get((self._curve.condition, found.type))
+        crosses = name is not None and self._is_symmetric(found.point)
+        return replace(found, type=name) if name is not None and crosses else found
+
+    def _is_pole_alone(self, point: OrbitPoint) -> bool:
+        """Whether a coefficient's zero is that of what is zero where other points have its pole.
+
+        At a branch point that a symmetry keeps there is none.
+        """
+        fold = {"PD": "LPPD", "NS": "LPNS"}.get(self._curve.condition)
+        beside = fold is not None and abs(point.tests[fold]) < CROSSES
+        return beside and self._is_symmetric(point)
+
     def _is_symmetric(self, point: OrbitPoint) -> bool:
-        """Whether a fold is a pitchfork, out of which it comes with its mirror image."""
+        """Whether families of orbits cross at a point, as at a pitchfork."""
         return crossing_gap(self._curve.orbits, point.z) < PITCHFORK
 
     def changes_sign(self, name: str, a: OrbitPoint, b: OrbitPoint) -> bool:
@@ -103,6 +138,8 @@ class SpecialPoints(Zeros[OrbitPoint]):
         """Whether the multipliers are where the type says."""
         values, condition = found.point.multipliers, self._curve.condition
         others = np.delete(values, critical_places(condition, values))
+        if found.type in ("GPD", "CH") and self._is_pole_alone(found.point):
+            return False
         if found.type in _PAIR[condition]:
             return is_torus(others)
         if found.type in DOUBLED:
@@ -129,8 +166,8 @@ class SpecialPoints(Zeros[OrbitPoint]):
 
 _SINGLE = {
     "LP": ("R1", "BT", "LPPD"),
-    "PD": ("R2", "LPPD"),
-    "NS": ("LPNS", "PDNS"),
+    "PD": ("R2", "LPPD", "BPPD"),
+    "NS": ("LPNS", "BPNS", "PDNS"),
     "BP": ("R1", "BT", "BPPD"),
     "HB": ("ZH",),
 }

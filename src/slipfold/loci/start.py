@@ -99,6 +99,8 @@ def _is_singular(curve: LocusEquations, jacobian: Array, z: Array) -> bool:
         return True
     scaled = jacobian.copy()
     scaled[:, -2:] /= effects.max()
+    if curve.orbits.by.growing:  # what grows on the way round makes it as good as singular
+        return False
     values = np.linalg.svd(scaled, compute_uv=False)
     return bool(values[len(z) - 2] < UNDEFINED * values[0])
 
@@ -151,12 +153,13 @@ def starts_at(curve: LocusEquations, found: Found, settings: Settings) -> Iterat
         if other == condition:
             continue
         try:
-            crosses = "" if found.type == "DP" else found.type
-            start = regular_start(LocusEquations(orbits, other), point.z, settings, crosses)
+            start = regular_start(LocusEquations(orbits, other), point.z, settings, found.type)
         except InputError:
             continue
         if found.type in DOUBLED and other in PAIRED:
             yield from _complex_side(start, settings)
+        elif (found.type, other) == ("DP", "LP"):  # the other way lie their mirror images
+            yield replace(start, points=start.points[:1])
         else:
             yield start
     if found.type == "R2" and condition == "PD":

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from typing import TypeVar
+
 import numpy as np
 
 from slipfold.orbits.cycles import STANDING
 from slipfold.orbits.discretisations.collocation import Collocation
-from slipfold.orbits.orbit_curve import Orbits
+from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
-__all__ = ["FIRST", "by_collocation"]
+__all__ = ["FIRST", "ROUNDS", "by_collocation"]
+
+C = TypeVar("C", bound=OrbitCurve)
 
 FIRST = 64
 """Intervals of the mesh on which an orbit is taken up by collocation."""
@@ -18,15 +22,16 @@ ROUNDS = 4
 """Meshes that are tried until one fits."""
 
 
-def by_collocation(orbits: Orbits, point: OrbitPoint) -> tuple[Orbits, OrbitPoint] | None:
-    """Return orbits by collocation instead of shooting, and a point of theirs; None if lost."""
+def by_collocation(curve: C, point: OrbitPoint) -> tuple[C, OrbitPoint] | None:
+    """Return a curve by collocation instead of shooting, and a point of it; None if lost."""
+    orbits = curve.orbits
     count = FIRST * orbits.period
     by = Collocation(orbits.model, orbits.by.free, orbits.period, count)
-    other = orbits.described_by(by)
+    other = curve.described_by(by)
     size = np.ptp(orbits.nodes(point.z) / orbits.scales, axis=0).max()
     if orbits.free_phase and size < STANDING:
-        return other, _newborn(other, orbits, point)
-    again = other.retaken(point, orbits)
+        return (other, _newborn(other, orbits, point)) if isinstance(other, Orbits) else None
+    again = other.retaken(point)
     for _ in range(ROUNDS):
         if again is None:
             return None

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from slipfold.continuation.newton import correct
 from slipfold.continuation.settings import Stepping, Steps
 from slipfold.continuation.walk import Failure, walk
+from slipfold.orbits.discretisations.discretisation import Discretisation
 from slipfold.orbits.linearisation import Conditions, Linearisation
 from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
@@ -94,6 +95,12 @@ class Straight(OrbitCurve):
         gradient[0, -2:] = self._across
         conditions = Conditions(np.array([self._beside(z)]), gradient)
         return replace(self.orbits.linearise(z), conditions=conditions)
+
+    def described_by(self, by: Discretisation) -> Self:
+        """Return the same in terms of another discretisation."""
+        other = copy(self)
+        other.orbits = self.orbits.described_by(by)
+        return other
 
     def shifted(self, z: Array, tangent: Array) -> tuple[Self, Array, Array]:
         """Return the same orbit and direction, so described that all errors are others."""

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.orbits.crossing import crossing_conditions, crossing_values
-from slipfold.orbits.linearisation import Conditions, Linearisation, defect_of
+from slipfold.orbits.discretisations.discretisation import Discretisation
+from slipfold.orbits.linearisation import MANY, Conditions, Linearisation, defect_of
 from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
 from slipfold.orbits.spectrum.degeneracy import UNKNOWN, Degeneracy, degeneracy
 
@@ -39,7 +40,9 @@ class Critical(OrbitCurve):
         if self.condition == "BP":
             values = crossing_values(plain)
         else:
-            values = np.array([self._degeneracy(plain).value])
+            logarithm = self._log_multiplier(z)
+            value = self._degeneracy(plain).value if logarithm is None else logarithm
+            values = np.array([value])
         return defect_of(plain.residual, np.append(plain.conditions.values, values))
 
     def linearise(self, z: Array) -> Linearisation:
@@ -56,21 +59,42 @@ class Critical(OrbitCurve):
         return replace(plain, conditions=replace(added, values=values, gradients=gradients))
 
     def _critical_eigenvalue(self, plain: Linearisation, z: Array) -> Conditions:
+        logarithm = self._log_multiplier(z)
+        if logarithm is not None:
+            slope = self.orbits.log_multiplier_slope(z)
+            return Conditions(np.array([logarithm]), slope[None])
         found = self._degeneracy(plain)
         gradient, carried, bent = np.full(len(z), np.nan), None, None
         if np.isfinite(found.value):
             gradient, carried, bent = self.orbits.slope(found, plain, z)
         return Conditions(np.array([found.value]), gradient[None], carried, bent)
 
+    def _log_multiplier(self, z: Array) -> float | None:
+        """Return what is zero at a fold of cycles in a plane, if it is known directly."""
+        return self.orbits.log_multiplier(z) if self.condition == "LP" else None
+
     def _degeneracy(self, plain: Linearisation) -> Degeneracy:
         if not np.isfinite(plain.blocks).all():
             return UNKNOWN
-        return degeneracy(self.condition, plain.monodromy)
+        found = degeneracy(self.condition, plain.monodromy)
+        if len(plain.blocks) <= MANY or not np.isfinite(found.value):
+            return found
+        # Rounding at each node enters it as its vectors have grown up to there and grow from there.
+        factors = self.orbits.spectrum.factors(plain)
+        forward, backward = found.carried(factors)
+        ends = np.einsum("jab,rjb->rja", factors, forward)
+        grown = np.linalg.norm(ends, axis=2) * np.linalg.norm(backward, axis=2)
+        size = float(np.sqrt(1 + (grown**2).sum()))
+        return Degeneracy(found.value / size, found.left / size, found.right)
 
     def shifted(self, z: Array, tangent: Array) -> tuple[Self, Array, Array]:
         """Return the same orbit and direction, so described that all errors are others."""
         orbits, moved, direction = self.orbits.shifted(z, tangent)
         return type(self)(orbits, self.condition), moved, direction
+
+    def described_by(self, by: Discretisation) -> Self:
+        """Return the same in terms of another discretisation."""
+        return type(self)(self.orbits.described_by(by), self.condition)
 
     def aligned(self, guess: Array, known: Array) -> Array:
         """Return a guess whose phase is that of an orbit nearby."""

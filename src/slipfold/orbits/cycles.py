@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from slipfold.models.model import Model
 from slipfold.orbits.discretisations.segments import Cut, Segments
 from slipfold.orbits.discretisations.shooting import SEGMENTS, Shooting
-from slipfold.orbits.linearisation import Conditions, Linearisation, defect_of
+from slipfold.orbits.linearisation import MANY, Conditions, Linearisation, defect_of
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.spectrum.degeneracy import Degeneracy
 from slipfold.orbits.spectrum.multipliers import CycleMultipliers
@@ -77,11 +77,22 @@ class Cycles(Orbits):
         In a plane it is one, and by Liouville's formula it is the exponential of the divergence
         integrated over a round: known also where a segment lasts many times the fastest decay.
         """
-        divergence = self.by.divergence(self.nodes(z), self.constants(z))
-        if divergence is None or len(self.scales) != PLANE:
+        logarithm = self.log_multiplier(z)
+        if logarithm is None:
             return super().eigenvalues(z, linearisation)
         with np.errstate(over="ignore"):
-            return np.array([np.exp(divergence)], dtype=complex)
+            return np.array([np.exp(logarithm)], dtype=complex)
+
+    def log_multiplier(self, z: Array) -> float | None:
+        """Return the logarithm of the only multiplier besides that of the flow, if it is known."""
+        if len(self.scales) != PLANE:
+            return None
+        return self.by.divergence(self.nodes(z), self.constants(z))
+
+    def log_multiplier_slope(self, z: Array) -> Array:
+        """Return its gradient, shape (m n + k,)."""
+        by_nodes, by_free = self.by.divergence_slope(self.nodes(z), self.constants(z))
+        return np.concatenate([by_nodes.ravel() * np.sqrt(self.segments), by_free])
 
     def flow_direction(self, z: Array) -> Array:
         """Return the unit vector along which beginning later shifts a cycle; zero at rest."""
@@ -91,13 +102,18 @@ class Cycles(Orbits):
 
     def slope(self, found: Degeneracy, part: Linearisation, z: Array) -> tuple[Array, Array, Array]:
         """Return the gradient of a function of the matrix on the quotient, whose basis turns."""
-        lifted, weights = self.spectrum.lifted(found, part)
         nodes, constants = self.nodes(z), self.constants(z)
-        gradient, carried, bent = self.by.slope(lifted, part.blocks, nodes, constants)
-        rate, slope, pulls = self.by.first_rates(nodes, constants)
-        turned = weights / np.linalg.norm(rate)
-        gradient[: len(self.scales)] -= turned @ slope * np.sqrt(self.segments)
-        gradient[self.size :] -= turned @ pulls
+        if len(nodes) > MANY:
+            forward, backward, weights = self.spectrum.carried(found, part)
+        else:
+            lifted, weights = self.spectrum.lifted(found, part)
+            forward, backward = lifted.carried(part.blocks)
+        gradient, carried, bent = self.by.changed(forward, backward, nodes, constants)
+        rates, slopes, pulls = self.by.changing_rates(nodes[: len(weights)], constants)
+        turned = weights / np.linalg.norm(rates, axis=1)[:, None]
+        by_nodes = np.einsum("ja,jab->jb", turned, slopes).ravel() * np.sqrt(self.segments)
+        gradient[: len(by_nodes)] -= by_nodes
+        gradient[self.size :] -= np.einsum("ja,jak->k", turned, pulls)
         return gradient, carried, bent
 
     def aligned(self, guess: Array, known: Array) -> Array:

@@ -52,7 +52,8 @@ class ForcedOrbits(Orbits):
 
     def slope(self, found: Degeneracy, part: Linearisation, z: Array) -> tuple[Array, Array, Array]:
         """Return the gradient of a function of the monodromy matrix."""
-        return self.by.slope(found, part.blocks, self.nodes(z), self.constants(z))
+        forward, backward = found.carried(part.blocks)
+        return self.by.changed(forward, backward, self.nodes(z), self.constants(z))
 
     def in_phase(self, z: Array, like: Array) -> Array:
         """Return the same orbit begun in that forcing period in which it lies nearest another."""

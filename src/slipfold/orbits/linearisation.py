@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from slipfold.continuation.whole_matrix import LeastSquares, SquareMatrix, WholeMatrix
 from slipfold.orbits.sparse_matrix import Sparse
 
-__all__ = ["Conditions", "Eliminated", "Linearisation"]
+__all__ = ["MANY", "Conditions", "Eliminated", "Linearisation"]
 
 Array = NDArray[np.float64]
 

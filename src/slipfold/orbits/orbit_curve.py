@@ -59,6 +59,44 @@ class OrbitCurve(Curve[OrbitPoint]):
         Shapes: multipliers (n,).
         """
 
+    @abstractmethod
+    def described_by(self, by: Discretisation) -> Self:
+        """Return the same in terms of another discretisation."""
+
+    def renewed(self, points: Sequence[OrbitPoint]) -> tuple[Any, list[OrbitPoint]] | None:
+        """Return the last points on a mesh that fits the last one, None if its own does."""
+        orbits, last = self.orbits, points[-1].z
+        by = orbits.by.better(orbits.nodes(last), orbits.constants(last))
+        if by is None:
+            return None
+        other, moved = self.described_by(by), list[OrbitPoint]()
+        for point in [item for item in points[-POINTS:] if item.curve is self][::-1]:
+            again = other.retaken(point)
+            if again is None:
+                break
+            if moved:
+                again = replace(again, arclength=moved[0].arclength - arc_between(again, moved[0]))
+            moved.insert(0, again)
+        return (other, moved) if moved else None
+
+    def retaken(self, point: OrbitPoint) -> OrbitPoint | None:
+        """Return a point of a curve that describes its orbits otherwise, None if it is lost."""
+        orbits, known = self.orbits, point.curve.orbits
+        nodes, along = known.by.moved_to(
+            orbits.by,
+            known.nodes(point.z),
+            known.constants(point.z),
+            known.nodes(point.tangent),
+            known.free_values(point.tangent),
+        )
+        z = orbits.join(nodes, known.free_values(point.z))
+        row = orbits.join(along, known.free_values(point.tangent))
+        try:
+            correction = correct(self, z, row / np.linalg.norm(row))
+        except BREAKDOWNS:
+            return None
+        return self.point(correction, point.arclength) if correction.converged else None
+
     def growth(self, linearisation: Linearisation) -> float:
         """Return an upper bound of the logarithms of the multipliers' moduli."""
         return np.inf
@@ -161,6 +199,14 @@ class Orbits(OrbitCurve):
         other._describe_by(by)
         return other
 
+    def log_multiplier(self, z: Array) -> float | None:
+        """Return the logarithm of the only multiplier that may change, if it is known itself."""
+        return None
+
+    def log_multiplier_slope(self, z: Array) -> Array:
+        """Return its gradient, shape (m n + k,)."""
+        raise NotImplementedError
+
     @abstractmethod
     def slope(
         self, found: Degeneracy, part: Linearisation, z: Array
@@ -258,39 +304,6 @@ class Orbits(OrbitCurve):
             (place, min(span) / width, max(span) / width)
             for place, (span, width) in enumerate(ends, -len(spans))
         ]
-
-    def renewed(self, points: Sequence[OrbitPoint]) -> tuple[Any, list[OrbitPoint]] | None:
-        """Return the last points on a mesh that fits the last one, None if its own does."""
-        last = points[-1].z
-        by = self.by.better(self.nodes(last), self.constants(last))
-        if by is None:
-            return None
-        other, moved = self.described_by(by), list[OrbitPoint]()
-        for point in [item for item in points[-POINTS:] if item.curve is self][::-1]:
-            again = other.retaken(point, self)
-            if again is None:
-                break
-            if moved:
-                again = replace(again, arclength=moved[0].arclength - arc_between(again, moved[0]))
-            moved.insert(0, again)
-        return (other, moved) if moved else None
-
-    def retaken(self, point: OrbitPoint, known: Orbits) -> OrbitPoint | None:
-        """Return a point of a curve that describes its orbits otherwise, None if it is lost."""
-        nodes, along = known.by.moved_to(
-            self.by,
-            known.nodes(point.z),
-            known.constants(point.z),
-            known.nodes(point.tangent),
-            known.free_values(point.tangent),
-        )
-        z = self.join(nodes, known.free_values(point.z))
-        row = self.join(along, known.free_values(point.tangent))
-        try:
-            correction = correct(self, z, row / np.linalg.norm(row))
-        except BREAKDOWNS:
-            return None
-        return self.point(correction, point.arclength) if correction.converged else None
 
     # -- one orbit and another -----------------------------------------------------------------
 

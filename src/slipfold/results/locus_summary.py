@@ -127,7 +127,7 @@ class LocusSummary:
                 f"{title} at {self._place(check.values)}, started {check.begins}: {check.note}"
                 for check in differing
             ]
-            if not (region.known or differing):
+            if not region.consistent:
                 sentences.append(
                     f"{title}: not true all over it, as responses across it show; branch points, "
                     "whose loci are not known, may divide it"

@@ -180,6 +180,20 @@ class Collocation(Segments):
         traces = np.einsum("jkaa->jk", solved.jacobians)
         return float(self.lengths @ (traces @ solved.gauss.weights))
 
+    def divergence_slope(self, nodes: Array, constants: Constants) -> tuple[Array, Array]:
+        """Return the derivatives of that integral by the scaled nodes and the free parameters."""
+        field, solved = self._field(constants), self._solved(nodes / self.scales, constants)
+        stages, phases = solved.stages, solved.phases
+        directions = [np.tile(unit, (*stages.shape[:2], 1)) for unit in np.eye(len(self.scales))]
+        turned = [field.curvatures(stages, phases, along) for along in directions]
+        weights = (self.lengths[:, None] * solved.gauss.weights)[..., None]
+        by_states = weights * sum(bent[..., i, :] for i, (bent, _) in enumerate(turned))
+        by_free = weights * sum(mixed[..., i, :] for i, (_, mixed) in enumerate(turned))
+        pulled = solved.answered(field.pulls(stages, phases))[0]
+        by_nodes = np.einsum("jka,jkab->jb", by_states, solved.moved)
+        free = by_free.sum(axis=(0, 1)) + np.einsum("jka,jkaf->f", by_states, pulled)
+        return by_nodes, free * self.units
+
     def _field(self, constants: Constants) -> Field:
         return Field(self.flow, constants, self.scales, self.indices)
 

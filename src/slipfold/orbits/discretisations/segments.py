@@ -12,7 +12,6 @@ from slipfold.flow.equations import Constants
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.orbits.discretisations.discretisation import Discretisation
-from slipfold.orbits.spectrum.degeneracy import Degeneracy
 
 __all__ = ["Cut", "Segments"]
 
@@ -66,6 +65,13 @@ class Segments(Discretisation):
         Shapes: nodes (m, n).
         """
         return None
+
+    def divergence_slope(self, nodes: Array, constants: Constants) -> tuple[Array, Array]:
+        """Return the derivatives of that integral by scaled nodes and parameters, (m, n) and (k,).
+
+        Shapes: nodes (m, n).
+        """
+        raise NotImplementedError
 
     @abstractmethod
     def advanced(self, nodes: Array, constants: Constants, turns: float) -> Array:
@@ -143,44 +149,31 @@ class Segments(Discretisation):
         """
         return self.flow.rates(nodes, self.start, constants) / self.scales
 
-    def first_rates(self, nodes: Array, constants: Constants) -> tuple[Array, Array, Array]:
-        """Return the rates at the first node with their derivatives, in scaled variables.
+    def changing_rates(self, nodes: Array, constants: Constants) -> tuple[Array, Array, Array]:
+        """Return the rates at the first nodes with their derivatives, in scaled variables.
 
-        Shapes: nodes (m, n); returns rates (n,), slopes (n, n), pulls (n, k).
+        Shapes: nodes (q, n); returns rates (q, n), slopes (q, n, n), pulls (q, n, k).
         """
-        first, at = nodes[:1], self.start[:1]
-        rates = self.flow.rates(first, at, constants)[0] / self.scales
-        slopes = self.flow.jacobians(first, at, constants)[0] * self.ratios
-        pulls = self.flow.pulls(first, at, constants, constants.rates[:, self.indices])[0]
+        at = self.start[: len(nodes)]
+        rates = self.flow.rates(nodes, at, constants) / self.scales
+        slopes = self.flow.jacobians(nodes, at, constants) * self.ratios
+        pulls = self.flow.pulls(nodes, at, constants, constants.rates[:, self.indices])
         return rates, slopes, pulls * self.pull_units
 
-    def slope(
-        self, found: Degeneracy, blocks: Array, nodes: Array, constants: Constants
+    def changed(
+        self, forward: Array, backward: Array, nodes: Array, constants: Constants
     ) -> tuple[Array, Array, Array]:
-        r"""Differentiate a function of the monodromy matrix with respect to the unknown.
+        r"""Differentiate the sum of :math:`p_j^T A_j q_j` with respect to the unknown.
 
-        With :math:`M = A_{m-1} ... A_0` a term :math:`p^T dM q` is the sum over the segments of
-        :math:`p_j^T dA_j q_j`, where q is carried forward to segment j and p backward to its end,
-        and a change of :math:`A_j q_j` is a second derivative of the flow along q_j.
+        A change of :math:`A_j q_j` is a second derivative of the flow along q_j.
 
-        Shapes: blocks (m, n, n); nodes (m, n); returns the gradient (m n + k,), q_j (r, m, n) and
-        the second derivatives along them (r, m, n, n).
+        Shapes: forward q_j, backward p_j (r, m, n); nodes (m, n); returns the gradient (m n + k,),
+        q_j and the second derivatives along them (r, m, n, n).
         """
-        forward, backward = _carried(blocks, found.left, found.right)
         bent, pulled = self.curvatures(nodes, constants, forward)
         along_nodes = np.einsum("rja,rjab->jb", backward, bent).ravel() * np.sqrt(self.segments)
         along_free = np.einsum("rja,rjak->k", backward, pulled)
         return np.concatenate([along_nodes, along_free]), forward, bent
-
-
-def _carried(blocks: Array, left: Array, right: Array) -> tuple[Array, Array]:
-    """Carry r vectors forward to the start of each segment, r backward to each end: (r, m, n)."""
-    forward, backward = [right], [left]
-    for block in blocks[:-1]:
-        forward.append(forward[-1] @ block.T)
-    for block in blocks[:0:-1]:
-        backward.append(backward[-1] @ block)
-    return np.stack(forward, axis=1), np.stack(backward[::-1], axis=1)
 
 
 Cut = Callable[[Model, Mapping[str, float], int, int], Segments]

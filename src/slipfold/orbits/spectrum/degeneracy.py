@@ -29,6 +29,21 @@ class Degeneracy:
     left: Array
     right: Array
 
+    def carried(self, blocks: Array) -> tuple[Array, Array]:
+        """Carry the r vectors to the start of each factor of the matrix and back to each end.
+
+        With :math:`M = A_{m-1} ... A_0` a term :math:`p^T dM q` is the sum over the factors of
+        :math:`p_j^T dA_j q_j`.
+
+        Shapes: blocks (m, n, n); returns forward q_j, backward p_j (r, m, n).
+        """
+        forward, backward = [self.right], [self.left]
+        for block in blocks[:-1]:
+            forward.append(forward[-1] @ block.T)
+        for block in blocks[:0:-1]:
+            backward.append(backward[-1] @ block)
+        return np.stack(forward, axis=1), np.stack(backward[::-1], axis=1)
+
 
 UNKNOWN = Degeneracy(np.nan, np.empty((0, 0)), np.empty((0, 0)))
 """Of a matrix that could not be computed, or has no pair."""

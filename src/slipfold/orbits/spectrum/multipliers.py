@@ -5,7 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.collocation.multipliers import product, product_eigenvalues, without_motion
+from slipfold.collocation.multipliers import (
+    motion_bases,
+    product,
+    product_eigenvalues,
+    without_motion,
+)
 from slipfold.orbits.linearisation import MANY, Linearisation
 from slipfold.orbits.spectrum.contraction import growth_bound
 from slipfold.orbits.spectrum.degeneracy import Degeneracy
@@ -89,13 +94,36 @@ class CycleMultipliers(Multipliers):
         The basis B of what is orthogonal to the flow's direction f turns with it: where
         :math:`M f = f`, the derivative of :math:`p^T B^T M B q` is
         :math:`(B p)^T dM (B q) - (B p)^T df \; (f^T M B q)`. Returned are the first term, and the
-        factor of :math:`-df` in the second, shape (n,).
+        factor of :math:`-df` in the second, shape (1, n).
         """
         direction = _direction(part)
         direction = direction / np.linalg.norm(direction)
         basis = _quotient_basis(direction)
         lifted = Degeneracy(found.value, found.left @ basis.T, found.right @ basis.T)
-        return lifted, (direction @ part.product @ lifted.right.T) @ lifted.left
+        return lifted, ((direction @ part.product @ lifted.right.T) @ lifted.left)[None]
+
+    def carried(self, found: Degeneracy, part: Linearisation) -> tuple[Array, Array, Array]:
+        r"""Carry vectors of the quotient from node to node: growth on the way spoils none.
+
+        With bases :math:`B_j` of what is orthogonal to the flow's directions :math:`f_j` the matrix
+        is the product of :math:`D_j = B_{j+1}^T A_j B_j`, and the derivative of
+        :math:`p_j^T D_j q_j`, since :math:`B_{j+1}^T A_j f_j = 0`, is
+
+        .. math:: (B_{j+1} p_j)^T dA_j (B_j q_j)
+                  - (B_{j+1} p_j)^T df_{j+1} \; (f_{j+1}^T A_j B_j q_j) .
+
+        Returned are :math:`B_j q_j` and :math:`B_{j+1} p_j`, shape (r, m, n), and for unit vectors
+        f the factors of :math:`-df_j`, shape (m, n).
+        """
+        m, n = part.blocks.shape[:2]
+        rates = _gauge(part)[: m * n].reshape(m, n)
+        units = rates / np.linalg.norm(rates, axis=1)[:, None]
+        beside = motion_bases(rates)[:, :, 1:]
+        forward, backward = found.carried(self.factors(part))
+        before = np.einsum("jab,rjb->rja", beside, forward)
+        behind = np.einsum("jab,rjb->rja", np.roll(beside, -1, axis=0), backward)
+        late = np.einsum("ja,jab,rjb->rj", np.roll(units, -1, axis=0), part.factors, before)
+        return before, behind, np.roll(np.einsum("rj,rja->ja", late, behind), 1, axis=0)
 
 
 def _gauge(part: Linearisation) -> Array:

@@ -1,0 +1,64 @@
+"""A special point of a branch as an unknown of its locus."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.branches.settings import Settings
+from slipfold.branches.special_point import SpecialPoint
+from slipfold.errors import InputError
+from slipfold.models.model import Model
+from slipfold.orbits.by_collocation import FIRST, ROUNDS
+from slipfold.orbits.check import rests
+from slipfold.orbits.discretisations.collocation import Collocation
+from slipfold.orbits.discretisations.shooting import SEGMENTS
+from slipfold.orbits.equilibria import Equilibria
+from slipfold.orbits.kinds import orbits_of
+from slipfold.orbits.orbit_curve import Orbits
+from slipfold.orbits.spectrum.eigenvalues import Cayley
+
+__all__ = ["as_unknown", "on_a_mesh"]
+
+Array = NDArray[np.float64]
+
+
+def as_unknown(
+    point: SpecialPoint, model: Model, plane: Mapping[str, float], settings: Settings
+) -> tuple[Orbits, Array]:
+    """Return what the locus of a special point consists of, and the point as one of them.
+
+    It is of the discretisation that the branch had come to, unless settings ask for one: shooting
+    gives an orbit at eight phases, collocation at more.
+    """
+    if rests(point.model, point.nodes):
+        resting = Equilibria(model, plane, Cayley())
+        return resting, resting.unknown(point.nodes[:1], point.model)
+    chosen = settings.discretisation
+    if chosen == "shooting" or (chosen == "automatic" and len(point.nodes) <= SEGMENTS):
+        orbits = orbits_of(model, plane, point.period, SEGMENTS)
+        every, rest = divmod(len(point.nodes), SEGMENTS)
+        if rest:
+            raise InputError(
+                f"the special point is given at {len(point.nodes)} phases, not {SEGMENTS}; "
+                "compute it anew"
+            )
+        return orbits, orbits.unknown(point.nodes[::every], point.model)
+    return on_a_mesh(orbits_of(model, plane, point.period, SEGMENTS), point)
+
+
+def on_a_mesh(shot: Orbits, point: SpecialPoint) -> tuple[Orbits, Array]:
+    """Return a special point as an orbit by collocation, on a mesh that fits it."""
+    orbits = orbits_of(shot.model, shot.varied, point.period, len(point.nodes))
+    z = orbits.unknown(point.nodes, point.model)
+    count = max(len(point.nodes), FIRST * point.period)
+    by: Collocation | None = Collocation(orbits.model, orbits.by.free, point.period, count)
+    for _ in range(ROUNDS):
+        if by is None:
+            break
+        other = orbits.described_by(by)
+        orbits, z = other, other.adopt(orbits, z)
+        by = by.better(orbits.nodes(z), orbits.constants(z))
+    return orbits, z
