@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.special import erf, ive
 
 import slipfold as sf
+from slipfold.errors import InputError
 from slipfold.flow import flow_of, simulate
 from slipfold.flow.equations import build_equations
 from slipfold.flow.sharp_turns import SharpTurns, sharp_turns
@@ -193,3 +194,26 @@ def test_orbits_under_steep_friction_close_and_have_the_multipliers_of_finite_di
 @pytest.mark.parametrize("name", ["sliding", "duffing", "lure"])
 def test_models_that_turn_nowhere_sharply_have_no_events(name):
     assert sharp_turns(build_equations(model_named(name))) == SharpTurns()
+
+
+@pytest.mark.parametrize("corner", ["select", "relu"])
+def test_corners_are_refused_not_stepped_over(corner):
+    """Half a turn of |x| would be what a step makes of the side it begins on."""
+    import heyoka as hy
+
+    from helpers.toy_models import LinearOscillator
+
+    class Folded(LinearOscillator):
+        name = f"folded by {corner}"
+
+        def rates(self, q, c, phase):
+            x = q["x"]
+            size = hy.relu(x) if corner == "relu" else hy.select(hy.gte(x, 0.0), x, -x)
+            return {"x": q["v"], "v": -size - 0.1 * q["v"] + hy.cos(2 * math.pi * phase)}
+
+    for compute in (
+        lambda: sf.response(Folded(), vary="f", span=(0.2, 0.4)),
+        lambda: simulate(Folded(), 3, [1.0, 0.0]),
+    ):
+        with pytest.raises(InputError, match="corner or a jump"):
+            compute()

@@ -13,7 +13,10 @@ import heyoka as hy
 from slipfold.flow.equations import Equations
 from slipfold.models.output import Expression
 
-__all__ = ["Operand", "Operation", "take_apart"]
+__all__ = ["COMPARED", "Operand", "Operation", "take_apart"]
+
+COMPARED = "?"
+"""Name of all comparisons but ``"<"``."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +32,7 @@ class Operand:
 class Operation:
     """One elementary operation."""
 
-    # ``"+"``, ``"*"``, ``"-"``, ``"/"``, ``"power"``, the name of a function, or empty for a state
+    # ``"+"``, ``"*"``, ``"-"``, ``"/"``, ``"<"``, ``"power"``, a function's name, empty for a state
     name: str
     operands: tuple[Operand, ...]  # what it acts on, in order
     needed: tuple[int, ...]  # operations that its series needs beside those it acts on
@@ -76,7 +79,7 @@ def _read(text: str) -> tuple[str, tuple[Operand, ...]]:
     if text == "t":
         return "time", ()
     if match := re.fullmatch(r"\((.*)\)", text):
-        sign = next((sign for sign in "-+*/<" if f" {sign} " in text), "?")
+        sign = next((sign for sign in "-+*/<" if f" {sign} " in text), COMPARED)
         return sign, _operands(match[1].split(f" {sign} "))
     if match := re.fullmatch(r"(\w+)\((.*)\)", text):
         name = {"div": "/", "sub": "-"}.get(match[1], match[1])

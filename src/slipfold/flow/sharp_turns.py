@@ -15,7 +15,8 @@ from typing import Any
 
 import heyoka as hy
 
-from slipfold.flow.elementary import Operation, take_apart
+from slipfold.errors import InputError
+from slipfold.flow.elementary import COMPARED, Operation, take_apart
 from slipfold.flow.equations import Equations
 from slipfold.flow.scaled import Scaled
 from slipfold.flow.sizes.unfed import FASTER, relative_sizes
@@ -44,7 +45,7 @@ ends a step at half of its distance."""
 COOLDOWN = 1e-10
 """Phase in which an edge just met is not met again: more than rounding, less than a crossing."""
 
-VERSION = f"turns of powers, unfed apart={FLAT, STEEP_POWER, WEIGHT, COOLDOWN, FASTER}"
+VERSION = f"turns of powers, unfed apart, no corners={FLAT, STEEP_POWER, WEIGHT, COOLDOWN, FASTER}"
 """What is compiled with other events differs."""
 
 # Where a motion with events ends in NaN, heyoka warns on the terminal; here that is data.
@@ -90,6 +91,12 @@ class SharpTurns:
 def sharp_turns(equations: Equations, outputs: Sequence[Expression] = ()) -> SharpTurns:
     """Find the sharp turns of a system."""
     operations = take_apart(equations, outputs)
+    if any(_has_corner(operations, item) for item in operations):
+        raise InputError(
+            "the equations of the model have a corner or a jump: they compare what moves, as in "
+            "select(x < 0, -x, x), and a step of the integrator would lead past it; write a smooth "
+            "function that is as steep, e.g. sqrt(x^2 + e^2) or tanh(x/e)"
+        )
     rising, falling = [], []
     for index, edge in sorted(set(_saturations(operations))):
         argument = operations[index].expression
@@ -106,6 +113,15 @@ def sharp_turns(equations: Equations, outputs: Sequence[Expression] = ()) -> Sha
     watched = [1.0 + WEIGHT * hy.log(item**2.0) for item in sums]
     unfed = relative_sizes(equations)
     return SharpTurns(tuple(rising), tuple(falling), tuple(watched), tuple(unfed))
+
+
+def _has_corner(operations: Sequence[Operation], operation: Operation) -> bool:
+    """Whether it switches; ``select(x*x < c, ...)`` is that of `exprel`, which is smooth there."""
+    if not operation.moves:
+        return False
+    if operation.name == "<" and operation.operands[1].index is None:
+        return _power(operations, _index(operation))[1] != 2
+    return operation.name in ("<", COMPARED) or "relu" in operation.name
 
 
 def _saturations(operations: Sequence[Operation]) -> Iterator[tuple[int, float]]:

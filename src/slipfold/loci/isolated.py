@@ -92,7 +92,10 @@ def follow_isolated(
         span = extended(model, line.vary, along)
         for i in range(PLACES):
             value = along[0] + (i + 0.5) / PLACES * (along[1] - along[0])
-            at = model.replace(**{line.fixed: line.value, line.vary: value})
+            try:
+                at = model.replace(**{line.fixed: line.value, line.vary: value})
+            except InputError:  # parameters contradict each other there
+                continue
             if observer is not None:
                 place = at.values[plane[0]], at.values[plane[1]]
                 text = "motions that may settle on what no response leads to"

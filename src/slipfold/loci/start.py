@@ -20,6 +20,7 @@ from slipfold.loci.describe import plane_of
 from slipfold.loci.locus_equations import LocusEquations
 from slipfold.loci.special_points import DOUBLED
 from slipfold.orbits.births import Newborn, cycle_of_no_amplitude, passed_twice
+from slipfold.orbits.crossing import critical_direction
 from slipfold.orbits.discretisations.segments import Segments
 from slipfold.orbits.equilibria import Equilibria
 from slipfold.orbits.orbit_point import OrbitPoint
@@ -152,14 +153,15 @@ def starts_at(curve: LocusEquations, found: Found, settings: Settings) -> Iterat
     for other in CROSSING.get(found.type, ()):
         if other == condition:
             continue
+        if (found.type, other) == ("DP", "LP"):
+            yield from _folds_at(curve, point, settings)
+            continue
         try:
             start = regular_start(LocusEquations(orbits, other), point.z, settings, found.type)
         except InputError:
             continue
         if found.type in DOUBLED and other in PAIRED:
             yield from _complex_side(start, settings)
-        elif (found.type, other) == ("DP", "LP"):  # the other way lie their mirror images
-            yield replace(start, points=start.points[:1])
         else:
             yield start
     if found.type == "R2" and condition == "PD":
@@ -183,26 +185,53 @@ def _is_complex(point: OrbitPoint) -> bool:
     return tests["BT"] > 0 if "BT" in tests else tests["R1"] > 0 < tests["R2"]
 
 
+def _folds_at(curve: LocusEquations, point: OrbitPoint, settings: Settings) -> Iterator[LocusStart]:
+    """Return the folds that leave a degenerate pitchfork: half of them mirrors the other.
+
+    Their equations hold on all the branch points as well; they leave along the critical vector.
+    """
+    tangent = np.append(critical_direction(curve.orbits, point.z), np.zeros(2))
+    folds = LocusEquations(curve.orbits, "LP")
+    start = _leaving(folds, point.z, tangent, point.monodromy, point.residual)
+    if start is None:
+        return
+    after = next(iter(walk(folds, [start], BIRTH, (), settings)))
+    if not isinstance(after, Failure) and abs(float((after.z - point.z) @ tangent)) > 0.5 * BIRTH:
+        yield LocusStart(folds, (start,), departs=True, crosses="DP")
+
+
+def _leaving(
+    curve: LocusEquations, z: Array, tangent: Array, monodromy: Array, residual: float
+) -> OrbitPoint | None:
+    """Return the first point of a locus that leaves another one, where its equations are singular.
+
+    None if its orbit cannot be integrated. Shapes: monodromy (n, n).
+    """
+    linearisation = curve.orbits.linearise(z)
+    if not np.isfinite(linearisation.blocks).all():
+        return None
+    multipliers = floquet_multipliers(monodromy)
+    return OrbitPoint(
+        z,
+        tangent,
+        0.0,
+        curve.tests(z, linearisation, multipliers, tangent),
+        0,
+        residual,
+        curve=curve,
+        monodromy=monodromy,
+        multipliers=multipliers,
+    )
+
+
 def _born(
     first: Newborn, condition: str, parent: OrbitPoint, settings: Settings
 ) -> Iterator[LocusStart]:
     """Return the locus of orbits that are born at a point, unless it leads to their parents."""
-    curve, z = LocusEquations(first.orbits, condition), first.z
-    linearisation = first.orbits.linearise(z)
-    if not np.isfinite(linearisation.blocks).all():
+    curve = LocusEquations(first.orbits, condition)
+    start = _leaving(curve, first.z, first.tangent, first.monodromy, parent.residual)
+    if start is None:
         return
-    multipliers = floquet_multipliers(first.monodromy)
-    start = OrbitPoint(
-        z,
-        first.tangent,
-        0.0,
-        curve.tests(z, linearisation, multipliers, first.tangent),
-        0,
-        parent.residual,
-        curve=curve,
-        monodromy=first.monodromy,
-        multipliers=multipliers,
-    )
     after = next(iter(walk(curve, [start], BIRTH, (), settings)))
     if isinstance(after, Failure) or np.linalg.norm(asymmetry(first.orbits, after.z)) < 0.5 * BIRTH:
         return

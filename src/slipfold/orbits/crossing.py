@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from slipfold.orbits.linearisation import Conditions, Linearisation
 from slipfold.orbits.orbit_curve import Orbits
 
-__all__ = ["crossing_conditions", "crossing_gap", "crossing_values"]
+__all__ = ["critical_direction", "crossing_conditions", "crossing_gap", "crossing_values"]
 
 Array = NDArray[np.float64]
 
@@ -69,6 +69,11 @@ def crossing_conditions(orbits: Orbits, plain: Linearisation, z: Array) -> Condi
 def crossing_gap(orbits: Orbits, z: Array) -> float:
     """Return the largest of those numbers: how far an orbit is from such a crossing."""
     return float(np.abs(crossing_values(orbits.linearise(z))).max())
+
+
+def critical_direction(orbits: Orbits, z: Array) -> Array:
+    """Return the unit vector along which the states at a crossing may move, parameters held."""
+    return _null(orbits.linearise(z)).right
 
 
 def _null(plain: Linearisation) -> _Null:
