@@ -52,10 +52,6 @@ GROWTH = 4.0
 """Growth over an interval, as an exponent, that meshes are made for: an interval is solved from its
 first state, which has to be known that much better."""
 
-GROWN = 4.0
-"""An orbit is measured anew where it has come to be this many times as large: scales are those of
-where its branch began, at a Hopf point perhaps, and errors and steps would be far too small."""
-
 REACH = 0.2
 """Change of the states, in scaled ones, over which polynomials are extrapolated linearly."""
 
@@ -359,8 +355,7 @@ class Collocation(Segments):
         solved = self._solved(nodes / self.scales, constants)
         if not np.isfinite(solved.slopes).all():
             return None
-        scales = self._fitting(nodes)
-        density = steepness(self.edges, solved.slopes * (self.scales / scales), solved.gauss)
+        density = steepness(self.edges, solved.slopes, solved.gauss)
         density *= (CONSTANT / TOLERANCE) ** (1 / (STAGES + 1))
         density = np.maximum(density, self._growth(nodes, constants) / GROWTH)
         errors = (density * self.lengths) ** (STAGES + 1)
@@ -374,25 +369,9 @@ class Collocation(Segments):
         density += FLOOR * total / (pattern[-1] - pattern[0])
         wanted = max(INTERVALS, int(np.ceil(SPARE * (1 + FLOOR) * total)))
         wanted = min(wanted, LARGEST // self.copies)
-        serves = errors.max() <= SLACK and own <= WASTEFUL * wanted
-        if serves and np.array_equal(scales, self.scales):
+        if errors.max() <= SLACK and own <= WASTEFUL * wanted:
             return None
-        other = self.on(_repeated(spread(pattern, density, wanted), self.copies))
-        other.measure_in(scales)
-        return other
-
-    def _fitting(self, nodes: Array) -> Array:
-        """Return scales of the states that fit an orbit: the model's, or larger, shape (n,).
-
-        Those that are declared stay.
-        """
-        own = self.model.state_scales()
-        times = np.exp2(np.round(np.log2(np.maximum(np.ptp(nodes, axis=0) / own, 2.0))) - 1)
-        times = np.where(np.isnan(self.model.declared_scales()), times, 1.0)
-        fitting = own * times
-        ratios = np.maximum(fitting / self.scales, self.scales / fitting)
-        unlike = ratios.max() >= GROWN or bool((times == 1).all())
-        return fitting if unlike else self.scales
+        return self.on(_repeated(spread(pattern, density, wanted), self.copies))
 
     def _growth(self, nodes: Array, constants: Constants) -> Array:
         """Return the largest rate at which perturbations grow on each interval, shape (m,)."""
