@@ -67,8 +67,7 @@ def test_energy_balance_over_a_period():
     lost = 25e-6 * (model.c2 * v[:, 0] ** 2 + model.c1 * v[:, 1] ** 2)
     damped = float((lost.reshape(-1, 14) * weights).sum(axis=1) @ lengths) / 2 * 0.08
     stored = energy(model, long.strobe[40]) - energy(model, long.strobe[39])
-    # Not to 1e-9 yet: the work in the first 5e-5 of a period after a release is that of stick.
-    assert work == pytest.approx(damped + stored, abs=1e-7 * heat)
+    assert work == pytest.approx(damped + stored, abs=1e-9 * heat)
     assert heat > 1e-5
 
 

@@ -34,6 +34,7 @@ class ContactsNow:
     kinetic: Array  # friction in slip at the present speed, shape (k,)
     starting: Array  # friction in slip at no speed yet, shape (k,)
     holding: Array  # friction up to which contacts stick, shape (k,)
+    plate: Array  # velocity of the counter-bodies, shape (m,)
 
 
 class ContactQuantities:
@@ -55,7 +56,7 @@ class ContactQuantities:
         """Evaluate at a state. Shapes: state (n,)."""
         values = self._function(np.concatenate([state, [phase], constants.values]))
         m, k = self._size, self._count
-        parts = np.split(values, np.cumsum([m, m, m * m, m * k, k, k, k]))
+        parts = np.split(values, np.cumsum([m, m, m * m, m * k, k, k, k, k]))
         slip, free, friction, normal = parts[:4]
         return ContactsNow(
             slip, free, friction.reshape(m, m), normal.reshape(m, k), *parts[4:]
@@ -79,4 +80,5 @@ def _expressions(contacts: Sequence[Contact], equations: Equations) -> list[Expr
         size = hy.sqrt(square) if speed is None else hy.select(hy.gt(speed, 0.0), speed, -speed)
         found.append(contact.normal * contact.friction(size))
     found += [contact.normal * contact.friction(hy.expression(0.0)) for contact in contacts]
-    return found + [contact.normal * contact.holding for contact in contacts]
+    found += [contact.normal * contact.holding for contact in contacts]
+    return found + [hy.expression(0.0) + part for contact in contacts for part in contact.plate]

@@ -39,6 +39,8 @@ class _Growth:
     along: Array  # direction, shape (2,)
     rate: float
     most: float  # rate that friction alone could give
+    friction: float
+    change: Array  # of the rate of slip with friction, shape (2, 2)
 
 
 def release(
@@ -96,7 +98,13 @@ def release(
     if not slip @ growths[-1].along > 0:
         raise Undecided("slip begins against its own friction")
     after = flow.slipping(mode, legs[-1].state, slip, constants)
-    return [legs[0], replace(legs[1], state=after)]
+    energies = legs[1].energies.copy()
+    # Friction was less than what would have held by what lets slip grow.
+    now, place = flow.quantities.at(state, phase, constants), flow.quantities.places[contact]
+    heat = growths[-1].friction * float(np.linalg.norm(slip)) * time / 3
+    driven = float(np.linalg.solve(growths[-1].change, slip) @ now.plate[place])
+    energies[:, contact] += driven - heat, heat
+    return [legs[0], replace(legs[1], state=after, energies=energies)]
 
 
 def _growth(
@@ -113,4 +121,4 @@ def _growth(
     alone, change = response(now, places, mode, rest, contact)
     size = float(now.starting[contact])
     along, rate = outward(alone, change, size, turn)
-    return _Growth(along, rate, size * float(np.abs(change).max()))
+    return _Growth(along, rate, size * float(np.abs(change).max()), size, change)
