@@ -35,6 +35,12 @@ LEVEL = Parameter("level", 1.0, "", "factor of everything that is periodic in ti
 GENERAL = ("energy", "power_damping", "power_forcing", "power_contacts")
 """Outputs of the structure as a whole; the energy needs a symmetric stiffness matrix."""
 
+WIDE = 1e5
+"""Largest squared frequency over the smallest beyond which rounding of displacements is felt."""
+
+MOST_MODES = 80
+"""Degrees of freedom up to which the equations are written with modes: compiling takes longer."""
+
 ROUNDING = 1e-15
 """Entry of the inverse mass times a matrix, over the largest of its row, that is rounding."""
 
@@ -296,10 +302,31 @@ class Assembly:
                 found |= dict(zip(names, memory, strict=True))
         return found
 
+    @cached_property
+    def modal(self) -> tuple[Array, Array, Array] | None:
+        """Squared circular frequencies, shapes and what makes modal coordinates of displacements.
+
+        None where the stiffness is as well applied without them. The inverse mass times the
+        stiffness of a beam of many elements makes an acceleration of what rounding leaves of the
+        displacements that is no longer small beside that of the slow modes.
+
+        Shapes: (n,), (n, n), (n, n).
+        """
+        diagonal = not np.any(self.mass - np.diag(np.diag(self.mass)))
+        if diagonal or not self.symmetric or self.size > MOST_MODES:
+            return None
+        squares, shapes = lowest_modes(self.stiffness, self.mass)
+        if squares[-1] <= WIDE * abs(squares[0]):
+            return None
+        moved = shapes.T @ self.mass
+        return squares, shapes, moved / np.sum(shapes.T * moved, axis=1, keepdims=True)
+
     def _linear_terms(
         self, places: list[Expression], speeds: list[Expression], c: Symbols
     ) -> list[list[Expression]]:
         """Return the linear terms of each acceleration; numbers stand in for the matrices."""
+        if self.modal is not None:
+            return self._terms_by_modes(places, speeds, c)
         constant = sum((matrix for key, matrix in self.damping if key is None), np.zeros(1))
         stiffness = self.over_mass(self.stiffness)
         damping = self.over_mass(np.broadcast_to(constant, self.mass.shape))
@@ -313,9 +340,35 @@ class Assembly:
             terms.append(found)
         return terms
 
+    def _terms_by_modes(
+        self, places: list[Expression], speeds: list[Expression], c: Symbols
+    ) -> list[list[Expression]]:
+        """Return the same, the stiffness applied to the modal coordinates."""
+        assert self.modal is not None
+        squares, shapes, into = self.modal
+        acting = [total(weighted_sum(row, places)) for row in into]
+        others = []
+        for key, matrix in self.damping:
+            factor = 1.0 if key is None else c[key]
+            if matrix is self.stiffness:
+                rates = [total(weighted_sum(row, speeds)) for row in into]
+                acting = [one + factor * other for one, other in zip(acting, rates, strict=True)]
+            else:
+                others.append((factor, self.over_mass(matrix)))
+        terms = []
+        for row in range(self.size):
+            found = weighted_sum(-shapes[row] * squares, acting)
+            for factor, matrix in others:
+                parts = weighted_sum(-matrix[row], speeds)
+                found += [factor * total(parts)] if parts else []
+            terms.append(found)
+        return terms
+
     @cached_property
     def nonzeros(self) -> int:
         """Number of products in the linear part of the equations."""
+        if self.modal is not None:
+            return 3 * self.size**2
         matrices = [self.stiffness, *(matrix for _, matrix in self.damping)]
         return sum(int(np.count_nonzero(self.over_mass(matrix))) for matrix in matrices)
 
