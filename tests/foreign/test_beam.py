@@ -132,3 +132,30 @@ def test_its_cost_says_what_makes_it_less():
     few = model.replace(reduction=sf.CraigBampton("w15", modes=3))
     assert few.cost().steps < model.cost().steps / 100
     assert "highest mode" not in str(few.cost())
+
+
+def test_the_squeal_of_fifteen_elements_is_a_hopf_point():
+    """The whole beam: its highest mode turns 4000 times in a round of the lowest."""
+    from slipfold.branches.one_branch import trace_branch
+    from slipfold.branches.settings import Settings
+    from slipfold.branches.start import equilibrium_start
+
+    model = measured_over(sliding(15).replace(Vd=1.25), "Vd", (1.25, 1.15))
+    orbits, start = equilibrium_start(model, "Vd", 1.25, 1.15)
+    trail = trace_branch(orbits, start, (1.25, 1.15), Settings())
+    (found,) = trail.found
+    exact = brentq(lambda speed: growth_of_the_lowest_mode(15, speed), 1.15, 1.25)
+    assert found.type == "HB"
+    assert orbits.value(found.point.z) == pytest.approx(exact, rel=5e-5)
+
+
+def test_rounding_of_fifteen_elements_does_not_move_the_lowest_mode():
+    model = measured_over(sliding(15), "Vd", (1.25, 1.15))
+    mass, stiffness = matrices(15)
+    lowest = eigh(stiffness, mass)[1][:, 0]
+    state = np.zeros(60)
+    state[:30] = 1e-3 * lowest / lowest[-2]
+    moved = state * (1 + 1e-16 * np.random.default_rng(0).integers(-2, 3, (50, 60)))
+    flow = flow_of(model)
+    rates = flow.rates(moved, np.zeros(50), flow.constants_of(model))[:, 30:] @ (mass @ lowest)
+    assert np.std(rates) < 1e-13 * np.abs(np.mean(rates))  # 1e-10 by the inverse mass

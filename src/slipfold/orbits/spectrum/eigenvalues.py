@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,13 @@ Values = NDArray[np.complex128]
 ANGLE = 0.8
 """What the fastest rate makes in the unit of time: angles far from the half turn that would look
 like a period doubling, growth by little more than two."""
+
+WIDEST = 128.0
+"""Fastest vibration over the slowest up to which the unit of time is set by the fastest: in a
+thousandth of a turn multipliers of slow ones are all one."""
+
+VIBRATES = 1e-9
+"""Imaginary part of an eigenvalue, over the fastest rate, that rounding may feign."""
 
 SLOW = 0.1
 """Norm of a Jacobian below which the unit of time grows no more: zero at a fold of one state."""
@@ -58,7 +66,7 @@ class Paced(Eigenvalues):
     r"""Multipliers :math:`e^{\lambda \tau}` of the flow over a unit of time that keeps pace.
 
     Where eigenvalues turn or grow faster than at the beginning of the branch the unit is shorter,
-    so that no angle ever wraps.
+    so that no angle wraps but of vibrations much faster than others.
     """
 
     tells_unit = True
@@ -68,7 +76,7 @@ class Paced(Eigenvalues):
         if not np.isfinite(jacobian).all():
             return 1.0
         values = np.linalg.eigvals(jacobian)
-        fastest = max(float(np.abs(values.imag).max()), float(values.real.max()))
+        fastest = max(_turning(values), float(values.real.max()))
         return ANGLE / max(ANGLE, fastest)
 
     def matrix(self, part: Linearisation) -> Array:
@@ -141,7 +149,15 @@ def unit_of_time(model: Model, jacobian: Array) -> float:
     if not np.isfinite(jacobian).all():
         return 1.0
     values = np.linalg.eigvals(jacobian)
-    turning, growing = float(np.abs(values.imag).max()), float(values.real.max())
-    rate = max(turning, growing, float(np.sort(np.abs(values))[0]))
-    rate = max(rate, min(float(np.abs(values).max()), rate / SLOWEST))
+    rate = max(_turning(values), float(values.real.max()), float(np.sort(np.abs(values))[0]))
+    straight = np.abs(values.imag) <= VIBRATES * np.abs(values).max()
+    decay = float(np.abs(values[straight]).max(initial=0.0))
+    rate = max(rate, min(decay, rate / SLOWEST))
     return ANGLE / rate if rate > 0 and math.isfinite(rate) else 1.0
+
+
+def _turning(values: NDArray[Any]) -> float:
+    """Return the rate of the fastest vibration that sets the unit of time."""
+    turning = np.abs(values.imag)
+    moving = turning[turning > VIBRATES * np.abs(values).max()]
+    return float(min(moving.max(), WIDEST * moving.min())) if len(moving) else 0.0
