@@ -68,8 +68,6 @@ def on_a_line(rng):
         length_scale=LENGTH,
     )
     start = rng.choice([0.0, 1.0]) * rng.uniform(-1, 1, 2)
-    if speed == 0:  # a start in slip on a floor at rest ends as singular
-        start[1] = 0
     return Thrown(
         model,
         law,

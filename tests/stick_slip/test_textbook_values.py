@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from scipy.optimize import fsolve
+from scipy.optimize import brentq, fsolve
 
 import slipfold as sf
 from helpers.dry_friction import belt, den_hartog, two_masses
@@ -89,6 +89,29 @@ def test_free_decay_loses_the_same_amplitude_every_half_cycle_and_then_rests():
     assert motion.strobe[-1] == pytest.approx([-turns[3], 0.0], abs=1e-12)
     (rest,) = (item for item in motion.sticking.intervals if item.state == "stick")
     assert rest.begin == pytest.approx(3 * half, abs=1e-12)
+
+
+def test_a_forced_start_in_slip_on_a_floor_at_rest():
+    # While v > 0: x'' + x = F cos(W t) - mu.
+    F, W, mu, start = 0.5, 0.6, 0.4, np.array([0.5, 0.7])
+    contact = sf.FrictionContact("x", sf.Coulomb(mu_s=mu, mu_k=mu), load=1.0, Vd=0.0)
+    force = sf.HarmonicForce("x", F=F)
+    model = sf.Structure(
+        [[1]], None, [[1]], names="x", contacts=contact, forcing=force, f=W / (2 * math.pi)
+    )
+    V = F / (1 - W * W)
+    a, b = start[0] + mu - V, start[1]
+
+    def speed(t):
+        return -a * np.sin(t) + b * np.cos(t) - V * W * np.sin(W * t)
+
+    turn = brentq(speed, 0.1, 2.0, xtol=1e-14)
+    motion = sf.simulate(model, 1, start)
+    assert motion.stopped is None
+    assert motion.sticking.intervals[0].end * motion.forcing_period == pytest.approx(turn, 1e-12)
+    t = np.linspace(0, turn, 9)
+    x = a * np.cos(t) + b * np.sin(t) + V * np.cos(W * t) - mu
+    assert motion.at(t) == pytest.approx(np.transpose([x, speed(t)]), abs=1e-12)
 
 
 @pytest.mark.parametrize("speed", [0.2, 0.35])

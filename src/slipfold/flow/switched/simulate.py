@@ -73,7 +73,10 @@ def _slips(model: Model, contacts: Sequence[Contact], start: Array) -> bool:
     flow = flow_of(model)
     values = flow.outputs(start[None], np.zeros(1), flow.constants_of(model))[0]
     watched = [item for item in model.limits if item.name in beyond]
-    return all(values[flow.output_index(item.output)] > item.bound for item in watched)
+    reached = np.array([values[flow.output_index(item.output)] for item in watched])
+    bounds = np.array([item.bound for item in watched])
+    # Over the speed of a floor at rest slip is infinite, and no limit can be followed.
+    return bool(np.all(np.isfinite(reached) & (reached > bounds)))
 
 
 def simulate_switched(
