@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from slipfold.checks.of_motion import check_motion
 from slipfold.computations.given import checked_model
-from slipfold.flow.switched.simulate import simulate_any
+from slipfold.flow.switched.simulate import simulate_smooth_or_switched
 from slipfold.models.model import Model
 from slipfold.results.provenance import provenance
 from slipfold.results.simulation import Simulation
@@ -69,7 +69,7 @@ def simulate(
     model = checked_model(model)
     changed = model.replace(**parameters)
     started = perf_counter()
-    found = simulate_any(changed, periods, state, tolerance=tolerance)
+    found = simulate_smooth_or_switched(changed, periods, state, tolerance=tolerance)
     checked = check_motion(found) if found.sticking is None else None
     return Simulation(
         model=found.model,

@@ -30,7 +30,7 @@ from slipfold.models.contact import Contact
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
 
-__all__ = ["simulate_any", "simulate_switched"]
+__all__ = ["simulate_smooth_or_switched", "simulate_switched"]
 
 Array = NDArray[np.float64]
 
@@ -46,7 +46,7 @@ STILL = 1e-12
 """Rate, in scales an interval, at which a motion rests."""
 
 
-def simulate_any(
+def simulate_smooth_or_switched(
     model: Model,
     periods: int | None = None,
     state: ArrayLike | Mapping[str, float] | None = None,
