@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.settings import Settings
+from slipfold.flow import flow_of
 from slipfold.models.model import Model
 from slipfold.orbits.by_collocation import FIRST
 from slipfold.orbits.discretisations.collocation import Collocation
+from slipfold.orbits.discretisations.scheme import scheme_for
 from slipfold.orbits.discretisations.segments import Cut
 from slipfold.orbits.discretisations.shooting import SEGMENTS, Shooting
 from slipfold.orbits.forced_orbits import ForcedOrbits
@@ -25,21 +29,30 @@ not count: friction that is steep at rest is so for moments only."""
 
 def method_for(settings: Settings, jacobian: Array) -> Cut:
     """Return how cycles are to be cut, from the derivatives of the rates a period, shape (n, n)."""
-    stiff = bool(np.isfinite(jacobian).all()) and _turns(jacobian) > STIFF
     chosen = settings.discretisation
-    return Collocation if chosen == "collocation" or (stiff and chosen != "shooting") else Shooting
+    if chosen == "collocation" or (chosen == "automatic" and _is_stiff(jacobian)):
+        return partial(Collocation, scheme=scheme_for(jacobian[None]))
+    return Shooting
 
 
-def _turns(jacobian: Array) -> float:
-    return float(np.abs(np.linalg.eigvals(jacobian).imag).max()) / (2 * np.pi)
+def _is_stiff(jacobian: Array) -> bool:
+    if not np.isfinite(jacobian).all():
+        return False
+    turns = float(np.abs(np.linalg.eigvals(jacobian).imag).max()) / (2 * np.pi)
+    return turns > STIFF
 
 
 def forced_orbits(model: Model, vary: str, width: float, settings: Settings) -> ForcedOrbits:
     """Return orbits of the response, cut as they are to be followed.
 
-    They begin by shooting however stiff they are: multipliers of vibrations that a mesh does not
-    resolve stay near the unit circle and feign bifurcations.
+    However stiff, they begin by shooting where fast vibrations do not decay: multipliers of those
+    that a mesh does not resolve stay near the unit circle and feign bifurcations.
     """
-    if settings.discretisation == "collocation":
-        return ForcedOrbits(model, {vary: width}, 1, FIRST, Collocation)
+    state, constants = model.start[None], flow_of(model).constants_of(model)
+    jacobian = flow_of(model).jacobians(state, np.zeros(1), constants)[0]
+    scheme = scheme_for(jacobian[None])
+    decays = scheme.points.damps and _is_stiff(jacobian)
+    chosen = settings.discretisation
+    if chosen == "collocation" or (chosen == "automatic" and decays):
+        return ForcedOrbits(model, {vary: width}, 1, FIRST, partial(Collocation, scheme=scheme))
     return ForcedOrbits(model, {vary: width}, 1, SEGMENTS, Shooting)

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from slipfold.collocation.collocated_orbit import CollocatedOrbit
 from slipfold.collocation.condensation import Iterate
-from slipfold.collocation.gauss import gauss_points
 from slipfold.collocation.mesh import equidistribute, halve, uniform
 from slipfold.collocation.multipliers import (
     cycle_multipliers,
@@ -17,6 +16,7 @@ from slipfold.collocation.multipliers import (
     product_eigenvalues,
 )
 from slipfold.collocation.newton import Solution, solve
+from slipfold.collocation.points import gauss_points
 from slipfold.collocation.reference import Reference, reference_of
 from slipfold.collocation.vector_field import VectorField
 from slipfold.models.model import Model

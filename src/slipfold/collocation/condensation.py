@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.collocation.gauss import gauss_points
+from slipfold.collocation.points import gauss_points
 from slipfold.collocation.vector_field import RightHandSide
 from slipfold.models.turns import without_turns
 

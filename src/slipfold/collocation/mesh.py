@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.collocation.gauss import GaussPoints
+from slipfold.collocation.points import CollocationPoints
 
 __all__ = ["equidistribute", "halve", "spread", "steepness", "uniform"]
 
@@ -30,7 +30,7 @@ def halve(edges: Array) -> Array:
 
 
 def equidistribute(
-    edges: Array, slopes: Array, gauss: GaussPoints, count: int, anchors: int
+    edges: Array, slopes: Array, gauss: CollocationPoints, count: int, anchors: int
 ) -> Array:
     r"""Return a mesh on which the estimated error is the same on each interval.
 
@@ -43,7 +43,7 @@ def equidistribute(
     return _anchored(spread(edges, density, count), anchors)
 
 
-def steepness(edges: Array, slopes: Array, gauss: GaussPoints) -> Array:
+def steepness(edges: Array, slopes: Array, gauss: CollocationPoints) -> Array:
     r"""Return how fine a mesh has to be on each interval, shape (N,).
 
     The error on an interval of length h is :math:`h^{m + 1} |x^{(m + 1)}|` for polynomials of

@@ -24,6 +24,9 @@ class Curve(ABC, Generic[P]):
     odd: tuple[str, ...] = ()
     """Test functions that change their sign with the direction of travel."""
 
+    noise = 1e-9
+    """Test functions below this are rounding: on a family of centres one of them is zero."""
+
     @abstractmethod
     def defect(self, z: Array) -> Array:
         """Return what Newton's method brings to zero."""

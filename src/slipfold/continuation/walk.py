@@ -47,9 +47,6 @@ through the points, which know nothing of them, would bend too much between fewe
 LONGER = 2.5
 """A step is at most this many times as long as the one before."""
 
-NOISE = 1e-9
-"""Test functions below this are rounding: on a family of centres one of them is zero everywhere."""
-
 POWER = 0.22
 """The prediction's error grows with the step to the power of 1/0.22 or so."""
 
@@ -251,7 +248,7 @@ def _measure(
     values = np.array([item.values for item in recent])
     weights = lagrange([item.arclength for item in recent], point.arclength)
     errors, size = np.abs(point.values - weights @ values), np.abs(values).max(axis=0)
-    size = np.maximum(np.maximum(size, np.abs(point.values)), NOISE)
+    size = np.maximum(np.maximum(size, np.abs(point.values)), curve.noise)
     measures = _Measures(
         max(correction.distance, 1e-12) / (ERROR * settings.coarse),
         angle_between(recent[-1].tangent, point.tangent) / settings.steps.turn,

@@ -8,6 +8,7 @@ import numpy as np
 
 from slipfold.orbits.cycles import STANDING
 from slipfold.orbits.discretisations.collocation import Collocation
+from slipfold.orbits.discretisations.segments import Segments
 from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
@@ -26,7 +27,9 @@ def by_collocation(curve: C, point: OrbitPoint) -> tuple[C, OrbitPoint] | None:
     """Return a curve by collocation instead of shooting, and a point of it; None if lost."""
     orbits = curve.orbits
     count = FIRST * orbits.period
-    by = Collocation(orbits.model, orbits.by.free, orbits.period, count)
+    assert isinstance(orbits.by, Segments)
+    scheme = orbits.by.scheme(orbits.nodes(point.z), orbits.constants(point.z))
+    by = Collocation(orbits.model, orbits.by.free, orbits.period, count, scheme=scheme)
     other = curve.described_by(by)
     size = np.ptp(orbits.nodes(point.z) / orbits.scales, axis=0).max()
     if orbits.free_phase and size < STANDING:

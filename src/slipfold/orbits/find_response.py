@@ -69,7 +69,7 @@ def _from_quiet(orbits: ForcedOrbits, model: Model, value: float) -> Correction 
     if quiet is None or not model.values[quiet]:
         return "Newton's method does not converge from the linear response"
     target = model.values[quiet]
-    rising = ForcedOrbits(model, {quiet: abs(target)}, 1, orbits.segments, type(orbits.by))
+    rising = ForcedOrbits(model, {quiet: abs(target)}, 1, orbits.segments, orbits.by.cut)
     rest = guess_orbit(rising, 0.0)
     if not rest.converged:
         return f"there is no rest state with {quiet} = 0: {rest.failure}"

@@ -174,6 +174,7 @@ class Orbits(OrbitCurve):
         self.by = by
         self.period, self.segments, self.phase = by.period, by.segments, by.phase
         self.flow, self.scales, self.flow_scales = by.flow, by.scales, by.flow_scales
+        self.noise = by.noise
         self.free, self.units, self.indices = tuple(by.free), by.units, by.indices
         self.size = self.segments * len(self.scales)
         self._node_scales = np.tile(self.scales, self.segments) * np.sqrt(self.segments)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +12,9 @@ from numpy.typing import NDArray
 from slipfold.collocation.mesh import spread, steepness
 from slipfold.flow.equations import Constants
 from slipfold.models.model import Model
-from slipfold.orbits.discretisations.intervals import STAGES, Field, Solved, solve_intervals
-from slipfold.orbits.discretisations.segments import Segments
+from slipfold.orbits.discretisations.intervals import Field, Solved, solve_intervals
+from slipfold.orbits.discretisations.scheme import GAUSS, STAGES, Scheme
+from slipfold.orbits.discretisations.segments import Cut, Segments
 
 __all__ = ["Collocation"]
 
@@ -38,6 +40,9 @@ SPARE = 1.15
 WASTEFUL = 2.5
 """A mesh with this many times the intervals that are needed is made coarser."""
 
+SPARSE = 1.3
+"""Intervals may be this many times as long as vibrations ask for until there is another mesh."""
+
 FLOOR = 0.15
 """Density of a mesh where nothing happens, as a share of the mean."""
 
@@ -55,11 +60,14 @@ first state, which has to be known that much better."""
 REACH = 0.2
 """Change of the states, in scaled ones, over which polynomials are extrapolated linearly."""
 
+CARRIED = 3
+"""Intervals over which rates are carried, so that rounding decays that fast modes magnify."""
+
+STIFF_NOISE = 1e-6
+"""What rounding makes of test functions beside stiff modes, of orbits of small amplitude."""
+
 CORRECTIONS = 4
 """Newton steps to where one cycle lies nearest to another."""
-
-CONSTANT = 3.6e-8
-"""Error of a polynomial of degree 6 through Gauss points, in units of its next derivative."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,11 +92,11 @@ class _Slopes:
 
 
 class Collocation(Segments):
-    """Polynomials that meet the equations at the Gauss points of the m intervals of a mesh.
+    """Polynomials that meet the equations at some points of the m intervals of a mesh.
 
     An interval is solved from its first state alone, so that the unknowns are those of shooting:
-    the states at the mesh points. Being implicit and symmetric, it takes fast decay and fast growth
-    alike. Errors at the nodes fall with the 12th power of the intervals' lengths.
+    the states at the mesh points. With Gauss points, implicit and symmetric, it takes fast decay
+    and fast growth alike; with Radau points fast vibrations decay.
 
     `edges`, shape (m + 1,), are a mesh over the whole period; without them it is uniform, of at
     least as many `segments`.
@@ -104,19 +112,27 @@ class Collocation(Segments):
         segments: int = 0,
         *,
         edges: Array | None = None,
+        scheme: Scheme = GAUSS,
     ) -> None:
         self.copies = _copies(model, period)
         if edges is None:
-            count = max(segments, INTERVALS * self.copies)
+            least = int(np.ceil(scheme.density * period))
+            count = max(segments, INTERVALS * self.copies, least)
             edges = np.linspace(0.0, period, -(-count // self.copies) * self.copies + 1)
         super().__init__(model, free, period, edges)
+        self._scheme, self.points = scheme, scheme.points
+        if self.points.damps:
+            self.noise = STIFF_NOISE
         self.lengths = np.diff(edges)
         self._latest: _Known | None = None
         self._slopes: _Slopes | None = None
 
-    def on(self, edges: Array) -> Collocation:
+    def on(self, edges: Array, scheme: Scheme | None = None) -> Collocation:
         """Return the same on another mesh over the whole period. Shapes: edges (m + 1,)."""
-        other = Collocation(self.model, self.free, round(edges[-1] - edges[0]), edges=edges)
+        period = round(edges[-1] - edges[0])
+        other = Collocation(
+            self.model, self.free, period, edges=edges, scheme=scheme or self._scheme
+        )
         other.measure_in(self.scales)
         return other
 
@@ -130,7 +146,12 @@ class Collocation(Segments):
         # Of a cycle the mesh is that of half a round; of a forced orbit that of a whole one.
         if wanted * own < period:
             return self.on(_repeated(_repeated(pattern, round(period / (wanted * own))), wanted))
-        return Collocation(self.model, self.free, period)
+        return Collocation(self.model, self.free, period, scheme=self._scheme)
+
+    @property
+    def cut(self) -> Cut:
+        """Makes others of this kind."""
+        return partial(Collocation, scheme=self._scheme)
 
     # -- equations -----------------------------------------------------------------------------
 
@@ -155,6 +176,8 @@ class Collocation(Segments):
         The method multiplies it by nearly one instead. It lies in eigenvectors of the Jacobian, but
         for the square of how far these turn while it decays.
         """
+        if self.points.damps:
+            return None
         slopes = self._field(constants).jacobians(nodes / self.scales, self.start)
         slopes *= self.lengths[:, None, None]
         stiff = np.flatnonzero(np.abs(slopes).sum(axis=2).max(axis=1) > GONE)
@@ -170,11 +193,24 @@ class Collocation(Segments):
         settled[stiff] = settled[stiff] @ projectors
         return settled
 
+    def rates(self, nodes: Array, constants: Constants) -> Array:
+        """Return the rates at the nodes a forcing period, in scaled states, shape (m, n).
+
+        Of stiff modes they are nothing but rounding, which slopes of polynomials are free of.
+        """
+        if not self.points.damps:
+            return super().rates(nodes, constants)
+        solved = self._solved(nodes / self.scales, constants, derived=False)
+        found = np.roll(solved.slopes[:, -1], 1, axis=0)
+        for _ in range(CARRIED if solved.is_derived else 0):
+            found = np.roll(np.einsum("jab,jb->ja", solved.matrices, found), 1, axis=0)
+        return found
+
     def divergence(self, nodes: Array, constants: Constants) -> float:
         """Return the integral of the rates' divergence over the orbit."""
         solved = self._solved(nodes / self.scales, constants)
         traces = np.einsum("jkaa->jk", solved.jacobians)
-        return float(self.lengths @ (traces @ solved.gauss.weights))
+        return float(self.lengths @ (traces @ self.points.weights))
 
     def divergence_slope(self, nodes: Array, constants: Constants) -> tuple[Array, Array]:
         """Return the derivatives of that integral by the scaled nodes and the free parameters."""
@@ -182,7 +218,7 @@ class Collocation(Segments):
         stages, phases = solved.stages, solved.phases
         directions = [np.tile(unit, (*stages.shape[:2], 1)) for unit in np.eye(len(self.scales))]
         turned = [field.curvatures(stages, phases, along) for along in directions]
-        weights = (self.lengths[:, None] * solved.gauss.weights)[..., None]
+        weights = (self.lengths[:, None] * self.points.weights)[..., None]
         by_states = weights * sum(bent[..., i, :] for i, (bent, _) in enumerate(turned))
         by_free = weights * sum(mixed[..., i, :] for i, (_, mixed) in enumerate(turned))
         pulled = solved.answered(field.pulls(stages, phases))[0]
@@ -208,9 +244,16 @@ class Collocation(Segments):
             if guess is None:
                 continue
             solved = solve_intervals(
-                field, scaled, self.start, self.lengths, guess, inverses, derived=derived
+                field,
+                self.points,
+                scaled,
+                self.start,
+                self.lengths,
+                guess,
+                inverses,
+                derived=derived,
             )
-            if np.isfinite(solved.slopes[0, 0, 0]):
+            if np.isfinite(solved.rates[0, 0, 0]):
                 self._latest = _Known(constants.values, solved)
                 break
         return solved
@@ -233,10 +276,8 @@ class Collocation(Segments):
 
     def _interpolated(self, scaled: Array, constants: Constants) -> Array:
         """Return stages on the cubics through the nodes with the rates there."""
-        from slipfold.collocation.gauss import gauss_points
-
         field = self._field(constants)
-        t = gauss_points(STAGES).points[:, None]
+        t = self.points.points[:, None]
         rates = field.rates(scaled, self.start) * self.lengths[:, None]
         after = field.rates(scaled[self._following], self.end) * self.lengths[:, None]
         a = scaled[:, None]
@@ -273,10 +314,11 @@ class Collocation(Segments):
         scaled, (which, within) = nodes / self.scales, self.before(phases)
         solved = self._solved(scaled, constants, derived=derived)
         beyond = within - self.start[which]
-        places = (beyond / self.lengths[which])[:, None] * solved.gauss.points
+        places = (beyond / self.lengths[which])[:, None] * self.points.points
         guess, field = solved.at(places, which), self._field(constants)
+        start = self.start[which]
         found = solve_intervals(
-            field, scaled[which], self.start[which], beyond, guess, derived=derived
+            field, self.points, scaled[which], start, beyond, guess, derived=derived
         )
         return found, which
 
@@ -355,13 +397,15 @@ class Collocation(Segments):
         solved = self._solved(nodes / self.scales, constants)
         if not np.isfinite(solved.slopes).all():
             return None
-        density = steepness(self.edges, solved.slopes, solved.gauss)
-        density *= (CONSTANT / TOLERANCE) ** (1 / (STAGES + 1))
+        density = steepness(self.edges, solved.slopes, self.points)
+        density *= (self.points.error / TOLERANCE) ** (1 / (STAGES + 1))
         density = np.maximum(density, self._growth(nodes, constants) / GROWTH)
         errors = (density * self.lengths) ** (STAGES + 1)
         # The same mesh for each half of an orbit, and in each forcing period.
         density = density.reshape(self.copies, -1).max(axis=0)
         density = np.maximum(density, (np.roll(density, 1) + np.roll(density, -1)) / 2)
+        scheme = self.scheme(nodes, constants)
+        density = np.maximum(density, scheme.density)
         own = self.segments // self.copies
         pattern = self.edges[: own + 1]
         lengths = np.diff(pattern)
@@ -369,9 +413,10 @@ class Collocation(Segments):
         density += FLOOR * total / (pattern[-1] - pattern[0])
         wanted = max(INTERVALS, int(np.ceil(SPARE * (1 + FLOOR) * total)))
         wanted = min(wanted, LARGEST // self.copies)
-        if errors.max() <= SLACK and own <= WASTEFUL * wanted:
+        fits = scheme.points is self.points and scheme.density * lengths.max() <= SPARSE
+        if fits and errors.max() <= SLACK and own <= WASTEFUL * wanted:
             return None
-        return self.on(_repeated(spread(pattern, density, wanted), self.copies))
+        return self.on(_repeated(spread(pattern, density, wanted), self.copies), scheme)
 
     def _growth(self, nodes: Array, constants: Constants) -> Array:
         """Return the largest rate at which perturbations grow on each interval, shape (m,)."""

@@ -32,6 +32,9 @@ class Discretisation(ABC):
     growing = False
     """Whether multipliers keep their digits beside any that are larger by orders of magnitude."""
 
+    noise = 1e-9
+    """What rounding makes of test functions of multipliers."""
+
     phase = 0.0
     """Phase of the first node."""
 

@@ -8,16 +8,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.collocation.gauss import GaussPoints, gauss_points
+from slipfold.collocation.points import CollocationPoints
 from slipfold.flow import Flow
 from slipfold.flow.equations import Constants
 
-__all__ = ["STAGES", "Field", "Solved", "solve_intervals"]
+__all__ = ["Field", "Solved", "solve_intervals"]
 
 Array = NDArray[np.float64]
-
-STAGES = 6
-"""Gauss points an interval: errors at its ends fall with the 12th power of its length."""
 
 ITERATIONS = 10
 
@@ -106,22 +103,26 @@ class Field:
 
 @dataclass(frozen=True, eq=False)
 class Solved:
-    r"""Polynomials that meet the equations at the Gauss points, and how they depend on the start.
+    r"""Polynomials that meet the equations at some points, and how they depend on the start.
 
     With stages Y and slopes F the equations in the Runge-Kutta basis are
 
     .. math:: Y_l = x + h \sum_k a_{lk} F(Y_k), \quad x_+ = x + h \sum_k b_k F(Y_k).
+
+    Where the last point is the end, so is the last stage: rounding of the rates, which fast modes
+    magnify, then does not enter.
     """
 
+    points: CollocationPoints  # where in each interval the equations are met
     nodes: Array  # states at the beginnings, shape (m, n)
     # Phases of the beginnings and lengths, shape (m,)
     start: Array
     lengths: Array
-    # States and rates at the Gauss points, shape (m, s, n); NaN where there is no solution
+    # States and rates at the points, shape (m, s, n); NaN where there is no solution
     stages: Array
-    slopes: Array
+    rates: Array
     inverses: Array  # of the derivatives of the equations by the stages, shape (m, s n, s n)
-    # Derivatives of the rates at the Gauss points, shape (m, s, n, n); (0, s, n, n) where they were
+    # Derivatives of the rates at the points, shape (m, s, n, n); (0, s, n, n) where they were
     # not asked for, and the inverses are those of a solution nearby
     jacobians: Array
 
@@ -130,20 +131,25 @@ class Solved:
         """Whether derivatives are those at the solution."""
         return len(self.jacobians) == len(self.nodes)
 
-    @property
-    def gauss(self) -> GaussPoints:
-        """The Gauss points."""
-        return gauss_points(self.stages.shape[1])
-
     @cached_property
     def phases(self) -> Array:
         """Phases of the stages, shape (m, s)."""
-        return _phases(self.start, self.lengths, self.gauss)
+        return _phases(self.start, self.lengths, self.points)
+
+    @cached_property
+    def slopes(self) -> Array:
+        """Slopes of the polynomials at the points, shape (m, s, n): the rates but for rounding."""
+        if not self.points.damps:
+            return self.rates
+        grown = np.einsum("lk,jka->jla", self.points.outer, self.stages - self.nodes[:, None])
+        return np.asarray(grown / self.lengths[:, None, None])
 
     @cached_property
     def ends(self) -> Array:
         """States at the ends, shape (m, n)."""
-        total = np.einsum("k,jkn->jn", self.gauss.weights, self.slopes)
+        if self.points.damps:
+            return self.stages[:, -1]
+        total = np.einsum("k,jkn->jn", self.points.weights, self.slopes)
         return self.nodes + self.lengths[:, None] * total
 
     @cached_property
@@ -155,14 +161,16 @@ class Solved:
     @cached_property
     def matrices(self) -> Array:
         """Derivatives of the ends by the beginnings, shape (m, n, n)."""
-        return np.eye(self.nodes.shape[1]) + self.carried(self.moved)
+        if self.points.damps:
+            return self.moved[:, -1]
+        return np.eye(self.nodes.shape[1]) + self._carried(self.moved)
 
-    def carried(self, changes: Array) -> Array:
+    def _carried(self, changes: Array) -> Array:
         """Return what changes of the stages do to the ends, besides those of the rates.
 
         Shapes: changes (m, s, n, q); returns (m, n, q).
         """
-        weighted = self.jacobians * self.gauss.weights[:, None, None]
+        weighted = self.jacobians * self.points.weights[:, None, None]
         return np.asarray(
             self.lengths[:, None, None] * np.einsum("jkab,jkbq->jaq", weighted, changes)
         )
@@ -173,30 +181,33 @@ class Solved:
         Shapes: pushes (m, s, n, q); returns (m, s, n, q), (m, n, q).
         """
         m, s, n, q = pushes.shape
-        gauss, lengths = self.gauss, self.lengths[:, None, None]
-        inner = np.einsum("lk,jkaq->jlaq", gauss.inner, pushes)
+        points, lengths = self.points, self.lengths[:, None, None]
+        inner = np.einsum("lk,jkaq->jlaq", points.inner, pushes)
         right = (lengths[..., None] * inner).reshape(m, s * n, q)
         stages = (self.inverses @ right).reshape(m, s, n, q)
-        outer = lengths * np.einsum("k,jkaq->jaq", gauss.weights, pushes)
-        return stages, self.carried(stages) + outer
+        if points.damps:
+            return stages, stages[:, -1]
+        outer = lengths * np.einsum("k,jkaq->jaq", points.weights, pushes)
+        return stages, self._carried(stages) + outer
 
     def at(self, fractions: Array, which: NDArray[np.intp]) -> Array:
         """Evaluate the polynomials of some intervals, each at places of its own.
 
         Shapes: fractions (q, p); which (q,); returns (q, p, n).
         """
-        weights = self.gauss.integrals(fractions.ravel()).reshape(*fractions.shape, -1)
+        weights = self.points.integrals(fractions.ravel()).reshape(*fractions.shape, -1)
         grown = np.einsum("qpk,qkn->qpn", weights, self.slopes[which])
         return np.asarray(self.nodes[which][:, None] + self.lengths[which][:, None, None] * grown)
 
 
-def _phases(start: Array, lengths: Array, gauss: GaussPoints) -> Array:
-    return np.asarray(start[:, None] + lengths[:, None] * gauss.points)
+def _phases(start: Array, lengths: Array, points: CollocationPoints) -> Array:
+    return np.asarray(start[:, None] + lengths[:, None] * points.points)
 
 
 @np.errstate(over="ignore", invalid="ignore")  # what overflows is lost, and returned so
 def solve_intervals(
     field: Field,
+    points: CollocationPoints,
     nodes: Array,
     start: Array,
     lengths: Array,
@@ -212,8 +223,7 @@ def solve_intervals(
 
     Shapes: nodes (m, n); start, lengths (m,); guess (m, s, n); inverses (m, s n, s n).
     """
-    gauss = gauss_points(guess.shape[1])
-    phases, inner = _phases(start, lengths, gauss), gauss.inner
+    phases, inner = _phases(start, lengths, points), points.inner
     steps, size = lengths[:, None, None], guess.shape[1] * guess.shape[2]
     m, s, n = guess.shape
     stages, nothing = guess, np.empty((0, s, n, n))
@@ -233,7 +243,7 @@ def solve_intervals(
             stages, before = stages + step, length
             if length < EXACT * max(1.0, float(np.abs(stages).max())):
                 if not derived:
-                    return Solved(nodes, start, lengths, stages, slopes, inverses, nothing)
+                    return Solved(points, nodes, start, lengths, stages, slopes, inverses, nothing)
                 break
     alone, previous = inverses is None and not derived, np.inf
     for _ in range(ITERATIONS):
@@ -253,10 +263,12 @@ def solve_intervals(
         size_of_states = max(1.0, float(np.abs(stages).max()))
         if length < STILL * size_of_states or 1e-7 > length > 0.5 * previous:
             slopes = slopes + np.einsum("jkab,jkb->jka", jacobians, step)
-            return Solved(nodes, start, lengths, stages, slopes, inverses, jacobians)
+            return Solved(points, nodes, start, lengths, stages, slopes, inverses, jacobians)
         if alone and length < NEARBY:
-            return solve_intervals(field, nodes, start, lengths, stages, inverses, derived=False)
+            return solve_intervals(
+                field, points, nodes, start, lengths, stages, inverses, derived=False
+            )
         previous = length
     lost = np.full((m, s, n), np.nan)
     none = np.full((m, size, size), np.nan)
-    return Solved(nodes, start, lengths, lost, lost, none, np.full((m, s, n, n), np.nan))
+    return Solved(points, nodes, start, lengths, lost, lost, none, np.full((m, s, n, n), np.nan))

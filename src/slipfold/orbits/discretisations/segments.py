@@ -12,10 +12,14 @@ from slipfold.flow.equations import Constants
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.orbits.discretisations.discretisation import Discretisation
+from slipfold.orbits.discretisations.scheme import Scheme, scheme_for
 
 __all__ = ["Cut", "Segments"]
 
 Array = NDArray[np.float64]
+
+LOOKS = 8
+"""Nodes at which vibrations are looked for."""
 
 
 class Segments(Discretisation):
@@ -37,6 +41,11 @@ class Segments(Discretisation):
         Shapes: ends, nodes (m, n).
         """
         return without_turns(ends - nodes, self.turns)
+
+    @property
+    def cut(self) -> Cut:
+        """Makes others of this kind."""
+        return type(self)
 
     @abstractmethod
     def mismatch(self, nodes: Array, constants: Constants) -> Array:
@@ -148,6 +157,15 @@ class Segments(Discretisation):
         Shapes: nodes (m, n).
         """
         return self.flow.rates(nodes, self.start, constants) / self.scales
+
+    def scheme(self, nodes: Array, constants: Constants) -> Scheme:
+        """Return how collocation should solve intervals, from the vibrations at some of the nodes.
+
+        Shapes: nodes (m, n).
+        """
+        some = np.linspace(0, self.segments - 1, LOOKS).astype(int)
+        found = self.flow.jacobians(nodes[some], self.start[some], constants)
+        return scheme_for(found * self.ratios)
 
     def changing_rates(self, nodes: Array, constants: Constants) -> tuple[Array, Array, Array]:
         """Return the rates at the first nodes with their derivatives, in scaled variables.

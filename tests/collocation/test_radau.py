@@ -1,0 +1,114 @@
+"""Collocation at Radau points: its order, and what it makes of what a mesh does not resolve."""
+
+import numpy as np
+import pytest
+
+import slipfold as sf
+from slipfold.branches.method import forced_orbits
+from slipfold.branches.settings import Settings
+from slipfold.collocation.points import gauss_points, radau_points
+from slipfold.continuation.newton import correct
+from slipfold.orbits.discretisations.collocation import Collocation
+from slipfold.orbits.discretisations.scheme import GAUSS, STAGES, Scheme, scheme_for
+from slipfold.orbits.discretisations.shooting import Shooting
+from slipfold.orbits.forced_orbits import ForcedOrbits
+
+RADAU = Scheme(radau_points(STAGES))
+
+
+@pytest.mark.parametrize("degree", [1, 2, 3, 6])
+def test_radau_points_integrate_polynomials_exactly(degree):
+    radau = radau_points(degree)
+    assert radau.points[-1] == 1.0
+    assert radau.inner[-1] == pytest.approx(radau.weights, abs=1e-14)
+    for power in range(2 * degree - 1):  # the quadrature knows all but one of what Gauss's does
+        assert radau.weights @ radau.points**power == pytest.approx(1 / (power + 1), abs=1e-14)
+    beyond = radau.weights @ radau.points ** (2 * degree - 1)
+    assert beyond != pytest.approx(1 / (2 * degree), abs=1e-14)
+
+
+def growth(points, exponent):
+    """What a step of length one makes of x' = exponent x."""
+    matrix = np.eye(len(points.points)) - exponent * points.inner
+    return 1 + exponent * points.weights @ np.linalg.solve(matrix, np.ones(len(matrix)))
+
+
+def test_what_is_not_resolved_is_damped_at_radau_points_alone():
+    assert abs(growth(gauss_points(6), 1e3j)) == pytest.approx(1)
+    assert abs(growth(radau_points(6), 1e3j)) < 0.01
+    assert abs(growth(radau_points(6), 4j)) == pytest.approx(1, abs=1e-4)
+
+
+def forced(text, **values):
+    return sf.System(
+        name="forced", parameters={"F": 8.0}, states=text, forcing={"period": "2*pi"}, **values
+    )
+
+
+def solved(model, count, scheme):
+    """The orbit by collocation on a uniform mesh, from that by shooting, and its multipliers."""
+    orbit = sf.periodic_orbit(model)
+
+    def cut(*given):
+        return Collocation(*given, scheme=scheme)
+
+    orbits = ForcedOrbits(model, {"F": 1.0}, 1, count, cut)
+    row = np.eye(orbits.size + 1)[-1]
+    samples = orbit.sample(orbits.segments)[1]
+    found = correct(orbits, orbits.join(samples, [model.values["F"]]), row)
+    assert found.converged
+    return orbits.nodes(found.z), np.linalg.eigvals(found.linearisation.product), orbit
+
+
+def test_errors_at_the_nodes_are_of_order_eleven():
+    model = forced({"x": "v", "v": "F*cos(t) - 0.3*v - x - x^3"})
+    errors = []
+    for count in (16, 32):
+        nodes, _, orbit = solved(model, count, RADAU)
+        errors.append(np.abs(nodes[:: count // 8] - orbit.nodes).max())
+    assert 1e-8 < errors[0] < 1e-2
+    assert 500 < errors[0] / errors[1] < 10000  # 2^11 = 2048
+
+
+def test_a_fast_mode_that_decays_has_a_multiplier_of_nothing():
+    """Mode y turns 500 times a period and decays to e^-30; a mesh of 64 does not resolve it."""
+    model = forced(
+        {"x": "v", "v": "F*cos(t) - 0.3*v - x - x^3", "y": "w", "w": "x - 10*w - 250000*y"}
+    )
+    by_radau, by_gauss = (np.abs(solved(model, 64, item)[1]) for item in (RADAU, GAUSS))
+    slow = np.abs(solved(model, 64, RADAU)[2].multipliers)[:2]
+    assert np.sort(by_radau)[-2:] == pytest.approx(np.sort(slow), abs=1e-8)
+    assert np.sort(by_radau)[:2].max() < 1e-6
+    assert np.sort(by_gauss)[:2].max() > 0.1  # the feigned ones
+
+
+def oscillators(*pairs):
+    """Jacobian of modes with a decay and a turning each, as exponents a unit of phase."""
+    from scipy.linalg import block_diag
+
+    return block_diag(*[[[-decay, turn], [-turn, -decay]] for decay, turn in pairs])[None]
+
+
+@pytest.mark.parametrize(
+    ("modes", "damps", "density"),
+    [
+        ([(0.1, 6.0), (50.0, 1e4)], True, 1.0),
+        ([(0.1, 6.0), (0.1, 600.0), (50.0, 1e4)], True, 100.0),  # resolved, for it may grow
+        ([(0.0, 6.0), (0.0, 1e4)], False, 0.0),  # conservative
+        ([(0.1, 6.0), (0.5, 1e4)], False, 0.0),  # so lightly damped that it counts
+        ([(0.1, 6.0), (50.0, 200.0)], False, 0.0),  # resolved anyway
+        ([(-0.1, 6.0), (-50.0, 1e4)], False, 0.0),  # it grows
+    ],
+)
+def test_the_points_follow_from_what_vibrates_and_decays(modes, damps, density):
+    found = scheme_for(oscillators(*modes))
+    assert found.points.damps == damps
+    assert found.density == pytest.approx(density)
+
+
+@pytest.mark.parametrize(("damping", "begun"), [(10.0, Collocation), (0.0, Shooting)])
+def test_stiff_forced_orbits_begin_by_collocation_where_what_is_fast_decays(damping, begun):
+    model = forced({"x": "v", "v": "F*cos(t) - v - x", "y": "w", "w": f"x - {damping}*w - 1e6*y"})
+    assert type(forced_orbits(model, "F", 1.0, Settings()).by) is begun
+    chosen = Settings(discretisation="shooting")
+    assert type(forced_orbits(model, "F", 1.0, chosen).by) is Shooting
