@@ -201,6 +201,7 @@ def test_whole_powers_have_a_series_at_zero(exponent):
         ("pow(q, 2)", 0, "write x^y"),
         ("abs(q)", 0, "abs is not smooth, and flows and their derivatives need smooth rates"),
         ("sign(q)", 0, "write tanh(x/e) for a sign"),
+        ("sign(q)", 0, "FrictionContact with an exact law such as Coulomb"),
         ("max(q, 0)", 0, "max is not smooth"),
         ("sin()", 0, "sin takes 1 argument, not 0; write sin(x)"),
         ("sin(q, 2)", 0, "sin takes 1 argument, not 2"),

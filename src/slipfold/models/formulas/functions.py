@@ -59,6 +59,11 @@ _CORNER = (
     "[limits] where that side ends"
 )
 
+_DRY = (
+    "; friction that sticks belongs to a contact of a Structure, FrictionContact with an exact law "
+    "such as Coulomb"
+)
+
 _NOT_SMOOTH = frozenset(
     (
         *("abs", "sign", "sgn", "min", "max", "clip", "saturate", "relu"),
@@ -99,7 +104,7 @@ def explain_unknown_function(name: str) -> str:
     "there is no function 'ln'; write log(x)"
     """
     if name in _NOT_SMOOTH:
-        return f"{name} {_CORNER}"
+        return f"{name} {_CORNER}{_DRY if name in ('sign', 'sgn') else ''}"
     if name in _INSTEAD:
         return f"there is no function {name!r}; write {_INSTEAD[name]}"
     return (
