@@ -112,6 +112,9 @@ def test_a_forced_start_in_slip_on_a_floor_at_rest():
     t = np.linspace(0, turn, 9)
     x = a * np.cos(t) + b * np.sin(t) + V * np.cos(W * t) - mu
     assert motion.at(t) == pytest.approx(np.transpose([x, speed(t)]), abs=1e-12)
+    # The instant at which it stops, alone.
+    change = motion.sticking.intervals[0].end * motion.forcing_period
+    assert motion.at(change) == pytest.approx([x[-1], 0.0], abs=1e-12)
 
 
 @pytest.mark.parametrize("speed", [0.2, 0.35])

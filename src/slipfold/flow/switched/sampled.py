@@ -60,7 +60,7 @@ def sample_switched(model: Model, state: Array, mode: Mode, phases: Array) -> Sa
     states = np.full((len(phases), len(state)), np.nan)
     modes = [mode] * len(phases)
     scales = flow_of(model).constants_of(model).scales
-    done = 0
+    done, last, doing = 0, state, mode
     for leg in dense_legs(model, state, mode, float(phases[-1])):
         upto = len(phases) if leg.event is None else int(np.searchsorted(phases, leg.end))
         if upto > done:
@@ -69,6 +69,7 @@ def sample_switched(model: Model, state: Array, mode: Mode, phases: Array) -> Sa
             else:
                 states[done:upto] = leg.polynomials(phases[done:upto])[:, : len(state)] * scales
             modes[done:upto] = [shown(leg.held or leg.mode)] * (upto - done)
-        done = max(done, upto)
-    states[done:] = states[done - 1] if done else state
+        done, last, doing = max(done, upto), leg.state, shown(leg.held or leg.mode)
+    # Where the last leg ends in an event at the last of the phases, no other one follows.
+    states[done:], modes[done:] = last, [doing] * (len(phases) - done)
     return Samples(model, states, phases, modes)
