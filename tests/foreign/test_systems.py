@@ -22,24 +22,12 @@ QUICK = {
 }
 """Those that every run of the tests includes; the others take longer, or are like them."""
 
-UNMENDED = {
-    "glycolysis-0-collocation": "a branch point is invented where the cycles end at a Hopf point",
-    "ueda-0-collocation": "a doubling differs by 1e-8, a little more than its uncertainty allows",
-}
-
 RUNS = [
     pytest.param(
         case,
         by,
         id=f"{case}-{by}",
-        marks=[
-            *([] if str(case) in QUICK and by == case.methods[0] else [pytest.mark.long]),
-            *(
-                pytest.mark.xfail(reason=reason, strict=True)
-                for name, reason in UNMENDED.items()
-                if name == f"{case}-{by}"
-            ),
-        ],
+        marks=[] if str(case) in QUICK and by == case.methods[0] else pytest.mark.long,
     )
     for case in cases()
     for by in case.methods

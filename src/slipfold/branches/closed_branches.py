@@ -140,13 +140,17 @@ class MeetsCopy:
         return place, hermite(near, place)[0]
 
     def _last(self, stretch: Stretch[OrbitPoint], place: float) -> OrbitPoint:
+        orbits, before = self._curve.orbits, stretch.before
+        direction = asymmetry(orbits, before.z)
+        direction /= np.linalg.norm(direction)
         for back in (BEFORE, 4 * BEFORE, 16 * BEFORE):
-            if back < place - stretch.before.arclength:
+            if back < place - before.arclength:
                 last = point_at(self._curve, stretch.known, place - back)
-                # Newton's method may fall onto the parent, where the halves do not differ.
-                if np.linalg.norm(asymmetry(self._curve.orbits, last.z)) > 0.3 * back:
+                # Newton's method may fall onto the parent, where the halves do not differ, or onto
+                # the copy, of which beside a Hopf point any phase is near.
+                if direction @ asymmetry(orbits, last.z) > 0.3 * back:
                     return last
-        return stretch.before
+        return before
 
 
 def close_on_parent(
