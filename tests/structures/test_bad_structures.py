@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 
+from slipfold.computations.response import response
 from slipfold.errors import InputError
 from slipfold.models.friction import BoucWen, Coulomb, Regularised
 from slipfold.models.structures import (
@@ -204,3 +205,10 @@ def test_matrices_without_symmetry_are_taken_where_they_may_be():
     model = make(C=SKEW, K=SKEW)
     assert "energy" not in [output.name for output in model.outputs()]
     assert model.stiffness_matrix == pytest.approx(SKEW)
+
+
+def test_steady_sliding_is_not_followed_to_a_counter_body_at_rest():
+    tip = FrictionContact("tip", Coulomb(), Vd="2 m/s")
+    rubbing = Structure(M=[[1.0]], K=[[100.0]], names=("tip",), contacts=tip)
+    with pytest.raises(InputError, match="Vd = 0 is outside its bounds; Vd must be > 0 m/s"):
+        response(rubbing, vary="Vd", span=(1, 0))

@@ -65,6 +65,8 @@ def models(
 
 
 def _record(model: Model) -> dict[str, Any]:
+    varied = {item.name for item in model.variable_parameters}
+
     def described(items: Sequence[Any]) -> list[dict[str, str]]:
         return [{"name": item.name, "unit": item.unit, "doc": item.doc} for item in items]
 
@@ -81,7 +83,7 @@ def _record(model: Model) -> dict[str, Any]:
                 "upper": item.upper if math.isfinite(item.upper) else None,
                 "bounds": item.bounds,
                 "doc": item.doc,
-                "varied": item in model.variable_parameters,
+                "varied": item.name in varied,
             }
             for item in model.parameters
         ],
@@ -123,8 +125,8 @@ def _details(model: Model) -> str:
 
 def _meaning(model: Model, item: Parameter) -> str:
     """Say what a parameter is, and that it cannot be varied if that is so."""
-    varied = item in model.variable_parameters
-    return item.doc if varied else f"{item.doc}; cannot be varied"
+    varied = {item.name for item in model.variable_parameters}
+    return item.doc if item.name in varied else f"{item.doc}; cannot be varied"
 
 
 def _table(rows: Sequence[Sequence[str]]) -> list[str]:

@@ -122,9 +122,10 @@ def _described(name: str, model: Model) -> dict[str, Any]:
 
 def _default(model: Model, first: Mapping[str, Any]) -> dict[str, Any]:
     vary = first.get("vary") or model.varied_first or model.variable_parameters[0].name
+    around = _around(model.variable_parameter(vary), model.values[vary])
     return {
         "vary": vary,
-        "span": first.get("span") or list(_around(model.parameter(vary), model.values[vary])),
+        "span": first.get("span") or list(around),
         "show": first.get("show") or model.states[0].name,
         "statistic": "max",
         "parameters": {},

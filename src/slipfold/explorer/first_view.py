@@ -28,7 +28,7 @@ def first_view(model: Model) -> dict[str, Any]:
     known = _known().get(model.name)
     if known is None:
         return {"sliders": {}}
-    named = {item.name: item for item in built_in_models()[model.name]().parameters}
+    named = {item.name: item for item in built_in_models()[model.name]().variable_parameters}
     same = {item.name for item in model.variable_parameters if named.get(item.name) == item}
     sliders = known.get("sliders", {})
     found = {"sliders": {name: ends for name, ends in sliders.items() if name in same}}

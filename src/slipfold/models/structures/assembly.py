@@ -170,6 +170,15 @@ class Assembly:
             item.component.called(name) for item in self.placed for name in item.component.speeds
         )
 
+    @property
+    def sliding_speeds(self) -> tuple[str, ...]:
+        """Those of counter-bodies on which nothing can slide steadily while they are at rest."""
+        return tuple(
+            item.component.called(name)
+            for item in self.placed
+            for name in item.component.sliding_speeds
+        )
+
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
         """The structure's own, then those of the components."""

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.models.model import Model
+from slipfold.models.parameter import Parameter
 from slipfold.models.structures.assembly import Assembly
 from slipfold.models.structures.cost import Cost, estimate_cost
 from slipfold.models.structures.matrices.reduction import ReductionReport
@@ -24,6 +27,15 @@ class LinearStructure(Model):
     def varied_first(self) -> str | None:
         """What switches the forcing off; where nothing does, the speed of a counter-body."""
         return self.quiet or next(iter(self._assembly.speeds), None)
+
+    @property
+    def variable_parameters(self) -> tuple[Parameter, ...]:
+        """Those that may be varied; what slides stays in slip, so above a speed of zero."""
+        sliding = self._assembly.sliding_speeds
+        return tuple(
+            replace(item, lower_open=True) if item.name in sliding else item
+            for item in super().variable_parameters
+        )
 
     @property
     def mass_matrix(self) -> Array:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from slipfold.collocation.mesh import spread, steepness
 from slipfold.flow.equations import Constants
 from slipfold.models.model import Model
+from slipfold.orbits.discretisations.higher_derivatives import cubed_ends, curved_ends
 from slipfold.orbits.discretisations.intervals import Field, Solved, solve_intervals
 from slipfold.orbits.discretisations.scheme import GAUSS, STAGES, Scheme
 from slipfold.orbits.discretisations.segments import Cut, Segments
@@ -295,7 +296,7 @@ class Collocation(Segments):
         field = self._field(constants)
         solved = self._solved(nodes / self.scales, constants)
         pulled = solved.answered(field.pulls(solved.stages, solved.phases))[0]
-        found = [_curved(field, solved, pulled, vector) for vector in vectors]
+        found = [curved_ends(field, solved, pulled, vector) for vector in vectors]
         bent, mixed = zip(*found, strict=True)
         return np.array(bent), np.array(mixed) * self.units
 
@@ -303,7 +304,7 @@ class Collocation(Segments):
         """Return the third derivatives of the intervals' ends along vectors, in scaled states."""
         field = self._field(constants)
         solved = self._solved(nodes / self.scales, constants)
-        return np.array([_cube(field, solved, vector) for vector in vectors])
+        return np.array([cubed_ends(field, solved, vector) for vector in vectors])
 
     # -- states elsewhere ----------------------------------------------------------------------
 
@@ -423,25 +424,6 @@ class Collocation(Segments):
         slopes = self._field(constants).jacobians(nodes / self.scales, self.start)
         rates = np.linalg.eigvals(slopes).real.max(axis=1)
         return np.maximum(rates, np.roll(rates, -1))
-
-
-def _curved(field: Field, solved: Solved, pulled: Array, vector: Array) -> tuple[Array, Array]:
-    """Derivatives of the ends' change along a vector by the nodes and the free parameters."""
-    along = np.einsum("jkab,jb->jka", solved.moved, vector)
-    bent, mixed = field.curvatures(solved.stages, solved.phases, along)
-    pushes = np.concatenate([bent @ solved.moved, bent @ pulled + mixed], axis=3)
-    ends = solved.answered(pushes)[1]
-    n = vector.shape[1]
-    return ends[:, :, :n], ends[:, :, n:]
-
-
-def _cube(field: Field, solved: Solved, vector: Array) -> Array:
-    """Third derivatives of the ends along a vector, from those of the rates order by order."""
-    first = np.einsum("jkab,jb->jka", solved.moved, vector)
-    bent = field.curvatures(solved.stages, solved.phases, first)[0]
-    second = solved.answered(bent @ first[..., None])[0]
-    cubes = field.cubes(solved.stages, solved.phases, first)[..., None]
-    return solved.answered(cubes + 3 * bent @ second)[1][..., 0]
 
 
 def _copies(model: Model, period: int) -> int:

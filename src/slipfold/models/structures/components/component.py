@@ -119,6 +119,11 @@ class Component(Parametric, ABC):
         """Names of the parameters that are speeds of a counter-body."""
         return ()
 
+    @property
+    def sliding_speeds(self) -> tuple[str, ...]:
+        """Names of those on which nothing can slide steadily while they are zero."""
+        return ()
+
     def memory(self) -> tuple[State, ...]:
         """Return the component's own states."""
         return ()

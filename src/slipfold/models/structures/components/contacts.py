@@ -160,6 +160,11 @@ class FrictionContact(Component):
         """That of the counter-body."""
         return ("Vd",)
 
+    @property
+    def sliding_speeds(self) -> tuple[str, ...]:
+        """That of the counter-body, if the law sticks where it is at rest."""
+        return self.speeds if self.law.sticks else ()
+
     def coefficients(self, p: Symbols) -> dict[str, Expression]:
         """Parameters of load and law, and the velocity of the counter-body."""
         result = {item.name: p[item.name] for item in self.own_parameters if item.name != "alpha"}

@@ -1,0 +1,31 @@
+"""Second and third derivatives of the ends of intervals, through the system that solves them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.orbits.discretisations.intervals import Field, Solved
+
+__all__ = ["cubed_ends", "curved_ends"]
+
+Array = NDArray[np.float64]
+
+
+def curved_ends(field: Field, solved: Solved, pulled: Array, vector: Array) -> tuple[Array, Array]:
+    """Return the derivatives of the ends' change along a vector, by nodes and parameters."""
+    along = np.einsum("jkab,jb->jka", solved.moved, vector)
+    bent, mixed = field.curvatures(solved.stages, solved.phases, along)
+    pushes = np.concatenate([bent @ solved.moved, bent @ pulled + mixed], axis=3)
+    ends = solved.answered(pushes)[1]
+    n = vector.shape[1]
+    return ends[:, :, :n], ends[:, :, n:]
+
+
+def cubed_ends(field: Field, solved: Solved, vector: Array) -> Array:
+    """Return the third derivatives of the ends along a vector, from those of the rates."""
+    first = np.einsum("jkab,jb->jka", solved.moved, vector)
+    bent = field.curvatures(solved.stages, solved.phases, first)[0]
+    second = solved.answered(bent @ first[..., None])[0]
+    cubes = field.cubes(solved.stages, solved.phases, first)[..., None]
+    return solved.answered(cubes + 3 * bent @ second)[1][..., 0]
