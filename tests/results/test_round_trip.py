@@ -17,6 +17,7 @@ from helpers.diagrams import (
     response_branch,
     special_point,
 )
+from helpers.dry_friction import den_hartog
 from slipfold.branches.branch import End
 from slipfold.branches.event import Event
 from slipfold.branches.settings import Newton, Settings, Steps
@@ -183,10 +184,10 @@ def test_simulation_that_met_a_limit(tmp_path):
 
 
 def test_a_motion_that_sticks(tmp_path):
-    motion = simulate(SlidingOscillator(Vd=0.05, Nd=0.3), 20)
+    motion = simulate(den_hartog(0.6, 0.5, 0.8), 20)
     assert motion.regime == "stick-slip"
     copy = load(saved(tmp_path, motion))
-    assert copy.sticking.contacts == ("tip",)
+    assert copy.sticking.contacts == ("contact",)
     assert copy.sticking.intervals == motion.sticking.intervals
     assert copy.sticking.modes.tolist() == motion.sticking.modes.tolist()
     assert copy.at(1.0).tolist() == motion.at(1.0).tolist()
