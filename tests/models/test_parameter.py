@@ -36,8 +36,8 @@ def test_not_finite_is_refused(parameter, value):
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"Vd": 0}, "Vd = 0 is outside its bounds; Vd must be > 0 m/s"),
-        ({"Vd": "-0.1 m/s"}, "Vd must be > 0 m/s"),
+        ({"L": 0}, "L = 0 is outside its bounds; L must be > 0 m"),
+        ({"Vd": "-0.1 m/s"}, "Vd must be >= 0 m/s"),
         ({"mu": -0.1}, "mu = -0.1 is outside its bounds; mu must be >= 0"),
         ({"f": 0}, "f must be > 0 Hz"),
         ({"Ns": 0}, "Ns must be > 0 N"),

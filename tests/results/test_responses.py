@@ -49,7 +49,7 @@ def test_a_case_that_fails_says_why_and_leaves_the_others():
     over = {"Vd": [0.6, -1.0, 0.5]}
     found = sf.responses(MODEL, "Nd", SPAN, over=over, observer=seen.append)
     assert [diagram is None for diagram in found] == [False, True, False]
-    assert found.failures == {1: "Vd = -1 is outside its bounds; Vd must be > 0 m/s"}
+    assert found.failures == {1: "Vd = -1 is outside its bounds; Vd must be >= 0 m/s"}
     assert seen[-1] == sf.CaseProgress(3, 3, 1)
     assert [item.done for item in seen] == [1, 2, 3]
     assert {item.case for item in found.special} == {0, 2}

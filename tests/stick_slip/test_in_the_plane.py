@@ -100,6 +100,38 @@ def test_a_line_in_the_plane_is_a_line():
     assert [item.state for item in flat.sticking.intervals].count("stick") > 20
 
 
+@pytest.mark.parametrize("forced", [True, False])
+def test_on_a_wall_the_oscillator_comes_to_rest(forced):
+    model = sliding(0.4, 0.0, 0.6)
+    start = {"x": 3.0, "vy": 20.0}
+    motion = sf.simulate(model if forced else model.steady(), 12, start)
+    assert motion.stopped is None
+    assert motion.sticking.intervals[0].state == "slip"
+    assert motion.sticking.intervals[-1].state == "stick"
+    assert np.abs(motion.strobe[-1, 2:]).max() == 0
+    assert motion.strobe[-1] == pytest.approx(motion.strobe[-2], abs=0)
+    # All that was in it was turned into heat by friction and damping, but for what springs hold.
+    heat = sum(item.heat for item in motion.sticking.intervals)
+    work = sum(item.work for item in motion.sticking.intervals)
+    assert work == pytest.approx(-heat, rel=1e-12)
+    lost = energy(model, motion.strobe[0]) - energy(model, motion.strobe[-1])
+    assert 0.9 * lost < heat < lost
+
+
+def test_orbits_are_not_followed_on_a_wall():
+    for follow in (
+        lambda: sf.response(sliding(0.1, 0.0), "f", (12, 13)),
+        lambda: sf.response(sliding(0.1, 0.6), "Vd", (0.6, 0)),
+        lambda: sf.bifurcation_set(sliding(0.1, 0.0), ("f", "Nd"), ((12, 13), (0, 0.1))),
+        lambda: sf.threshold_map(
+            sliding(0.1, 0.6), "Nd", over={"Vd": [0, 1], "f": [12, 13]}, span=(0, 0.1)
+        ),
+        lambda: sliding(0.1, 0.0).static_point(),
+    ):
+        with pytest.raises(sf.InputError, match=r"^Vd = 0 is outside its bounds; Vd must be > 0"):
+            follow()
+
+
 def test_on_a_wall_a_mass_comes_to_rest():
     law = sf.Coulomb(mu_s=0.6, mu_k=0.5)
     load = sf.ModulatedLoad(Ns=1.0, Nd=0.2)

@@ -9,6 +9,7 @@ import numpy as np
 
 from slipfold.errors import InputError
 from slipfold.loci.window import Window, check_window
+from slipfold.models.followed import check_followed
 from slipfold.models.model import Model
 from slipfold.models.quantity import parse_quantity
 
@@ -114,7 +115,9 @@ def _first_allowed(model: AnyModel, candidates: Sequence[dict[str, float | str]]
     refused: InputError | None = None
     for candidate in candidates:
         try:
-            return model.replace(**candidate)
+            changed = model.replace(**candidate)
+            check_followed(changed)
+            return changed
         except InputError as error:
             refused = refused or error
     assert refused is not None

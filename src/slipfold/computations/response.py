@@ -18,6 +18,7 @@ from slipfold.computations.given import (
     refuse_varied,
 )
 from slipfold.errors import InputError
+from slipfold.models.followed import check_followed
 from slipfold.models.model import Model
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.system import System
@@ -109,6 +110,7 @@ def response(
     chosen = checked_settings(settings)
     started = perf_counter()
     changed = model.replace(**parameters)
+    check_followed(changed)
     watched = (*events, *_own_events(changed, vary))
     first = changed.values[vary]
     begin = None if orbit is None else Begin(orbit.model.values[vary], orbit)

@@ -104,7 +104,7 @@ def responses(
     >>> [None if diagram is None else len(diagram.special) for diagram in found]
     [1, 2, None]
     >>> found.failures
-    {2: 'Vd = -1 is outside its bounds; Vd must be > 0 m/s'}
+    {2: 'Vd = -1 is outside its bounds; Vd must be >= 0 m/s'}
     """
     changed = checked_model(model).replace(**parameters)
     columns = _columns(changed, over)

@@ -14,6 +14,7 @@ from slipfold.computations.given import (
     refuse_varied,
 )
 from slipfold.errors import InputError
+from slipfold.models.followed import check_followed
 from slipfold.models.model import Model
 from slipfold.results.provenance import provenance
 from slipfold.results.threshold_map import ThresholdMap
@@ -81,6 +82,7 @@ def threshold_map(
         )
     refuse_varied((threshold, *over), parameters, "over or in the span")
     changed = model.replace(**parameters)
+    check_followed(changed)
     started = perf_counter()
     found = find_threshold_map(
         changed,

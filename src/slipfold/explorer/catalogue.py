@@ -66,7 +66,7 @@ class Catalogue:
         without which the others would do; all of them if there is none.
 
         >>> Catalogue().refusals("sliding", {"Ns": 2.0, "Vd": -1.0})
-        {'Vd': 'Vd = -1 is outside its bounds; Vd must be > 0 m/s'}
+        {'Vd': 'Vd = -1 is outside its bounds; Vd must be >= 0 m/s'}
         """
         model = self.model(name, {})
         alone = {key: _refused(model.parameter(key).check, values[key]) for key in values}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Mapping
+from dataclasses import replace
 from typing import Any, Self
 
 import heyoka as hy
@@ -124,7 +125,7 @@ class SlidingOscillator(Model):
             "direction of the plate's motion from the x axis",
             symbol=r"$\alpha$",
         ),
-        Parameter("Vd", 0.6, "m/s", "speed of the plate", 0, lower_open=True, symbol="$V_d$"),
+        Parameter("Vd", 0.6, "m/s", "speed of the plate; 0 is a wall", 0, symbol="$V_d$"),
     )
     limits = (
         Limit(
@@ -182,6 +183,15 @@ class SlidingOscillator(Model):
         if not law.sticks:
             limits = tuple(item for item in cls.limits if item.name != "stick")
             object.__setattr__(self, "limits", limits)
+
+    @property
+    def variable_parameters(self) -> tuple[Parameter, ...]:
+        """All; where the law sticks only a plate that moves is slid on steadily."""
+        sliding = {"Vd"} if self._law is None or self._law.sticks else set[str]()
+        return tuple(
+            replace(item, lower_open=True) if item.name in sliding else item
+            for item in super().variable_parameters
+        )
 
     @property
     def structure(self) -> Mapping[str, Hashable]:
@@ -331,7 +341,9 @@ class SlidingOscillator(Model):
         """Zero, with the memory that a friction law has after a long slip at the plate's speed."""
         angle, speed = self._values["alpha"], self._values["Vd"]
         slip = (speed * math.cos(angle), speed * math.sin(angle))
-        memory = () if self._law is None else self.friction.steady_memory(slip)
+        memory = [] if self._law is None else [0.0] * len(self._law.memory(2))
+        if memory and speed:
+            memory = [*self.friction.steady_memory(slip)]
         return np.array([0.0, 0.0, 0.0, 0.0, *memory])
 
     def declared_scales(self) -> NDArray[np.float64]:

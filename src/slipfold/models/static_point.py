@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from slipfold.errors import InputError
 from slipfold.models.damped_newton import damped_newton
 from slipfold.models.evaluation import evaluation_of
+from slipfold.models.followed import check_followed
 from slipfold.models.model import Model
 
 __all__ = ["find_static_point"]
@@ -27,6 +28,7 @@ def find_static_point(model: Model) -> NDArray[np.float64]:
     >>> [round(float(value), 6) for value in find_static_point(SlidingOscillator())[:2]]
     [0.117403, 0.061107]
     """
+    check_followed(model)
     quiet = model if model.quiet is None else model.replace(**{model.quiet: 0.0})
     functions = evaluation_of(quiet)
     scales = quiet.state_scales()

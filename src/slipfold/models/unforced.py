@@ -84,6 +84,12 @@ class Unforced(Model):
         return {"model": self._base}
 
     @property
+    def variable_parameters(self) -> tuple[Parameter, ...]:
+        """Those of the forced model that are left."""
+        mine = {item.name for item in super().variable_parameters}
+        return tuple(item for item in self._base.variable_parameters if item.name in mine)
+
+    @property
     def forced(self) -> bool:
         """No: time does not appear."""
         return False

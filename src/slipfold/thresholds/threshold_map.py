@@ -213,7 +213,7 @@ def _checked_grid(
 
 
 def _checked_values(model: Model, name: str, values: ArrayLike) -> Array:
-    parameter = model.parameter(name)
+    parameter = model.variable_parameter(name)
     try:
         checked = np.array(values, dtype=float)
     except (TypeError, ValueError):

@@ -1,0 +1,24 @@
+"""Whether orbits of a model can be followed at its parameter values."""
+
+from __future__ import annotations
+
+from slipfold.errors import InputError
+from slipfold.models.model import Model
+
+__all__ = ["check_followed"]
+
+
+def check_followed(model: Model) -> None:
+    """Refuse values at which there is motion but no orbit in slip: a counter-body at rest.
+
+    >>> from slipfold.models import SlidingOscillator
+    >>> check_followed(SlidingOscillator(Vd=0))
+    Traceback (most recent call last):
+    ...
+    slipfold.errors.InputError: Vd = 0 is outside its bounds; Vd must be > 0 m/s in all but simulate
+    """
+    for item in model.variable_parameters:
+        try:
+            item.check(model.values[item.name])
+        except InputError as error:
+            raise InputError(f"{error} in all but simulate") from None
