@@ -1,12 +1,12 @@
 """The program as a process: streams, signals, terminals, imports."""
 
+import codecs
 import json
 import os
-import select
 import signal
 import subprocess
 import sys
-import time
+import threading
 
 import pytest
 
@@ -24,31 +24,46 @@ def start(*arguments, **options):
 
 
 class Terminal:
-    """Standard error of a process as a terminal."""
+    """Standard error of a process as a terminal, and its standard output; both read as they come.
+
+    A process that nobody reads from waits for ever when what it wrote fills the terminal.
+    """
 
     def __init__(self, *arguments):
         self._ours, theirs = pty.openpty()
         self.process = start(*arguments, stdout=subprocess.PIPE, stderr=theirs)
         os.close(theirs)
-        self.text = ""
+        self.text, self._output, self._more = "", b"", threading.Condition()
+        self._readers = [threading.Thread(target=self._read_terminal)]
+        self._readers.append(threading.Thread(target=self._read_output))
+        for reader in self._readers:
+            reader.start()
 
-    def read_until(self, word=None, seconds=50):
-        """Read until a word appears, or to the end."""
-        end = time.monotonic() + seconds
-        while time.monotonic() < end and (word is None or word not in self.text):
-            if select.select([self._ours], [], [], 0.1)[0]:
-                try:
-                    self.text += os.read(self._ours, 65536).decode()
-                except OSError:  # the process has closed it
-                    return
-        assert word is None or word in self.text
+    def _read_terminal(self):
+        decoder = codecs.getincrementaldecoder("utf-8")()
+        while True:
+            try:
+                read = os.read(self._ours, 65536)
+            except OSError:  # the process has closed it
+                return
+            with self._more:
+                self.text += decoder.decode(read)
+                self._more.notify_all()
+
+    def _read_output(self):
+        self._output = self.process.stdout.read()
+
+    def read_until(self, word, seconds=180):
+        """Wait until a word has appeared."""
+        with self._more:
+            assert self._more.wait_for(lambda: word in self.text, seconds), self.text
 
     def finish(self):
-        output = self.process.stdout.read().decode()
-        self.read_until()
+        for reader in self._readers:
+            reader.join()
         os.close(self._ours)
         self.process.stdout.close()
-        return self.process.wait(), output
+        return self.process.wait(), self._output.decode()
 
 
 def test_progress_on_a_terminal_and_json_alone_on_standard_output():
