@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
+from slipfold.flow.sizes.typical_sizes import measured
 
 BY_COLLOCATION = sf.Settings(discretisation="collocation", largest_period=1)
 
@@ -149,6 +150,13 @@ def test_the_multipliers_of_a_neuron_are_the_same_beside_what_decays_at_once(fas
     beside = sf.response(watched(fast), **window).branches[1].multipliers[-1]
     assert alone[0].real > 1.1
     assert beside.real == pytest.approx([*alone.real, 0.0], abs=1e-7)
+
+
+@pytest.mark.parametrize("fast", [1.0, 10.0, 1e3, 1e5])
+def test_what_follows_a_neuron_and_feeds_nothing_has_no_say_in_how_large_it_becomes(fast):
+    alone = measured(fitzhugh_nagumo(0.08).replace(I=0.31)).state_scales()
+    beside = measured(watched(fast).replace(I=0.31)).state_scales()
+    assert beside.tolist() == [*alone, alone[0]]  # slowly or at once, x follows v and no farther
 
 
 @pytest.mark.parametrize("fast", [10.0])

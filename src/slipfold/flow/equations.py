@@ -46,6 +46,12 @@ class Equations:
         """``dq/dphase``, length n."""
         return tuple(self.coefficients[-1] * item for item in self.field)
 
+    @cached_property
+    def feeds(self) -> NDArray[np.bool_]:
+        """Of each rate the states that are in it, shape (n, n)."""
+        found = [set(hy.get_variables([item])) for item in self.field]
+        return np.array([[name in some for name in self.names] for some in found])
+
     @property
     def dimension(self) -> int:
         """Number of states."""

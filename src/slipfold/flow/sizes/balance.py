@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["balanced", "coupled"]
+__all__ = ["balanced", "coupled", "largest_in", "loops_of"]
 
 Array = NDArray[np.float64]
 
@@ -20,19 +20,23 @@ WEAK = 0.1
 this share of the typical rate."""
 
 
-def balanced(matrix: Array, rate: float) -> Array:
+def balanced(matrix: Array, rate: float, loops: NDArray[np.intp]) -> Array:
     """Return the sizes of states that balance a system's matrix, shape (n,).
 
     They are known up to a factor for each group of coupled states; the first of each has one.
 
-    Shapes: matrix (n, n).
+    Shapes: matrix (n, n); loops (n,).
     """
     size, groups = np.ones(len(matrix)), coupled(matrix)
     entries = matrix * ~np.eye(len(matrix), dtype=bool)
-    both = np.sqrt((entries * entries.T).max(initial=0.0))
-    typical = rate or max(float(both), float(np.abs(np.diag(matrix)).max(initial=0.0))) or 1.0
+    own = np.diag(matrix)
+    fastest = largest_in(loops, np.maximum(np.sqrt(entries * entries.T).max(axis=1), own))
+    typical = rate or np.maximum(fastest, fastest[:, None])
+    weak = WEAK * np.where(np.equal(typical, 0), 1.0, typical)
+    # What follows without acting back is no larger than its own decay lets it become.
+    lasting = np.maximum(weak, (loops != loops[:, None]) * own[:, None])
     with np.errstate(divide="ignore", over="ignore"):
-        back = np.where(entries > 0, (WEAK * typical) ** 2 / entries, 0.0).T
+        back = np.where(entries > 0, lasting**2 / entries, 0.0).T
     entries = np.maximum(entries, back)
     for _ in range(ROUNDS):
         scaled = entries * size / size[:, None]
@@ -57,3 +61,21 @@ def coupled(matrix: Array) -> NDArray[np.intp]:
         if np.array_equal(nearest, first):
             return first
         first = nearest
+
+
+def loops_of(feeds: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """Return for each state the first one of those it feeds and is fed by, directly or not.
+
+    Shapes: feeds (n, n), of each rate the states that are in it.
+    """
+    reached = feeds | np.eye(len(feeds), dtype=bool)
+    for _ in range(len(feeds).bit_length()):
+        reached = reached @ reached
+    return np.asarray((reached & reached.T).argmax(axis=1))
+
+
+def largest_in(loops: NDArray[np.intp], values: Array) -> Array:
+    """Return of each state the largest value in its loop. Shapes: values (n,)."""
+    result = np.zeros(loops.max() + 1)
+    np.maximum.at(result, loops, values)
+    return result[loops]

@@ -15,7 +15,7 @@ from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.linear_response import linear_response
 from slipfold.flow.mean_state import PHASES, mean_state
 from slipfold.flow.scaled import power_of_two
-from slipfold.flow.sizes.balance import balanced, coupled
+from slipfold.flow.sizes.balance import balanced, coupled, largest_in, loops_of
 from slipfold.flow.sizes.quasi_static import followed_at_once
 from slipfold.models.model import Model
 
@@ -137,6 +137,11 @@ class _Look:
         """The first of the states that each one is coupled with."""
         return coupled(self.slopes)
 
+    @cached_property
+    def loops(self) -> NDArray[np.intp]:
+        """The first of the states that each one feeds and is fed by, wherever they are."""
+        return loops_of(self.flow.equations.feeds)
+
     def moved(self, motion: Array | None) -> Array:
         """Sizes that a motion shows."""
         if motion is None:
@@ -188,7 +193,7 @@ class _Look:
     def _balanced(self, slopes: Array) -> Array:
         if not np.isfinite(slopes).all():
             return np.ones(len(slopes))
-        return balanced(slopes, 2 * np.pi if self.model.forced else 0.0)
+        return balanced(slopes, 2 * np.pi if self.model.forced else 0.0, self.loops)
 
     def _rate(self, slopes: Array, ratios: Array) -> float:
         """Fastest rate of the linear system, about; of the forcing at least."""
@@ -197,9 +202,7 @@ class _Look:
 
     def _in_group(self, values: Array) -> Array:
         """Largest value among those of coupled states."""
-        result = np.zeros(len(values))
-        np.maximum.at(result, self.groups, np.nan_to_num(values))
-        return result[self.groups]
+        return largest_in(self.groups, np.nan_to_num(values))
 
     def _reached(self) -> Array:
         """Amplitudes of the motion from rest: their median over forcing periods."""
@@ -232,7 +235,11 @@ class _Look:
         # At a degenerate state of rest rates are not linear anywhere: the start says how fast.
         moduli = np.abs(matrix if self.slow is None else self.slow @ matrix)
         slopes = np.fmax(moduli, self._around(self.start)[1])[np.ix_(group, group)]
-        linear = _largest(slopes * ratios / ratios[:, None])
+        rows = (slopes * ratios / ratios[:, None]).max(axis=1)
+        linear = _largest(rows)
+        # Beside what bends, and not beside what merely follows it, however fast that does.
+        rows = largest_in(self.loops[group], rows)
+        rows = np.where(rows > 0, rows, linear or np.finfo(float).tiny)
         least = _largest(np.abs(self.rest[group]) / ratios)
         least += _largest(np.abs(still[0, group]) / ratios) / (linear or np.inf)
         distances = DISTANCES[ROUNDING * least < DISTANCES]
@@ -245,11 +252,11 @@ class _Look:
         with np.errstate(invalid="ignore", over="ignore"):
             others = (rates - still).reshape(steps.shape) - steps @ matrix.T
             others = np.abs(others if self.slow is None else others @ self.slow.T)
-            share = (others[..., group] / ratios).max(axis=2) / distances[:, None]
+            share = (others[..., group] / ratios / rows).max(axis=2) / distances[:, None]
         share = share.max(axis=1)
-        large = ~(share <= BENT * linear)
+        large = ~(share <= BENT)
         if not large.any():  # what is not linear is bounded, as friction is: where it counts most
-            large = share == share.max(initial=SMALL * linear)
+            large = share == share.max(initial=SMALL)
         first = int(large.argmax())
         return float(distances[first]) if large[first] and first else np.nan
 
