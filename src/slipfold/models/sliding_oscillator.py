@@ -28,6 +28,7 @@ from slipfold.models.sliding_outputs import (
     spring_length_squared,
 )
 from slipfold.models.static_point import find_static_point
+from slipfold.models.structures.components.trigonometry import cos_sin
 from slipfold.models.unforced import Unforced
 
 __all__ = ["SlidingOscillator"]
@@ -187,11 +188,8 @@ class SlidingOscillator(Model):
     @property
     def variable_parameters(self) -> tuple[Parameter, ...]:
         """All; where the law sticks only a plate that moves is slid on steadily."""
-        sliding = {"Vd"} if self._law is None or self._law.sticks else set[str]()
-        return tuple(
-            replace(item, lower_open=True) if item.name in sliding else item
-            for item in super().variable_parameters
-        )
+        sticks, found = self._law is None or self._law.sticks, super().variable_parameters
+        return tuple(replace(p, lower_open=sticks) if p.name == "Vd" else p for p in found)
 
     @property
     def structure(self) -> Mapping[str, Hashable]:
@@ -247,7 +245,7 @@ class SlidingOscillator(Model):
         """Mass-normalised stiffness, damping, friction and plate velocity."""
         w1, w2 = 2 * math.pi * p["f1"], 2 * math.pi * p["f2"]
         m1, m2 = p["k1"] / (w1 * w1), p["k2"] / (w2 * w2)
-        cos, sin = _trigonometry(p["alpha"])
+        cos, sin = cos_sin(p["alpha"])
         mu = p["mu"] if self._law is None else 1.0
         coefficients = {
             "L": p["L"],
@@ -341,9 +339,9 @@ class SlidingOscillator(Model):
         """Zero, with the memory that a friction law has after a long slip at the plate's speed."""
         angle, speed = self._values["alpha"], self._values["Vd"]
         slip = (speed * math.cos(angle), speed * math.sin(angle))
-        memory = [] if self._law is None else [0.0] * len(self._law.memory(2))
-        if memory and speed:
-            memory = [*self.friction.steady_memory(slip)]
+        deflections = len(self.states[4:])
+        moves = deflections and speed
+        memory = self.friction.steady_memory(slip) if moves else (0.0,) * deflections
         return np.array([0.0, 0.0, 0.0, 0.0, *memory])
 
     def declared_scales(self) -> NDArray[np.float64]:
@@ -447,9 +445,3 @@ class SlidingOscillator(Model):
             model = model.replace(friction=None, mu=0.0)
             point = point[: len(model.states)]
         return find_modes(evaluation_of(model).jacobian(model, point), ("x", "y"))
-
-
-def _trigonometry(angle: Expression) -> tuple[Expression, Expression]:
-    if isinstance(angle, hy.expression):
-        return hy.cos(angle), hy.sin(angle)
-    return math.cos(angle), math.sin(angle)

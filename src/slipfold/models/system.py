@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.errors import InputError
+from slipfold.models.contact import Contact
 from slipfold.models.definitions.built_system import BuiltSystem, build_system, build_system_of_text
+from slipfold.models.definitions.declared_contacts import contacts_of_system
 from slipfold.models.definitions.definition import WatchedValue
 from slipfold.models.definitions.source import source_of_file, source_of_tables, source_of_text
 from slipfold.models.model import Model
@@ -45,6 +47,13 @@ class System(Model):
         Formula of the rate per second by name, or a table ``{"rate": "...", "unit", "doc",
         "label", "start": 0, "scale": 1}``; the scale, a typical size, is found if none is given.
         With ``"angle": True`` it is an angle in rad: orbits close up to whole turns of it.
+    contacts
+        Table by name: ``{"slip": "Vd - v", "normal": "N", "friction": "Coulomb"}``, dry friction
+        that may stick. Its force stands under the name in formulas; it acts along the slip, which
+        is linear in the states, and in a plane has two formulas and forces with x and y behind the
+        name. The law is a `FrictionLaw` or a table, ``{"law": "Coulomb", "mu_s": 0.5, "mu_k":
+        "mu"}``, of numbers and formulas in parameters. The name with ``_normal`` is the normal
+        force, which vanishes where the contact opens.
     forcing
         ``{"period": "2*pi/W"}`` in seconds; ``"quiet"`` names the parameter that switches the
         forcing off. None for an autonomous system, which gets a parameter ``duration``.
@@ -103,6 +112,7 @@ class System(Model):
         parameters: Mapping[str, Any] | None = None,
         formulas: Mapping[str, Any] | None = None,
         states: Mapping[str, Any] | None = None,
+        contacts: Mapping[str, Any] | None = None,
         forcing: Mapping[str, Any] | None = None,
         outputs: Mapping[str, Any] | None = None,
         limits: Mapping[str, Any] | None = None,
@@ -116,6 +126,7 @@ class System(Model):
             "parameters": parameters,
             "formulas": formulas,
             "states": states,
+            "contacts": contacts,
             "forcing": forcing,
             "outputs": outputs,
             "limits": limits,
@@ -134,7 +145,7 @@ class System(Model):
             "title": definition.title,
             "states": tuple(item.state for item in definition.states),
             "parameters": built.parameters,
-            "limits": definition.limits,
+            "limits": built.limits,
             "quiet": definition.quiet,
         }
         for key, value in attributes.items():
@@ -209,6 +220,10 @@ class System(Model):
     def rates(self, q: Symbols, c: Symbols, phase: Expression) -> dict[str, Expression]:
         """Return the time derivatives of the states, per second."""
         return self._built.rates(q, c, phase)
+
+    def contacts(self, q: Symbols, c: Symbols, phase: Expression) -> tuple[Contact, ...]:
+        """Return the contacts of the definition."""
+        return contacts_of_system(self._built.equations, q, c, phase)
 
     def period(self, p: Symbols) -> Expression:
         """Return the forcing period in seconds; of an autonomous system the ``duration``."""

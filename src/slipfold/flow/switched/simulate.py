@@ -69,6 +69,8 @@ def simulate_smooth_or_switched(
 
 def _slips(model: Model, contacts: Sequence[Contact], start: Array) -> bool:
     """Whether no contact is at one of its limits. Shapes: start (n,)."""
+    if not all(contact.limits for contact in contacts):
+        return False
     beyond = {name for contact in contacts for name in contact.limits}
     flow = flow_of(model)
     values = flow.outputs(start[None], np.zeros(1), flow.constants_of(model))[0]

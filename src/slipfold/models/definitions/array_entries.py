@@ -21,13 +21,13 @@ from slipfold.models.formulas.tokens import FormulaError
 
 __all__ = ["without_arrays"]
 
-FORMULA_KEYS = ("rate", "formula", "output", "period")
+FORMULA_KEYS = ("rate", "formula", "output", "period", "slip", "normal")
 """Entries that are formulas or names in them; `formulas` and short forms of others are as well."""
 
 PLAIN = ("parameters",)
 """Tables whose texts are no formulas but numbers with a unit."""
 
-TABLES = ("parameters", "formulas", "states", "outputs", "limits", "events")
+TABLES = ("parameters", "formulas", "states", "contacts", "outputs", "limits", "events")
 
 LABEL = {"parameters": "symbol", "states": "label", "outputs": "label"}
 """How figures write an element: with its index below."""
@@ -166,11 +166,17 @@ def _value(
             key: _value(source, (*path, str(key)), item, numbers, picks)
             for key, item in value.items()
         }
+    if isinstance(value, list | tuple) and path[0] == "contacts":
+        return [
+            _value(source, (*path, str(i)), item, numbers, picks) for i, item in enumerate(value)
+        ]
     if isinstance(value, list | tuple) and picks:
         return _picked(source, path, value, numbers, picks)
     if not isinstance(value, str):
         return value
-    if path[-1] in FORMULA_KEYS or (len(path) == 2 and path[0] not in (*PLAIN, "forcing")):
+    of_contact = path[0] == "contacts" and path[-1] != "law"
+    short = len(path) == 2 and path[0] not in (*PLAIN, "forcing")
+    if path[-1] in FORMULA_KEYS or of_contact or short:
         try:
             return written_out(value, numbers)
         except FormulaError as error:

@@ -9,6 +9,11 @@ from functools import lru_cache, partial
 
 from slipfold.errors import InputError
 from slipfold.models.definitions.array_entries import without_arrays
+from slipfold.models.definitions.declared_contacts import (
+    check_contacts,
+    contact_limits,
+    contact_outputs,
+)
 from slipfold.models.definitions.definition import Definition
 from slipfold.models.definitions.equations import SystemEquations, build_system_equations
 from slipfold.models.definitions.named_formulas import parse_formulas
@@ -22,7 +27,7 @@ from slipfold.models.definitions.source import Source, source_of_text
 from slipfold.models.definitions.toml_writer import write_definition
 from slipfold.models.formulas.tree import Tree, format_tree, names_in
 from slipfold.models.formulas.values import as_symbol
-from slipfold.models.output import Expression, Output, Symbols
+from slipfold.models.output import Expression, Limit, Output, Symbols
 from slipfold.models.parameter import DURATION, Parameter
 
 __all__ = ["BuiltSystem", "build_system", "build_system_of_text"]
@@ -38,6 +43,7 @@ class BuiltSystem:
     # Whether forcing and angles repeat whatever the parameters; else each set is to be checked
     repeats: bool
     outputs: tuple[Output, ...]  # quantities of interest
+    limits: tuple[Limit, ...]  # where it is valid
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -58,6 +64,9 @@ class BuiltSystem:
                 f"{_at(values, self.equations.cycle)}; it must be positive, so correct the formula "
                 "or the parameters in it"
             )
+        coefficients = self.equations.coefficients(values)
+        for contact in self.equations.contacts:
+            contact.check(coefficients)
         term = self.equations.not_finite(values)
         if term is not None:
             raise InputError(
@@ -86,12 +95,15 @@ def build_system(source: Source, default_name: str = "system") -> BuiltSystem:
     unturned = find_unturned(definition, equations, defaults)
     if unturned is not None:
         raise source.error(("states", unturned[0]), _unturned(*unturned, ""))
+    check_contacts(definition, equations, source)
     outputs = tuple(
         Output(item.name, partial(_output, equations, item.name), item.unit, item.doc, item.label)
         for item in definition.outputs
     )
-    text = write_definition(definition)
-    return BuiltSystem(definition, text, equations, always_repeats(definition, equations), outputs)
+    outputs += contact_outputs(equations)
+    limits = (*definition.limits, *contact_limits(equations))
+    text, repeats = write_definition(definition), always_repeats(definition, equations)
+    return BuiltSystem(definition, text, equations, repeats, outputs, limits)
 
 
 @lru_cache(maxsize=256)

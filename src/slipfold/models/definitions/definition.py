@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from slipfold.models.definitions.contact_formulas import ContactFormulas
 from slipfold.models.output import Limit
 from slipfold.models.parameter import Parameter, State
 
@@ -53,6 +54,7 @@ class Definition:
     # Named intermediate formulas: pairs of a name and a text
     formulas: tuple[tuple[str, str], ...] = ()
     states: tuple[StateFormula, ...] = ()  # states with the formulas of their rates
+    contacts: tuple[ContactFormulas, ...] = ()  # where friction acts that may stick
     # Formula of the forcing period in seconds; None for an autonomous system
     period: str | None = None
     # Name of the parameter that switches the forcing off; None if there is none

@@ -7,9 +7,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
+from slipfold.models.definitions.contact_equations import ContactEquations
+from slipfold.models.definitions.contact_formulas import ContactFormulas
 from slipfold.models.definitions.definition import Definition
 from slipfold.models.definitions.named_formulas import Formulas
 from slipfold.models.definitions.source import Source
+from slipfold.models.definitions.toml_places import Path
 from slipfold.models.formulas.coefficients import PHASE, CoefficientFinder
 from slipfold.models.formulas.functions import CONSTANTS
 from slipfold.models.formulas.tokens import FormulaError
@@ -31,6 +34,7 @@ class SystemEquations:
     # By name, in states, coefficients, `named` and the phase
     rates: Mapping[str, Tree]
     outputs: Mapping[str, Tree]
+    contacts: tuple[ContactEquations, ...]  # where friction acts
     cycle: Tree | None  # the forcing period; None for an autonomous system
 
     def period(self, p: Symbols) -> Expression:
@@ -53,19 +57,23 @@ class SystemEquations:
 
     def rate(self, name: str, q: Symbols, c: Symbols, phase: Expression) -> Expression:
         """Return the rate of a state, per second."""
-        return self._value(self.rates[name], q, c, phase)
+        return self.value(self.rates[name], q, c, phase)
 
     def output(self, name: str, q: Symbols, c: Symbols, phase: Expression) -> Expression:
         """Return an output."""
-        return self._value(self.outputs[name], q, c, phase)
+        return self.value(self.outputs[name], q, c, phase)
 
     @cached_property
     def timed(self) -> tuple[tuple[str, str], ...]:
         """Rates and outputs in which the time occurs, as pairs of table and name."""
         timed = {PHASE}
-        for name, tree in self.named.items():
-            if names_in(tree).keys() & timed:
-                timed.add(name)
+        for _ in range(2):  # friction may vary with formulas, and formulas with friction
+            for name, tree in self.named.items():
+                if names_in(tree).keys() & timed:
+                    timed.add(name)
+            for contact in self.contacts:
+                if any(names_in(tree).keys() & timed for tree in (*contact.slip, contact.normal)):
+                    timed |= {*contact.formulas.force_names}
         tables = {"states": self.rates, "outputs": self.outputs}
         return tuple(
             (table, name)
@@ -80,9 +88,15 @@ class SystemEquations:
             values[name] = value_of(tree, values)
         return values
 
-    def _value(self, tree: Tree, q: Symbols, c: Symbols, phase: Expression) -> Expression:
+    def value(self, tree: Tree, q: Symbols, c: Symbols, phase: Expression) -> Expression:
+        """Return what a formula amounts to."""
         values = {**q, **{f"@{key}": value for key, value in c.items()}, PHASE: phase}
         needed = self._needed(tree)
+        if self.contacts:
+            used = set(names_in(tree)).union(*(names_in(self.named[name]) for name in needed))
+            for contact in self.contacts:
+                if used & {*contact.formulas.force_names}:
+                    values |= contact.forces(lambda part: self.value(part, q, c, phase), q, c)
         for name, formula in self.named.items():
             if name in needed:
                 values[name] = value_of(formula, values)
@@ -104,24 +118,32 @@ def build_system_equations(
     parameters = {item.name for item in definition.parameters}
     finder = CoefficientFinder(parameters | formulas.constant, formulas.period)
 
+    def taken_apart_one(path: Path, tree: Tree) -> Tree:
+        try:
+            return finder.rest_of(tree)
+        except FormulaError as error:
+            raise source.formula_error(*formulas.texts[path], error) from None
+
     def taken_apart(table: str, trees: Mapping[str, Tree]) -> dict[str, Tree]:
-        found = {}
-        for name, tree in trees.items():
-            try:
-                found[name] = finder.rest_of(tree)
-            except FormulaError as error:
-                raise source.formula_error(*formulas.texts[(table, name)], error) from None
-        return found
+        return {name: taken_apart_one((table, name), tree) for name, tree in trees.items()}
+
+    def contact(item: ContactFormulas) -> ContactEquations:
+        rests = {path: taken_apart_one(path, formulas.contacts[path]) for path in item.texts}
+        *slip, normal = (tree for path, tree in rests.items() if path[2] != "friction")
+        values = {path[3]: tree for path, tree in rests.items() if path[2] == "friction"}
+        return ContactEquations(item, tuple(slip), normal, values)
 
     varying = {name: tree for name, tree in formulas.named.items() if name not in formulas.constant}
     rates = taken_apart("states", formulas.rates)
     named = taken_apart("formulas", varying)
     outputs = taken_apart("outputs", formulas.outputs)
+    contacts = tuple(contact(item) for item in definition.contacts)
     return SystemEquations(
         fixed={name: formulas.named[name] for name in formulas.named if name in formulas.constant},
         terms=finder.coefficients,
         named=named,
         rates=rates,
         outputs=outputs,
+        contacts=contacts,
         cycle=formulas.period,
     )

@@ -29,6 +29,7 @@ class Formulas:
     rates: Mapping[str, Tree]  # by state
     named: Mapping[str, Tree]  # the table of formulas, each after those that it uses
     outputs: Mapping[str, Tree]  # by name
+    contacts: Mapping[Path, Tree]  # of slips, normal forces and laws, by the entry
     period: Tree | None  # of the forcing; None for an autonomous system
     constant: frozenset[str]  # names of those in `named` that depend on parameters alone
     # By table and name: the entry that holds the text, and the text
@@ -42,6 +43,8 @@ def parse_formulas(definition: Definition, source: Source) -> Formulas:
         texts[("states", item.state.name)] = item.rate
     for output in definition.outputs:
         texts[("outputs", output.name)] = output.formula
+    for contact in definition.contacts:
+        texts |= contact.texts
     if definition.period is not None:
         texts[("forcing", "period")] = definition.period
     paths = {path: _path_of_text(path, source) for path in texts}
@@ -55,11 +58,15 @@ def parse_formulas(definition: Definition, source: Source) -> Formulas:
     named = _ordered({name: trees[("formulas", name)] for name, _ in definition.formulas}, source)
     constant = _constant(named, {item.name for item in definition.parameters})
     if definition.period is not None:
-        _check_period(definition, trees[("forcing", "period")], constant, source)
+        what, path = "the forcing period", ("forcing", "period")
+        _check_constant(definition, what, path, trees[path], texts[path], constant, source)
+    contacts = {path: tree for path, tree in trees.items() if path[0] == "contacts"}
+    _check_contacts(definition, contacts, texts, named, constant, source)
     return Formulas(
         rates={item.state.name: trees[("states", item.state.name)] for item in definition.states},
         named=named,
         outputs={item.name: trees[("outputs", item.name)] for item in definition.outputs},
+        contacts=contacts,
         period=trees.get(("forcing", "period")),
         constant=constant,
         texts={path: (paths[path], text) for path, text in texts.items()},
@@ -77,7 +84,8 @@ def _look_up(definition: Definition, path: Path, tree: Tree) -> None:
     parameters = [item.name for item in definition.parameters]
     formulas = [name for name, _ in definition.formulas]
     # Whether the period depends on states is checked later, through the named formulas as well.
-    known = [*states, *parameters, *formulas, *CONSTANTS]
+    contacts = [name for item in definition.contacts for name in item.force_names]
+    known = [*states, *parameters, *formulas, *contacts, *CONSTANTS]
     forced = definition.period is not None
     for name, place in names_in(tree).items():
         if name in known:
@@ -92,22 +100,28 @@ def _look_up(definition: Definition, path: Path, tree: Tree) -> None:
                 'period in seconds, e.g. period = "2*pi/W"'
             )
         else:
-            message = _unknown(name, states, parameters, formulas, forced)
+            message = _unknown(name, states, parameters, formulas, contacts, forced)
         raise FormulaError(message, place, len(name))
 
 
 def _unknown(
-    name: str, states: list[str], parameters: list[str], formulas: list[str], forced: bool
+    name: str,
+    states: list[str],
+    parameters: list[str],
+    formulas: list[str],
+    contacts: list[str],
+    forced: bool,
 ) -> str:
     hint = {"e": "write exp(1) for Euler's number; ", "i": "there are no complex numbers; "}
     groups = {
         "the states": states,
         "the parameters": parameters,
         "the formulas": formulas,
+        "the forces in contacts": contacts,
         "and": [*([TIME] if forced else []), *CONSTANTS],
     }
     known = ", ".join(f"{what} {_some(names)}" for what, names in groups.items() if names)
-    near = suggest(name, [*states, *parameters, *formulas])
+    near = suggest(name, [*states, *parameters, *formulas, *contacts])
     return f"there is no name {name[:80]!r}; {hint.get(name, '') or near}known are {known}"
 
 
@@ -155,17 +169,52 @@ def _constant(named: Mapping[str, Tree], parameters: set[str]) -> frozenset[str]
     return frozenset(found)
 
 
-def _check_period(
-    definition: Definition, period: Tree, constant: frozenset[str], source: Source
+def _check_constant(
+    definition: Definition,
+    what: str,
+    path: Path,
+    tree: Tree,
+    text: str,
+    constant: frozenset[str],
+    source: Source,
 ) -> None:
+    """Refuse a formula that is not of parameters alone."""
     fixed = {item.name for item in definition.parameters} | constant | CONSTANTS.keys()
-    for name, place in names_in(period).items():
+    states = {item.state.name for item in definition.states}
+    for name, place in names_in(tree).items():
         if name not in fixed:
-            states = {item.state.name for item in definition.states}
-            what = "the state" if name in states else "the formula"
+            kind = "the state" if name in states else "the time" if name == TIME else "the formula"
             message = (
-                f"the forcing period depends on {what} {name}, but must be known before the motion "
-                "is; give it in parameters"
+                f"{what} depends on {kind} {name}, but must be known before the motion is; give it "
+                "in parameters"
             )
-            error = FormulaError(message, place, len(name))
-            raise source.formula_error(("forcing", "period"), definition.period or "", error)
+            raise source.formula_error(path, text, FormulaError(message, place, len(name)))
+
+
+def _check_contacts(
+    definition: Definition,
+    trees: Mapping[Path, Tree],
+    texts: Mapping[Path, str],
+    named: Mapping[str, Tree],
+    constant: frozenset[str],
+    source: Source,
+) -> None:
+    """Refuse laws whose parameters vary, slips and normal forces that depend on friction."""
+    forces = {name for item in definition.contacts for name in item.force_names}
+    for name, tree in named.items():
+        if names_in(tree).keys() & forces:
+            forces.add(name)
+    for path, tree in trees.items():
+        if path[2] == "friction":
+            what = f"{path[3]} of the contact {path[1]}"
+            _check_constant(definition, what, path, tree, texts[path], constant, source)
+            continue
+        for name, place in names_in(tree).items():
+            if name in forces:
+                message = (
+                    f"the {path[2]} of {path[1]} depends on {name}, a force in a contact; write it "
+                    "in states and parameters"
+                )
+                raise source.formula_error(
+                    path, texts[path], FormulaError(message, place, len(name))
+                )

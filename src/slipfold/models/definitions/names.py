@@ -83,6 +83,12 @@ def check_names(definition: Definition, source: Source) -> None:
         _check_form(names, table, source)
         _check_double(names, table, what, given, source)
         given |= dict.fromkeys(names, what)
+    for item in definition.contacts:
+        _check_form([item.name], "contacts", source)
+        for name in item.output_names:
+            what = f"a quantity of the contact {item.name}"
+            _check_double([name], "contacts", what, given, source)
+            given[name] = what
     _check_form(outputs, "outputs", source)
     # An output may show a formula under its own name; states are outputs already.
     shown = {name: what for name, what in given.items() if what != "a formula"}

@@ -9,6 +9,7 @@ from numbers import Real
 from typing import Any, TypeVar
 
 from slipfold.errors import InputError
+from slipfold.models.definitions.contact_formulas import read_contact
 from slipfold.models.definitions.definition import (
     Definition,
     OutputFormula,
@@ -26,7 +27,10 @@ __all__ = ["read_definition"]
 
 T = TypeVar("T")
 
-TABLES = ("parameters", "formulas", "states", "forcing", "outputs", "limits", "events")
+TABLES = (
+    *("parameters", "formulas", "states", "contacts", "forcing"),
+    *("outputs", "limits", "events"),
+)
 
 MEASURES = ("max", "min", "peak_to_peak", "parameter")
 
@@ -49,6 +53,7 @@ def read_definition(source: Source, default_name: str = "system") -> Definition:
         parameters=_each(source, "parameters", _parameter),
         formulas=_each(source, "formulas", _formula),
         states=_each(source, "states", _state),
+        contacts=_each(source, "contacts", read_contact),
         period=forcing[0],
         quiet=forcing[1],
         outputs=_each(source, "outputs", _output),
@@ -238,6 +243,7 @@ def _check_references(definition: Definition, source: Source) -> None:
     parameters = [item.name for item in definition.parameters]
     outputs = [item.state.name for item in definition.states]
     outputs += [item.name for item in definition.outputs]
+    outputs += [name for item in definition.contacts for name in item.output_names]
     if definition.quiet is not None and definition.quiet not in parameters:
         raise source.error(
             ("forcing", "quiet"),

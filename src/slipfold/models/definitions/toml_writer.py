@@ -7,12 +7,14 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from slipfold.models.definitions.contact_formulas import ContactFormulas
 from slipfold.models.definitions.definition import (
     Definition,
     OutputFormula,
     StateFormula,
     WatchedValue,
 )
+from slipfold.models.friction.record import law_record
 from slipfold.models.output import Limit
 from slipfold.models.parameter import Parameter
 
@@ -38,6 +40,7 @@ def write_definition(definition: Definition) -> str:
         _table("parameters", {item.name: _parameter(item) for item in definition.parameters}),
         _table("formulas", {name: {"formula": text} for name, text in definition.formulas}),
         _table("states", {item.state.name: _state(item) for item in definition.states}),
+        _contacts(definition),
         _forcing(definition),
         _table("outputs", {item.name: _output(item) for item in definition.outputs}),
         _table("limits", {item.name: _limit(item) for item in definition.limits}),
@@ -48,6 +51,17 @@ def write_definition(definition: Definition) -> str:
 
 def _lines(values: Mapping[str, Value]) -> str:
     return "\n".join(f"{_key(key)} = {_value(value)}" for key, value in values.items())
+
+
+def _contacts(definition: Definition) -> str:
+    lines = [f"{_key(item.name)} = {toml_value(_contact(item))}" for item in definition.contacts]
+    return "\n".join(["[contacts]", *lines]) if lines else ""
+
+
+def _contact(item: ContactFormulas) -> dict[str, Any]:
+    slip = item.slip[0] if len(item.slip) == 1 else list(item.slip)
+    law = {**law_record(item.law), **dict(item.values)}
+    return {"slip": slip, "normal": item.normal, "friction": law}
 
 
 def _forcing(definition: Definition) -> str:

@@ -60,8 +60,8 @@ _CORNER = (
 )
 
 _DRY = (
-    "; friction that sticks belongs to a contact of a Structure, FrictionContact with an exact law "
-    "such as Coulomb"
+    "; friction that sticks is a force declared in [contacts] by its slip and normal force, or "
+    "belongs to a contact of a Structure, FrictionContact with an exact law such as Coulomb"
 )
 
 _NOT_SMOOTH = frozenset(

@@ -312,8 +312,10 @@ class Structure(LinearStructure):
         length = 1.0 if assembly.definition.length_scale != 1 else math.nan
         scales = [length] * assembly.size + [2 * math.pi * frequency * length] * assembly.size
         for item in assembly.placed:
-            size = item.component.memory_scale(item.component.own(self._values))
-            scales += [size] * len(item.component.memory())
+            states = item.component.memory()
+            if states:
+                size = item.component.memory_scale(item.component.own(self._values))
+                scales += [size] * len(states)
         return np.array(scales)
 
     def replace(self, **changes: Any) -> Self:

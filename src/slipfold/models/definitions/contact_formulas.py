@@ -1,0 +1,147 @@
+"""Contacts of a system of equations as they are written: slip, normal force and law as formulas."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+from numbers import Real
+from typing import Any
+
+from slipfold.errors import InputError
+from slipfold.models.definitions.source import Source
+from slipfold.models.definitions.toml_entries import Entries, type_name
+from slipfold.models.definitions.toml_places import Path
+from slipfold.models.friction.law import FrictionLaw
+from slipfold.models.friction.record import friction_laws, law_record
+from slipfold.models.suggestion import suggest
+
+__all__ = ["ContactFormulas", "read_contact"]
+
+EXAMPLE = 'F = { slip = "Vd - v", normal = "N", friction = "Coulomb" }'
+
+AXES = ("x", "y")
+
+
+@dataclass(frozen=True)
+class ContactFormulas:
+    """A contact with its formulas; its friction force stands under its name in other formulas."""
+
+    name: str
+    slip: tuple[str, ...]  # one or two components of the relative velocity along which it rubs
+    normal: str
+    law: FrictionLaw  # with default values
+    values: tuple[tuple[str, str], ...]  # a formula for each of the law's parameters
+
+    @property
+    def forces(self) -> tuple[str, ...]:
+        """Names of the components of friction."""
+        return (self.name,) if len(self.slip) == 1 else tuple(self.name + axis for axis in AXES)
+
+    @property
+    def normal_name(self) -> str:
+        """Name of the normal force, which vanishes where the contact is open."""
+        return f"{self.name}_normal"
+
+    @property
+    def speed_name(self) -> str:
+        """Name of the output that is the speed of slip."""
+        return f"{self.name}_slip"
+
+    @property
+    def ratio_name(self) -> str:
+        """Name of the output that is the speed of slip over that of the counter-body."""
+        return f"{self.name}_ratio"
+
+    @property
+    def force_names(self) -> tuple[str, ...]:
+        """Names of its forces in other formulas."""
+        return (*self.forces, self.normal_name)
+
+    @property
+    def output_names(self) -> tuple[str, ...]:
+        """Names of all its outputs."""
+        return (*self.force_names, self.speed_name, self.ratio_name)
+
+    @property
+    def texts(self) -> dict[Path, str]:
+        """All formulas, by the path of the entry that holds them."""
+        path: Path = ("contacts", self.name, "slip")
+        slips = {(*path, str(axis)): text for axis, text in enumerate(self.slip)}
+        if len(self.slip) == 1:
+            slips = {path: self.slip[0]}
+        return {**slips, (*path[:2], "normal"): self.normal, **self.law_texts}
+
+    @property
+    def law_texts(self) -> dict[Path, str]:
+        """Those of the law's parameters."""
+        return {("contacts", self.name, "friction", name): text for name, text in self.values}
+
+
+def read_contact(source: Source, name: str, value: Any) -> ContactFormulas:
+    """Read an entry of the table of contacts."""
+    path = ("contacts", name)
+    if not isinstance(value, Mapping):
+        raise source.error(
+            path, f"the contact {name[:60]} is {type_name(value)}; give a table, e.g. {EXAMPLE}"
+        )
+    Entries(source, path, value, ("slip", "normal", "friction"))
+    for key in ("slip", "normal"):
+        if key not in value:
+            raise source.error(path, f"the contact {name[:60]} has no {key}; give e.g. {EXAMPLE}")
+    law, values = _law(source, (*path, "friction"), value.get("friction", "Coulomb"))
+    normal = _formula(source, (*path, "normal"), value["normal"])
+    return ContactFormulas(name, _slip(source, path, value["slip"]), normal, law, values)
+
+
+def _slip(source: Source, path: Path, value: Any) -> tuple[str, ...]:
+    where = (*path, "slip")
+    if not isinstance(value, list | tuple):
+        return (_formula(source, where, value),)
+    if len(value) != 2:
+        raise source.error(
+            where,
+            f"slip has {len(value)} components; give one formula on a line, or two in a plane",
+        )
+    return tuple(_formula(source, (*where, str(i)), item) for i, item in enumerate(value))
+
+
+def _formula(source: Source, path: Path, value: Any) -> str:
+    if isinstance(value, str):
+        return value
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise source.error(path, f"{path[2]} is {type_name(value)}; give a formula in quotes")
+    return repr(float(value))
+
+
+def _law(source: Source, path: Path, value: Any) -> tuple[FrictionLaw, tuple[tuple[str, str], ...]]:
+    """Read a friction law whose parameters are formulas."""
+    given: Any = law_record(value) if isinstance(value, FrictionLaw) else value
+    table = {"law": given} if isinstance(given, str) else given
+    if not isinstance(table, Mapping):
+        raise source.error(
+            path, f'friction is {type_name(given)}; give a law, e.g. friction = "Coulomb"'
+        )
+    laws = {name: law for name, law in friction_laws().items() if law.sticks}
+    name = table.get("law")
+    if name not in laws:
+        shown = name[:80] if isinstance(name, str) else type_name(name)
+        near = suggest(shown, laws)
+        raise source.error(
+            (*path, "law"),
+            f"{shown!r} is no law that sticks; {near}there are {', '.join(laws)}, and laws that do "
+            "not stick are written as formulas",
+        )
+    fields = dataclasses.fields(laws[name])
+    Entries(source, path, table, ("law", *(item.name for item in fields)), name)
+    fixed = {
+        item.name: table[item.name]
+        for item in fields if item.name in table and "parameter" not in item.metadata
+    }  # fmt: skip
+    try:
+        law = laws[name](**fixed)
+    except InputError as error:
+        raise source.error(path, str(error)) from None
+    values = {item.name: table.get(item.name, item.default) for item in law.parameters}
+    texts = {key: _formula(source, (*path, key), item) for key, item in values.items()}
+    return law, tuple(texts.items())

@@ -1,0 +1,211 @@
+"""Contacts declared in text equations: the motions are those of structures with such contacts."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+import slipfold as sf
+from helpers.command_line import run
+
+BELT = """
+name = "belt"
+[parameters]
+Vd = 0.3
+mu = 0.4
+N = 1.0
+[states]
+x = "v"
+v = "F - x"
+[contacts]
+F = { slip = "Vd - v", normal = "N", friction = { law = "Coulomb", mu_s = "1.5*mu", mu_k = "mu" } }
+"""
+
+
+def same_motions(text, structure, periods, start):
+    """Both follow the same states through the same intervals."""
+    one, other = (sf.simulate(model, periods, start) for model in (text, structure))
+    assert one.strobe == pytest.approx(other.strobe, abs=1e-11)
+    ours, theirs = one.sticking.intervals, other.sticking.intervals
+    assert [item.state for item in ours] == [item.state for item in theirs]
+    for what in ("begin", "end", "work", "heat"):
+        found, wanted = ([getattr(item, what) for item in some] for some in (ours, theirs))
+        assert found == pytest.approx(wanted, abs=1e-10)
+    return {item.state for item in ours}
+
+
+def test_a_mass_on_a_belt():
+    contact = sf.FrictionContact("x", sf.Coulomb(mu_s=0.6, mu_k=0.4), load=1.0, Vd=0.3)
+    structure = sf.Structure(np.eye(1), None, np.eye(1), names="x", contacts=contact)
+    for model in (sf.System.from_toml(BELT), sf.System(sf.System.from_toml(BELT).to_toml())):
+        assert same_motions(model, structure, 40, [1.5, 0.1]) == {"stick", "slip"}
+
+
+def test_the_counter_body_may_be_the_one_that_friction_drives():
+    forth = sf.System.from_toml(BELT)
+    back = sf.System.from_toml(BELT.replace("F - x", "-F - x").replace("Vd - v", "v - Vd"))
+    one, other = (sf.simulate(model, 40, [1.5, 0.1]) for model in (forth, back))
+    assert one.strobe == pytest.approx(other.strobe, abs=1e-12)
+    works = [sum(item.work for item in motion.sticking.intervals) for motion in (one, other)]
+    assert works[0] == pytest.approx(works[1], abs=1e-12)
+
+
+def test_a_law_given_as_such():
+    law = sf.Stribeck(mu_s=0.6, mu_k=0.3, vs=0.2, exponent=2)
+    model = sf.System(
+        parameters={"Vd": 0.3},
+        states={"x": "v", "v": "F - x"},
+        contacts={"F": {"slip": "Vd - v", "normal": 1, "friction": law}},
+    )
+    contact = sf.FrictionContact("x", law, load=1.0, Vd=0.3)
+    structure = sf.Structure(np.eye(1), None, np.eye(1), names="x", contacts=contact)
+    assert same_motions(model, structure, 20, [1.5, 0.1]) == {"stick", "slip"}
+
+
+def test_a_plane_with_a_pulsating_force():
+    law = sf.Coulomb(mu_s=0.6, mu_k=0.5)
+    model = sf.System(
+        parameters={"Vd": 0.3, "alpha": 0.7, "Nd": 0.4, "f": 0.15},
+        formulas={"N": "1 + Nd*cos(2*pi*f*t)"},
+        states={"x": "vx", "y": "vy", "vx": "Fx - 3*x + y", "vy": "(Fy - 2*y + x)/2"},
+        contacts={
+            "F": {
+                "slip": ["Vd*cos(alpha) - vx", "Vd*sin(alpha) - vy"],
+                "normal": "N",
+                "friction": law,
+            }
+        },
+        forcing={"period": "1/f"},
+    )
+    contact = sf.FrictionContact(
+        ("x", "y"), law, sf.ModulatedLoad(Ns=1.0, Nd=0.4), Vd=0.3, alpha=0.7
+    )
+    structure = sf.Structure(
+        np.diag([1.0, 2.0]), None, [[3.0, -1.0], [-1.0, 2.0]], names="x y", contacts=contact, f=0.15
+    )
+    assert same_motions(model, structure, 4, [0.5, 0.3, 0.2, 0.1]) == {"stick", "slip"}
+
+
+def test_a_contact_that_opens():
+    model = sf.System(
+        parameters={"f": 0.2},
+        states={
+            "x": "vx",
+            "y": "vy",
+            "vx": "F + 0.3*cos(2*pi*f*t) - x - 0.1*vx",
+            "vy": "F_normal + 2*cos(2*pi*f*t) - y - 0.1*vy",
+        },
+        contacts={"F": {"slip": "0.3 - vx", "normal": "0.5 - 4*y"}},
+        forcing={"period": "1/f"},
+    )
+    load = sf.ContactLoad(normal="y", Ns=0.5, kn=4.0)
+    contact = sf.FrictionContact("x", sf.Coulomb(mu_s=0.5, mu_k=0.5), load, Vd=0.3)
+    forces = [sf.HarmonicForce("y", F=2.0, name="across"), sf.HarmonicForce("x", F=0.3)]
+    structure = sf.Structure(
+        np.eye(2), 0.1 * np.eye(2), np.eye(2), names="x y", contacts=contact, forcing=forces, f=0.2
+    )
+    assert same_motions(model, structure, 4, np.zeros(4)) == {"stick", "slip", "free"}
+
+
+def test_a_chain_on_a_belt_is_an_array():
+    chain = sf.System(
+        sizes={"n": 2},
+        parameters={"Vd": 0.2, "mu": 0.4},
+        formulas={"x[0]": "0", "x[n+1]": "0"},
+        states={"x[i=1:n]": "v[i]", "v[i=1:n]": "F[i] + x[i-1] - 3*x[i] + x[i+1]"},
+        contacts={
+            "F[i=1:n]": {
+                "slip": "Vd - v[i]",
+                "normal": "1",
+                "friction": {"law": "Coulomb", "mu_s": "mu*(1 + 0.1*i)", "mu_k": "mu/2"},
+            }
+        },
+    )
+    contacts = [
+        sf.FrictionContact(
+            f"x{i}", sf.Coulomb(mu_s=0.4 * (1 + 0.1 * i), mu_k=0.2), load=1.0, Vd=0.2, name=f"F{i}"
+        )
+        for i in (1, 2)
+    ]
+    structure = sf.Structure(
+        np.eye(2), None, [[3.0, -1.0], [-1.0, 3.0]], names="x1 x2", contacts=contacts
+    )
+    assert same_motions(chain, structure, 30, [1.5, 0.0, 0.0, 0.1]) == {"stick", "slip"}
+
+
+def test_a_wall_takes_what_energy_there_is():
+    wall = sf.System(
+        states={"x": "v", "v": "F - x"},
+        contacts={"F": {"slip": "-v", "normal": "1", "friction": sf.Coulomb(mu_s=0.2, mu_k=0.2)}},
+    )
+    motion = sf.simulate(wall, state={"x": 3.1})
+    # Every half round takes 2 mu N off the amplitude.
+    assert motion.settlement.kind == "equilibrium"
+    assert motion.strobe[-1] == pytest.approx([-0.1, 0.0], abs=1e-12)
+    stops = [item.end for item in motion.sticking.intervals if item.state == "slip"]
+    assert stops[-1] == pytest.approx(8 * math.pi, rel=1e-12)
+
+
+def test_on_the_command_line(tmp_path):
+    path = tmp_path / "belt.toml"
+    path.write_text(BELT)
+    result = run("simulate", str(path), "--set", "Vd=0.2", "--json", "-")
+    record = json.loads(result.stdout)
+    assert record["kind"] == "cycle"
+    # A round: slip from where friction yields, to the same speed; stick back.
+    beyond, speed = 0.6 - 0.4, 0.2
+    slips = 2 * (math.pi - math.atan(beyond / speed))
+    assert record["duration"] == pytest.approx(slips + 2 * beyond / speed, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (('slip = "Vd - v"', 'slip = "Vd - v*x"'), "the slip of F is not linear in the states"),
+        (('slip = "Vd - v"', 'slip = "Vd"'), "the slip of F has no state in it; give e.g. Vd - v"),
+        (('slip = "Vd - v"', 'slip = "Vd - v + F"'), "the slip of F depends on F, a force"),
+        (('slip = "Vd - v"', 'slip = "Vd - w"'), "there is no name 'w'"),
+        (('slip = "Vd - v"', 'slip = ["v", "v", "v"]'), "one formula on a line, or two in a plane"),
+        (('slip = "Vd - v"', "slip = true"), "slip is true or false; give a formula in quotes"),
+        (('slip = "Vd - v"', 'slip = "v - Vd"'), "the friction F acts along its slip"),
+        (('"F - x"', '"-x"'), "write it into the rates"),
+        (('"F - x"', '"F*F - x"'), "the rate of v is not linear in the forces of F"),
+        (('normal = "N"', 'normal = "N*F"'), "the normal of F depends on F, a force in a contact"),
+        (('normal = "N", ', ""), "the contact F has no normal; give e.g. F = {"),
+        (('"Coulomb"', '"Coulom"'), "did you mean Coulomb?"),
+        (('"Coulomb"', '"LuGre"'), "'LuGre' is no law that sticks"),
+        (('mu_k = "mu"', 'mu_k = "v"'), "mu_k of the contact F depends on the state v"),
+        (('mu_k = "mu"', 'mu_k = "2*mu"'), "friction of F: mu_s = 0.6 is below mu_k = 0.8"),
+        (('mu_k = "mu"', 'nu_k = "mu"'), "Coulomb has no entry 'nu_k'; did you mean mu_k?"),
+        (('mu_k = "mu"', 'mu_k = "-1"'), "friction of F: mu_k = -1 is outside its bounds"),
+        (("F = {", "v = {"), "v is a state and a quantity of the contact v"),
+        (("F = {", '"F 1" = {'), "'F 1' cannot be a name in formulas"),
+        (("F = {", "F = 1\nG = {"), "the contact F is a number; give a table"),
+        (('"F - x"', '"G - x"'), "the forces in contacts F, F_normal"),
+        (('"F - x"', '"-sign(v) - x"'), "is a force declared in [contacts]"),
+    ],
+)
+def test_bad_input_gets_one_sentence_with_the_place(change, message):
+    assert change[0] in BELT
+    with pytest.raises(sf.InputError) as error:
+        sf.System.from_toml(BELT.replace(*change))
+    where, sentence = str(error.value).split("\n")[0].split(": ", 1)
+    assert where.startswith("line ")
+    assert message in sentence
+
+
+def test_values_that_a_law_cannot_have_are_refused():
+    model = sf.System.from_toml(BELT.replace("1.5*mu", "0.5"))
+    with pytest.raises(sf.InputError, match=r"friction of F: mu_s = 0\.5 is below mu_k = 0\.6"):
+        model.replace(mu=0.6)
+
+
+def test_a_belt_whose_speed_varies_is_refused():
+    with pytest.raises(sf.InputError, match="the slip of F depends on the time; make what moves"):
+        sf.System(
+            parameters={"f": 0.2},
+            states={"x": "v", "v": "F - x"},
+            contacts={"F": {"slip": "cos(2*pi*f*t) - v", "normal": "1"}},
+            forcing={"period": "1/f"},
+        )
