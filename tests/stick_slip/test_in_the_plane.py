@@ -7,6 +7,8 @@ import pytest
 
 import slipfold as sf
 from helpers.dry_friction import den_hartog, sliding
+from slipfold.flow.switched.mode import Status, shown
+from slipfold.flow.switched.switched_motion import SwitchedMotion, legs
 
 # Found by two methods that share no code.
 ROWS = [
@@ -45,6 +47,33 @@ def test_what_sticks_moves_with_the_plate_and_stays_in_the_cone():
     states = motion.sample(30, None, 97)[1][rests]
     plate = 0.02 / 5e-3 * np.array([math.cos(math.pi / 3), math.sin(math.pi / 3)])
     assert np.abs(states[:, 2:] - plate).max() <= 1e-14 * plate.max()
+
+
+@pytest.mark.parametrize("static", [0.5, 0.6])
+def test_a_period_may_end_while_slip_begins(static):
+    motion = SwitchedMotion(sliding(0.9, 0.02, static), np.zeros(4))
+    motion.go_on(2)
+    begin, mode, scales = motion.strobe[2], motion.modes[2], motion.constants.scales
+
+    def followed(*ends):
+        """State, energies and begin of slip, one end after another."""
+        state, doing, phase, energies, slips = begin, mode, 0.0, np.zeros((2, 1)), None
+        for end in ends:
+            for leg, after in legs(
+                motion.flow, doing, state, end, motion.constants, motion.weights, begin=phase
+            ):
+                if doing == (Status.STICK,) and shown(after) == (Status.FORTH,):
+                    slips = leg.end
+                energies, state, doing = energies + leg.energies, leg.state, shown(after)
+                assert leg.end <= end
+            phase = end
+        return state, energies, slips
+
+    state, energies, slips = followed(1.0)
+    for later in (1e-13, 1e-10, 1e-8, 1e-6, 1e-5, 2.5e-5, 4.9e-5, 6e-5, 1e-3):
+        other, others, _ = followed(slips + later, 1.0)
+        assert np.abs((other - state) / scales).max() < 3e-11
+        assert np.abs(others - energies).max() < 1e-10 * energies.max()
 
 
 def test_energy_balance_over_a_period():

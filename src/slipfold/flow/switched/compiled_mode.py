@@ -44,6 +44,7 @@ class CompiledMode:
 
     def __init__(self, mode: ModeEquations, limits: Sequence[Limit]) -> None:
         self._mode, self._limits = mode, limits
+        self.name = str(mode.mode)
         equations, count = mode.equations, len(mode.contacts)
         self._weights = [
             hy.expression(f"weight {place}") for place in range(2 * count + len(limits))

@@ -44,7 +44,10 @@ class ContactQuantities:
         ends = np.cumsum([0, *(len(contact.slip) for contact in contacts)])
         # Components of each contact
         self.places = tuple(slice(*pair) for pair in pairwise(ends))
-        self._count, self._size = len(contacts), int(ends[-1])
+        k, m = len(contacts), int(ends[-1])
+        borders = np.cumsum([0, m, m, m * m, m * k, k, k, k, k, m])
+        self._parts = [slice(*pair) for pair in pairwise(borders.tolist())]
+        self._matrices = ((2, (m, m)), (3, (m, k)))
         expressions = _expressions(contacts, equations)
         inputs = [*equations.states, equations.phase, *equations.coefficients]
         key = f"contacts {[str(item) for item in expressions]}\n{equations.fingerprint()}"
@@ -55,12 +58,10 @@ class ContactQuantities:
     def at(self, state: Array, phase: float, constants: Constants) -> ContactsNow:
         """Evaluate at a state. Shapes: state (n,)."""
         values = self._function(np.concatenate([state, [phase], constants.values]))
-        m, k = self._size, self._count
-        parts = np.split(values, np.cumsum([m, m, m * m, m * k, k, k, k, k]))
-        slip, free, friction, normal = parts[:4]
-        return ContactsNow(
-            slip, free, friction.reshape(m, m), normal.reshape(m, k), *parts[4:]
-        )  # fmt: skip
+        found = [values[part] for part in self._parts]
+        for place, shape in self._matrices:
+            found[place] = found[place].reshape(shape)
+        return ContactsNow(*found)
 
 
 def _expressions(contacts: Sequence[Contact], equations: Equations) -> list[Expression]:

@@ -3,7 +3,8 @@
 Where static friction is more than kinetic, slip grows at once. Where it is not, slip grows with
 the square of the time, and its direction is held by friction the more firmly the slower it is:
 explicit steps from zero would never end. A first short time is therefore taken by quadrature of
-the rate at which slip grows in the direction that friction gives it.
+the rate at which slip grows in the direction that friction gives it. Where a period ends in it,
+the rest of it follows in the next one.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from slipfold.flow.switched.mode import Mode, Status
 from slipfold.flow.switched.switched_flow import Leg, SwitchedFlow
 from slipfold.flow.switched.transition import Undecided, outward, response
 
-__all__ = ["release"]
+__all__ = ["begins", "release"]
 
 Array = NDArray[np.float64]
 
@@ -28,8 +29,14 @@ AT_ONCE = 1e-3
 
 NOTHING = 2.0**-100
 
-INSTANT, FIRST = 1e-13, 5e-5
+INSTANT, FIRST = 1e-13, 1e-4
 """Phases taken for the beginning of slip: where it grows at once, and where it does not."""
+
+LEAST = 1e-9
+"""Phases in which what has begun to slip has not come anywhere yet."""
+
+BEGUN = 1e-6
+"""Slip over its size, below which it may still be beginning."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,31 +58,37 @@ def release(
     phase: float,
     constants: Constants,
     weights: Array,
+    end: float,
     *,
     dense: bool = False,
 ) -> list[Leg]:
-    """Let a contact that is at rest go; return the first pieces of its slip.
+    """Let a contact that is at rest go, or has just begun to; return the first pieces of its slip.
 
-    Shapes: state (n,).
+    None of them goes beyond the phase `end`. Shapes: state (n,).
     """
-    begins = _growth(flow, mode, contact, state, phase, constants)
-    if begins.rate > AT_ONCE * begins.most:
-        speed = max(begins.rate * INSTANT * constants.period, 20 * REST / weights[contact])
-        after = flow.slipping(mode, state, speed * begins.along, constants)
+    first = _growth(flow, mode, contact, state, phase, constants)
+    known, place = flow.quantities.at(state, phase, constants), flow.quantities.places[contact]
+    before = known.slip[place]
+    if first.rate > AT_ONCE * first.most:
+        speed = max(first.rate * INSTANT * constants.period, 20 * REST / weights[contact])
+        if np.linalg.norm(before) >= speed:  # it has begun already
+            return []
+        after = flow.slipping(mode, state, speed * first.along, constants)
         nothing = np.zeros((2, len(flow.contacts)))
         return [Leg(mode, phase, phase, after, nothing, None)]
     stuck = tuple(Status.STICK if i == contact else item for i, item in enumerate(mode))
-    legs, growths = list[Leg](), [begins]
+    legs, growths = list[Leg](), [first]
     # For this short time the contact is held by more than friction: its limit weighs nothing.
     weights = weights.copy()
     weights[len(flow.contacts) + contact] *= NOTHING
-    for end in (phase + FIRST / 2, phase + FIRST):
+    length = min(FIRST, end - phase)
+    for until in (phase + length / 2, phase + length):
         last = legs[-1] if legs else None
         leg = flow.run(
             stuck,
             state if last is None else last.state,
             phase if last is None else last.end,
-            end,
+            until,
             constants,
             weights,
             dense=dense,
@@ -84,27 +97,51 @@ def release(
             raise Undecided("two contacts change while one of them begins to slip")
         legs.append(replace(leg, mode=mode, held=stuck))
         growths.append(_growth(flow, mode, contact, leg.state, leg.end, constants))
+    if length < LEAST:
+        return legs
     # What turns slip is its speed times the rate of its angle; both are known well enough.
-    time = FIRST * constants.period
-    first, last_one = begins.along, growths[-1].along
-    angle = np.arctan2(first[0] * last_one[1] - first[1] * last_one[0], first @ last_one)
-    turns = [0.5 * growths[-1].rate * part * part * angle for part in (0.5, 1.0)]
+    time = length * constants.period
+    one, other = first.along, growths[-1].along
+    angle = np.arctan2(one[0] * other[1] - one[1] * other[0], one @ other)
+    turns = [np.linalg.norm(slip) * angle / time for slip in _slips(before, growths, time)]
     growths[1:] = [
         _growth(flow, mode, contact, leg.state, leg.end, constants, turn)
         for leg, turn in zip(legs, turns, strict=True)
     ]
-    zero, half, whole = (item.rate * item.along for item in growths)
-    slip = time / 6 * (zero + 4 * half + whole)
+    middle, slip = _slips(before, growths, time)
     if not slip @ growths[-1].along > 0:
         raise Undecided("slip begins against its own friction")
     after = flow.slipping(mode, legs[-1].state, slip, constants)
     energies = legs[1].energies.copy()
     # Friction was less than what would have held by what lets slip grow.
-    now, place = flow.quantities.at(state, phase, constants), flow.quantities.places[contact]
-    heat = growths[-1].friction * float(np.linalg.norm(slip)) * time / 3
-    driven = float(np.linalg.solve(growths[-1].change, slip) @ now.plate[place])
+    speeds = [float(np.linalg.norm(item)) for item in (before, middle, slip)]
+    heat = growths[-1].friction * (speeds[0] + 4 * speeds[1] + speeds[2]) * time / 6
+    driven = float(np.linalg.solve(growths[-1].change, slip - before) @ known.plate[place])
     energies[:, contact] += driven - heat, heat
     return [legs[0], replace(legs[1], state=after, energies=energies)]
+
+
+def begins(
+    flow: SwitchedFlow,
+    mode: Mode,
+    contact: int,
+    state: Array,
+    phase: float,
+    constants: Constants,
+    weights: Array,
+) -> bool:
+    """Whether the slow slip of a contact is still beginning. Shapes: state (n,)."""
+    slip = flow.quantities.at(state, phase, constants).slip[flow.quantities.places[contact]]
+    if np.linalg.norm(slip) * weights[contact] > BEGUN:
+        return False
+    return _growth(flow, mode, contact, state, phase, constants).rate > 0
+
+
+def _slips(before: Array, growths: list[_Growth], time: float) -> tuple[Array, Array]:
+    """Return slip in the middle and at the end of a time, by the rates at both and before."""
+    zero, half, whole = (item.rate * item.along for item in growths)
+    middle = before + time / 24 * (5 * zero + 8 * half - whole)
+    return middle, before + time / 6 * (zero + 4 * half + whole)
 
 
 def _growth(

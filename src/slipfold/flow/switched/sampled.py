@@ -62,7 +62,8 @@ def sample_switched(model: Model, state: Array, mode: Mode, phases: Array) -> Sa
     scales = flow_of(model).constants_of(model).scales
     done, last, doing = 0, state, mode
     for leg in dense_legs(model, state, mode, float(phases[-1])):
-        upto = len(phases) if leg.event is None else int(np.searchsorted(phases, leg.end))
+        arrived = leg.event is None and leg.end >= phases[-1]
+        upto = len(phases) if arrived else int(np.searchsorted(phases, leg.end))
         if upto > done:
             if leg.polynomials is None:
                 states[done:upto] = leg.state

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+import threading
 from dataclasses import dataclass
 from functools import lru_cache
 from threading import Lock
+from typing import Any
 
 import heyoka as hy
 import numpy as np
@@ -63,6 +65,7 @@ class SwitchedFlow:
             item for item in model.limits if item.name not in beyond
         )
         self._integrators = OwnCopies()
+        self._last = threading.local()
         self._modes: dict[Mode, CompiledMode] = {}
 
     def of(self, mode: Mode) -> Flow:
@@ -102,20 +105,20 @@ class SwitchedFlow:
     ) -> Leg:
         """Carry a state on in a mode, until it changes. Shapes: state (n,)."""
         compiled, n = self._mode(mode), len(state)
-        integrator = self._integrators.get(str(mode), compiled.integrator)
+        integrator = self._given(compiled, constants, weights)
         integrator.time = begin
-        integrator.state[:n] = state / constants.scales
-        integrator.state[n:] = 0.0
-        known, until, own = [constants.values, constants.scales, weights], end, 0
+        scaled = integrator.state
+        scaled[:n] = state / constants.scales
+        scaled[n:] = 0.0
+        until, own = end, 0
         if compiled.slow is not None:
             place = self.quantities.places[compiled.slow]
             slip = self.quantities.at(state, begin, constants).slip[place]
             least = 2 * REST / weights[compiled.slow]
             logarithm, angle = _polar(slip, least)
             integrator.time, until, own = 0.0, FOREVER, 3
-            integrator.state[n : n + 3] = logarithm / UNIT, angle, begin
-            known.append(np.array([end]))
-        integrator.pars[:] = np.concatenate(known)
+            scaled[n : n + 3] = logarithm / UNIT, angle, begin
+            integrator.pars[-1] = end
         if integrator.with_events:
             integrator.reset_cooldowns()
         event: Event | None = None
@@ -130,10 +133,11 @@ class SwitchedFlow:
             event = Event(Ending.STIFF if outcome == STEP_LIMIT else Ending.SINGULAR, 0, None)
         if event is not None and event.ending is Ending.ARRIVES:
             event = None
-        final, time = np.array(integrator.state[:n]) * constants.scales, integrator.time
+        scaled = integrator.state
+        final, time = scaled[:n] * constants.scales, integrator.time
         polar: tuple[float, ...] = ()
         if compiled.slow is not None:
-            logarithm, angle, time = integrator.state[n : n + 3]
+            logarithm, angle, time = scaled[n : n + 3]
             polar = (logarithm * UNIT, angle)
             time = end if event is None else time
             if isinstance(polynomials, StepPolynomials):
@@ -146,7 +150,7 @@ class SwitchedFlow:
                     ),
                     compiled.held,
                 )
-        energies = np.array(integrator.state[n + own :]).reshape(2, -1)
+        energies = scaled[n + own :].reshape(2, -1)
         units = 1 / (weights[: len(self.contacts)] * weights[len(self.contacts) : energies.size])
         return Leg(
             mode,
@@ -157,6 +161,18 @@ class SwitchedFlow:
             event,
             polynomials=polynomials,
         )
+
+    def _given(self, compiled: CompiledMode, constants: Constants, weights: Array) -> Any:
+        """Return the integrator of a mode, with what it needs to know of the parameters."""
+        integrator = self._integrators.get(compiled.name, compiled.integrator)
+        last: dict[str, tuple[Constants, Array]] = self._last.__dict__
+        before = last.get(compiled.name)
+        # Most pieces of a motion differ in nothing but their beginnings.
+        if before is None or before[0] is not constants or before[1] is not weights:
+            known = np.concatenate([constants.values, constants.scales, weights])
+            integrator.pars[: len(known)] = known
+            last[compiled.name] = constants, weights
+        return integrator
 
     def weights(self, state: Array, constants: Constants) -> Array:
         """Return one over the sizes of slips, of frictions, and of what limits watch.
@@ -169,13 +185,18 @@ class SwitchedFlow:
             [np.linalg.norm(item.slip[place]) for place in self.quantities.places] for item in now
         ])  # fmt: skip
         forces = np.abs([item.holding for item in now])
-        slide = (Status.FORTH,) * len(self.contacts)
-        flow = self.of(slide)
-        values = flow.outputs(around, np.zeros(len(around)), constants)
+        return np.concatenate(
+            [_over(slips), _over(forces), _over(self._distances(around, constants))]
+        )
+
+    def _distances(self, states: Array, constants: Constants) -> Array:
+        """Return how far states are from the limits, shape (m, limits)."""
+        if not self.limits:  # outputs take their time to compile
+            return np.empty((len(states), 0))
+        flow = self.of((Status.FORTH,) * len(self.contacts))
+        values = flow.outputs(states, np.zeros(len(states)), constants)
         watched = [flow.output_index(item.output) for item in self.limits]
-        bounds = np.array([item.bound for item in self.limits])
-        distances = np.abs(values[:, watched] - bounds)
-        return np.concatenate([_over(slips), _over(forces), _over(distances)])
+        return np.abs(values[:, watched] - np.array([item.bound for item in self.limits]))
 
     def _mode(self, mode: Mode) -> CompiledMode:
         if mode not in self._modes:

@@ -15,7 +15,7 @@ from slipfold.flow.switched.events import SLOW, Ending, Event
 from slipfold.flow.switched.history import Recorder
 from slipfold.flow.switched.mode import Mode, Status, shown
 from slipfold.flow.switched.mode_equations import Undetermined
-from slipfold.flow.switched.release import release
+from slipfold.flow.switched.release import begins, release
 from slipfold.flow.switched.switched_flow import Leg, SwitchedFlow, switched_flow_of
 from slipfold.flow.switched.transition import Undecided, next_mode
 from slipfold.models.model import Model
@@ -52,7 +52,6 @@ class SwitchedMotion:
         self.weights = self.flow.weights(start, self.constants)
         self.stopped: Stop | None = None
         mode = first_mode(self.flow, start, self.constants, self.weights)
-        self._ahead = 0.0  # phase to which a motion that began to slip has come already
         self.modes = [shown(mode)]
         self._states = [self.flow.held(self.modes[0], start, self.constants)]
         self.recorder = Recorder([item.name for item in self.flow.contacts], self.modes[0])
@@ -74,15 +73,12 @@ class SwitchedMotion:
         for _ in range(periods):
             done, state, mode = self.periods, self._states[-1], self.modes[-1]
             try:
-                for leg, after in legs(
-                    self.flow, mode, state, 1.0, self.constants, self.weights, begin=self._ahead
-                ):
+                for leg, after in legs(self.flow, mode, state, 1.0, self.constants, self.weights):
                     self.recorder.went_on(leg.energies)
                     state = leg.state
                     if shown(after) != mode:
                         mode = shown(after)
                         self.recorder.changed(done + leg.end, leg.state, mode)
-                self._ahead = max(leg.end - 1.0, 0.0)
             except Broken as broken:
                 time = (done + broken.stop.time) * self.constants.period
                 self.stopped = replace(broken.stop, time=time)
@@ -118,12 +114,16 @@ def legs(
     begin: float = 0.0,
     dense: bool = False,
 ) -> Iterator[tuple[Leg, Mode]]:
-    """Carry a state from one phase to another through its modes; with each leg what follows.
-
-    Where slip in the plane begins just before the end, the last leg goes on a little beyond it.
-    """
+    """Carry a state from one phase to another through its modes; with each leg what follows."""
     phase = begin
     mode = _slow_where_slow(flow, mode, state, phase, constants, weights)
+    slow = mode.index(Status.SLOW) if Status.SLOW in mode else None
+    if slow is not None and begins(flow, mode, slow, state, phase, constants, weights):
+        for piece in release(flow, mode, slow, state, phase, constants, weights, end, dense=dense):
+            yield piece, mode
+            state, phase = piece.state, piece.end
+        if phase >= end:
+            return
     for _ in range(MOST):
         beginning = list[Leg]()
         leg = flow.run(mode, state, phase, end, constants, weights, dense=dense)
@@ -131,11 +131,20 @@ def legs(
             after, state = mode, leg.state
             if leg.event is not None:
                 after, resting = _after(flow, leg, constants, weights)
-                state = flow.held(resting, state, constants)
+                if resting != mode:
+                    state = flow.held(resting, state, constants)
                 for contact, status in enumerate(after):
                     if status is Status.SLOW and resting[contact] is Status.STICK:
                         beginning = release(
-                            flow, after, contact, state, leg.end, constants, weights, dense=dense
+                            flow,
+                            after,
+                            contact,
+                            state,
+                            leg.end,
+                            constants,
+                            weights,
+                            end,
+                            dense=dense,
                         )
         except Undecided as error:
             raise Broken(Stop("undecided", f"{error}; start elsewhere", leg.end), leg) from None
@@ -145,7 +154,7 @@ def legs(
                 "not determined; join them to one contact, or put a spring between them"
             )
             raise Broken(Stop("undetermined", reason, phase), leg) from None
-        yield replace(leg, state=state), after
+        yield leg if state is leg.state else replace(leg, state=state), after
         if leg.event is None:
             return
         mode, phase = after, leg.end
@@ -210,10 +219,16 @@ def _slow_where_slow(
     weights: Array,
 ) -> Mode:
     """Return a mode in which slow slip in the plane is integrated as such."""
+    sliding = [
+        contact for contact, place in enumerate(flow.quantities.places)
+        if mode[contact] is Status.FORTH and place.stop - place.start == 2
+    ]  # fmt: skip
+    if not sliding:
+        return mode
     now = flow.quantities.at(state, phase, constants)
-    for contact, place in enumerate(flow.quantities.places):
-        slides = mode[contact] is Status.FORTH and place.stop - place.start == 2
-        if slides and np.linalg.norm(now.slip[place]) * weights[contact] < SLOW:
+    for contact in sliding:
+        slip = now.slip[flow.quantities.places[contact]]
+        if np.linalg.norm(slip) * weights[contact] < SLOW:
             return _with(mode, contact, Status.SLOW)
     return mode
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -46,7 +47,6 @@ class _Instant:
         Friction in contacts that slip may be given.
         """
         now = self.now
-        closed = np.array([status is not Status.OPEN for status in mode])
         friction = np.zeros(len(now.slip))
         stuck = list[int]()
         for contact, (status, place) in enumerate(zip(mode, self.places, strict=True)):
@@ -55,21 +55,35 @@ class _Instant:
             elif status is not Status.OPEN:
                 known = (given or {}).get(contact)
                 friction[place] = self._sliding(contact, status, place) if known is None else known
-        rates = now.free + now.by_normal @ np.where(closed, now.normal, 0.0)
-        rates = rates + now.by_friction @ friction
+        normal = now.normal
+        if Status.OPEN in mode:
+            normal = np.array([
+                0.0 if status is Status.OPEN else force
+                for status, force in zip(mode, now.normal, strict=True)
+            ])  # fmt: skip
+        rates = now.free + now.by_normal @ normal + now.by_friction @ friction
         if stuck:
-            places = np.array(stuck)
-            held = np.linalg.solve(now.by_friction[np.ix_(places, places)], -rates[places])
-            friction[places] = held
-            rates = rates + now.by_friction[:, places] @ held
-            rates[places] = 0.0
+            columns = now.by_friction[:, stuck]
+            matrix = columns[stuck]
+            # One component needs no elimination, which takes longer than all else here.
+            if len(stuck) == 1:
+                held = -rates[stuck] / matrix[0]
+            else:
+                held = np.linalg.solve(matrix, -rates[stuck])
+            friction[stuck] = held
+            rates = rates + columns @ held
+            rates[stuck] = 0.0
         return friction, rates
 
     def _sliding(self, contact: int, status: Status, place: slice) -> Array:
         """Return the friction of a contact that slips."""
-        now = self.now
-        if contact in self.rest:
-            along = self._borne[place] if status is Status.SLOW else np.array([float(status)])
+        now, starts = self.now, contact in self.rest
+        if place.stop - place.start == 1:
+            forth = status is Status.FORTH if starts else now.slip[place.start] > 0
+            size = (now.starting if starts else now.kinetic)[contact]
+            return np.array([size if forth else -size])
+        if starts:
+            along = self._borne[place]
             return np.asarray(now.starting[contact] * along / np.linalg.norm(along))
         slip = now.slip[place]
         return np.asarray(now.kinetic[contact] * slip / np.linalg.norm(slip))
@@ -98,10 +112,10 @@ class _Instant:
         for contact in self.rest:
             place, most = self.places[contact], self.now.holding[contact]
             if mode[contact] is Status.STICK:
-                if np.linalg.norm(friction[place]) > most * (1 + SLACK):
+                if math.hypot(*friction[place]) > most * (1 + SLACK):
                     planar = place.stop - place.start == 2
-                    sign = int(np.sign(friction[place][0]))
-                    found[contact] = Status.SLOW if planar else Status(sign)
+                    straight = Status.FORTH if friction[place.start] > 0 else Status.BACK
+                    found[contact] = Status.SLOW if planar else straight
             elif mode[contact] is Status.SLOW:
                 alone, change = self.response(mode, contact)
                 start = self.now.starting[contact]
@@ -109,8 +123,8 @@ class _Instant:
                 if away < -SLACK * np.abs(change).max() * most:
                     found[contact] = Status.STICK
             else:
-                size = np.abs(self.now.by_friction[place, place]).max() * most
-                if float(mode[contact]) * rates[place][0] < -SLACK * size:
+                size = abs(self.now.by_friction[place.start, place.start]) * most
+                if float(mode[contact]) * rates[place.start] < -SLACK * size:
                     found[contact] = Status.STICK
         return found
 
