@@ -7,6 +7,8 @@ import pytest
 
 import slipfold as sf
 from helpers.by_hand.sticking import constant
+from helpers.by_hand.sticking import sliding as planar_by_hand
+from helpers.dry_friction import sliding
 from helpers.moreau import Contact, System, march
 
 END = 20.0
@@ -66,16 +68,16 @@ def brakes(law):
     return model, System(MASS, DAMPING, push, by_hand)
 
 
-def gaps(motion, system, end, halvings):
-    """Mean distance of the paths over the first `end` seconds, one a step."""
+def gaps(motion, system, end, halvings, length=1.0):
+    """Mean distance of the paths over the first `end` seconds, one a step, in units of `length`."""
     found = []
     for h in halvings:
         steps = round(end / h)
         n = len(motion.model.states) // 2
-        start = motion.strobe[0]
+        start = length * motion.strobe[0]
         other = march(system, start[:n], start[n:], (0, end), steps)
         exact = motion.at(np.linspace(0, end, steps + 1))[:, :n]
-        found.append(np.abs(other.q - exact).mean())
+        found.append(np.abs(other.q / length - exact).mean())
     return np.array(found)
 
 
@@ -91,6 +93,22 @@ def test_two_masses_with_two_contacts(law):
     motion = sf.simulate(model, math.ceil(END * 0.15))
     assert {item.state for item in motion.sticking.intervals} == {"stick", "slip"}
     assert_first_order(gaps(motion, system, END, HALVINGS), 3e-3)
+
+
+@pytest.mark.parametrize(
+    ("pulsation", "speed", "static", "start"),
+    [
+        (0.9, 0.02, 0.5, [0.0, 0.0, 0.0, 0.0]),
+        (0.9, 0.02, 0.6, [0.5, 0.0, 0.0, 5.0]),
+        (0.4, 0.0, 0.6, [1.5, 0.0, 0.0, 10.0]),
+    ],
+)
+def test_the_oscillator_in_the_plane(pulsation, speed, static, start):
+    motion = sf.simulate(sliding(pulsation, speed, static), 4, start)
+    states = [item.state for item in motion.sticking.intervals]
+    assert states[:2] == ["slip", "stick"]
+    by_hand = planar_by_hand(Nd=pulsation, Vd=speed, mu=0.5, mu_s=static, f=12.5)
+    assert_first_order(gaps(motion, by_hand, 0.32, (8e-4, 4e-4, 2e-4), motion.model.L), 1e-3)
 
 
 def test_a_contact_that_opens():
