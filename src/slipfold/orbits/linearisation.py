@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from math import isfinite, sqrt
@@ -21,6 +21,13 @@ LARGE = 64
 """Unknowns beyond which nodes are eliminated one after the other; below, one inversion of the whole
 matrix is quicker than so many small operations (measured: 76 us instead of 165 at 33 unknowns, the
 same at 80), and no threads are started for it."""
+
+STATES = 8
+"""States from which on elimination along a mesh is quicker than sparse factors: eight times at 32
+states."""
+
+GROWN = 1e3
+"""Growth along a mesh beyond which elimination loses digits."""
 
 MANY = 12
 """Nodes beyond which they may be those of a mesh, through which an orbit may grow without bound."""
@@ -150,11 +157,18 @@ class Linearisation:
         """
         if len(self.conditions.values) >= self.along.shape[2]:
             return LeastSquares(np.concatenate([self.jacobian, row[None]]))
-        if len(self.blocks) > MANY:
+        if len(self.blocks) > MANY and self._grows:
             return Sparse(self.blocks, self.along, self._lines(row))
         if len(row) > LARGE:
             return Eliminated(self, row)
         return WholeMatrix(np.concatenate([self.jacobian, row[None]]))
+
+    @cached_property
+    def _grows(self) -> bool:
+        """Whether perturbations may grow along the mesh by more than elimination can take."""
+        if self.along.shape[1] < STATES:
+            return True
+        return any(not np.abs(part).max() < GROWN for part in _products(self.blocks))
 
     def _lines(self, row: Array) -> Array:
         """Return the rows below those of the segments, shape (d + 1, m n + k)."""
@@ -164,13 +178,20 @@ class Linearisation:
 
 def _product(factors: Array) -> Array:
     """Return the products of matrices, the first on the right: (..., m, n, n) to (..., n, n)."""
+    *_, whole = _products(factors)
+    return whole[..., 0, :, :]
+
+
+def _products(factors: Array) -> Iterator[Array]:
+    """Yield matrices, the products of two neighbours, of four, and so on to that of all."""
+    yield factors
     while (count := factors.shape[-3]) > 1:  # pairs side by side: three operations for eight
         if count % 2:
             first = factors[..., 1:2, :, :] @ factors[..., :1, :, :]
             factors = np.concatenate([first, factors[..., 2:, :, :]], axis=-3)
         else:
             factors = factors[..., 1::2, :, :] @ factors[..., ::2, :, :]
-    return factors[..., 0, :, :]
+        yield factors
 
 
 def defect_of(residual: Array, values: Array) -> Array:
@@ -265,6 +286,20 @@ class Eliminated(SquareMatrix):
         last = sides[-1] - part.blocks[-1] @ nodes[-1]
         left = np.concatenate([last, right[m * n :] - self._lines @ alone])
         return alone + self._carried @ (self._inverse @ left)
+
+    def solve_transposed(self, right: Array) -> Array:
+        """Return the solution with the transposed matrix, NaN if it is singular."""
+        part = self.linearisation
+        m, n, _ = part.along.shape
+        left = self._inverse.T @ (self._carried.T @ right)
+        pull = right - self._lines.T @ left[n:]
+        nodes = pull[: m * n].reshape(m, n)
+        found = np.empty((m, n))
+        found[-1], carried = left[:n], nodes[-1] - part.blocks[-1].T @ left[:n]
+        for j in range(m - 2, -1, -1):
+            found[j] = -carried
+            carried = part.blocks[j].T @ carried + nodes[j]
+        return np.concatenate([found.ravel(), left[n:]])
 
     @cached_property
     def _kernel(self) -> Array:

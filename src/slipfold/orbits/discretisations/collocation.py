@@ -16,6 +16,7 @@ from slipfold.orbits.discretisations.higher_derivatives import cubed_ends, curve
 from slipfold.orbits.discretisations.intervals import Field, Solved, solve_intervals
 from slipfold.orbits.discretisations.scheme import GAUSS, STAGES, Scheme
 from slipfold.orbits.discretisations.segments import Cut, Segments
+from slipfold.orbits.discretisations.stage_equations import LinearPart
 
 __all__ = ["Collocation"]
 
@@ -125,6 +126,7 @@ class Collocation(Segments):
         if self.points.damps:
             self.noise = STIFF_NOISE
         self.lengths = np.diff(edges)
+        self._linear = LinearPart()
         self._latest: _Known | None = None
         self._slopes: _Slopes | None = None
 
@@ -228,7 +230,7 @@ class Collocation(Segments):
         return by_nodes, free * self.units
 
     def _field(self, constants: Constants) -> Field:
-        return Field(self.flow, constants, self.scales, self.indices)
+        return Field(self.flow, constants, self.scales, self.indices, self._linear)
 
     def _solved(self, scaled: Array, constants: Constants, *, derived: bool = True) -> Solved:
         """Return the polynomials from scaled nodes, from those that were found last if these serve.
@@ -239,7 +241,7 @@ class Collocation(Segments):
         known = latest is not None and latest.is_at(scaled, constants)
         if latest is not None and known and (latest.solved.is_derived or not derived):
             return latest.solved
-        inverses = None if self._slopes is None else self._slopes.solved.inverses
+        equations = None if self._slopes is None else self._slopes.solved.equations
         for guessed in (self._extrapolated, self._interpolated):
             guess = guessed(scaled, constants)
             if guess is None:
@@ -251,7 +253,7 @@ class Collocation(Segments):
                 self.start,
                 self.lengths,
                 guess,
-                inverses,
+                equations,
                 derived=derived,
             )
             if np.isfinite(solved.rates[0, 0, 0]):
@@ -270,9 +272,7 @@ class Collocation(Segments):
         along = constants.rates[:, self.indices]
         moved = np.linalg.lstsq(along, constants.values - known.values, rcond=None)[0]
         return np.asarray(
-            known.solved.stages
-            + np.einsum("jkab,jb->jka", slopes.solved.moved, change)
-            + slopes.pulled @ moved
+            known.solved.stages + slopes.solved.equations.along(change) + slopes.pulled @ moved
         )
 
     def _interpolated(self, scaled: Array, constants: Constants) -> Array:

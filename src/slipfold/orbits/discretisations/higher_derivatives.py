@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 def curved_ends(field: Field, solved: Solved, pulled: Array, vector: Array) -> tuple[Array, Array]:
     """Return the derivatives of the ends' change along a vector, by nodes and parameters."""
-    along = np.einsum("jkab,jb->jka", solved.moved, vector)
+    along = solved.equations.along(vector)
     bent, mixed = field.curvatures(solved.stages, solved.phases, along)
     pushes = np.concatenate([bent @ solved.moved, bent @ pulled + mixed], axis=3)
     ends = solved.answered(pushes)[1]
@@ -24,7 +24,7 @@ def curved_ends(field: Field, solved: Solved, pulled: Array, vector: Array) -> t
 
 def cubed_ends(field: Field, solved: Solved, vector: Array) -> Array:
     """Return the third derivatives of the ends along a vector, from those of the rates."""
-    first = np.einsum("jkab,jb->jka", solved.moved, vector)
+    first = solved.equations.along(vector)
     bent = field.curvatures(solved.stages, solved.phases, first)[0]
     second = solved.answered(bent @ first[..., None])[0]
     cubes = field.cubes(solved.stages, solved.phases, first)[..., None]

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from slipfold.collocation.points import CollocationPoints
 from slipfold.flow import Flow
 from slipfold.flow.equations import Constants
+from slipfold.orbits.discretisations.stage_equations import Inverted, LinearPart, StageEquations
 
 __all__ = ["Field", "Solved", "solve_intervals"]
 
@@ -45,6 +46,7 @@ class Field:
     constants: Constants  # coefficients
     scales: Array  # scales of the states, shape (n,)
     indices: list[int]  # which parameters are free
+    linear: LinearPart  # what its derivatives have in common
 
     def rates(self, states: Array, phases: Array) -> Array:
         """Return the rates a unit of phase. Shapes: states (..., n); phases (...)."""
@@ -121,9 +123,9 @@ class Solved:
     # States and rates at the points, shape (m, s, n); NaN where there is no solution
     stages: Array
     rates: Array
-    inverses: Array  # of the derivatives of the equations by the stages, shape (m, s n, s n)
+    equations: StageEquations  # their derivatives by the stages
     # Derivatives of the rates at the points, shape (m, s, n, n); (0, s, n, n) where they were
-    # not asked for, and the inverses are those of a solution nearby
+    # not asked for, and the equations are those of a solution nearby
     jacobians: Array
 
     @property
@@ -152,17 +154,16 @@ class Solved:
         total = np.einsum("k,jkn->jn", self.points.weights, self.slopes)
         return self.nodes + self.lengths[:, None] * total
 
-    @cached_property
+    @property
     def moved(self) -> Array:
         """Derivatives of the stages by the state at the beginning, shape (m, s, n, n)."""
-        m, s, n = self.stages.shape
-        return self.inverses.reshape(m, s * n, s, n).sum(axis=2).reshape(m, s, n, n)
+        return self.equations.moved
 
     @cached_property
     def matrices(self) -> Array:
         """Derivatives of the ends by the beginnings, shape (m, n, n)."""
         if self.points.damps:
-            return self.moved[:, -1]
+            return self.equations.last_moved
         return np.eye(self.nodes.shape[1]) + self._carried(self.moved)
 
     def _carried(self, changes: Array) -> Array:
@@ -180,11 +181,9 @@ class Solved:
 
         Shapes: pushes (m, s, n, q); returns (m, s, n, q), (m, n, q).
         """
-        m, s, n, q = pushes.shape
         points, lengths = self.points, self.lengths[:, None, None]
         inner = np.einsum("lk,jkaq->jlaq", points.inner, pushes)
-        right = (lengths[..., None] * inner).reshape(m, s * n, q)
-        stages = (self.inverses @ right).reshape(m, s, n, q)
+        stages = self.equations.solve(lengths[..., None] * inner)
         if points.damps:
             return stages, stages[:, -1]
         outer = lengths * np.einsum("k,jkaq->jaq", points.weights, pushes)
@@ -212,50 +211,46 @@ def solve_intervals(
     start: Array,
     lengths: Array,
     guess: Array,
-    inverses: Array | None = None,
+    equations: StageEquations | None = None,
     *,
     derived: bool = True,
 ) -> Solved:
     """Solve the equations of intervals, with derivatives taken at the solution.
 
-    Inverses of derivatives nearby serve as long as they will; where they do to the end, and the
-    derivatives at the solution are not wanted, these are left out.
+    Derivatives nearby serve as long as they will; where they do to the end, and those at the
+    solution are not wanted, these are left out.
 
-    Shapes: nodes (m, n); start, lengths (m,); guess (m, s, n); inverses (m, s n, s n).
+    Shapes: nodes (m, n); start, lengths (m,); guess (m, s, n).
     """
     phases, inner = _phases(start, lengths, points), points.inner
-    steps, size = lengths[:, None, None], guess.shape[1] * guess.shape[2]
-    m, s, n = guess.shape
+    steps, (m, s, n) = lengths[:, None, None], guess.shape
     stages, nothing = guess, np.empty((0, s, n, n))
 
     def beside(slopes: Array) -> Array:
         grown = steps * (inner @ slopes)
-        return (stages - nodes[:, None] - grown).reshape(m, size, 1)
+        return np.asarray((stages - nodes[:, None] - grown)[..., None])
 
-    if inverses is not None:
+    if equations is not None:
         before = np.inf
         for _ in range(CHORDS):
             slopes = field.rates(stages, phases)
-            step = -(inverses @ beside(slopes)).reshape(m, s, n)
+            step = -equations.solve(beside(slopes))[..., 0]
             length = float(np.abs(step).max())
             if not length < SLOWEST * before:
                 break
             stages, before = stages + step, length
             if length < EXACT * max(1.0, float(np.abs(stages).max())):
                 if not derived:
-                    return Solved(points, nodes, start, lengths, stages, slopes, inverses, nothing)
+                    return Solved(points, nodes, start, lengths, stages, slopes, equations, nothing)
                 break
-    alone, previous = inverses is None and not derived, np.inf
+    alone, previous = equations is None and not derived, np.inf
     for _ in range(ITERATIONS):
         slopes, jacobians = field.rates(stages, phases), field.jacobians(stages, phases)
-        matrix = np.einsum("lk,jkab->jlakb", -inner, jacobians * steps[..., None])
-        matrix = matrix.reshape(m, size, size)
-        matrix[:, np.arange(size), np.arange(size)] += 1.0
         try:
-            inverses = np.linalg.inv(matrix)
+            equations = field.linear.equations(points, lengths, jacobians)
         except np.linalg.LinAlgError:
             break
-        step = -(inverses @ beside(slopes)).reshape(m, s, n)
+        step = -equations.solve(beside(slopes))[..., 0]
         length = float(np.abs(step).max())
         if not length < FAR:
             break
@@ -263,12 +258,12 @@ def solve_intervals(
         size_of_states = max(1.0, float(np.abs(stages).max()))
         if length < STILL * size_of_states or 1e-7 > length > 0.5 * previous:
             slopes = slopes + np.einsum("jkab,jkb->jka", jacobians, step)
-            return Solved(points, nodes, start, lengths, stages, slopes, inverses, jacobians)
+            return Solved(points, nodes, start, lengths, stages, slopes, equations, jacobians)
         if alone and length < NEARBY:
             return solve_intervals(
-                field, points, nodes, start, lengths, stages, inverses, derived=False
+                field, points, nodes, start, lengths, stages, equations, derived=False
             )
         previous = length
     lost = np.full((m, s, n), np.nan)
-    none = np.full((m, size, size), np.nan)
+    none = Inverted(np.broadcast_to(np.nan, (m, s * n, s * n)), s)
     return Solved(points, nodes, start, lengths, lost, lost, none, np.full((m, s, n, n), np.nan))
