@@ -183,8 +183,7 @@ class CompiledCode:
         """Derivatives of the rates with respect to the states, row by row."""
 
         def build() -> Any:
-            states, rates = list(self._equations.states), list(self._equations.rates)
-            slopes = hy.diff_tensors(rates, diff_args=states, diff_order=1).jacobian
+            slopes = _derivatives(self._equations.rates, self._equations.states)
             return self._function(slopes.ravel())
 
         return self._kept("jacobian", build)
@@ -205,9 +204,9 @@ class CompiledCode:
                 self._directions("v", states),
                 self._directions("d", equations.coefficients),
             )
-            slopes = [_slope(rate, states, vector) for rate in rates]
-            second = [hy.diff(slope, state) for slope in slopes for state in states]
-            pulls = [_slope(item, equations.coefficients, along) for item in slopes]
+            slopes = _slopes(rates, states, vector)
+            second = _derivatives(slopes, states).ravel()
+            pulls = _slopes(slopes, equations.coefficients, along)
             return self._function([*second, *pulls], [*vector, *along])
 
         return self._kept("bent", build)
@@ -222,7 +221,7 @@ class CompiledCode:
         def build() -> Any:
             rates, coefficients = self._equations.rates, self._equations.coefficients
             along = self._directions("d", coefficients)
-            return self._function([_slope(rate, coefficients, along) for rate in rates], along)
+            return self._function(_slopes(rates, coefficients, along), along)
 
         return self._kept("pull", build)
 
@@ -235,7 +234,7 @@ class CompiledCode:
             vector = self._directions("v", states)
             forms, values = list(self._equations.rates), []
             for order in (1, 2, 3):
-                forms = [_slope(form, states, vector) for form in forms]
+                forms = _slopes(forms, states, vector)
                 values += forms if order > 1 else []
             return self._function(values, vector)
 
@@ -302,3 +301,20 @@ class CompiledCode:
 def _slope(form: Any, symbols: Sequence[Any], direction: Sequence[Any]) -> Any:
     """Derivative of an expression along a direction."""
     return hy.sum([hy.diff(form, s) * d for s, d in zip(symbols, direction, strict=True)])
+
+
+def _slopes(forms: Sequence[Any], symbols: Sequence[Any], direction: Sequence[Any]) -> list[Any]:
+    """Derivatives of many expressions along a direction, in far less time than one by one."""
+    if not symbols:
+        return [hy.expression(0.0) for _ in forms]
+    none, rows = hy.expression(0.0), _derivatives(forms, symbols)
+    terms = [
+        [slope * d for slope, d in zip(row, direction, strict=True) if slope != none]
+        for row in rows
+    ]
+    return [hy.sum(row) for row in terms]
+
+
+def _derivatives(forms: Sequence[Any], symbols: Sequence[Any]) -> Any:
+    """Derivatives of expressions, a row each."""
+    return hy.diff_tensors(list(forms), diff_args=list(symbols), diff_order=1).jacobian
