@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.linalg import eigh
-from scipy.optimize import brentq
+from scipy.optimize import brentq, root
 
 import slipfold as sf
 from slipfold.branches.response import measured_over
@@ -16,6 +16,7 @@ BENDING = YOUNG * WIDTH * HEIGHT**3 / 12
 DAMPING = sf.ProportionalDamping(alpha_M=1, beta_K=1e-6)
 LAW = {"mu_s": 0.4, "mu_k": 0.2, "vs": 0.3}
 LOAD = 2.0
+HARMONICS, SAMPLES = 24, 256
 
 
 def matrices(count):
@@ -60,6 +61,62 @@ def growth_of_the_lowest_mode(count, speed):
     values = np.linalg.eigvals(whole)
     lowest = values[np.abs(np.abs(values) - np.sqrt(squares[0])).argmin()]
     return lowest.real
+
+
+def series(parts):
+    """Samples over a period of what harmonics add up to."""
+    padded = np.zeros(SAMPLES // 2 + 1, complex)
+    padded[: HARMONICS + 1] = parts
+    return np.fft.irfft(padded, SAMPLES) * SAMPLES
+
+
+class Balance:
+    """Harmonics of the tip by the answer of all modes to a force there: no state, no time."""
+
+    def __init__(self, count, push, force=0.0):
+        self.squares, modes = eigh(*matrices(count)[::-1])
+        self.tip, self.push, self.force = modes[-2], push, force
+        self.first = np.sqrt(self.squares[0])
+        self.orders = np.arange(HARMONICS + 1)
+
+    def solve(self, guess, omega, closing):
+        """Return harmonics in mm and the frequency in rad/s; `closing` is the last equation."""
+
+        def parts(unknown):
+            imaginary = unknown[HARMONICS + 1 : -1]
+            return unknown[: HARMONICS + 1] + 1j * np.append(0.0, imaginary)
+
+        def apart(unknown):
+            tip, turned = parts(unknown), 1j * self.orders * unknown[-1] * self.first
+            moved, speed = series(1e-3 * tip), series(1e-3 * turned * tip)
+            forces = np.fft.rfft(self.push(moved, speed))[: HARMONICS + 1] / SAMPLES
+            forces[1] += self.force / 2
+            lag = turned[:, None] * (1 + 1e-6 * self.squares)
+            answer = (self.tip**2 / (turned[:, None] ** 2 + lag + self.squares)).sum(axis=1)
+            gap = tip - 1e3 * answer * forces
+            last = closing(tip, unknown[-1] * self.first)
+            return np.concatenate([gap.real, gap.imag[1:], [last]])
+
+        guess = np.concatenate([guess.real, guess.imag[1:], [omega / self.first]])
+        found = root(apart, guess, tol=1e-13).x
+        assert np.abs(apart(found)).max() < 1e-9
+        return parts(found), found[-1] * self.first
+
+
+def duration_of_the_cycle(count, speed):
+    """Of the unstable cycle; the first guess balances what friction gives and damping takes."""
+    balance = Balance(count, lambda moved, tip_speed: LOAD * friction(speed - tip_speed))
+    turn = np.cos(2 * np.pi * np.arange(SAMPLES) / SAMPLES)
+    takes = (1 + 1e-6 * balance.squares[0]) / balance.tip[0] ** 2
+
+    def gives(size):
+        return 2 * LOAD * np.mean(friction(speed - size * turn) * turn) / size
+
+    size = brentq(lambda size: gives(size) - takes, 1e-3 * speed, 0.999 * speed)
+    guess = np.zeros(HARMONICS + 1, complex)
+    guess[0] = 1e3 * LOAD * friction(speed) * LENGTH**3 / (3 * BENDING)
+    guess[1] = 1e3 * size / balance.first / 2
+    return 2 * np.pi / balance.solve(guess, balance.first, lambda tip, _: tip[1].imag)[1]
 
 
 @pytest.mark.parametrize("count", [3, 8, 15])
@@ -123,6 +180,8 @@ def test_few_modes_squeal_where_fifteen_elements_do():
     exact = brentq(lambda speed: growth_of_the_lowest_mode(15, speed), 1.15, 1.25)
     assert still.special[0].value == pytest.approx(exact, rel=5e-5)
     assert cycles.stopped.kind == "span"
+    whole = duration_of_the_cycle(15, 1.25)
+    assert cycles.durations[-1] == pytest.approx(whole, rel=model.reduction_report.error)
 
 
 def test_its_cost_says_what_makes_it_less():
@@ -159,3 +218,30 @@ def test_rounding_of_fifteen_elements_does_not_move_the_lowest_mode():
     flow = flow_of(model)
     rates = flow.rates(moved, np.zeros(50), flow.constants_of(model))[:, 30:] @ (mass @ lowest)
     assert np.std(rates) < 1e-13 * np.abs(np.mean(rates))  # 1e-10 by the inverse mass
+
+
+def whole_cycles(count, span):
+    model = sliding(count)
+    still, cycles = sf.response(model, vary="Vd", span=span).branches[:2]
+    assert [point.type for point in still.special][:1] == ["HB"]
+    exact = brentq(lambda speed: growth_of_the_lowest_mode(count, speed), 1.15, 1.25)
+    assert still.special[0].value == pytest.approx(exact, rel=5e-5)
+    return cycles
+
+
+# Beside the Hopf point of these spans folds were invented.
+@pytest.mark.parametrize("span", [(1.25, 1.0), (1.3, 0.8)])
+def test_a_birth_of_cycles_is_no_fold(span):
+    cycles = whole_cycles(3, span)
+    assert not cycles.special
+    assert cycles.stopped.kind == "span"
+    assert cycles.durations[-1] == pytest.approx(duration_of_the_cycle(3, span[0]), rel=1e-8)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("count", [5, 8, 15])
+def test_cycles_of_whole_beams(count):
+    cycles = whole_cycles(count, (1.25, 1.15))
+    assert not cycles.special
+    assert cycles.stopped.kind == "span"
+    assert cycles.durations[-1] == pytest.approx(duration_of_the_cycle(count, 1.25), rel=1e-8)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.branch_point import find_crossing
-from slipfold.branches.closed_branches import SAME_ORBIT
+from slipfold.branches.closed_branches import SAME_ORBIT, noise_beside_birth
 from slipfold.continuation.contraction import contracts_between
 from slipfold.continuation.end import End
 from slipfold.continuation.interpolation import hermite
@@ -136,7 +136,7 @@ class Bifurcations(Zeros[OrbitPoint]):
 
     def accounts_for(self, found: list[Found], a: OrbitPoint, b: OrbitPoint) -> bool:
         """Whether what was found explains the change in the number of unstable multipliers."""
-        if min(map(_off_circle, (a, b))) < TEST_NOISE:
+        if not all(map(_is_off_circle, (a, b))):
             return True  # which side of the circle it is on is not known
         change = abs(b.unstable - a.unstable)
         turning = sum(_turns(item) for item in found)
@@ -159,7 +159,7 @@ class Bifurcations(Zeros[OrbitPoint]):
         if name == "LP" and _stands(a, b):  # the sign of the tangent is rounding
             passes = (a.tests["fold"] > 0) != (b.tests["fold"] > 0)
             crosses = a.orientation * b.orientation < 0
-            return passes and not crosses and min(map(_off_circle, (a, b))) > TEST_NOISE
+            return passes and not crosses and all(map(_is_off_circle, (a, b)))
         before, after = a.tests[name], b.tests[name]
         if (before > 0) == (after > 0):
             return False
@@ -209,12 +209,21 @@ def span_end(orbits: Orbits, last: OrbitPoint) -> End:
 
 
 def _stands(a: OrbitPoint, b: OrbitPoint) -> bool:
-    """Whether the parameter stands still from one point to the next but for rounding.
+    """Whether the sign of the parameter's change is rounding at both points, or an error at one.
 
-    So it does along a family, and through a canard explosion, in which there may be a fold; that
-    is where a multiplier passes one.
+    So it is along a family, and through a canard explosion, in which there may be a fold, and
+    beside a place of birth. A fold then is where a multiplier passes one.
     """
-    return max(abs(a.tests["LP"]), abs(b.tests["LP"])) <= TEST_NOISE
+    slopes = [abs(point.tests["LP"]) for point in (a, b)]
+    if max(slopes) <= TEST_NOISE:
+        return True
+    noises = [noise_beside_birth(point)[1] for point in (a, b)]
+    return any(slope <= noise for slope, noise in zip(slopes, noises, strict=True))
+
+
+def _is_off_circle(point: OrbitPoint) -> bool:
+    """Whether it is known on which side of the unit circle all multipliers are."""
+    return _off_circle(point) > max(TEST_NOISE, noise_beside_birth(point)[0])
 
 
 def _off_circle(point: OrbitPoint) -> float:

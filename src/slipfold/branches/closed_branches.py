@@ -24,6 +24,7 @@ __all__ = [
     "asymmetry",
     "close_on_parent",
     "has_copy",
+    "noise_beside_birth",
     "step_beside_parent",
 ]
 
@@ -35,6 +36,12 @@ BEFORE = 3e-3
 NEAR_BIRTH = 0.05
 """Distance within which the end of a closing branch is matched with a place of birth, in scaled
 states and spans: the meeting is interpolated over one step."""
+
+SMALL = 0.1
+"""Difference of an orbit's halves, in scaled states, below which errors of orbits matter so."""
+
+BIRTH_NOISE = 1e-7
+"""What errors of orbits, accepted at a residual of 1e-10, may make of multipliers there."""
 
 AROUND = 1.5
 """Steps within which a closed curve may pass its first point again."""
@@ -97,6 +104,21 @@ def asymmetry(orbits: Orbits, z: Array) -> Array:
     half = orbits.size // 2
     turns = np.resize(orbits.by.turns, half) / np.sqrt(orbits.segments)
     return without_turns(z[:half] - z[half : orbits.size], turns)
+
+
+def noise_beside_birth(point: OrbitPoint) -> tuple[float, float]:
+    """Return what errors make of multipliers, and of the tangent along the parameter.
+
+    Beside a place of birth orbits do not change with the parameter to first order: that component
+    of the tangent vanishes with the amplitude, by which errors of the orbit are divided. Elsewhere
+    zeros are returned.
+    """
+    orbits = point.curve.orbits
+    amplitude = float(np.linalg.norm(asymmetry(orbits, point.z))) if has_copy(orbits) else np.inf
+    if amplitude > SMALL:
+        return 0.0, 0.0
+    noise = max(BIRTH_NOISE, orbits.noise)
+    return noise, noise / max(amplitude, noise)
 
 
 class MeetsCopy:

@@ -15,6 +15,7 @@ from slipfold.branches.closed_branches import (
     Returns,
     close_on_parent,
     has_copy,
+    noise_beside_birth,
     step_beside_parent,
 )
 from slipfold.branches.ends import BranchEndings
@@ -114,4 +115,5 @@ def _first_step(orbits: Orbits, start: OrbitPoint, settings: Settings) -> float:
 def _goes_on(nearer: OrbitPoint, first: OrbitPoint) -> bool:
     """Whether the parameter moves in the same direction at both, or hardly at one of them."""
     slopes = float(nearer.tangent[-1]), float(first.tangent[-1])
-    return slopes[0] * slopes[1] > 0 or min(map(abs, slopes)) < LEVEL
+    level = max(LEVEL, noise_beside_birth(nearer)[1])
+    return slopes[0] * slopes[1] > 0 or min(map(abs, slopes)) < level
