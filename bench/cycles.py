@@ -1,4 +1,4 @@
-"""Two oscillators that nothing forces: FitzHugh and Nagumo's canards, van der Pol's relaxation.
+"""Three systems that nothing forces: canards of a neuron, van der Pol's relaxation, a beam.
 
 Only arithmetic is used, so the arguments may be floats or the symbols of a tracer.
 """
@@ -10,15 +10,18 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+import beam
+
 HARMONICS = 20
 """Of the first cycle: enough for the Newton iteration of any program."""
 
 
 class Oscillator(NamedTuple):
-    """One oscillator.
+    """One system.
 
     Its branch of cycles begins at a Hopf point on the way through `span`, or, `settled`, at the
-    cycle there is at the beginning of it. `specials` are the bifurcations of the cycles, `last` is
+    cycle there is at the beginning of it. What has no `formulas` is a
+    structure. `specials` are the bifurcations of the cycles, `last` is
     the duration of the cycle at the end.
     """
 
@@ -26,7 +29,7 @@ class Oscillator(NamedTuple):
     parameter: str
     span: tuple[float, float]
     settled: bool
-    start: tuple[float, float]
+    start: tuple[float, ...]
     rates: Callable[[Sequence[Any], Any], list[Any]]
     formulas: dict[str, str]
     specials: tuple[tuple[str, float], ...]
@@ -69,8 +72,20 @@ OSCILLATORS = {
         specials=(),
         last=162.837071092,
     ),
+    "beam": Oscillator(
+        title="a beam of fifteen elements on a belt",
+        parameter="Vd",
+        span=(1.15, 1.25),
+        settled=False,
+        start=beam.rest(1.15),
+        rates=beam.rates,
+        formulas={},
+        specials=(),
+        last=0.0538589895863,
+    ),
 }
-"""The fold is where shooting and collocation agree, 2e-14 apart; durations are Radau's method's."""
+"""The fold is where shooting and collocation agree, 2e-14 apart; durations are Radau's method's,
+and of the beam those of a balance of 24 harmonics with the answer of its tip."""
 
 
 @lru_cache

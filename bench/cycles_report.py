@@ -1,4 +1,4 @@
-"""The two oscillators that nothing forces, in the report."""
+"""The systems that nothing forces, in the report."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def aim_rows(cycles: dict[str, Records]) -> Iterator[list[str]]:
 def section(cycles: dict[str, Records]) -> list[str]:
     """The part of the report, its heading first."""
     parts = [
-        "## Relaxation and canards",
+        "## Relaxation, canards and a beam",
         "Branches of cycles over the whole span; the error is the largest of special points and of "
         "the last duration as a share of it. Times in ms, warm. Processor time is AUTO-07p's own "
         "clock, and the ratio is of it. slipfold has its default settings, but for the duration "

@@ -1,4 +1,4 @@
-"""slipfold on one of the two oscillators, printed as the peers print theirs.
+"""slipfold on one of the systems that nothing forces, printed as the peers print theirs.
 
     python bench/ours_cycles.py --repeat 3 --system canards
 
@@ -8,23 +8,36 @@ it. `build_seconds` is the first call: compiled flows are loaded, or compiled.
 
 import time
 
+import beam
 import slipfold as sf
 from cycles import OSCILLATORS
 from peers import record
 from slipfold.version import package_version
 
 
+def model_of(name: str) -> sf.Model:
+    """The model as a user would write it."""
+    oscillator = OSCILLATORS[name]
+    if not oscillator.formulas:
+        mass, stiffness = beam.matrices()
+        names = [f"{kind}{node}" for node in range(1, beam.ELEMENTS + 1) for kind in "wr"]
+        law = sf.Stribeck(mu_s=beam.MU_S, mu_k=beam.MU_K, vs=beam.VS)
+        contact = sf.FrictionContact(names[-2], law, load=beam.LOAD, Vd=1.0)
+        damping = sf.ProportionalDamping(beam.OF_MASS, beam.OF_STIFFNESS)
+        return sf.Structure(mass, damping, stiffness, names=names, contacts=contact)
+    values = zip(oscillator.formulas.items(), oscillator.start, strict=True)
+    return sf.System(
+        name=name,
+        parameters={oscillator.parameter: oscillator.span[0]},
+        states={state: {"rate": rate, "start": value} for (state, rate), value in values},
+    )
+
+
 def main() -> None:
     """Warm up, time, print the record."""
     options = record.arguments("slipfold on one oscillator", systems=OSCILLATORS)
-    oscillator = OSCILLATORS[options.system]
+    oscillator, model = OSCILLATORS[options.system], model_of(options.system)
     first, last = oscillator.span
-    values = zip(oscillator.formulas.items(), oscillator.start, strict=True)
-    model = sf.System(
-        name=options.system,
-        parameters={oscillator.parameter: first},
-        states={name: {"rate": rate, "start": value} for (name, rate), value in values},
-    )
     alone = sf.Settings(largest_period=1, largest_duration=1e3)
 
     def follow() -> sf.Diagram:

@@ -75,9 +75,9 @@ CYCLE_CONTENDERS: dict[str, dict[str, tuple[str, ...]]] = {
             for settings in ("usual", "large", "fine")
         },
     }
-    for name in ("canards", "relaxation")
+    for name in ("canards", "relaxation", "beam")
 }  # fmt: skip
-"""The same of two oscillators that nothing forces."""
+"""The same of three systems that nothing forces."""
 
 MAP = ("threshold_map.py", "--repeat", "1")
 

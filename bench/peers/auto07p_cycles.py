@@ -1,4 +1,4 @@
-"""AUTO-07p on one of the two oscillators, through bifpy's compiled path.
+"""AUTO-07p on one of the systems that nothing forces, through bifpy's compiled path.
 
     python bench/peers/auto07p_cycles.py --repeat 3 --system canards [--settings NAME]
 
@@ -46,12 +46,13 @@ def runs(oscillator: Oscillator, name: str, preset: dict[str, float]) -> list[An
         return oscillator.rates(state, parameters[0])
 
     def rest(state: Any, parameters: Any, phase: Any) -> None:
-        state[0], state[1] = oscillator.start
+        for i, value in enumerate(oscillator.start):
+            state[i] = value
         parameters[0] = first
 
     def begin(state: Any, parameters: Any, phase: Any) -> None:
         coefficients, duration = first_cycle(name)
-        for i in range(2):
+        for i in range(len(oscillator.start)):
             value = float(coefficients[i, 0].real)
             for h in range(1, HARMONICS + 1):
                 part = 2 * complex(coefficients[i, h])
@@ -61,7 +62,7 @@ def runs(oscillator: Oscillator, name: str, preset: dict[str, float]) -> list[An
         parameters[0] = first
         parameters[10] = duration
 
-    settings = {"ndim": 2, "rl0": first - 0.5, "rl1": 1.1 * last, **preset}
+    settings = {"ndim": len(oscillator.start), "rl0": first - 0.5, "rl1": 1.1 * last, **preset}
     free = {"icu": [1, auto.PERIOD_INDEX], "uzstop": {1: last}}
     if oscillator.settled:
         return [auto07p.build(auto, (rates, begin), settings, **free)]
