@@ -24,16 +24,16 @@ OF_MASS, OF_STIFFNESS = 1.0, 1e-6
 LOAD, MU_S, MU_K, VS = 2.0, 0.4, 0.2, 0.3
 
 
-def matrices() -> tuple[Array, Array]:
+def matrices(elements: int = ELEMENTS) -> tuple[Array, Array]:
     """Mass and stiffness of Euler-Bernoulli elements: deflection and slope at each node."""
-    l = LENGTH / ELEMENTS  # noqa: E741
+    l = LENGTH / elements  # noqa: E741
     bent = [[12, 6 * l, -12, 6 * l], [6 * l, 4 * l**2, -6 * l, 2 * l**2]]
     bent += [[-12, -6 * l, 12, -6 * l], [6 * l, 2 * l**2, -6 * l, 4 * l**2]]
     moved = [[156, 22 * l, 54, -13 * l], [22 * l, 4 * l**2, 13 * l, -3 * l**2]]
     moved += [[54, 13 * l, 156, -22 * l], [-13 * l, -3 * l**2, -22 * l, 4 * l**2]]
-    mass, stiffness = np.zeros((2, 2 * ELEMENTS + 2, 2 * ELEMENTS + 2))
+    mass, stiffness = np.zeros((2, 2 * elements + 2, 2 * elements + 2))
     bending = YOUNG * WIDTH * HEIGHT**3 / 12
-    for first in range(0, 2 * ELEMENTS, 2):
+    for first in range(0, 2 * elements, 2):
         own = slice(first, first + 4)
         stiffness[own, own] += bending / l**3 * np.array(bent)
         mass[own, own] += DENSITY * WIDTH * HEIGHT * l / 420 * np.array(moved)

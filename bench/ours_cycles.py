@@ -8,9 +8,9 @@ it. `build_seconds` is the first call: compiled flows are loaded, or compiled.
 
 import time
 
-import beam
 import slipfold as sf
 from cycles import OSCILLATORS
+from ours_beam import structure
 from peers import record
 from slipfold.version import package_version
 
@@ -19,12 +19,7 @@ def model_of(name: str) -> sf.Model:
     """The model as a user would write it."""
     oscillator = OSCILLATORS[name]
     if not oscillator.formulas:
-        mass, stiffness = beam.matrices()
-        names = [f"{kind}{node}" for node in range(1, beam.ELEMENTS + 1) for kind in "wr"]
-        law = sf.Stribeck(mu_s=beam.MU_S, mu_k=beam.MU_K, vs=beam.VS)
-        contact = sf.FrictionContact(names[-2], law, load=beam.LOAD, Vd=1.0)
-        damping = sf.ProportionalDamping(beam.OF_MASS, beam.OF_STIFFNESS)
-        return sf.Structure(mass, damping, stiffness, names=names, contacts=contact)
+        return structure()
     values = zip(oscillator.formulas.items(), oscillator.start, strict=True)
     return sf.System(
         name=name,

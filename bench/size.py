@@ -4,7 +4,8 @@
 
 A chain of 1 to 20 masses with a cubic spring and a friction contact at its end: the flow over one
 forcing period with its derivatives with respect to the start and one parameter, eight segments
-side by side. Processor time, compiling apart.
+side by side. Then the whole branch of cycles of a beam on a belt from its Hopf point, by the number
+of its elements: its highest modes are ever stiffer. Processor time, compiling apart.
 """
 
 import argparse
@@ -17,11 +18,14 @@ import numpy as np
 
 import machine
 import slipfold as sf
+from ours_beam import structure
 from slipfold.flow import flow_of
 from slipfold.version import package_version
 
 SIZES = (1, 2, 3, 5, 7, 10, 15, 20)
 SEGMENTS = 8
+
+BEAMS = (3, 5, 8, 15)
 
 
 def chain(size: int) -> sf.Structure:
@@ -71,6 +75,25 @@ def measure(size: int, repeat: int) -> dict[str, Any]:
     }
 
 
+def squeal(elements: int) -> dict[str, Any]:
+    """Cost of a beam's branch."""
+    model = structure(elements)
+    found = [0]
+
+    def branch() -> None:
+        cycles = sf.response(model, "Vd", (1.25, 1.15), settings=sf.Settings(largest_period=1))
+        found[0] = len(cycles.branches[1])
+
+    first = used(branch)
+    again = used(branch)
+    return {
+        "elements": elements,
+        "points": found[0],
+        "compile_seconds": first - again,
+        "seconds": again,
+    }
+
+
 def main() -> None:
     """Measure, print the record."""
     parser = argparse.ArgumentParser(description="the cost of structures by their size")
@@ -80,6 +103,7 @@ def main() -> None:
         "version": package_version(),
         "machine": machine.description(),
         "sizes": [measure(size, options.repeat) for size in SIZES],
+        "beams": [squeal(elements) for elements in BEAMS],
     }
     print(json.dumps(record))
 

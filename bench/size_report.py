@@ -40,6 +40,20 @@ def rows(record: dict[str, Any]) -> Iterator[list[str]]:
         ]
 
 
+def beam_rows(record: dict[str, Any]) -> Iterator[list[str]]:
+    """One row for each beam."""
+    for item in record["beams"]:
+        each = item["seconds"] / item["points"]
+        yield [
+            str(item["elements"]),
+            str(4 * item["elements"]),
+            str(item["points"]),
+            f"{item['compile_seconds']:.2g}",
+            f"{item['seconds']:.2g}",
+            milliseconds(each),
+        ]
+
+
 def section(record: dict[str, Any]) -> list[str]:
     """The section of the report."""
     heads = ["DOF", "states", "derivatives", "compile s", "said", "orbit ms", "said"]
@@ -51,6 +65,13 @@ def section(record: dict[str, Any]) -> list[str]:
         table(heads, list(rows(record))),
         f"From {LARGE} degrees of freedom the time of an orbit grows with the power "
         f"{exponent(record):.2f} of their number.",
+        "A beam of finite elements on a belt: the equilibrium, its Hopf point, the whole branch of "
+        "cycles with all that is stated of it. The highest mode of 3 elements turns 150 times in a "
+        "round of the lowest, that of 15 elements 3,800 times.",
+        table(
+            ["elements", "states", "points", "compile s", "branch s", "a point, ms"],
+            list(beam_rows(record)),
+        ),
     ]
 
 

@@ -221,7 +221,8 @@ def sizes(power: float, compile_seconds: float = 1.0) -> dict[str, Any]:
                 "expected_seconds": 2e-5 * size**power,
             }
             for size in (1, 5, 10, 20)
-        ]
+        ],
+        "beams": [{"elements": 3, "points": 20, "compile_seconds": 1.5, "seconds": 4.0}],
     }
 
 
@@ -231,6 +232,7 @@ def test_cost_by_size_has_its_exponent(bench: Bench) -> None:
     section = "\n".join(report.section(sizes(2.0)))
     assert "with the power 2.00 of their number" in section
     assert "| 20 | 40 | in 10 groups | 1 | 1 | 4 | 8 |" in section
+    assert "| 3 | 12 | 20 | 1.5 | 4 | 200 |" in section
     assert [row[-1] for row in report.aim_rows(sizes(2.0))] == ["met"]
     assert [row[-1] for row in report.aim_rows(sizes(2.0, 60.0))] == ["falls short"]
 
