@@ -98,8 +98,16 @@ class Linearisation:
         Shapes: weights (t, parts).
         """
         if parts[0].watched is None:
-            return _product(np.tensordot(weights, [part.factors for part in parts], axes=1))
+            return _product(np.tensordot(weights, [part.few for part in parts], axes=1))
         return np.array([Linearisation.blend(parts, row).monodromy for row in weights])
+
+    @cached_property
+    def few(self) -> Array:
+        """Products of neighbouring factors, so that there are no more than twelve, shape (q, n, n).
+
+        They turn by little as well, and of few it is quicker to form weighted sums.
+        """
+        return next(part for part in _products(self.factors) if len(part) <= MANY)
 
     @cached_property
     def product(self) -> Array:

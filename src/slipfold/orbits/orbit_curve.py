@@ -356,9 +356,14 @@ class Orbits(OrbitCurve):
         """Return the test functions of the multipliers that weighted sums of transitions have.
 
         Transitions of segments turn by a fraction of what multipliers do over the period, and
-        functions of all multipliers by many times as much.
+        functions of all multipliers by many times as much. On meshes only those of one can be
+        compared, and of cycles there are too many.
         """
-        if len(points[0].multipliers) < SEVERAL or not 1 < self.segments <= MANY:
+        if len(points[0].multipliers) < SEVERAL or self.segments == 1:
+            return None
+        if self.segments > MANY and (
+            self.free_phase or any(point.curve is not points[0].curve for point in points)
+        ):
             return None
         parts = [point.linearisation for point in points if point.linearisation is not None]
         if len(parts) < len(points):

@@ -59,6 +59,12 @@ GROWTH = 4.0
 """Growth over an interval, as an exponent, that meshes are made for: an interval is solved from its
 first state, which has to be known that much better."""
 
+MANY = 12
+"""States from which on growth is looked for at some nodes only: else it would take longest."""
+
+SKIPPED = 6
+"""One of so many nodes, then."""
+
 REACH = 0.2
 """Change of the states, in scaled ones, over which polynomials are extrapolated linearly."""
 
@@ -421,9 +427,11 @@ class Collocation(Segments):
 
     def _growth(self, nodes: Array, constants: Constants) -> Array:
         """Return the largest rate at which perturbations grow on each interval, shape (m,)."""
-        slopes = self._field(constants).jacobians(nodes / self.scales, self.start)
-        rates = np.linalg.eigvals(slopes).real.max(axis=1)
-        return np.maximum(rates, np.roll(rates, -1))
+        each = 1 if nodes.shape[1] < MANY else SKIPPED
+        scaled, phases = nodes[::each] / self.scales, self.start[::each]
+        slopes = self._field(constants).jacobians(scaled, phases)
+        rates = np.repeat(np.linalg.eigvals(slopes).real.max(axis=1), each)[: len(nodes)]
+        return np.maximum(rates, np.roll(rates, -each))
 
 
 def _copies(model: Model, period: int) -> int:

@@ -52,7 +52,7 @@ class Multipliers:
 
     def growth(self, part: Linearisation) -> float:
         """Return an upper bound of the logarithms of the multipliers' moduli."""
-        return growth_bound(part.factors)
+        return growth_bound(part.few)
 
     def whole(self, multipliers: Values) -> Values:
         """Return the multipliers with those that are the same for all orbits, shape (n,)."""
