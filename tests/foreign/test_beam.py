@@ -103,6 +103,21 @@ class Balance:
         return parts(found), found[-1] * self.first
 
 
+def forced_amplitude(count, frequency):
+    """Of a hardening tip under 0.1 N, in m; the phase leads up the resonance from far below it."""
+    balance = Balance(count, lambda moved, _: -1e6 * moved**3, force=0.1)
+    start = np.zeros(HARMONICS + 1, complex)
+    start[1] = 50 * balance.tip[0] ** 2 / balance.squares[0]
+    tip, omega = balance.solve(start, 0.7 * balance.first, lambda _, omega: omega / 90 - 1)
+    turned = 2 * np.pi * frequency
+    while omega < turned:
+        turn = np.exp(-1.1j * np.angle(tip[1]))  # it lags by a tenth more
+        tip, omega = balance.solve(tip, omega, lambda tip, _, turn=turn: (tip[1] * turn).imag)
+    tip, _ = balance.solve(tip, turned, lambda _, omega: omega / turned - 1)
+    fine = np.append(tip, np.zeros(16 * SAMPLES - len(tip) + 1))
+    return 1e-3 * np.abs(np.fft.irfft(fine) * 32 * SAMPLES).max()
+
+
 def duration_of_the_cycle(count, speed):
     """Of the unstable cycle; the first guess balances what friction gives and damping takes."""
     balance = Balance(count, lambda moved, tip_speed: LOAD * friction(speed - tip_speed))
@@ -245,3 +260,15 @@ def test_cycles_of_whole_beams(count):
     assert not cycles.special
     assert cycles.stopped.kind == "span"
     assert cycles.durations[-1] == pytest.approx(duration_of_the_cycle(count, 1.25), rel=1e-8)
+
+
+@pytest.mark.parametrize("count", [3, pytest.param(15, marks=pytest.mark.long)])
+def test_a_forced_beam_climbs_its_resonance(count):
+    tip = f"w{count}"
+    hardening, force = sf.CubicSpring(tip, k3=1e6), sf.HarmonicForce(tip, F=0.1)
+    model = beam(count, elements=hardening, forcing=force, f=17.0)
+    (branch,) = sf.response(model, vary="f", span=(17, 20)).branches
+    assert branch.stopped.kind == "span"
+    assert not branch.special
+    largest = branch.extrema.of(tip)[1][-1]
+    assert largest == pytest.approx(forced_amplitude(count, 20.0), rel=1e-6)

@@ -107,8 +107,8 @@ class _Modes:
             left = np.linalg.inv(right)
         except np.linalg.LinAlgError:
             return None
-        lost = np.abs((right * values) @ left - matrix).max()
-        if not lost < SOUND * np.abs(matrix).max():
+        lost = np.abs((right * values) @ left - matrix).max() / np.abs(matrix).max()
+        if not max(lost, np.abs(left @ right - np.eye(len(values))).max()) < SOUND:
             return None
         kept = values.imag >= 0
         doubled = np.where(values.imag > 0, 2.0, 1.0)
