@@ -13,6 +13,7 @@ import machine
 import map_report
 import reference
 import size_report
+import stick_report
 import systems_report
 from slipfold.paper.tables import table
 from wording import magnitude, milliseconds, task_seconds, verdict
@@ -162,6 +163,7 @@ def parts_of(measured: Measured) -> list[tuple[Any, Any]]:
         (size_report, measured.size),
         (systems_report, measured.systems),
         (cycles_report, measured.cycles),
+        (stick_report, measured.stick),
     )
     return [(module, record) for module, record in parts if record]
 

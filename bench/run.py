@@ -79,6 +79,13 @@ CYCLE_CONTENDERS: dict[str, dict[str, tuple[str, ...]]] = {
 }  # fmt: skip
 """The same of three systems that nothing forces."""
 
+STICK_CONTENDERS: dict[str, tuple[str, ...]] = {
+    "slipfold": ("ours_stick.py", "--repeat", "3"),
+    "SciPy": ("peers/scipy_stick.py", "--repeat", "1"),
+    "solve-nivp": ("peers/nivp_stick.py", "--repeat", "1"),
+}
+"""The same of an oscillator that sticks and slips."""
+
 MAP = ("threshold_map.py", "--repeat", "1")
 
 ENSEMBLE = ("ensemble.py", "--repeat", "1")
@@ -98,6 +105,7 @@ PARTS = (
     "ensemble",
     *SYSTEM_CONTENDERS,
     *CYCLE_CONTENDERS,
+    "stick",
     "size",
     "commands",
     "paper",
@@ -118,6 +126,7 @@ class Measured(NamedTuple):
     cycles: dict[str, dict[str, dict[str, Any]]]
     size: dict[str, Any]
     ensemble: dict[str, Any]
+    stick: dict[str, dict[str, Any]]
 
 
 def note(sentence: str) -> None:
@@ -234,6 +243,9 @@ def measure(parts: Collection[str], rounds: int) -> Measured:
         return found
 
     systems, cycles = each(SYSTEM_CONTENDERS), each(CYCLE_CONTENDERS)
+    stick, missing_there["stick"] = (
+        compete(few, STICK_CONTENDERS, **processes.ONE_THREAD) if "stick" in parts else empty
+    )
     first, cached = commands(rounds) if "commands" in parts else ([], [])
     return Measured(
         records,
@@ -247,6 +259,7 @@ def measure(parts: Collection[str], rounds: int) -> Measured:
         cycles,
         sizes() if "size" in parts else {},
         ensemble(few) if "ensemble" in parts else {},
+        stick,
     )
 
 

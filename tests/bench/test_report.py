@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import slipfold as sf
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.registry import model_named
 from slipfold.models.system import System
@@ -27,6 +28,7 @@ class Bench:
         self.run: ModuleType = importlib.import_module("run")
         self.processes: ModuleType = importlib.import_module("processes")
         self.reference: ModuleType = importlib.import_module("reference")
+        self.stick: ModuleType = importlib.import_module("stick")
 
 
 @pytest.fixture
@@ -124,7 +126,26 @@ def measured(bench: Bench, records: dict[str, Any], **absent: str) -> Any:
         cycles(),
         sizes(2.0),
         ensemble(),
+        stick(bench),
     )
+
+
+def stick(bench: Bench) -> dict[str, Any]:
+    """Den Hartog's oscillator: one rival is fast, one slow."""
+    after = bench.stick.state_after(5)[0]
+
+    def record(seconds: float, error: float) -> dict[str, Any]:
+        return {
+            "settings": {"periods": 5},
+            "processor_seconds": {"simulate": [seconds]},
+            "final_state": {"simulate": [after + error, 0.0]},
+        }
+
+    return {
+        "slipfold": record(0.01, 1e-13),
+        "SciPy": record(0.1, 4e-11),
+        "solve-nivp": record(5.0, 3e-4),
+    }
 
 
 def branch(seconds: float, *points: tuple[str, float], **clocks: Any) -> dict[str, Any]:
@@ -356,6 +377,27 @@ def test_cycles_are_judged_against_who_is_right(bench: Bench) -> None:
     ]  # fmt: skip
     del records["AUTO-07p, fine"]
     assert list(report.aim_rows({"canards": records}))[1][1:] == ["no other is", "met"]
+
+
+def test_rates_in_stick_and_slip_are_compared(bench: Bench) -> None:
+    rows = list(importlib.import_module("stick_report").aim_rows(stick(bench)))
+    assert [row[1:] for row in rows] == [["10 times", "falls short"], ["5e+02 times", "met"]]
+    (*_, lines) = importlib.import_module("stick_report").section(stick(bench))
+    assert "| slipfold | 500 | 1 | 1e-13 |" in lines
+    assert "| solve-nivp | 1 | 5e+02 | 3e-04 |" in lines
+
+
+def test_the_closed_form_of_stick_and_slip_is_what_is_simulated(bench: Bench) -> None:
+    W, S = bench.stick.FREQUENCY, bench.stick.FRICTION
+    contact = sf.FrictionContact("x", sf.Coulomb(mu_s=S, mu_k=S), load=1.0, Vd=0.0)
+    push = sf.HarmonicForce("x", F=1.0)
+    model = sf.Structure(
+        [[1.0]], None, [[1.0]], names="x", contacts=contact, forcing=push, f=W / (2 * math.pi)
+    )
+    motion = sf.simulate(model, 5)
+    for period in range(6):
+        wanted = bench.stick.state_after(period)
+        assert motion.strobe[period] == pytest.approx(wanted, abs=1e-12)
 
 
 @pytest.mark.parametrize("name", ["canards", "relaxation"])
