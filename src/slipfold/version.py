@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 __all__ = ["package_version"]
 
 
+@cache
 def package_version() -> str:
     """Return the version of slipfold; ``"unknown"`` if it runs from a folder, not installed."""
     from importlib.metadata import PackageNotFoundError, version

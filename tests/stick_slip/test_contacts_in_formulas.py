@@ -199,6 +199,29 @@ def test_values_that_a_law_cannot_have_are_refused():
     model = sf.System.from_toml(BELT.replace("1.5*mu", "0.5"))
     with pytest.raises(sf.InputError, match=r"friction of F: mu_s = 0\.5 is below mu_k = 0\.6"):
         model.replace(mu=0.6)
+    with pytest.raises(sf.InputError, match="the normal force of F is -1; it must be > 0"):
+        model.replace(N=-1.0)
+
+
+def test_orbits_are_followed_in_slip():
+    pushed = BELT.replace("F - x", "F - x - 0.1*v + P*cos(t)").replace(
+        "N = 1.0", "N = 1.0\nP = 0.0"
+    )
+    model = sf.System.from_toml(f'{pushed}[forcing]\nperiod = "2*pi"\nquiet = "P"\n')
+    (branch,) = sf.response(model, "P", (0, 0.1)).branches
+    # Friction that does not vary leaves a linear oscillator, which meets the belt's speed.
+    assert branch.stopped.kind == "limit"
+    assert branch.stopped.value == pytest.approx(0.99 * 0.3 * 0.1, rel=1e-9)
+    assert "orbits are followed in slip" in branch.stopped.reason
+
+
+def test_orbits_are_not_followed_on_a_wall():
+    for model in (
+        sf.System.from_toml(BELT).replace(Vd=0.0),
+        sf.System.from_toml(BELT.replace("Vd - v", "-v")),
+    ):
+        with pytest.raises(sf.InputError, match="the counter-body of the contact F is at rest"):
+            sf.response(model, "mu", (0.1, 0.2))
 
 
 def test_a_belt_whose_speed_varies_is_refused():

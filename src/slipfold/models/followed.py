@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from slipfold.errors import InputError
 from slipfold.models.model import Model
+from slipfold.models.system import System
 
 __all__ = ["check_followed"]
 
@@ -22,3 +23,8 @@ def check_followed(model: Model) -> None:
             item.check(model.values[item.name])
         except InputError as error:
             raise InputError(f"{error} in all but simulate") from None
+    for name in model.resting if isinstance(model, System) else ():
+        raise InputError(
+            f"the counter-body of the contact {name} is at rest, so nothing slides on it steadily; "
+            "let it move, or simulate"
+        )

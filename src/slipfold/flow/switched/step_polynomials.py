@@ -32,13 +32,9 @@ class StepPolynomials:
     def __call__(self, times: Array) -> Array:
         """Return states at some times, shape (p, n). Shapes: times (p,)."""
         place = np.searchsorted(self.times, times, side="right") - 1
-        place = np.clip(place, 0, len(self.tcs) - 1)
-        passed = (times - self.times[place])[:, None]
-        coefficients = self.tcs[place]
-        values = coefficients[:, :, -1]
-        for power in range(coefficients.shape[2] - 2, -1, -1):
-            values = values * passed + coefficients[:, :, power]
-        return np.asarray(values)
+        place = np.minimum(np.maximum(place, 0), len(self.tcs) - 1)
+        powers = np.vander(times - self.times[place], self.tcs.shape[2], increasing=True)
+        return np.asarray((self.tcs[place] @ powers[:, :, None])[:, :, 0])
 
 
 def step_to(integrator: Any, end: float, steps: int) -> tuple[int, StepPolynomials]:

@@ -10,7 +10,8 @@ import heyoka as hy
 from slipfold.errors import InputError
 from slipfold.models.contact import friction_name, normal_name
 from slipfold.models.definitions.contact_formulas import ContactFormulas
-from slipfold.models.formulas.tree import Tree
+from slipfold.models.formulas.coefficients import PHASE
+from slipfold.models.formulas.tree import Tree, names_in
 from slipfold.models.formulas.values import value_of
 from slipfold.models.output import Expression, Symbols
 
@@ -32,7 +33,13 @@ class ContactEquations:
         return {name: value_of(tree, known) for name, tree in self.values.items()}
 
     def check(self, c: Mapping[str, float]) -> None:
-        """Refuse values that the law cannot have."""
+        """Refuse values that the law cannot have, and a constant normal force that pulls."""
+        if all(name.startswith("@") and name != PHASE for name in names_in(self.normal)):
+            normal = value_of(self.normal, {f"@{key}": value for key, value in c.items()})
+            if not normal > 0:
+                raise InputError(
+                    f"the normal force of {self.formulas.name} is {normal:g}; it must be > 0"
+                )
         law, values = self.formulas.law, self.law_values(c)
         try:
             for item in law.parameters:

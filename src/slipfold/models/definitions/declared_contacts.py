@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
 
 import heyoka as hy
@@ -20,7 +21,13 @@ from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.output import Expression, Limit, Output, Symbols
 from slipfold.models.parameter import DURATION
 
-__all__ = ["check_contacts", "contact_limits", "contact_outputs", "contacts_of_system"]
+__all__ = [
+    "check_contacts",
+    "contact_limits",
+    "contact_outputs",
+    "contacts_at_rest",
+    "contacts_of_system",
+]
 
 STICK = 0.01
 """Slip speed over the counter-body's speed at which a branch ends."""
@@ -74,6 +81,16 @@ def contact_outputs(equations: SystemEquations) -> tuple[Output, ...]:
 def contact_limits(equations: SystemEquations) -> tuple[Limit, ...]:
     """Return where branches, which are followed in slip, end."""
     return tuple(limit for item in equations.contacts for limit in _limits(equations, item))
+
+
+def contacts_at_rest(equations: SystemEquations, values: Mapping[str, float]) -> tuple[str, ...]:
+    """Return the names of contacts whose counter-bodies do not move."""
+    c, still = equations.coefficients(values), dict.fromkeys(equations.rates, 0.0)
+    return tuple(
+        item.formulas.name
+        for item in equations.contacts
+        if not any(equations.value(tree, still, c, 0.0) for tree in item.slip)
+    )
 
 
 def _limits(equations: SystemEquations, item: ContactEquations) -> list[Limit]:

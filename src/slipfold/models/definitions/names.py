@@ -46,7 +46,16 @@ _TAKEN = frozenset(
         ),
         *("vector", "parameter", "parameter_index", "replace", "evaluate"),
         *("variable_parameter", "variable_parameters", "varied_first"),
-        *("events", "contacts", "whole_turns", "forced", "start", "from_toml", "to_toml"),
+        *(
+            "events",
+            "contacts",
+            "resting",
+            "whole_turns",
+            "forced",
+            "start",
+            "from_toml",
+            "to_toml",
+        ),
         # ... and arguments of what takes parameters by name.
         *(
             "self",
