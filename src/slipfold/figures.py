@@ -46,6 +46,26 @@ def _threshold_map(found: ThresholdMap, **options: Any) -> Any:
 def _simulation(
     motion: Simulation, output: str | None = None, kind: str = "timeseries", **options: Any
 ) -> Any:
+    from slipfold import plots
+
+    of_contacts = {
+        "hysteresis": plots.draw_hysteresis,
+        "friction": plots.draw_friction_force,
+        "path": plots.draw_path,
+        "track": plots.draw_track,
+        "timeline": plots.draw_timeline,
+    }
+    if kind in of_contacts:
+        if output is not None:
+            raise InputError(
+                f"kind = {kind!r} shows contacts and no output; leave output = {output!r} out, and "
+                "give contact= where there are several"
+            )
+        return of_contacts[kind](motion, **options)
+    if "contact" in options:
+        raise InputError(
+            f"kind = {kind!r} shows an output and no contact; give {', '.join(of_contacts)}"
+        )
     shown = motion.model.states[0].name if output is None else output
     if kind == "timeseries":
         from slipfold.plots.timeseries import draw_timeseries
@@ -59,7 +79,9 @@ def _simulation(
         from slipfold.plots.spectrum import draw_spectrum
 
         return draw_spectrum(motion.spectrum(), shown, **options)
-    raise InputError(f"kind = {kind!r} is unknown; give timeseries, spectrum or phase")
+    raise InputError(
+        f"kind = {kind!r} is unknown; give timeseries, spectrum, phase, {', '.join(of_contacts)}"
+    )
 
 
 @draw.register

@@ -192,6 +192,19 @@ def test_a_motion_that_sticks(tmp_path):
     assert copy.sticking.modes.tolist() == motion.sticking.modes.tolist()
     assert copy.at(1.0).tolist() == motion.at(1.0).tolist()
     assert copy.to_json() == motion.to_json()
+    assert copy.summary() == motion.summary()
+    (line,) = [line for line in motion.summary().splitlines() if "contacts stick" in line]
+    assert line.endswith("(forcing periods from its start)")
+    first = motion.last_round.sticking[0]
+    assert f"contact from {first.begin:.6g} to {first.end:.6g}" in line
+    assert line in copy._repr_html_()
+    copy.to_csv(tmp_path / "motion.csv")
+    rows = (tmp_path / "motion.csv").read_text().splitlines()
+    assert rows[0] == "time (s),x (m),vx (m/s),contact"
+    words = {0: "stick", 1: "slip", -1: "slip backwards"}
+    assert [row.split(",")[-1] for row in rows[1:]] == [
+        words[mode] for mode in motion.sticking.modes[:, 0].tolist()
+    ]
 
 
 # -- files that are no results ---------------------------------------------------------------

@@ -18,11 +18,14 @@ FORMATS = ("png", "pdf", "svg")
 
 MEASURES = ("max", "min", "peak_to_peak", "modulus")
 
-KINDS = ("timeseries", "spectrum", "phase")
+KINDS = (
+    *("timeseries", "spectrum", "phase"),
+    *("hysteresis", "friction", "path", "track", "timeline"),
+)
 
 OPTIONS: dict[str, tuple[str, tuple[str, ...]]] = {
     "Diagram": ("response", ("output", "measure")),
-    "Simulation": ("simulation", ("output", "kind")),
+    "Simulation": ("simulation", ("output", "kind", "contact")),
     "LocusDiagram": ("bifurcation set", ()),
 }
 """What each kind of result is called, and the options that go with it."""
@@ -40,7 +43,15 @@ Measure = Annotated[
     typer.Option(metavar="|".join(MEASURES), help="Of a response: what to show of each orbit."),
 ]
 Kind = Annotated[
-    str | None, typer.Option(metavar="|".join(KINDS), help="Of a simulation: what to draw.")
+    str | None,
+    typer.Option(
+        metavar="|".join(KINDS),
+        help="Of a simulation: what to draw; the last five show contacts.",
+    ),
+]
+Contact = Annotated[
+    str | None,
+    typer.Option(metavar="NAME", help="Of a simulation: the contact to draw, by default all."),
 ]
 Out = Annotated[
     str | None,
@@ -55,6 +66,7 @@ def plot(
     output: Output = None,
     measure: Measure = None,
     kind: Kind = None,
+    contact: Contact = None,
     out: Out = None,
 ) -> None:
     """Draw a saved result."""
@@ -67,7 +79,7 @@ def plot(
         raise InputError(f"{path} has no ending of a figure; give .png, .pdf or .svg")
     check_writable(path)
     found = load(result)
-    options = {"output": output, "measure": measure, "kind": kind}
+    options = {"output": output, "measure": measure, "kind": kind, "contact": contact}
     given = {name: value for name, value in options.items() if value is not None}
     _check_options(given, type(found).__name__, result)
     write_file(path, _draw(found, form, given))
@@ -94,7 +106,9 @@ def _draw(found: Any, form: str, options: Mapping[str, str]) -> bytes:
     from slipfold.plots.style import COLUMN, figure_style
 
     with figure_style():
-        figure = Figure(figsize=(2 * COLUMN, 1.25 * COLUMN), layout="constrained")
+        # Bands need no height.
+        height = 0.5 if options.get("kind") == "timeline" else 1.25
+        figure = Figure(figsize=(2 * COLUMN, height * COLUMN), layout="constrained")
         found.plot(ax=figure.add_subplot(), **options)
         content = io.BytesIO()
         figure.savefig(content, format=form)

@@ -24,7 +24,13 @@ from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
 from slipfold.results.saved_table import SavedTable
 from slipfold.results.sheet import Sheet
-from slipfold.results.stick_table import read_sticking, stick_record, stick_variables
+from slipfold.results.stick_table import (
+    read_sticking,
+    stick_columns,
+    stick_record,
+    stick_text,
+    stick_variables,
+)
 from slipfold.results.table import Table, axes_of, names
 
 if TYPE_CHECKING:
@@ -87,7 +93,8 @@ class Simulation(Trajectory, Result):
     -----
     In the dataset of `to_xarray`, along ``strobe``: ``time`` in seconds and ``states``; the outcome
     is in the attributes. In the spreadsheet of `to_csv`, time and states once every forcing period,
-    at phase zero. In `to_json`, schema slipfold.simulation/1, the outcome.
+    at phase zero, and what each contact does then if one sticks. In `to_json`, schema
+    slipfold.simulation/1, the outcome.
 
     Examples
     --------
@@ -168,7 +175,10 @@ class Simulation(Trajectory, Result):
             f"Last state{' at phase zero' if forced else ''}: {state}",
         ]
         if last is not None and last.sticking:
-            lines.append(f"In its last round contacts stick {100 * last.fraction:.6g}% of the time")
+            lines.append(
+                f"In its last round contacts stick {100 * last.fraction:.6g}% of the time: "
+                f"{stick_text(last, 'forcing periods' if forced else 's')}"
+            )
         spectrum = self._response_spectrum()
         if spectrum is not None:
             lines += ["", f"{'Hz':>12}" + "".join(f"{name:>14}" for name in names)]
@@ -185,11 +195,16 @@ class Simulation(Trajectory, Result):
         Parameters
         ----------
         output
-            A state or output of the model; the first state if None.
+            A state or output of the model; the first state if None. Of a contact there is none.
         kind
-            ``"timeseries"``, ``"spectrum"`` or ``"phase"``.
+            ``"timeseries"``, ``"spectrum"`` or ``"phase"`` of an output. Of contacts with exact
+            friction, in the last round: ``"hysteresis"``, friction over displacement;
+            ``"friction"``, over the velocity of the counter-body relative to the body;
+            ``"path"``, where a contact in a plane goes, and ``"track"``, where on the counter-body;
+            ``"timeline"``, when contacts stick, slip and are open.
         **options
-            Options of the drawing, e.g. ``ax=`` the axes to draw in.
+            Options of the drawing, e.g. ``ax=`` the axes to draw in, ``contact=`` the name of one
+            contact, ``rounds=`` how many rounds are shown of it.
 
         Returns
         -------
@@ -199,7 +214,7 @@ class Simulation(Trajectory, Result):
         Raises
         ------
         InputError
-            For an unknown output or kind.
+            For an unknown output, contact or kind, or one that the model has no picture of.
         """
         return draw(self, output=output, kind=kind, **options)
 
@@ -249,9 +264,12 @@ class Simulation(Trajectory, Result):
         }
 
     def _csv(self) -> str:
-        table = _motion(self.model)
-        sheet = Sheet({"time": "time (s)", "strobe": ""}, (table,), axes_of(self.model))
-        return sheet.text(sheet.rows(table, [self], {}))
+        table, doing = _motion(self.model), stick_columns(self.sticking)
+        # Slots of contacts have a space, since a contact may be called time.
+        heads = {"time": "time (s)", "strobe": "", **{f" {name}": name for name in doing}}
+        known = {f" {name}": column for name, column in doing.items()}
+        sheet = Sheet(heads, (table,), axes_of(self.model))
+        return sheet.text(sheet.rows(table, [self], known))
 
     @classmethod
     def _read(cls, saved: SavedTable) -> Simulation:

@@ -8,6 +8,7 @@ import numpy as np
 
 from slipfold.flow.last_round import LastRound
 from slipfold.flow.switched.history import Interval
+from slipfold.flow.switched.mode import Status
 from slipfold.flow.trajectory import Sticking
 from slipfold.models.model import Model
 from slipfold.results.column import REAL, TEXT, WHOLE, Axes, Column
@@ -15,7 +16,14 @@ from slipfold.results.labelled_table import Variable
 from slipfold.results.saved_table import SavedTable
 from slipfold.results.table import Table
 
-__all__ = ["read_sticking", "stick_record", "stick_variables"]
+__all__ = ["read_sticking", "stick_columns", "stick_record", "stick_text", "stick_variables"]
+
+WORDS = {
+    Status.STICK: "stick", Status.FORTH: "slip", Status.BACK: "slip backwards", Status.OPEN: "open",
+}  # fmt: skip
+
+TOLD = 4
+"""Times of stick that a summary tells of each contact."""
 
 CONTACTS = Table(
     ("contact",),
@@ -84,3 +92,25 @@ def stick_record(last: LastRound) -> dict[str, Any]:
             {"contact": item.contact, "from": item.begin, "to": item.end} for item in last.sticking
         ],
     }
+
+
+def stick_columns(sticking: Sticking | None) -> dict[str, list[str]]:
+    """Return what each contact does at the start of every forcing period, in words."""
+    if sticking is None:
+        return {}
+    return {
+        name: [WORDS[Status(int(value))] for value in sticking.modes[:, place]]
+        for place, name in enumerate(sticking.contacts)
+    }
+
+
+def stick_text(last: LastRound, unit: str) -> str:
+    """Return when contacts stick, counted from the start of the round."""
+    names = dict.fromkeys(item.contact for item in last.sticking)
+    parts = []
+    for name in names:
+        own = [item for item in last.sticking if item.contact == name]
+        spans = [f"{item.begin:.6g} to {item.end:.6g}" for item in own[:TOLD]]
+        more = f" and {len(own) - TOLD} times more" if len(own) > TOLD else ""
+        parts.append(f"{name} from {', '.join(spans)}{more}")
+    return f"{'; '.join(parts)} ({unit} from its start)"

@@ -1,0 +1,177 @@
+"""Friction loops, paths and timelines of motions that stick and slip, against what is known."""
+
+import math
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+
+import slipfold as sf
+from helpers.dry_friction import belt, den_hartog, sliding, two_masses
+from slipfold.attractors.contacts import find_contacts
+from slipfold.errors import InputError
+from slipfold.flow.switched.mode import Status
+from slipfold.plots import (
+    draw_friction_force,
+    draw_hysteresis,
+    draw_path,
+    draw_timeline,
+    draw_track,
+)
+from slipfold.plots.contact_style import BANDS, THICK
+
+
+@pytest.fixture
+def ax():
+    return Figure(layout="constrained").add_subplot()
+
+
+@pytest.fixture(scope="module")
+def carried():
+    """A mass on a belt: Fs = 1, Fk = 0.5, v = 0.2."""
+    return sf.simulate(belt(sf.Coulomb(mu_s=1.0, mu_k=0.5)))
+
+
+@pytest.fixture(scope="module")
+def planar():
+    return sf.simulate(sliding(0.9, 0.02), 120)
+
+
+def thick(ax):
+    """What is drawn where contacts stick: x and y."""
+    found = [line for line in ax.get_lines() if line.get_linewidth() == THICK]
+    return [np.asarray(line.get_data()) for line in found]
+
+
+def area(x, y):
+    """Signed area inside a closed curve, by the trapezoidal rule."""
+    return float(np.sum(0.5 * (y[1:] + y[:-1]) * np.diff(x)))
+
+
+def test_where_a_mass_sticks_the_belt_drags_it_along_its_spring(carried, ax):
+    assert draw_hysteresis(carried, ax=ax) is ax
+    x, force = np.concatenate(thick(ax), axis=1)
+    assert force == pytest.approx(x, abs=1e-12)  # k = 1
+    assert (x.min(), x.max()) == pytest.approx((0.0, 1.0), abs=1e-12)
+    assert ax.get_xlabel() == "displacement (m)"
+    assert ax.get_ylabel() == "friction force (N)"
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["sticks"]
+
+
+def test_friction_over_slip_is_the_law_with_a_bar_at_rest(carried, ax):
+    draw_friction_force(carried, ax=ax)
+    slip, force = np.concatenate(thick(ax), axis=1)
+    assert set(slip) == {0.0}
+    assert (force.min(), force.max()) == pytest.approx((0.0, 1.0), abs=1e-12)
+    found = find_contacts(carried).contacts[0].pieces
+    slips = [piece for piece in found if piece.status is Status.FORTH]
+    assert all(piece.friction == pytest.approx(0.5, abs=1e-12) for piece in slips)
+    # x - k x_k oscillates freely: sqrt(D^2 + v^2) beyond the speed of the belt.
+    largest = max(piece.slip.max() for piece in slips)
+    assert largest == pytest.approx(0.2 + math.hypot(0.5, 0.2), rel=1e-3)
+
+
+def test_the_loop_has_the_work_that_the_history_tells_as_its_area():
+    short, long = (sf.simulate(den_hartog(0.6, 0.7), count) for count in (119, 120))
+    work = sum(item.work for item in long.sticking.intervals)
+    work -= sum(item.work for item in short.sticking.intervals)
+    pieces = find_contacts(long).contacts[0].pieces
+    areas = [area(piece.displacement[:, 0], piece.friction[:, 0]) for piece in pieces]
+    assert sum(areas) == pytest.approx(work, rel=1e-9)
+    assert work == pytest.approx(-4 * 0.7 * 1.351930925995, rel=1e-11)  # by closed form
+
+
+def test_pieces_meet_and_are_the_times_of_the_history(planar):
+    shown = find_contacts(planar)
+    (contact,) = shown.contacts
+    times = [shown.time(piece)[[0, -1]] for piece in contact.pieces]
+    assert [ends[1] for ends in times[:-1]] == [ends[0] for ends in times[1:]]
+    (stuck,) = planar.last_round.sticking
+    sticks = [item for item, piece in zip(times, contact.pieces, strict=True)
+              if piece.status is Status.STICK]  # fmt: skip
+    assert sum(end - begin for begin, end in sticks) == pytest.approx(stuck.end - stuck.begin)
+    assert sticks[-1][0] - shown.begin == pytest.approx(stuck.begin, abs=1e-9)
+
+
+def test_forces_and_displacements_are_the_outputs(planar):
+    """At instants that only the contacts' own sampling knows."""
+    shown = find_contacts(planar, per_period=40)
+    for piece in shown.contacts[0].pieces:
+        inner = slice(1, -1)
+        states = planar.at(planar.forcing_period * shown.time(piece)[inner])
+        assert piece.displacement[inner] == pytest.approx(5e-3 * states[:, :2], abs=1e-11)
+        size = np.hypot(*piece.friction.T) - 0.5 * piece.normal
+        assert np.all(size <= 1e-12)  # also at the ends, where slip begins
+        if piece.status is not Status.STICK:
+            assert np.all(np.abs(size) <= 1e-12)
+
+
+def test_path_is_straight_along_the_plate_where_the_tip_sticks(planar, ax):
+    draw_path(planar, ax=ax)
+    for x, y in thick(ax):
+        assert np.diff(y) == pytest.approx(math.sqrt(3) * np.diff(x), rel=1e-6)
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("x (mm)", "y (mm)")
+    assert ax.get_aspect() == 1
+
+
+def test_track_on_the_plate_has_a_dot_for_each_stop(planar, ax):
+    draw_track(planar, ax=ax, rounds=3)
+    dots = np.array([line.get_data() for line in ax.get_lines() if line.get_marker() == "o"])
+    assert dots.shape == (4, 2, 1)  # a stop goes on over the start of the round
+    gone = np.hypot(*np.diff(dots[:, :, 0], axis=0).T)
+    assert gone == pytest.approx(20 / 12.5, rel=1e-9)  # mm that the plate moves in a period
+
+
+def test_timeline_has_a_row_for_each_contact(ax):
+    motion = sf.simulate(two_masses())
+    draw_timeline(motion, ax=ax, rounds=1)
+    assert [text.get_text() for text in ax.get_yticklabels()] == ["first", "second"]
+    colour = BANDS[Status.STICK][1]
+    for row, times in enumerate([(2.72270329, 4.07266075), (1.56790351, 5.00842914)]):
+        bars = [bar for bar in ax.patches if abs(bar.get_y() + bar.get_height() / 2 - row) < 0.1]
+        stuck = sum(bar.get_width() for bar in bars if to_hex(bar.get_facecolor()) == colour)
+        assert stuck == pytest.approx(sum(times), abs=1e-7)
+    assert ax.get_xlabel() == "time (s)"
+    draw_timeline(motion, "second", ax=Figure().add_subplot())
+
+
+def test_timeline_tells_forth_from_back(ax):
+    draw_timeline(sf.simulate(den_hartog(0.6, 0.7), 40), ax=ax)
+    words = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert words == ["sticks", "slips forth", "slips back"]
+
+
+def test_an_orbit_draws_the_same_as_the_motion_on_it(ax):
+    model = sliding(0.02, 0.6)
+    orbit = sf.periodic_orbit(model)
+    motion = sf.simulate(model, 400, orbit.state)
+    over = [find_contacts(item).contacts[0].pieces for item in (orbit, motion)]
+    assert [piece.status for piece in over[0]] == [piece.status for piece in over[1]]
+    assert over[0][0].friction == pytest.approx(over[1][0].friction, abs=1e-8)
+    draw_hysteresis(orbit, ax=ax)
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["along x", "along y"]
+
+
+@pytest.mark.parametrize(
+    ("motion", "options", "words"),
+    [
+        ("carried", {"kind": "path"}, "along a line"),
+        ("carried", {"kind": "track"}, "along a line"),
+        ("carried", {"kind": "timeline", "contact": "tip"}, "no contact 'tip'"),
+        ("carried", {"kind": "hysteresis", "output": "x"}, "no output"),
+        ("carried", {"kind": "phase", "contact": "contact"}, "no contact"),
+        ("carried", {"kind": "timeline", "rounds": 0}, "rounds = 0"),
+        ("smooth", {"kind": "friction"}, "show its outputs"),
+        ("carried", {"kind": "loop"}, "unknown"),
+    ],
+)
+def test_what_there_is_no_picture_of(motion, options, words, request):
+    smooth = motion == "smooth"
+    found = (
+        sf.simulate(sf.built_in_models()["duffing"](), 20)
+        if smooth
+        else request.getfixturevalue(motion)
+    )
+    with pytest.raises(InputError, match=words):
+        found.plot(**options)
