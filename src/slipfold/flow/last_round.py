@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.flow.flow import flow_of
-from slipfold.flow.switched.mode import Status
+from slipfold.flow.switched.mode import Mode, Status
 from slipfold.flow.switched.sampled import dense_legs
 from slipfold.flow.switched.step_polynomials import SlowPolynomials
 from slipfold.flow.trajectory import Trajectory
+from slipfold.models.model import Model
 
-__all__ = ["LastRound", "StickTime", "last_round"]
+__all__ = ["LastRound", "StickTime", "last_round", "round_with_stick"]
 
 Array = NDArray[np.float64]
 
@@ -92,20 +93,31 @@ def last_round(motion: Trajectory) -> LastRound | None:
     if motion.sticking is None:
         dense = flow.dense(state, constants, float(count), STEPS)
         return None if dense is None else LastRound(*_extrema([dense.polynomials], dense.scales))
-    legs = list(dense_legs(model, state, motion.sticking.mode(place), float(count)))
+    mode, names = motion.sticking.mode(place), motion.sticking.contacts
+    return round_with_stick(model, state, mode, names, count, settlement.settled)
+
+
+def round_with_stick(
+    model: Model, state: Array, mode: Mode, contacts: Sequence[str], count: int, repeats: bool
+) -> LastRound:
+    """Return what a motion with stick and slip shows from phase zero to another.
+
+    Shapes: state (n,).
+    """
+    legs = list(dense_legs(model, state, mode, float(count)))
+    constants = flow_of(model).constants_of(model)
     known = [leg.polynomials for leg in legs if leg.polynomials is not None]
     unit = 1.0 if model.forced else constants.period
     times = []
-    for contact, name in enumerate(motion.sticking.contacts):
+    for contact, name in enumerate(contacts):
         spans = _joined([(leg.begin, leg.end) for leg in legs if leg.mode[contact] is STICK])
-        if settlement.settled and len(spans) > 1 and _meet(spans, float(count)):
+        if repeats and len(spans) > 1 and _meet(spans, float(count)):
             first, *spans = spans
             spans[-1] = (spans[-1][0], count + first[1])
         times += [StickTime(name, begin * unit, end * unit) for begin, end in spans]
     stuck = sum(leg.end - leg.begin for leg in legs if STICK in leg.mode)
     whole = all(status is STICK for leg in legs for status in leg.mode)
-    extrema = _extrema(known, constants.scales)
-    return LastRound(*extrema, tuple(times), stuck / count, whole)
+    return LastRound(*_extrema(known, constants.scales), tuple(times), stuck / count, whole)
 
 
 STICK = Status.STICK

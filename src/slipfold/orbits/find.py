@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,15 +12,20 @@ from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import InputError
 from slipfold.flow import flow_of
 from slipfold.flow.sizes.typical_sizes import measured
+from slipfold.flow.switched.mode_equations import contacts_of
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.orbits.carry_to import hold_parameter
 from slipfold.orbits.find_cycle import find_cycle
 from slipfold.orbits.find_response import find_response
+from slipfold.orbits.find_switched import find_switched
 from slipfold.orbits.forced_orbits import ForcedOrbits
+from slipfold.orbits.kinds import orbits_of
+from slipfold.orbits.limits import broken_limit
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.orbits.spectrum.floquet import floquet_multipliers
+from slipfold.orbits.stick_slip_orbit import StickSlipOrbit
 
 __all__ = ["periodic_orbit"]
 
@@ -96,21 +102,48 @@ def periodic_orbit(
     if not free:
         raise InputError(f"{model.name} has no parameter; give it one, used or not")
     vary = free[0]
-    if not model.forced:
-        near = None if state is None else _checked_state(model, state)
-        return _cycle(model, vary, int(period), near, duration, tolerance, settle)
-    if duration is not None:
+    if model.forced and duration is not None:
         raise InputError(
             f"duration = {duration!r} does not fit: {model.name} is forced, its orbits last whole "
             "forcing periods; leave it out, or give period"
         )
-    orbits = ForcedOrbits(model, {vary: 1.0}, int(period))
+    near = None if state is None else _checked_state(model, state)
+    smooth = partial(_smooth_orbit, model, vary, int(period), near, duration, tolerance, settle)
+    if not contacts_of(model):
+        return smooth()
+    through_stick = partial(_stick_slip_orbit, model, vary, int(period), near, tolerance, settle)
+    if not model.forced:  # one motion tells whether it sticks
+        try:
+            orbit = through_stick()
+        except InputError:
+            return smooth()
+        return orbit if orbit.sticking else smooth()
+    try:
+        slips = smooth()
+    except InputError:
+        return through_stick()
+    return slips if _keeps_limits(slips) else through_stick()
+
+
+def _smooth_orbit(
+    model: Model,
+    vary: str,
+    period: int,
+    state: Array | None,
+    duration: float | None,
+    tolerance: float,
+    settle: int,
+) -> PeriodicOrbit:
+    """Return an orbit on which no contact changes what it does."""
+    if not model.forced:
+        return _cycle(model, vary, period, state, duration, tolerance, settle)
+    orbits = ForcedOrbits(model, {vary: 1.0}, period)
     if state is None and period == 1:
         found = find_response(orbits, model.values[vary])
         if found.converged:  # to the last digit
             found = correct(orbits, found.z, hold_parameter(orbits.size), tolerance=tolerance)
         return _as_orbit(orbits, model, found)
-    start = _settled(model, settle) if state is None else _checked_state(model, state)
+    start = _settled(model, settle) if state is None else state
     constants = orbits.flow.constants_of(model)
     zero = np.zeros(1)
     nodes = orbits.flow.sample(start[None], zero, zero + period, orbits.segments, constants)[0]
@@ -119,6 +152,36 @@ def periodic_orbit(
     correction = correct(orbits, guess, row, tolerance=tolerance, iterations=20)
     orbit = _as_orbit(orbits, model, correction)
     _refuse_shorter(orbits, orbit)
+    return orbit
+
+
+def _keeps_limits(orbit: PeriodicOrbit) -> bool:
+    """Whether an orbit stays within the limits of its model, those of its contacts included."""
+    name = next(item.name for item in orbit.model.parameters if item.name != "duration")
+    orbits = orbits_of(orbit.model, {name: 1.0}, orbit.period, len(orbit.nodes))
+    return broken_limit(orbits, orbits.unknown(orbit.nodes, orbit.model)) is None
+
+
+def _stick_slip_orbit(
+    model: Model, vary: str, period: int, state: Array | None, tolerance: float, settle: int
+) -> StickSlipOrbit:
+    """Return the orbit near what a motion with stick and slip comes to."""
+    orbits, found = find_switched(
+        model, vary, 1.0, period, state, tolerance=tolerance, settle=settle
+    )
+    if not found.converged:
+        raise InputError(
+            f"no orbit of period {period} was found for {model!r}: {found.failure}; give a state "
+            "nearer to it, e.g. the end of a long simulation"
+        )
+    monodromy = orbits.linearise(found.z).monodromy
+    orbit = StickSlipOrbit(
+        orbits.model_at(found.z),
+        period,
+        orbits.evenly(found.z),
+        orbits.spectrum.whole(floquet_multipliers(monodromy)),
+        found.residual,
+    )
     return orbit
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from slipfold.collocation.multipliers import multiplier_difference
 from slipfold.flow import flow_of
+from slipfold.flow.last_round import StickTime
 from slipfold.models.model import Model
 from slipfold.models.turns import turns_by_name, without_turns
 from slipfold.orbits.check import OrbitCheck, orbit_by_collocation
@@ -88,6 +89,16 @@ class PeriodicOrbit(OneLine):
         """Period in seconds."""
         return self.period * flow_of(self.model).constants_of(self.model).period
 
+    @property
+    def sticking(self) -> tuple[StickTime, ...]:
+        """When contacts stick, from phase zero in forcing periods, of cycles in s."""
+        return ()
+
+    @property
+    def stuck_fraction(self) -> float:
+        """Share of the period in which a contact sticks."""
+        return 0.0
+
     @cached_property
     def turns(self) -> dict[str, int]:
         """Whole turns that each angle makes in a period, by name; none where no state is one."""
@@ -144,11 +155,15 @@ class PeriodicOrbit(OneLine):
         time, values : ndarray, shape (count,)
             Seconds and values in the unit of the output.
         """
+        time, values = self._outputs(count)
+        return time, values[:, flow_of(self.model).output_index(name)]
+
+    def _outputs(self, count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Sample all outputs over one period, the states first, shape (count, n_outputs)."""
         flow = flow_of(self.model)
         time, states = self.sample(count)
         constants = flow.constants_of(self.model)
-        values = flow.outputs(states, time / constants.period, constants)
-        return time, values[:, flow.output_index(name)]
+        return time, flow.outputs(states, time / constants.period, constants)
 
     def check(self, tolerance: float = 1e-8) -> OrbitCheck:
         """Compute the orbit again by collocation, which shares no code with what found it.

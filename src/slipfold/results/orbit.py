@@ -7,11 +7,11 @@ from operator import itemgetter
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.flow import flow_of
 from slipfold.models.model import Model
 from slipfold.models.output import Output
 from slipfold.models.parameter import State
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.orbits.stick_slip_orbit import StickSlipOrbit
 from slipfold.results.column import COMPLEX, Column
 from slipfold.results.labelled_table import LabelledTable
 from slipfold.results.provenance import provenance
@@ -63,7 +63,11 @@ def orbit_table(orbit: PeriodicOrbit) -> LabelledTable:
     variables = names("state", model.states)
     variables |= _motion(model).variables([_sampled(orbit)], axes)
     variables |= NODES.variables([orbit], axes) | MULTIPLIERS.variables([orbit], axes)
-    given = {"period": orbit.period, "residual": orbit.residual}
+    given = {
+        "period": orbit.period,
+        "residual": orbit.residual,
+        "through_stick": isinstance(orbit, StickSlipOrbit),
+    }
     attributes = {
         **described(SCHEMA, f"periodic orbit of {model.name}", model, given, provenance(0.0)),
         "period": orbit.period,
@@ -79,7 +83,8 @@ def read_orbit(saved: SavedTable) -> PeriodicOrbit:
     if not len(fields["nodes"]):
         raise ValueError("there are no nodes")
     fields["nodes"].setflags(write=False)
-    return PeriodicOrbit(
+    kind = StickSlipOrbit if saved.given.get("through_stick") else PeriodicOrbit
+    return kind(
         model=saved.model,
         period=int(saved.given["period"]),
         residual=float(saved.given["residual"]),
@@ -92,9 +97,6 @@ def _quantities(model: Model) -> list[State | Output]:
 
 
 def _sampled(orbit: PeriodicOrbit) -> dict[str, NDArray[np.float64]]:
-    model, flow = orbit.model, flow_of(orbit.model)
-    constants = flow.constants_of(model)
-    time, states = orbit.sample(SAMPLES * orbit.period)
-    values = flow.outputs(states, time / constants.period, constants).T
-    quantities = zip(_quantities(model), values, strict=True)
+    time, values = orbit._outputs(SAMPLES * orbit.period)
+    quantities = zip(_quantities(orbit.model), values.T, strict=True)
     return {"time": time, **{item.name: column for item, column in quantities}}

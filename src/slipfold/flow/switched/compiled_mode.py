@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any
 
 import heyoka as hy
@@ -24,6 +25,7 @@ from slipfold.flow.switched.events import (
 )
 from slipfold.flow.switched.mode import Status
 from slipfold.flow.switched.mode_equations import ANGLE, LOGARITHM, ModeEquations
+from slipfold.flow.switched.slopes import Slopes
 from slipfold.models.output import Expression, Limit
 
 __all__ = ["BEYOND", "CompiledMode"]
@@ -61,6 +63,16 @@ class CompiledMode:
                 f"held {self._key}",
                 lambda: hy.cfunc(list(mode.held.values()), vars=inputs, compact_mode=True),
             )
+
+    @cached_property
+    def held_slopes(self) -> Slopes:
+        """Derivatives of the states that contacts hold, in a mode without slow slip."""
+        return Slopes(list(self._mode.held.values()), self._mode.equations)
+
+    @cached_property
+    def event_slopes(self) -> Slopes:
+        """Derivatives of what is zero at events, in a mode without slow slip."""
+        return Slopes([event.expression for event in self.events], self._mode.equations)
 
     def integrator(self) -> Any:
         """Return the integrator of states and energies."""

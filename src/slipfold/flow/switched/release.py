@@ -20,7 +20,7 @@ from slipfold.flow.switched.mode import Mode, Status
 from slipfold.flow.switched.switched_flow import Leg, SwitchedFlow
 from slipfold.flow.switched.transition import Undecided, outward, response
 
-__all__ = ["begins", "release"]
+__all__ = ["FIRST", "begins", "direction_of_release", "release"]
 
 Array = NDArray[np.float64]
 
@@ -75,7 +75,7 @@ def release(
             return []
         after = flow.slipping(mode, state, speed * first.along, constants)
         nothing = np.zeros((2, len(flow.contacts)))
-        return [Leg(mode, phase, phase, after, nothing, None)]
+        return [Leg(mode, phase, phase, after, nothing, None, released=True)]
     stuck = tuple(Status.STICK if i == contact else item for i, item in enumerate(mode))
     legs, growths = list[Leg](), [first]
     # For this short time the contact is held by more than friction: its limit weighs nothing.
@@ -95,7 +95,7 @@ def release(
         )
         if leg.event is not None:
             raise Undecided("two contacts change while one of them begins to slip")
-        legs.append(replace(leg, mode=mode, held=stuck))
+        legs.append(replace(leg, mode=mode, held=stuck, released=True))
         growths.append(_growth(flow, mode, contact, leg.state, leg.end, constants))
     if length < LEAST:
         return legs
@@ -142,6 +142,16 @@ def _slips(before: Array, growths: list[_Growth], time: float) -> tuple[Array, A
     zero, half, whole = (item.rate * item.along for item in growths)
     middle = before + time / 24 * (5 * zero + 8 * half - whole)
     return middle, before + time / 6 * (zero + 4 * half + whole)
+
+
+def direction_of_release(
+    flow: SwitchedFlow, mode: Mode, contact: int, state: Array, phase: float, constants: Constants
+) -> Array:
+    """Return the direction in which a contact at rest begins to slip, shape (2,).
+
+    Shapes: state (n,).
+    """
+    return _growth(flow, mode, contact, state, phase, constants).along
 
 
 def _growth(

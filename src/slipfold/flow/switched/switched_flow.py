@@ -22,6 +22,7 @@ from slipfold.flow.switched.contact_quantities import ContactQuantities
 from slipfold.flow.switched.events import REST, UNIT, Ending, Event
 from slipfold.flow.switched.mode import Mode, Status, shown
 from slipfold.flow.switched.mode_equations import contacts_of, mode_equations, with_given_forces
+from slipfold.flow.switched.slopes import Slopes
 from slipfold.flow.switched.step_polynomials import SlowPolynomials, StepPolynomials, step_to
 from slipfold.models.model import Kind, Model
 from slipfold.models.output import Limit
@@ -48,6 +49,7 @@ class Leg:
     energies: Array  # put into the structure by each contact, then heat, in J, shape (2, k)
     event: Event | None  # what ended it; None if it came to where it was asked to
     held: Mode | None = None  # where it is still as in another mode: that one
+    released: bool = False  # whether it is the beginning of slip in the plane, taken by itself
     # Maps phases to scaled states, if asked for
     polynomials: StepPolynomials | SlowPolynomials | None = None
 
@@ -64,6 +66,8 @@ class SwitchedFlow:
         self.limits: tuple[Limit, ...] = tuple(
             item for item in model.limits if item.name not in beyond
         )
+        slips = [part for contact in self.contacts for part in contact.slip]
+        self.slips = Slopes(slips, self._equations)
         self._integrators = OwnCopies()
         self._last = threading.local()
         self._modes: dict[Mode, CompiledMode] = {}
@@ -91,6 +95,23 @@ class SwitchedFlow:
         result = state.copy()
         result[compiled.held] = compiled.holding(np.concatenate([state, polar, constants.values]))
         return result
+
+    def places_held(self, mode: Mode) -> list[int]:
+        """Return which states follow from the others in a mode."""
+        return self._mode(mode).held
+
+    def held_slopes(self, mode: Mode) -> Slopes:
+        """Return what differentiates these states in a mode without slow slip."""
+        return self._mode(mode).held_slopes
+
+    def event_slopes(self, mode: Mode, event: Event) -> tuple[Slopes, int]:
+        """Return what differentiates an event, in a mode without slow slip, and its row there."""
+        compiled = self._mode(mode)
+        same = [
+            (item.ending, item.which, item.towards) == (event.ending, event.which, event.towards)
+            for item in compiled.events
+        ]
+        return compiled.event_slopes, same.index(True)
 
     def run(
         self,

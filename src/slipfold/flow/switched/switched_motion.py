@@ -87,9 +87,11 @@ class SwitchedMotion:
             self.modes.append(mode)
 
 
-def first_mode(flow: SwitchedFlow, start: Array, constants: Constants, weights: Array) -> Mode:
-    """Return the mode in which a motion begins."""
-    now = flow.quantities.at(start, 0.0, constants)
+def first_mode(
+    flow: SwitchedFlow, start: Array, constants: Constants, weights: Array, phase: float = 0.0
+) -> Mode:
+    """Return the mode in which a motion begins. Shapes: start (n,)."""
+    now = flow.quantities.at(start, phase, constants)
     mode, rest = [], []
     for contact, place in enumerate(flow.quantities.places):
         slip = now.slip[place]

@@ -1,0 +1,47 @@
+"""How slips, events and what contacts hold change with states, phase and coefficients."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import heyoka as hy
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.flow.cache import cached
+from slipfold.flow.equations import Constants, Equations
+from slipfold.models.output import Expression
+
+__all__ = ["Slopes"]
+
+Array = NDArray[np.float64]
+
+
+class Slopes:
+    """First derivatives of some functions of state, phase and coefficients, compiled."""
+
+    def __init__(self, functions: Sequence[Expression], equations: Equations) -> None:
+        inputs = [*equations.states, equations.phase, *equations.coefficients]
+        self._shape = len(functions), len(inputs)
+        self._states = equations.dimension
+        key = f"slopes {[str(item) for item in functions]}\n{equations.fingerprint()}"
+        self._function: Any = cached(
+            key,
+            lambda: hy.cfunc(
+                hy.diff_tensors(list(functions), diff_args=inputs, diff_order=1).jacobian.ravel(),
+                vars=inputs,
+                compact_mode=True,
+            ),
+        )
+
+    def at(
+        self, state: Array, phase: float, constants: Constants, directions: Array
+    ) -> tuple[Array, Array, Array]:
+        """Return derivatives by state and phase, and along changes of the coefficients.
+
+        Shapes: state (n,); directions (n_c, k); returns (q, n), (q,), (q, k).
+        """
+        found = self._function(np.concatenate([state, [phase], constants.values]))
+        found, n = found.reshape(self._shape), self._states
+        return found[:, :n], found[:, n], found[:, n + 1 :] @ directions

@@ -1,0 +1,276 @@
+"""Shooting through stick and slip: orbits whose contacts change what they do on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.flow.equations import Constants
+from slipfold.flow.switched.linearised_motion import linearised_motion
+from slipfold.flow.switched.mode import Mode, shown
+from slipfold.flow.switched.mode_equations import Undetermined
+from slipfold.flow.switched.switched_flow import Leg, switched_flow_of
+from slipfold.flow.switched.switched_motion import Broken, first_mode, legs
+from slipfold.flow.switched.transition import Undecided
+from slipfold.models.model import Model
+from slipfold.orbits.discretisations.segments import Segments
+from slipfold.orbits.discretisations.shooting import CORRECTIONS, SEGMENTS
+
+__all__ = ["SwitchedShooting"]
+
+Array = NDArray[np.float64]
+
+NEAR = 0.05
+"""Share of the longest span without a change that a node keeps away from any."""
+
+PLACES = 128
+"""Places on a cycle that are looked at first for where it lies nearest another."""
+
+DIFFERENCED = 1e-4
+"""Step of differences of first derivatives, in scaled states."""
+
+Passed = list[tuple[Leg, Mode]]
+"""The legs of a motion, each with the mode that follows."""
+
+
+class SwitchedShooting(Segments):
+    """The flow through all modes of a model over m segments of a period.
+
+    What contacts do at a node follows from its state: at rest they stick if friction can hold them.
+    One segment is enough, since friction takes more from perturbations than it adds; a node at
+    which something changes has no tangent, and the fewer there are the better.
+
+    `phase` is that of the first node.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        free: Mapping[str, float],
+        period: int = 1,
+        segments: int = 1,
+        phase: float = 0.0,
+    ) -> None:
+        edges: Array = phase + np.arange(segments + 1, dtype=float) * (period / segments)
+        super().__init__(model, free, period, edges)
+        self.switched = switched_flow_of(model)
+
+    def with_period(self, period: int) -> SwitchedShooting:
+        """Return the same for orbits of another period."""
+        return SwitchedShooting(self.model, self.free, period, self.segments, self.phase)
+
+    def modes(self, nodes: Array, constants: Constants) -> tuple[Mode, ...]:
+        """Return what contacts do one after the other on the way round, wherever it is begun.
+
+        Shapes: nodes (m, n).
+        """
+        found = [mode for _, _, mode in self.spans(nodes, constants)]
+        if len(found) < 2:
+            return tuple(found)
+        return min(tuple(found[i:] + found[:i]) for i in range(len(found)))
+
+    def spans(self, nodes: Array, constants: Constants) -> list[tuple[float, float, Mode]]:
+        """Return when on the way round contacts do what: phases of begin and end, and the mode.
+
+        The last one may go on beyond the end of the orbit. Shapes: nodes (m, n).
+        """
+        found = list[tuple[float, float, Mode]]()
+        for node, begin, end in zip(nodes, self.start, self.end, strict=True):
+            for leg, _ in self.passed(node, begin, end, constants):
+                mode = shown(leg.mode)
+                if found and found[-1][2] == mode:
+                    found[-1] = (found[-1][0], leg.end, mode)
+                else:
+                    found.append((leg.begin, leg.end, mode))
+        if len(found) > 1 and found[0][2] == found[-1][2]:
+            _, end, mode = found.pop(0)
+            found[-1] = (found[-1][0], end + self.period, mode)
+        return found
+
+    def better(self, nodes: Array, constants: Constants) -> SwitchedShooting | None:
+        """Return one whose node is far from all changes, None if that of this one is.
+
+        A node that a change passes by has no tangent there. Shapes: nodes (m, n).
+        """
+        spans = self.spans(nodes, constants)
+        if len(spans) < 2 or self.segments > 1:
+            return None
+        away = [
+            abs((begin - self.phase + 0.5 * self.period) % self.period - 0.5 * self.period)
+            for begin, _, _ in spans
+        ]
+        longest = max(end - begin for begin, end, _ in spans)
+        if min(away) > NEAR * longest:
+            return None
+        return self._begun_at(_middle(max(spans, key=lambda span: span[1] - span[0])))
+
+    def _begun_at(self, phase: float) -> SwitchedShooting:
+        start = phase % 1.0
+        return SwitchedShooting(self.model, self.free, self.period, self.segments, start)
+
+    def shifted(
+        self, nodes: Array, constants: Constants, along: Array, rates: Array
+    ) -> tuple[SwitchedShooting, Array, Array]:
+        """Return the same begun elsewhere: all steps between changes then are others."""
+        spans = self.spans(nodes, constants)
+        begin, end, _ = max(spans, key=lambda span: span[1] - span[0])
+        places = begin + (end - begin) * np.array([0.3, 0.7])
+        apart = np.abs((places - self.phase + 0.5) % 1.0 - 0.5)
+        other = self._begun_at(float(places[apart.argmax()]))
+        return other, *self.moved_to(other, nodes, constants, along, rates)
+
+    def mismatch(self, nodes: Array, constants: Constants) -> Array:
+        """Return by how much segments end beside the next node, in scaled states, shape (m, n)."""
+        ends = self._ends(nodes, self.start, self.end, constants)
+        return self.apart(ends / self.scales, nodes[self._following] / self.scales)
+
+    def transitions(self, nodes: Array, constants: Constants) -> tuple[Array, Array, Array]:
+        """Return the mismatch and the derivatives of the segments' ends, all in scaled states."""
+        ends, matrices, vectors = self._carried(nodes, self.start, self.end, constants)
+        mismatch = self.apart(ends / self.scales, nodes[self._following] / self.scales)
+        units = self.units / np.sqrt(self.segments)
+        return mismatch, matrices * self.ratios, vectors * (units / self.scales[:, None])
+
+    def advanced(self, nodes: Array, constants: Constants, turns: float) -> Array:
+        """Return the states some forcing periods later, shape (m, n)."""
+        return self._ends(nodes, self.start, self.start + turns, constants)
+
+    def carried_to(
+        self, nodes: Array, constants: Constants, phases: Array
+    ) -> tuple[NDArray[np.intp], Array, Array, Array]:
+        """Return the states at any phases, from which node each is reached, and derivatives."""
+        which, within = self.before(phases)
+        return which, *self._carried(nodes[which], self.start[which], within, constants)
+
+    def states(self, nodes: Array, constants: Constants, phases: Array) -> Array:
+        """Return the states at any phases, shape (q, n)."""
+        which, within = self.before(phases)
+        return self._ends(nodes[which], self.start[which], within, constants)
+
+    def evenly(self, nodes: Array, constants: Constants, count: int = 0) -> Array:
+        """Return the states at equidistant phases from zero, shape (M, n)."""
+        count = max(count, SEGMENTS)
+        phases: Array = np.arange(count, dtype=float) * (self.period / count)
+        return self.states(nodes, constants, phases)
+
+    def begun_near(self, nodes: Array, constants: Constants, wanted: Array) -> Array:
+        """Return the nodes of an orbit begun where these lie nearest to others."""
+        phases: Array = self.phase + np.arange(PLACES, dtype=float) * (self.period / PLACES)
+        samples = self.states(nodes, constants, phases)
+        apart = self.apart(samples / self.scales, wanted[:1] / self.scales)
+        nearest = float(phases[np.linalg.norm(apart, axis=1).argmin()])
+        for _ in range(CORRECTIONS):
+            at: Array = nearest + self.start - self.phase
+            begun = self.states(nodes, constants, at)
+            rates = self._rates(begun, at, constants) / self.scales
+            gap = (wanted - begun) / self.scales
+            later = float((rates * gap).sum() / (rates * rates).sum())
+            nearest += min(max(later, -self.period / PLACES), self.period / PLACES)
+        return self.states(nodes, constants, nearest + self.start - self.phase)
+
+    def rates(self, nodes: Array, constants: Constants) -> Array:
+        """Return the rates at the nodes a forcing period, in scaled states, shape (m, n)."""
+        return self._rates(nodes, self.start, constants) / self.scales
+
+    def changing_rates(self, nodes: Array, constants: Constants) -> tuple[Array, Array, Array]:
+        """Return the rates at the first nodes with their derivatives, in scaled variables."""
+        at, along = self.start[: len(nodes)], constants.rates[:, self.indices]
+        modes = [self._mode(node, phase, constants) for node, phase in zip(nodes, at, strict=True)]
+        flows = [self.switched.of(mode) for mode in modes]
+        one = [(node[None], at[i : i + 1], constants) for i, node in enumerate(nodes)]
+        slopes = np.array([flow.jacobians(*args)[0] for flow, args in zip(flows, one, strict=True)])
+        pulls = np.array(
+            [flow.pulls(*args, along)[0] for flow, args in zip(flows, one, strict=True)]
+        )
+        return self.rates(nodes, constants), slopes * self.ratios, pulls * self.pull_units
+
+    def curvatures(self, nodes: Array, constants: Constants, vectors: Array) -> tuple[Array, Array]:
+        """Return the derivatives of ``blocks @ vectors``, all in scaled states: by differences."""
+        bent, pulled = list[Array](), list[Array]()
+        units = self.units / self.scales[:, None]
+        for vector in vectors:
+            step = DIFFERENCED / np.linalg.norm(vector) * vector * self.scales
+            sides = [
+                self._carried(nodes + sign * step, self.start, self.end, constants)[1:]
+                for sign in (1, -1)
+            ]
+            over = np.linalg.norm(vector) / (2 * DIFFERENCED)
+            bent.append((sides[0][0] - sides[1][0]) * self.ratios * over)
+            pulled.append((sides[0][1] - sides[1][1]) * units * over)
+        return np.array(bent), np.array(pulled)
+
+    def cubes(self, nodes: Array, constants: Constants, vectors: Array) -> Array:
+        """Return the third derivatives of the segments' ends along vectors: by differences."""
+        found = np.empty_like(vectors)
+        for place, vector in enumerate(vectors):
+            size = float(np.linalg.norm(vector))
+            step = DIFFERENCED / size * vector * self.scales
+            blocks = [
+                self._carried(nodes + share * step, self.start, self.end, constants)[1]
+                for share in (1, 0, -1)
+            ]
+            bend = (blocks[0] - 2 * blocks[1] + blocks[2]) * self.ratios
+            found[place] = np.einsum("jab,jb->ja", bend, vector) * (size / DIFFERENCED) ** 2
+        return found
+
+    # -- motions -------------------------------------------------------------------------------
+
+    def passed(self, start: Array, begin: float, end: float, constants: Constants) -> Passed:
+        """Carry a state from one phase to another; nothing where it cannot go on.
+
+        Shapes: start (n,).
+        """
+        flow = self.switched
+        if not (np.isfinite(start).all() and np.isfinite(constants.values).all()):
+            return []
+        weights = flow.weights(start, constants)
+        try:
+            mode = first_mode(flow, start, constants, weights, begin)
+            state = flow.held(mode, start, constants)
+            found = list(legs(flow, mode, state, end, constants, weights, begin=begin))
+        except (Broken, Undecided, Undetermined):
+            return []
+        # Slip that begins just before the end is known beyond it only.
+        return found if found[-1][0].end <= end else []
+
+    def _mode(self, state: Array, phase: float, constants: Constants) -> Mode:
+        weights = self.switched.weights(state, constants)
+        return shown(first_mode(self.switched, state, constants, weights, phase))
+
+    def _rates(self, nodes: Array, phases: Array, constants: Constants) -> Array:
+        found = np.full(nodes.shape, np.nan)
+        for place, (node, phase) in enumerate(zip(nodes, phases, strict=True)):
+            flow = self.switched.of(self._mode(node, float(phase), constants))
+            found[place] = flow.rates(node[None], np.array([phase]), constants)[0]
+        return found
+
+    def _ends(self, nodes: Array, begin: Array, end: Array, constants: Constants) -> Array:
+        """Carry states, each from a phase to another, shape (m, n)."""
+        ends = np.full(nodes.shape, np.nan)
+        for place, node in enumerate(nodes):
+            passed = self.passed(node, float(begin[place]), float(end[place]), constants)
+            if passed:
+                ends[place] = passed[-1][0].state
+        return ends
+
+    def _carried(
+        self, nodes: Array, begin: Array, end: Array, constants: Constants
+    ) -> tuple[Array, Array, Array]:
+        """Carry states with their derivatives, nothing scaled."""
+        (m, n), along = nodes.shape, constants.rates[:, self.indices]
+        ends, matrices = np.full((m, n), np.nan), np.full((m, n, n), np.nan)
+        vectors = np.full((m, n, along.shape[1]), np.nan)
+        for place, node in enumerate(nodes):
+            passed = self.passed(node, float(begin[place]), float(end[place]), constants)
+            if passed:
+                weights = self.switched.weights(node, constants)
+                found = linearised_motion(self.switched, node, passed, constants, weights, along)
+                ends[place] = passed[-1][0].state
+                matrices[place], vectors[place] = found.matrix, found.vectors
+        return ends, matrices, vectors
+
+
+def _middle(span: tuple[float, float, Mode]) -> float:
+    return 0.5 * (span[0] + span[1])

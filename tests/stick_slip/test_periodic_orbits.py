@@ -1,0 +1,144 @@
+"""Periodic orbits through stick and slip, and their multipliers, against closed forms."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import slipfold as sf
+from helpers.dry_friction import belt, den_hartog, sliding, two_masses
+
+COULOMB = sf.Coulomb(mu_s=1.0, mu_k=0.5)
+
+
+def fall(W, S, x, start, length):
+    """Position and speed some time after rest at x: v < 0, x'' + x = cos(W t) + S."""
+    V = 1 / (1 - W * W)
+    a = x - S - V * math.cos(W * start)
+    b = V * W * math.sin(W * start)
+    c, s, end = math.cos(length), math.sin(length), W * (start + length)
+    return a * c + b * s + S + V * math.cos(end), b * c - a * s - V * W * math.sin(end)
+
+
+def test_den_hartog_without_stops():
+    # A turn multiplies perturbations of the speed by the ratio of the accelerations, between turns
+    # they vibrate freely.
+    W, S = 0.6, 0.2
+    V, U = 1 / (1 - W * W), math.sin(math.pi / W) / (W * (1 + math.cos(math.pi / W)))
+    A, half = math.sqrt(V**2 - (S * U) ** 2), math.pi / W
+    grid = np.linspace(0, 2 * half, 40)
+    speeds = [fall(W, S, A, start, half)[1] for start in grid]
+    places = [k for k in range(39) if speeds[k] * speeds[k + 1] < 0]
+    turns = [brentq(lambda t: fall(W, S, A, t, half)[1], *grid[[k, k + 1]]) for k in places]
+    (turn,) = (t for t in turns if abs(fall(W, S, A, t, half)[0] + A) < 1e-9)
+    before = math.cos(W * turn) - A - S
+    jump = np.diag([1.0, (before + 2 * S) / before])
+    c, s = math.cos(half), math.sin(half)
+    once = np.array([[c, s], [-s, c]]) @ jump
+    orbit = sf.periodic_orbit(den_hartog(W, S))
+    assert orbit.residual < 1e-10
+    assert orbit.stuck_fraction == 0
+    assert orbit.extrema.of("x")[1] == pytest.approx(A, abs=1e-10)
+    expected = np.sort_complex(np.linalg.eigvals(once @ once))
+    assert np.sort_complex(orbit.multipliers) == pytest.approx(expected, abs=1e-9)
+
+
+@pytest.mark.parametrize(("W", "S", "static"), [(0.6, 0.7, 0.7), (0.6, 0.5, 0.8)])
+def test_den_hartog_with_two_stops(W, S, static):
+    # From rest at x it is released as |cos(W t) - x| = static, and comes to rest at the next x.
+    orbit = sf.periodic_orbit(den_hartog(W, S, static))
+    half = math.pi / W
+
+    def following(x, guess):
+        start = brentq(lambda t: math.cos(W * t) - x + static, guess - 0.3, guess + 0.3, xtol=1e-15)
+        length = brentq(lambda t: fall(W, S, x, start, t)[1], 1.0, half, xtol=1e-15)
+        return start, start + length, -fall(W, S, x, start, length)[0]
+
+    x = float(orbit.extrema.of("x")[1][0])
+    released = math.acos(x - static) / W
+    start, stop, mirrored = following(x, released)
+    assert mirrored == pytest.approx(x, abs=1e-10)
+    stuck = 1 - (stop - start) / half
+    assert orbit.stuck_fraction == pytest.approx(stuck, abs=1e-11)
+    assert len(orbit.sticking) == 2
+    step = 1e-5
+    slope = (following(x + step, released)[2] - following(x - step, released)[2]) / (2 * step)
+    assert orbit.multipliers[0] == pytest.approx(slope**2, abs=1e-8)
+    assert orbit.multipliers[1] == pytest.approx(0.0, abs=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("law", "speed", "damping", "period"),
+    [
+        (COULOMB, 0.2, 0.0, 2 * (math.pi - math.atan(2.5)) + 5.0),
+        (COULOMB, 0.2, 0.1, 8.38379742099),
+        (sf.RationalStribeck(mu_s=1.0, d=3.0), 0.3, 0.0, 9.953457266154),
+    ],
+)
+def test_cycles_on_belts(law, speed, damping, period):
+    # What sticks begins to slip at one and the same state, whatever was before.
+    cycle = sf.periodic_orbit(belt(law, speed, damping))
+    assert cycle.residual < 1e-10
+    assert cycle.duration == pytest.approx(period, abs=1e-10)
+    assert cycle.multipliers[0] == 1.0
+    assert cycle.multipliers[1] == pytest.approx(0.0, abs=1e-15)
+
+
+def test_two_masses_on_a_belt():
+    cycle = sf.periodic_orbit(two_masses(), state={"x1": 0.5, "x2": -0.3})
+    assert cycle.duration == pytest.approx(12.39295176687, abs=1e-9)
+    stuck = {name: [] for name in ("first", "second")}
+    for item in cycle.sticking:
+        stuck[item.contact].append(item.end - item.begin)
+    assert sorted(stuck["first"]) == pytest.approx([2.72270329, 4.07266075], abs=1e-8)
+    assert sorted(stuck["second"]) == pytest.approx([1.56790351, 5.00842914], abs=1e-8)
+    # Both stick at once for a while: two directions are lost, and the flow's own is neutral.
+    assert np.abs(cycle.multipliers[2:]) == pytest.approx(0.0, abs=1e-10)
+    # The other one is seen from round to round in a motion that settles.
+    motion = sf.simulate(two_masses().replace(duration=12.4), 20, {"x1": 0.5, "x2": -0.3})
+    ends = [item for item in motion.sticking.intervals if item.state == "stick"]
+    lengths = [item.end - item.begin for item in ends if item.contact == "second"][1:]
+    gaps = np.diff(lengths[-14:-1:2])
+    assert gaps[1:] / gaps[:-1] == pytest.approx(cycle.multipliers[1].real, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("values", "fraction", "extrema"),
+    [
+        (
+            (0.3, 0.05, 0.6),
+            0.073909323,
+            (0.1905840421, 0.0672596774, 0.1760634389, -0.0788106789),
+        ),
+        (
+            (0.9, 0.02, 0.5),
+            0.349134742,
+            (0.1268751657, 0.0496066544, 0.0935858688, -0.0443746758),
+        ),
+    ],
+)
+def test_published_orbits_in_the_plane(values, fraction, extrema):
+    orbit = sf.periodic_orbit(sliding(*values))
+    assert orbit.residual < 1e-10
+    assert orbit.stuck_fraction == pytest.approx(fraction, abs=1e-9)
+    (low_x, high_x), (low_y, high_y) = (np.ravel(orbit.extrema.of(name)) for name in "xy")
+    assert (high_x, low_x, high_y, low_y) == pytest.approx(extrema, abs=1e-10)
+    assert np.abs(orbit.multipliers[2:]) == pytest.approx(0.0, abs=1e-14)
+    # The same from motions begun beside the orbit.
+    model, step = orbit.model, 1e-6
+    matrix = np.empty((4, 4))
+    for place, unit in enumerate(np.eye(4)):
+        size = step * max(1.0, float(np.abs(orbit.nodes[:, place]).max()))
+        ends = [
+            sf.simulate(model, 1, orbit.state + sign * size * unit).strobe[-1] for sign in (1, -1)
+        ]
+        matrix[:, place] = (ends[0] - ends[1]) / (2 * size)
+    expected = sorted(np.linalg.eigvals(matrix), key=abs, reverse=True)[:2]
+    assert orbit.multipliers[:2] == pytest.approx(np.array(expected), abs=1e-6)
+
+
+def test_an_orbit_that_sticks_says_what_it_cannot():
+    orbit = sf.periodic_orbit(belt(COULOMB))
+    with pytest.raises(sf.InputError, match="collocation"):
+        orbit.check()
