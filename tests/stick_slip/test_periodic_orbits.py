@@ -119,7 +119,7 @@ def test_two_masses_on_a_belt():
     ],
 )
 def test_published_orbits_in_the_plane(values, fraction, extrema):
-    orbit = sf.periodic_orbit(sliding(*values))
+    orbit = sf.periodic_orbit(sliding(*values), settle=60)
     assert orbit.residual < 1e-10
     assert orbit.stuck_fraction == pytest.approx(fraction, abs=1e-9)
     (low_x, high_x), (low_y, high_y) = (np.ravel(orbit.extrema.of(name)) for name in "xy")
