@@ -32,7 +32,7 @@ SAMPLES = 512
 """Samples a forcing period between which outputs other than states turn; parabolas do the rest."""
 
 
-IN_THE_PLANE = 1e-7
+IN_THE_PLANE = 5e-7
 """What the linearisation leaves out where slip in the plane begins and ends."""
 
 
