@@ -1,6 +1,10 @@
 """Settings of the tests; the environment that they run in is set in the conftest above."""
 
+import os
+import shutil
+
 import hypothesis
+import pytest
 
 hypothesis.settings.register_profile(
     "slipfold",
@@ -10,3 +14,21 @@ hypothesis.settings.register_profile(
     suppress_health_check=[hypothesis.HealthCheck.too_slow],
 )
 hypothesis.settings.load_profile("slipfold")
+
+
+@pytest.fixture(scope="session")
+def browser():
+    """Debian's Chromium, one in a process: Playwright cannot be started a second time beside it."""
+    sync_api = pytest.importorskip(
+        "playwright.sync_api", reason="the browser tests need playwright"
+    )
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
+    if chromium is None:
+        pytest.skip("there is no chromium")
+    as_root = ["--no-sandbox"] if hasattr(os, "geteuid") and os.geteuid() == 0 else []
+    with sync_api.sync_playwright() as playwright:
+        started = playwright.chromium.launch(
+            executable_path=chromium, args=as_root, timeout=180_000
+        )
+        yield started
+        started.close()

@@ -1,28 +1,12 @@
 """Tables of the documentation stay on the page, however narrow it is."""
 
-import os
-import shutil
 import sys
 from pathlib import Path
 
 import pytest
 
-sync_api = pytest.importorskip("playwright.sync_api", reason="the browser tests need playwright")
-
 DOCS = Path(__file__).parents[2] / "docs"
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-AS_ROOT = ["--no-sandbox"] if hasattr(os, "geteuid") and os.geteuid() == 0 else []
 HEADS = ["quantity", "number", "another number", "difference", "source"] * 3
-
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="there is no chromium")
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with sync_api.sync_playwright() as playwright:
-        started = playwright.chromium.launch(executable_path=CHROMIUM, args=AS_ROOT)
-        yield started
-        started.close()
 
 
 def tables(monkeypatch):

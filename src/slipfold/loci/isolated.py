@@ -20,7 +20,10 @@ from slipfold.loci.stable_spans import ONE_ORBIT, is_among, stable_orbits
 from slipfold.loci.window import Window
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
+from slipfold.orbits.carry_to import hold_parameter
 from slipfold.orbits.find import periodic_orbit
+from slipfold.orbits.forced_orbits import ForcedOrbits
+from slipfold.orbits.many_orbits import correct_orbits
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
 __all__ = ["PLACES", "Starts", "follow_isolated", "other_orbits"]
@@ -119,23 +122,28 @@ def other_orbits(
     for count in ROUNDS:
         states = _carried(model, states, count)
         gaps = np.min([_moved(model, states, period) for period in PERIODS], axis=0)
-        going = []
-        for state, gap in zip(states, gaps, strict=True):
-            if not gap < NEARLY:
-                if np.isfinite(gap):
-                    going.append(state)
-                continue
-            if _is_near(model, state, found, NEAR * gap + ONE_ORBIT):
-                continue
-            orbit = _orbit_from(model, state)
-            if orbit is None:
-                going.append(state)
-            elif not is_among(model, orbit.nodes, orbit.period, found[orbit.period]):
-                found[orbit.period].append(orbit.nodes)
-                yield orbit
-        if not going:
+        nearly = gaps < NEARLY
+        settled = np.array([
+            state
+            for state, gap in zip(states[nearly], gaps[nearly], strict=True)
+            if not _is_near(model, state, found, NEAR * gap + ONE_ORBIT)
+        ])  # fmt: skip
+        going = states[~nearly & np.isfinite(gaps)]
+        for period in PERIODS:
+            if not len(settled):
+                break
+            orbits = _orbits_from(model, period, settled)
+            for nodes in orbits:
+                if nodes is None or is_among(model, nodes, period, found[period]):
+                    continue
+                orbit = _orbit_from(model, period, nodes[0])
+                if orbit is not None:
+                    found[period].append(orbit.nodes)
+                    yield orbit
+            settled = settled[[nodes is None for nodes in orbits]]
+        states = np.concatenate([going, settled.reshape(-1, states.shape[1])])
+        if not len(states):
             break
-        states = np.array(going)
 
 
 def _moved(model: Model, states: Array, periods: int) -> Array:
@@ -155,16 +163,35 @@ def _is_near(model: Model, state: Array, found: dict[int, list[Array]], reach: f
     return False
 
 
-def _orbit_from(model: Model, state: Array) -> PeriodicOrbit | None:
-    """Return the stable orbit that a state nearly repeats on, None if it is none."""
-    for period in PERIODS:
-        try:
-            orbit = periodic_orbit(model, period, state)
-        except InputError:
-            continue
-        if orbit.stable:
-            return orbit
-    return None
+def _orbits_from(model: Model, period: int, states: Array) -> list[Array | None]:
+    """Return the nodes of the stable orbits of a period that states nearly repeat on.
+
+    Shapes: states (k, n); returns k times (m, n), None where there is none.
+    """
+    orbits = ForcedOrbits(model, {model.parameters[0].name: 1.0}, period)
+    zero = np.zeros(len(states))
+    constants = orbits.flow.constants_of(model)
+    nodes = orbits.flow.sample(states, zero, zero + period, orbits.segments, constants)
+    found: list[Array | None] = [None] * len(states)
+    passed = np.flatnonzero(np.isfinite(nodes).all(axis=(1, 2)))
+    if not len(passed):
+        return found
+    guesses = np.array([orbits.unknown(item, model) for item in nodes[passed]])
+    rows = np.tile(hold_parameter(orbits.size), (len(passed), 1))
+    corrected = correct_orbits(orbits, guesses, rows)
+    for i, k in enumerate(passed):
+        if corrected.found[i] and np.abs(np.linalg.eigvals(corrected.monodromies[i])).max() < 1:
+            found[k] = orbits.nodes(corrected.z[i])
+    return found
+
+
+def _orbit_from(model: Model, period: int, state: Array) -> PeriodicOrbit | None:
+    """Return the stable orbit through a state, to the last digit, None if it is none."""
+    try:
+        orbit = periodic_orbit(model, period, state)
+    except InputError:  # of a shorter period
+        return None
+    return orbit if orbit.stable else None
 
 
 def _carried(model: Model, states: Array, periods: int) -> Array:

@@ -1,18 +1,12 @@
 """The explorer as its users have it: the command's server, and Debian's Chromium on its page."""
 
-import os
-import shutil
-
 import pytest
 
 pytest.importorskip("fastapi", reason="the extra explore is not installed")
-sync_api = pytest.importorskip("playwright.sync_api", reason="the browser tests need playwright")
+pytest.importorskip("playwright.sync_api", reason="the browser tests need playwright")
 
-from helpers.explorer_models import BRAKE, HOSTILE  # noqa: E402
-from helpers.explorer_page import PATIENCE, ExplorerPage, served  # noqa: E402
-
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-AS_ROOT = ["--no-sandbox"] if hasattr(os, "geteuid") and os.geteuid() == 0 else []
+from helpers.explorer_models import BRAKE, HOSTILE
+from helpers.explorer_page import PATIENCE, ExplorerPage, served
 
 
 @pytest.fixture(scope="session")
@@ -36,18 +30,6 @@ def brake_address(brake_file):
     """The address of a page that offers a structure from a file."""
     with served(brake_file, workers=1) as printed:
         yield printed
-
-
-@pytest.fixture(scope="session")
-def browser():
-    if CHROMIUM is None:
-        pytest.skip("there is no chromium")
-    with sync_api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(
-            executable_path=CHROMIUM, args=AS_ROOT, timeout=PATIENCE
-        )
-        yield browser
-        browser.close()
 
 
 @pytest.fixture(scope="session")
