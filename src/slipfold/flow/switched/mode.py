@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import IntEnum
+from functools import cache
 
 __all__ = ["Mode", "Status", "shown", "status_name"]
 
@@ -16,11 +17,14 @@ class Status(IntEnum):
     OPEN = 2  # touches nothing
     SLOW = 3  # slips slowly in the plane; only how that is integrated differs
 
+    __hash__ = int.__hash__  # that of names is slow, and modes are looked up all the time
+
 
 Mode = tuple[Status, ...]
 """What each contact does."""
 
 
+@cache
 def shown(mode: Mode) -> Mode:
     """Return a mode as contacts know it, whatever it is integrated in."""
     return tuple(Status.FORTH if status is Status.SLOW else status for status in mode)

@@ -104,10 +104,11 @@ def simulate_switched(
     end = (
         motion.periods if motion.stopped is None else motion.stopped.time / motion.constants.period
     )
-    intervals = tuple(
-        replace(item, begin=item.begin * unit, end=item.end * unit)
-        for item in motion.recorder.ended(end)
-    )
+    intervals = motion.recorder.ended(end)
+    if unit != 1:
+        intervals = tuple(
+            replace(item, begin=item.begin * unit, end=item.end * unit) for item in intervals
+        )
     modes = np.array(motion.modes, np.int64)
     modes.setflags(write=False)
     contacts = tuple(item.name for item in motion.flow.contacts)

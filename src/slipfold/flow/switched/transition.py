@@ -188,6 +188,8 @@ def next_mode(
 
 
 def _changed(mode: Mode, changes: Mapping[int, Status]) -> Mode:
+    if not changes:
+        return mode
     return tuple(changes.get(place, status) for place, status in enumerate(mode))
 
 
