@@ -37,7 +37,7 @@ INSTALL_VENV = { \
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup paper explore test long portable portable-quick lint types layers check bench docs lock clean
+.PHONY: help setup paper explore test long thrown portable portable-quick lint types layers check bench docs lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -55,6 +55,9 @@ test: $(SETUP) ## run the tests and the examples in the docstrings
 
 long: $(SETUP) ## run the tests that take minutes
 	$(PYTEST) -m long $(PYTEST_ARGS)
+
+thrown: $(SETUP) ## simulate stick and slip with a hundred thousand random parameters
+	$(PYTEST) -m long tests/stick_slip/test_random_parameters.py $(PYTEST_ARGS)
 
 portable: $(SETUP) ## run the numerics' tests as on other processors
 	$(call SAME_POINTS)
@@ -83,8 +86,8 @@ SENSITIVE := $(addprefix tests/,collocation orbits reference structures \
 	branches/test_textbook_systems.py loci/test_textbook_systems.py)
 
 # One thread a process: the matrices are small, and the processes share the cores.
-test long portable portable-quick: export OMP_NUM_THREADS = 1
-test long portable portable-quick: export OPENBLAS_NUM_THREADS = 1
+test long thrown portable portable-quick: export OMP_NUM_THREADS = 1
+test long thrown portable portable-quick: export OPENBLAS_NUM_THREADS = 1
 
 lint: $(SETUP) ## check style and formatting
 	$(BIN)/ruff check .
