@@ -13,19 +13,20 @@ from slipfold.errors import InputError
 from slipfold.flow import flow_of
 from slipfold.flow.sizes.typical_sizes import measured
 from slipfold.flow.switched.mode_equations import contacts_of
+from slipfold.models.followed import check_followed
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.orbits.carry_to import hold_parameter
 from slipfold.orbits.find_cycle import find_cycle
 from slipfold.orbits.find_response import find_response
-from slipfold.orbits.find_switched import find_switched
 from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.orbits.kinds import orbits_of
 from slipfold.orbits.limits import broken_limit
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.orbits.spectrum.floquet import floquet_multipliers
-from slipfold.orbits.stick_slip_orbit import StickSlipOrbit
+from slipfold.orbits.stick_slip.find_switched import find_switched
+from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
 
 __all__ = ["periodic_orbit"]
 
@@ -96,7 +97,8 @@ def periodic_orbit(
         raise InputError(
             f"period = {period!r} is not a whole number from 1 to {LONGEST_PERIOD}; give e.g. 2"
         )
-    model = measured(model)
+    on_wall = not _may_slip(model)
+    model = model if on_wall else measured(model)
     # Which one may change plays no part, but the duration of a cycle is unknown already.
     free = [item.name for item in model.parameters if model.forced or item.name != "duration"]
     if not free:
@@ -112,6 +114,8 @@ def periodic_orbit(
     if not contacts_of(model):
         return smooth()
     through_stick = partial(_stick_slip_orbit, model, vary, int(period), near, tolerance, settle)
+    if on_wall:
+        return through_stick()
     if not model.forced:  # one motion tells whether it sticks
         try:
             orbit = through_stick()
@@ -123,6 +127,15 @@ def periodic_orbit(
     except InputError:
         return through_stick()
     return slips if _keeps_limits(slips) else through_stick()
+
+
+def _may_slip(model: Model) -> bool:
+    """Whether there are orbits in slip alone: not where a counter-body is at rest."""
+    try:
+        check_followed(model)
+    except InputError:
+        return not contacts_of(model)
+    return True
 
 
 def _smooth_orbit(

@@ -11,7 +11,7 @@ from slipfold.models.model import Model
 from slipfold.models.output import Output
 from slipfold.models.parameter import State
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
-from slipfold.orbits.stick_slip_orbit import StickSlipOrbit
+from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
 from slipfold.results.column import COMPLEX, Column
 from slipfold.results.labelled_table import LabelledTable
 from slipfold.results.provenance import provenance

@@ -94,7 +94,8 @@ def _starts(passed: Sequence[tuple[Leg, Mode]], beyond: Sequence[Array]) -> list
     """Return the states from which motions go on after each leg."""
     found = list[Array]()
     for place, (leg, _) in enumerate(passed):
-        at_once = leg.released and leg.held is None
+        # Where a motion begins so, its state is all that is known.
+        at_once = bool(found) and leg.released and leg.held is None
         follows = place + 1 < len(passed) and passed[place + 1][0].held is not None
         found.append(found[-1] if at_once else leg.state if follows else beyond[place])
     return found

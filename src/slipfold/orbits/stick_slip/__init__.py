@@ -1,0 +1,1 @@
+"""Orbits through stick and slip."""
