@@ -80,7 +80,7 @@ CYCLE_CONTENDERS: dict[str, dict[str, tuple[str, ...]]] = {
 """The same of three systems that nothing forces."""
 
 STICK_CONTENDERS: dict[str, tuple[str, ...]] = {
-    "slipfold": ("ours_stick.py", "--repeat", "3"),
+    "slipfold": ("peers/slipfold_stick.py", "--repeat", "3"),
     "SciPy": ("peers/scipy_stick.py", "--repeat", "1"),
     "solve-nivp": ("peers/nivp_stick.py", "--repeat", "1"),
 }

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from statistics import median
 from typing import Any
 
+from peers.stick import FREQUENCY, FRICTION, state_after
 from slipfold.paper.tables import table
-from stick import FREQUENCY, FRICTION, state_after
 from wording import verdict
 
 FASTER = 50

@@ -10,11 +10,11 @@ import math
 import time
 
 import record
+from stick import FREQUENCY, FRICTION, PERIOD
 
 PERIODS = 2
-FREQUENCY, FRICTION = 0.35, 0.6
 TOLERANCES = {"rtol": 1e-4, "atol": 1e-6}
-SPAN = PERIODS * 2 * math.pi / FREQUENCY
+SPAN = PERIODS * PERIOD
 
 
 def main() -> None:

@@ -11,12 +11,12 @@ import time
 from typing import Any
 
 import record
+from stick import FREQUENCY, FRICTION, PERIOD
 
 PERIODS = 50
-FREQUENCY, FRICTION = 0.35, 0.6
 METHODS = ("DOP853", "LSODA")
 TOLERANCES = {"rtol": 1e-10, "atol": 1e-12}
-SPAN = PERIODS * 2 * math.pi / FREQUENCY
+SPAN = PERIODS * PERIOD
 
 
 def pull(t: float, x: float) -> float:

@@ -28,7 +28,7 @@ class Bench:
         self.run: ModuleType = importlib.import_module("run")
         self.processes: ModuleType = importlib.import_module("processes")
         self.reference: ModuleType = importlib.import_module("reference")
-        self.stick: ModuleType = importlib.import_module("stick")
+        self.stick: ModuleType = importlib.import_module("peers.stick")
 
 
 @pytest.fixture

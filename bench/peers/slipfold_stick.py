@@ -1,16 +1,17 @@
-"""slipfold on Den Hartog's oscillator, printed as the peers print theirs.
+"""slipfold on Den Hartog's oscillator, beside its peers.
 
-    python bench/ours_stick.py --repeat 3
+    python bench/peers/slipfold_stick.py --repeat 3
 
 `build_seconds` is the first call, in which modes are compiled or loaded.
 """
 
 import time
 
-import slipfold as sf
-from peers import record
-from slipfold.version import package_version
+import record
 from stick import FREQUENCY, FRICTION, PERIOD
+
+import slipfold as sf
+from slipfold.version import package_version
 
 PERIODS = 1000
 
