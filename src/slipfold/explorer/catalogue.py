@@ -12,6 +12,7 @@ from slipfold.errors import InputError
 from slipfold.explorer.first_view import first_view
 from slipfold.explorer.messages import LONGEST_NAME, UNNAMED
 from slipfold.explorer.views.labels import axis_of
+from slipfold.flow.switched.mode_equations import contacts_of
 from slipfold.models.model import Model
 from slipfold.models.parameter import Parameter
 from slipfold.models.quantity import units_of, wanted_text
@@ -112,6 +113,9 @@ def _described(name: str, model: Model) -> dict[str, Any]:
         "title": model.title,
         "forced": model.forced,
         "states": [axis_of(model, item.name) for item in model.states],
+        "contacts": [
+            {"name": item.name, "directions": len(item.slip)} for item in contacts_of(model)
+        ],
         "outputs": [axis_of(model, item.name) for item in model.outputs()],
         "parameters": [_parameter(model, item, first) for item in knobs],
         "vary": [item.name for item in knobs],

@@ -112,19 +112,19 @@ def test_one_moment_in_all_pictures(explorer):
     explorer.open("model=sliding&p.Nd=0.3")
     explorer.orbit_shown(2)
     page = explorer.page
-    tip = page.locator(".tip-group")
+    tip = page.locator("#orbit .tip-group")
     rest = tip.get_attribute("transform")
     moment = page.get_by_label("Moment in the orbit")
     moment.evaluate("(input) => { input.value = 0.25; input.dispatchEvent(new Event('input')); }")
     moved = tip.get_attribute("transform")
     assert moved != rest
     # A quarter of an orbit of period 2 is half a forcing period: N is least there.
-    expect(page.locator(".reading")).to_contain_text("N = 0.7\u202fN")
+    expect(page.locator("#orbit .reading")).to_contain_text("N = 0.7\u202fN")
     box = page.locator("#plot-time .box").bounding_box()
     cursor = page.locator("#plot-time .across").bounding_box()
     assert cursor["x"] - box["x"] == pytest.approx(box["width"] / 4, abs=2)
     page.mouse.move(box["x"] + 0.5 * box["width"], box["y"] + 10)
-    expect(page.locator(".reading")).to_contain_text("N = 1.3\u202fN")
+    expect(page.locator("#orbit .reading")).to_contain_text("N = 1.3\u202fN")
     assert tip.get_attribute("transform") != moved
 
 
@@ -134,13 +134,13 @@ def test_motion_plays_in_slow_motion_unless_less_motion_is_wished(explorer):
     page = explorer.page
     play = page.get_by_role("button", name="Play the motion")
     expect(play).to_be_visible()
-    start = page.locator(".tip-group").get_attribute("transform")
+    start = page.locator("#orbit .tip-group").get_attribute("transform")
     play.click()
     page.wait_for_function(
         "(start) => document.querySelector('.tip-group').getAttribute('transform') !== start",
         arg=start,
     )
-    speed = page.get_by_label("Slow motion")
+    speed = page.locator("#orbit").get_by_label("Slow motion")
     factor = page.locator(".factor").inner_text()
     speed.press("ArrowRight")
     expect(page.locator(".factor")).not_to_have_text(factor)

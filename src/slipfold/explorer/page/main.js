@@ -85,7 +85,7 @@ function build(models) {
     }, page),
     simulation: new ExportMenu("simulation", {
       request: () => (simulation.state.count > 0 ? simulation.request : null),
-      picture: (format) => drawn(simulation.title, [simulations.figure], format),
+      picture: (format) => drawn(simulation.title, simulations.figures, format),
     }, page),
   };
   const planeControls = new PlaneControls(session);

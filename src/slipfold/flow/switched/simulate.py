@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipfold.flow.flow import flow_of
+from slipfold.flow.guarded_flow import Stop
 from slipfold.flow.scaled import power_of_two
 from slipfold.flow.settling.autonomous_settlement import judge_autonomous
 from slipfold.flow.settling.settlement import Settlement, judge_settlement
@@ -26,11 +27,18 @@ from slipfold.flow.switched.mode import Status
 from slipfold.flow.switched.mode_equations import contacts_of
 from slipfold.flow.switched.switched_motion import SwitchedMotion
 from slipfold.flow.trajectory import Sticking, Trajectory
-from slipfold.models.contact import Contact
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
 
-__all__ = ["simulate_smooth_or_switched", "simulate_switched"]
+__all__ = [
+    "begun",
+    "comes_to_rest",
+    "ends_of",
+    "simulate_smooth_or_switched",
+    "simulate_switched",
+    "slips_at_first",
+    "trajectory_of",
+]
 
 Array = NDArray[np.float64]
 
@@ -57,18 +65,25 @@ def simulate_smooth_or_switched(
 
     A motion that always slips well is that of `slipfold.flow.simulate`.
     """
-    contacts = contacts_of(model)
     start = initial_state(model, state)
-    if not contacts or _slips(model, contacts, start):
+    if slips_at_first(model, start):
         found = simulate(model, periods, start, tolerance=tolerance)
-        beyond = {name for contact in contacts for name in contact.limits}
-        if found.stopped is None or found.stopped.kind not in beyond:
+        if not comes_to_rest(found.stopped, model):
             return found
     return simulate_switched(model, checked_periods(periods), start, checked_tolerance(tolerance))
 
 
-def _slips(model: Model, contacts: Sequence[Contact], start: Array) -> bool:
+def comes_to_rest(stopped: Stop | None, model: Model) -> bool:
+    """Whether a motion ended where a contact may stick or open, and so goes on."""
+    beyond = {name for contact in contacts_of(model) for name in contact.limits}
+    return stopped is not None and stopped.kind in beyond
+
+
+def slips_at_first(model: Model, start: Array) -> bool:
     """Whether no contact is at one of its limits. Shapes: start (n,)."""
+    contacts = contacts_of(model)
+    if not contacts:
+        return True
     if not all(contact.limits for contact in contacts):
         return False
     beyond = {name for contact in contacts for name in contact.limits}
@@ -88,19 +103,36 @@ def simulate_switched(
 
     If `periods` is None an autonomous model is integrated until it settles. Shapes: start (n,).
     """
-    if model.forced:
-        periods = periods or PERIODS
-    elif periods is None and model.values[DURATION.name] == DURATION.default:
-        model = model.replace(**{DURATION.name: _natural(model, start)})
-    motion = SwitchedMotion(_sized(model, start), start)
-    settlement = None
-    for count in ROUNDS if periods is None else (periods,):
+    motion = begun(model, start, paced=periods is None)
+    for count in ends_of(model, periods):
         motion.go_on(count - motion.periods)
-        settlement = _settlement(motion, tolerance)
-        if settlement.settled or motion.stopped is not None:
+        found = trajectory_of(motion, tolerance)
+        if found.settlement.settled or motion.stopped is not None:
             break
-    assert settlement is not None
-    unit = 1.0 if model.forced else motion.constants.period
+    return found
+
+
+def ends_of(model: Model, periods: int | None) -> tuple[int, ...]:
+    """Return the numbers of periods after which a motion is judged, and ended if it has settled."""
+    if periods is not None:
+        return (periods,)
+    return (PERIODS,) if model.forced else ROUNDS
+
+
+def begun(model: Model, start: Array, *, paced: bool) -> SwitchedMotion:
+    """Begin a motion; if it is to be paced, an autonomous one in intervals that suit it.
+
+    Shapes: start (n,).
+    """
+    if paced and not model.forced and model.values[DURATION.name] == DURATION.default:
+        model = model.replace(**{DURATION.name: _natural(model, start)})
+    return SwitchedMotion(_sized(model, start), start)
+
+
+def trajectory_of(motion: SwitchedMotion, tolerance: float) -> Trajectory:
+    """Return what has come of a motion so far, and whether it has settled."""
+    settlement = _settlement(motion, tolerance)
+    unit = 1.0 if motion.model.forced else motion.constants.period
     end = (
         motion.periods if motion.stopped is None else motion.stopped.time / motion.constants.period
     )

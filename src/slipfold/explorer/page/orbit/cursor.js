@@ -33,6 +33,12 @@ export class Cursor {
     this.moved.announce(this.phase);
   }
 
+  /** Show the moment under the pointer, and stay there. */
+  scrub(phase) {
+    this.pause();
+    this.set(Math.min(Math.max(phase, 0), 0.9999));
+  }
+
   /** Let it run. */
   play() {
     if (this.isPlaying) return;

@@ -20,7 +20,9 @@ export class Mechanism {
   #reach = 1;
   #force = 1;
 
-  constructor() {
+  /** @param {string} [id] tells two on one page apart */
+  constructor(id = "orbit") {
+    const [friction, plate, hatch] = ["friction", "plate", "hatch"].map((name) => `${name}-of-${id}`);
     const part = (name, attributes = {}) => {
       this.#parts[name] = svg("path", { class: name, ...attributes });
       return this.#parts[name];
@@ -32,14 +34,14 @@ export class Mechanism {
       class: "mechanism", role: "img",
       "aria-label": "The mechanism: tip, masses and springs above the moving plate",
     },
-    svg("defs", {}, arrowHead("friction-head"), arrowHead("plate-head"),
-      svg("pattern", { id: "plate-hatch", width: HATCH, height: HATCH, patternUnits: "userSpaceOnUse" },
+    svg("defs", {}, arrowHead("friction-head", friction), arrowHead("plate-head", plate),
+      this.#parts.hatch = svg("pattern", { id: hatch, width: HATCH, height: HATCH, patternUnits: "userSpaceOnUse" },
         svg("path", { class: "hatch", d: `M0 0V${HATCH}` }))),
-    svg("rect", { class: "plate", x: -3, y: -3, width: 6, height: 6, fill: "url(#plate-hatch)" }),
+    svg("rect", { class: "plate", x: -3, y: -3, width: 6, height: 6, fill: `url(#${hatch})` }),
     part("rails"), part("path"), part("spring-ext"), part("spring-1"), part("spring-2"),
     part("rods"), part("mass-1"), part("mass-2"), part("ground"),
-    part("plate-arrow", { "marker-end": "url(#plate-head)" }),
-    part("friction-arrow", { "marker-end": "url(#friction-head)" }), tip, this.#labels());
+    part("plate-arrow", { "marker-end": `url(#${plate})` }),
+    part("friction-arrow", { "marker-end": `url(#${friction})` }), tip, this.#labels());
     this.node = element("div", { class: "mechanism-frame" }, this.#parts.drawing, this.#reading);
   }
 
@@ -70,9 +72,11 @@ export class Mechanism {
   /**
    * Show a moment.
    * @param {number} phase from 0 to 1 over the orbit
+   * @param {string[]} [doing] what each contact does then
    */
-  show(phase) {
+  show(phase, [doing] = []) {
     if (!this.#orbit) return;
+    this.#parts.tip.classList.toggle("sticks", doing === "stick");
     const { answer, parameters } = this.#orbit;
     const at = (values) => sampled(values, phase);
     const [x, y] = [at(answer.states.x), -at(answer.states.y)];
@@ -94,10 +98,10 @@ export class Mechanism {
     const [fx, fy] = [at(answer.outputs.Fx) * scale, -at(answer.outputs.Fy) * scale];
     set(this.#parts["friction-arrow"], { d: `M${x} ${y}l${fx} ${fy}` });
     this.#movePlate(at(answer.t), parameters);
-    this.#read(at(answer.outputs.Fx), at(answer.outputs.Fy), load);
+    this.#read(at(answer.outputs.Fx), at(answer.outputs.Fy), load, doing);
   }
 
-  #still({ alpha }) {
+  #still({ alpha, Vd }) {
     const reach = this.#reach;
     const edge = reach + 0.75;
     const far = reach + 0.18;
@@ -109,6 +113,8 @@ export class Mechanism {
     const [cos, sin] = [Math.cos(alpha), -Math.sin(alpha)];
     const corner = [edge - 0.62, edge - 0.42];
     set(this.#parts["plate-arrow"], { d: `M${corner[0] - 0.22 * cos} ${corner[1] - 0.22 * sin}l${0.44 * cos} ${0.44 * sin}` });
+    // A wall goes nowhere.
+    for (const name of ["plate-arrow", "label-Vd"]) this.#parts[name].classList.toggle("absent", !(Vd > 0));
     this.#placeLabels(edge, far, corner);
   }
 
@@ -116,16 +122,16 @@ export class Mechanism {
   #movePlate(time, { alpha, Vd, L }) {
     const shift = ((Vd / L) * time) % HATCH;
     const degrees = (-alpha * 180) / Math.PI;
-    set(this.#parts.drawing.querySelector("#plate-hatch"), {
+    set(this.#parts.hatch, {
       patternTransform: `rotate(${degrees.toFixed(3)}) translate(${shift.toFixed(4)} 0)`,
     });
   }
 
-  #read(fx, fy, load) {
+  #read(fx, fy, load, doing) {
     const { quantity } = this.#orbit;
     const force = withUnit(quantity("Fx"), Math.hypot(fx, fy), 3);
     const degrees = formatted((Math.atan2(fy, fx) * 180) / Math.PI, 3);
-    this.#reading.textContent = `N = ${withUnit(quantity("N"), load, 3)}   friction ${force} at ${degrees}°`;
+    this.#reading.textContent = `N = ${withUnit(quantity("N"), load, 3)}   friction ${force} at ${degrees}°${doing ? `   ${doing === "stick" ? "sticks" : "slips"}` : ""}`;
   }
 
   #labels() {
@@ -148,10 +154,10 @@ export class Mechanism {
   }
 }
 
-function arrowHead(id) {
+function arrowHead(kind, id) {
   return svg("marker", {
     id, viewBox: "0 0 10 10", refX: 7, refY: 5, markerWidth: 5, markerHeight: 5, orient: "auto",
-  }, svg("path", { class: id, d: "M0 1L9 5L0 9Z" }));
+  }, svg("path", { class: kind, d: "M0 1L9 5L0 9Z" }));
 }
 
 function block(x, y, half) {

@@ -1,15 +1,12 @@
 /** One orbit in all its pictures, at one moment. */
 
 import { Cursor } from "./cursor.js";
-import { element, icon } from "../controls/dom.js";
+import { element } from "../controls/dom.js";
 import { Mechanism } from "./mechanism.js";
 import { complexText, orbitPlots } from "./orbit_plots.js";
 import { PhaseAnimation } from "./phase_animation.js";
+import { Player } from "./player.js";
 import { formatted, withUnit } from "../parameters/quantities.js";
-
-const PLAY = "M4 2.5v11l9-5.5z";
-const PAUSE = "M4 3h3v10H4zM9 3h3v10H9z";
-const calm = window.matchMedia("(prefers-reduced-motion: reduce)");
 
 export class OrbitPanel {
   cursor = new Cursor();
@@ -19,38 +16,23 @@ export class OrbitPanel {
   node;
   #session;
   #orbit = null;
-  #plots = orbitPlots((phase) => this.#scrub(phase));
+  #plots = orbitPlots((phase) => this.cursor.scrub(phase));
   #mechanism = new Mechanism();
   #portrait = new PhaseAnimation();
   #stage = element("div", { class: "stage" });
   #grid = element("div", { class: "smalls" }, ...this.#plots.map(({ plot }) => plot.node));
-  #play = element("button", { type: "button", class: "round", on: { click: () => this.#toggle() } });
-  #phase = element("input", {
-    type: "range", min: "0", max: "1", step: "0.001", class: "phase", "aria-label": "Moment in the orbit",
-    on: { input: () => this.#scrub(Number(this.#phase.value)) },
-  });
-  #speed = element("input", {
-    type: "range", min: "-1.5", max: "2.6", step: "0.05", class: "speed", "aria-label": "Slow motion",
-    on: { input: () => this.#slow() },
-  });
-  #factor = element("output", { class: "factor" });
-  #controls = element("div", { class: "player" });
+  #player = new Player(this.cursor);
 
   /** @param {import("../session/session.js").Session} session */
   constructor(session) {
     this.#session = session;
-    this.#controls.append(this.#play, this.#phase,
-      element("label", {}, element("span", {}, "slow motion"), this.#speed), this.#factor);
     this.node = element("div", { class: "orbit former" },
-      element("div", { class: "stage-column" }, this.#stage, this.#controls), this.#grid);
+      element("div", { class: "stage-column" }, this.#stage, this.#player.node), this.#grid);
     this.cursor.moved.subscribe((phase) => this.#point(phase));
-    this.cursor.toggled.subscribe((plays) => this.#playing(plays));
-    this.#playing(false);
     session.orbitArrived.subscribe((arrived) => (arrived ? this.#show(arrived) : this.#none()));
     for (const signal of [session.orbitAwaited, session.orbitArrived, session.failed]) {
       signal.subscribe(() => this.#tellBusy());
     }
-    calm.addEventListener("change", () => calm.matches && this.cursor.pause());
   }
 
   /** The orbit shown: the server's answer, the view it belongs to and its request. */
@@ -82,11 +64,10 @@ export class OrbitPanel {
       if (isSeen(picture)) picture.draw(this.#orbit);
     }
     this.node.classList.remove("empty", "former");
-    this.#controls.classList.toggle("absent", Boolean(answer.eigenvalues));
+    this.#player.node.classList.toggle("absent", Boolean(answer.eigenvalues));
     this.title.textContent = titleOf(answer, place, this.#session.quantity(view.vary), model.forced);
     this.#point(this.cursor.phase);
-    this.#slowness();
-    if (isFirst && !calm.matches) this.cursor.play();
+    this.#player.adopted(isFirst);
     this.node.dataset.drawn = answer.value;
     this.node.dataset.period = answer.period;
   }
@@ -114,38 +95,10 @@ export class OrbitPanel {
 
   #point(phase) {
     if (!this.#orbit) return;
-    this.#phase.value = String(phase);
     this.#stageOf(this.#orbit.answer).show(phase);
     for (const picture of this.#plots) {
       if (isSeen(picture)) picture.point(this.#orbit, phase);
     }
-  }
-
-  #scrub(phase) {
-    this.cursor.pause();
-    this.cursor.set(Math.min(Math.max(phase, 0), 0.9999));
-  }
-
-  #toggle() {
-    if (this.cursor.isPlaying) this.cursor.pause();
-    else this.cursor.play();
-  }
-
-  #playing(plays) {
-    this.#play.replaceChildren(icon(plays ? PAUSE : PLAY));
-    this.#play.setAttribute("aria-label", plays ? "Pause the motion" : "Play the motion");
-    this.#play.setAttribute("aria-pressed", String(plays));
-  }
-
-  #slow() {
-    this.cursor.slowness = 10 ** Number(this.#speed.value);
-    this.#slowness();
-  }
-
-  #slowness() {
-    this.#speed.value = String(Math.log10(this.cursor.slowness));
-    this.#factor.textContent = `1 : ${formatted(this.cursor.slowness, 2)}`;
-    this.#speed.setAttribute("aria-valuetext", `${formatted(this.cursor.slowness, 2)} times slower`);
   }
 }
 

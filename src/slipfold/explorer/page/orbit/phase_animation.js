@@ -9,10 +9,16 @@ const TRAIL = 0.12;
 const TRAIL_DOTS = 14;
 
 export class PhaseAnimation {
-  #plot = new SmallPlot("motion", "Motion in the phase plane");
   /** The element to put on the page. */
-  node = element("div", { class: "mechanism-frame" }, this.#plot.node);
+  node;
+  #plot;
   #pair = null;
+
+  /** @param {string} [id] tells two on one page apart */
+  constructor(id = "motion") {
+    this.#plot = new SmallPlot(id, "Motion in the phase plane");
+    this.node = element("div", { class: "mechanism-frame" }, this.#plot.node);
+  }
 
   /** As `SmallPlot.figure`. */
   get figure() {

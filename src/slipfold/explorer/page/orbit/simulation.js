@@ -107,7 +107,9 @@ export class Simulation {
     this.#session.requests.ask(this.request, { onAnswer, onError }, { supersede: true });
   }
 
-  #take({ sections, done, verdict, duration = null }) {
+  #take({ again, sections, done, verdict, duration = null, contacts = null }) {
+    // A motion that comes to rest in a contact is told anew, with its stick.
+    if (again) this.#become({ count: 0, max: {}, min: {} });
     const { max, min } = this.state;
     const count = this.state.count + (sections?.period.length ?? 0);
     this.#become({
@@ -117,8 +119,10 @@ export class Simulation {
       max: sections ? joined(max, sections.max) : max,
       min: sections ? joined(min, sections.min) : min,
       isRunning: !done,
+      contacts,
     });
-    this.#become({ verdict: done ? verdict : `After ${this.#progress}…` });
+    const told = contacts?.words ? `${verdict}. ${contacts.words}` : verdict;
+    this.#become({ verdict: done ? told : `After ${this.#progress}…` });
   }
 
   get #progress() {
@@ -148,7 +152,7 @@ function systemOf(view) {
 
 function nothing() {
   return {
-    isRunning: false, verdict: "", count: 0, max: {}, min: {}, x: 0, view: null, interval: 0, cycle: null,
+    isRunning: false, verdict: "", count: 0, max: {}, min: {}, x: 0, view: null, interval: 0, cycle: null, contacts: null,
   };
 }
 

@@ -1,5 +1,6 @@
 /** Starting and stopping a simulation, and how it goes, period by period. */
 
+import { ContactPanel } from "./contact_panel.js";
 import { element } from "../controls/dom.js";
 import { valueTitle } from "../diagram/diagram_plot.js";
 import { SmallPlot } from "../plots/small_plot.js";
@@ -15,6 +16,7 @@ export class SimulationPanel {
   #plot = new SmallPlot("settling", "Settling");
   #nudge = element("select", { "aria-label": "Nudge" },
     ...Object.entries(NUDGES).map(([value, text]) => element("option", { value }, text)));
+  #contacts;
   #stop;
   #clear;
   #fromOrbit;
@@ -36,23 +38,24 @@ export class SimulationPanel {
     this.#fromOrbit.disabled = true;
     this.#stop = button("Stop", () => simulation.stop(), "quiet");
     this.#clear = button("Clear", () => simulation.clear(), "quiet");
+    this.#contacts = new ContactPanel(session, simulation);
     this.node = element("div", { class: "simulation" },
       element("div", { class: "sentence" },
         button("From rest", () => simulation.fromRest()), this.#fromOrbit,
         element("label", { class: "choice" }, element("span", {}, "nudged by"), this.#nudge),
         this.#stop, this.#clear),
-      this.#verdict, this.#plot.node);
+      this.#verdict, this.#plot.node, this.#contacts.node);
     simulation.changed.subscribe(() => this.#show(diagram));
     session.store.changed.subscribe(({ view, before }) => {
-      if (view.show !== before.show || view.statistic !== before.statistic) this.#show(diagram);
+      if (view.model !== before.model || view.show !== before.show || view.statistic !== before.statistic) this.#show(diagram);
     });
     session.orbitArrived.subscribe((arrived) => { this.#fromOrbit.disabled = !arrived; });
     this.#show(diagram);
   }
 
-  /** The drawing and its caption, for a file. */
-  get figure() {
-    return this.#plot.figure;
+  /** All drawings with their captions, for a file. */
+  get figures() {
+    return [this.#plot.figure, ...this.#contacts.figures];
   }
 
   #show(diagram) {
@@ -61,7 +64,9 @@ export class SimulationPanel {
     this.#stop.hidden = !isRunning;
     this.#clear.hidden = isRunning || count === 0;
     this.#verdict.textContent = verdict;
-    this.#plot.node.hidden = count === 0;
+    // Contacts stand below: their place must not move when the motion begins.
+    this.#plot.node.hidden = count === 0 && this.#session.model.contacts.length === 0;
+    this.#plot.node.classList.toggle("absent", count === 0);
     const { show, statistic, vary } = this.#session.view;
     const y = this.#simulation.values(show, statistic);
     const isSame = this.#simulation.state.view?.vary === vary;

@@ -13,6 +13,9 @@ const MARGIN = { left: 46, right: 10, top: 8, bottom: 32 };
 const TITLE = 26;
 const DIGIT = 6.2;
 
+/** Half the height of a band, in rows. */
+const BAND = 0.32;
+
 /**
  * @typedef {object} Line
  * @property {number[]} x
@@ -25,6 +28,8 @@ const DIGIT = 6.2;
  * @property {Line[]} lines
  * @property {{x: number, y: number, tint: string}[]} [dots]
  * @property {{x: number[], y: number[], tint: string}[]} [stems] lines from the bottom up
+ * @property {{x: [number, number], row: number, tint: string}[]} [bands] bars along rows, which
+ *   the ordinate names: `y.rows`
  */
 
 export class SmallPlot {
@@ -123,7 +128,9 @@ export class SmallPlot {
       text(formatted(value), { x: x(value), y: bottom + 13, "text-anchor": "middle" });
     }
     const decades = yAxis.isLog;
-    for (const value of yTicks(yRange, top, bottom, decades)) {
+    (yAxis.rows ?? []).forEach((name, row) =>
+      text(name, { x: left - 6, y: y(row) + 4, "text-anchor": "end" }));
+    for (const value of yAxis.rows ? [] : yTicks(yRange, top, bottom, decades)) {
       grid.push(`M${left} ${y.linear(value).toFixed(1)}H${right}`);
       const label = decades ? powerOfTen(value) : [formatted(value)];
       nodes.push(svg("text", { x: left - 5, y: y.linear(value) + 4, "text-anchor": "end" }, ...label));
@@ -142,9 +149,13 @@ export class SmallPlot {
 
   #drawInk() {
     const { x, y, bottom } = this.#map;
-    const { lines, dots = [], stems = [] } = this.#picture;
+    const { lines, dots = [], stems = [], bands = [] } = this.#picture;
     const at = (a, b) => `${x(a).toFixed(1)} ${y(b).toFixed(1)}`;
     this.#ink.replaceChildren(
+      ...bands.map((band) => svg("path", {
+        class: `band ${band.tint}`,
+        d: `M${at(band.x[0], band.row - BAND)}H${x(band.x[1]).toFixed(1)}V${y(band.row + BAND).toFixed(1)}H${x(band.x[0]).toFixed(1)}Z`,
+      })),
       ...lines.filter((line) => line.x.length > 0).map((line) => svg("path", {
         class: `line ${line.tint}${line.dash ? " dash" : ""}`,
         d: `M${line.x.map((value, i) => at(value, line.y[i])).join("L")}`,
@@ -168,9 +179,10 @@ function mapOf({ x, y, lines, dots = [], stems = [] }, width, height, isEqual) {
   let xRange = x.range ?? padded([...all.flatMap((line) => line.x), ...dots.map((dot) => dot.x)]);
   let yRange = y.range ??
     padded([...all.flatMap((line) => line.y), ...dots.map((dot) => dot.y)].map(scale), 0.08);
-  // Long numbers need room beside the title.
-  const longest = Math.max(...yTicks(yRange, top, bottom, y.isLog).map((value) => formatted(value).length));
-  if (!y.isLog) left = Math.max(left, TITLE + DIGIT * longest);
+  // Long numbers need room beside the title, and so do names.
+  const beside = y.rows ?? yTicks(yRange, top, bottom, y.isLog).map((value) => formatted(value));
+  const longest = Math.max(...beside.map((text) => text.length));
+  if (!y.isLog) left = Math.max(left, (y.rows ? 10 : TITLE) + DIGIT * longest);
   if (isEqual) [xRange, yRange] = equal(xRange, yRange, right - left, bottom - top);
   const linear = (value) => bottom - ((value - yRange[0]) / (yRange[1] - yRange[0])) * (bottom - top);
   return {

@@ -1,0 +1,158 @@
+/** The pictures of contacts over a round: when they stick, friction loops, their path in a plane. */
+
+import { SmallPlot } from "../plots/small_plot.js";
+
+/** What a contact does, in words, in the order of the legend. */
+const WORDS = { stick: "sticks", forth: "slips forth", back: "slips back", open: "open" };
+
+const AXES = ["x", "y"];
+
+/**
+ * @typedef {object} Piece a time in which a contact does one thing
+ * @property {keyof WORDS} state
+ * @property {number[]} t
+ * @property {number[][]} slip by direction
+ * @property {number[][]} friction by direction
+ * @property {number[][]|null} displacement by direction; null where the equations do not tell
+ * @typedef {{name: string, plate: number[], pieces: Piece[]}} Contact
+ * @typedef {{contacts: Contact[], isForced: boolean}} Shown
+ */
+
+/**
+ * All pictures.
+ * @param {(time: number) => void} onTime hears where the pointer is in time
+ */
+export function contactPlots(onTime) {
+  return [
+    timeline(onTime),
+    loop("hysteresis", "Friction over displacement", "displacement (m)", "displacement"),
+    loop("friction", "Friction over slip velocity", "slip velocity (m/s)", "slip"),
+    path(),
+  ];
+}
+
+/** What each contact does at a time. */
+export function doingAt(contacts, time) {
+  return contacts.map(({ pieces }) => pieceAt(pieces, time).state);
+}
+
+function timeline(onTime) {
+  const plot = new SmallPlot("timeline", "Stick and slip", { onPoint: onTime });
+  return {
+    plot,
+    fits: () => true,
+    draw: ({ contacts, isForced }) => {
+      const seen = new Set(contacts.flatMap(({ pieces }) => pieces.map(({ state }) => state)));
+      const isPlanar = contacts.every(({ plate }) => plate.length > 1);
+      const { t } = contacts[0].pieces.at(-1);
+      plot.draw({
+        x: { label: isForced ? "time (forcing periods)" : "time (s)", range: [0, t.at(-1)] },
+        y: { label: "", range: [contacts.length - 0.5, -0.5], rows: contacts.map(({ name }) => name) },
+        lines: Object.keys(WORDS).filter((state) => seen.has(state)).map((state) => ({
+          x: [], y: [], tint: `doing ${state}`,
+          name: isPlanar && state === "forth" ? "slips" : WORDS[state],
+        })),
+        bands: contacts.flatMap(({ pieces }, row) => pieces.map((piece) =>
+          ({ x: [piece.t[0], piece.t.at(-1)], row, tint: `doing ${piece.state}` }))),
+      }, `When contacts stick: ${contacts.map(described).join("; ")}`);
+    },
+    point: (_shown, time) => plot.point({ x: time }),
+  };
+}
+
+/** How often a contact sticks, for those who hear the page. */
+function described({ name, pieces }) {
+  const spans = pieces.filter(({ state }) => state === "stick")
+    .map(({ t }) => `from ${t[0].toPrecision(4)} to ${t.at(-1).toPrecision(4)}`);
+  return `${name} ${spans.length ? `sticks ${spans.join(", ")}` : "never sticks"}`;
+}
+
+function loop(id, title, label, over) {
+  const plot = new SmallPlot(id, title);
+  return {
+    plot,
+    fits: ({ contacts }) => contacts.every(({ pieces }) => pieces[0][over] !== null),
+    draw: ({ contacts }) => {
+      const names = components(contacts).map(({ name }) => name);
+      const lines = components(contacts).flatMap(({ pieces, axis }, i) =>
+        pieces.map((piece) => ({
+          x: piece[over][axis], y: piece.friction[axis], tint: tintOf(i, piece),
+        })));
+      plot.draw({
+        x: { label },
+        y: { label: "friction (N)" },
+        lines: [...inFront(lines), ...legendOf(names)],
+      });
+    },
+    point: ({ contacts }, time) => plot.point({
+      dots: components(contacts).map(({ pieces, axis }) => {
+        const piece = pieceAt(pieces, time);
+        return { x: valueAt(piece, piece[over][axis], time), y: valueAt(piece, piece.friction[axis], time), tint: "live" };
+      }),
+    }),
+  };
+}
+
+function path() {
+  const plot = new SmallPlot("contact-path", "Path of the contact", { isEqual: true });
+  return {
+    plot,
+    fits: ({ contacts }) =>
+      contacts.every(({ plate, pieces }) => plate.length > 1 && pieces[0].displacement !== null),
+    draw: ({ contacts }) => {
+      const lines = contacts.flatMap(({ pieces }, i) => pieces.map((piece) => ({
+        x: piece.displacement[0], y: piece.displacement[1], tint: tintOf(i, piece),
+      })));
+      plot.draw({
+        x: { label: "x (m)" },
+        y: { label: "y (m)" },
+        lines: [...inFront(lines), ...legendOf(contacts.map(({ name }) => name))],
+      });
+    },
+    point: ({ contacts }, time) => plot.point({
+      dots: contacts.map(({ pieces }) => {
+        const piece = pieceAt(pieces, time);
+        const [x, y] = piece.displacement.map((values) => valueAt(piece, values, time));
+        return { x, y, tint: "live" };
+      }),
+    }),
+  };
+}
+
+/** Each direction of each contact, with its name. */
+function components(contacts) {
+  return contacts.flatMap(({ name, plate, pieces }) => plate.map((_, axis) => {
+    const along = plate.length > 1 ? [`along ${AXES[axis]}`] : [];
+    const words = [...(contacts.length > 1 ? [name] : []), ...along];
+    return { name: words.join(", ") || name, pieces, axis };
+  }));
+}
+
+function tintOf(i, { state }) {
+  return `tint-${(i % 3) + 1}${state === "stick" ? " stuck" : ""}`;
+}
+
+/** What sticks lies on top of what slips. */
+function inFront(lines) {
+  const isStuck = ({ tint }) => tint.endsWith("stuck");
+  return [...lines.filter((line) => !isStuck(line)), ...lines.filter(isStuck)];
+}
+
+/** What lines mean: their colours if there are several, and the thick ones. */
+function legendOf(names) {
+  const several = names.length > 1 ? names.map((name, i) => ({ x: [], y: [], tint: `tint-${(i % 3) + 1}`, name })) : [];
+  return [...several, { x: [], y: [], tint: `${names.length > 1 ? "" : "tint-1 "}stuck`, name: "sticks" }];
+}
+
+/** What a contact does at a time. */
+export function pieceAt(pieces, time) {
+  return pieces.find(({ t }) => t.at(-1) >= time) ?? pieces.at(-1);
+}
+
+/** A value between the samples of a piece. */
+export function valueAt({ t }, values, time) {
+  const after = Math.max(t.findIndex((value) => value >= time), 1);
+  const length = t[after] - t[after - 1];
+  const share = length > 0 ? Math.min(Math.max((time - t[after - 1]) / length, 0), 1) : 0;
+  return values[after - 1] + share * (values[after] - values[after - 1]);
+}

@@ -1,0 +1,82 @@
+"""Contacts of a simulated motion: the mechanism stops where it sticks, with its pictures below."""
+
+import re
+
+import pytest
+from playwright.sync_api import expect
+
+CONTACTS = ".contacts[data-drawn]"
+
+
+def let_go(explorer):
+    """Let a motion go and wait for its last round; nothing on the page may move for it."""
+    panel = explorer.page.locator("#simulation")
+    before = panel.bounding_box()["height"], panel.locator(".contacts").bounding_box()["y"]
+    panel.get_by_role("button", name="From rest").click()
+    explorer.page.wait_for_selector(CONTACTS)
+    after = panel.bounding_box()["height"], panel.locator(".contacts").bounding_box()["y"]
+    assert after == pytest.approx(before)
+    return panel.locator(".verdict").inner_text()
+
+
+def moment(explorer, phase):
+    """Show a moment of the round; return what contacts do then."""
+    explorer.page.get_by_label("Moment in the last round").evaluate(
+        "(slider, value) => { slider.value = value; slider.dispatchEvent(new Event('input')); }",
+        phase,
+    )
+    return explorer.page.locator(CONTACTS).get_attribute("data-doing").split()
+
+
+def tip(explorer):
+    """Where the tip is in the mechanism, x and y upwards over L."""
+    transform = explorer.page.locator(".contacts .tip-group").get_attribute("transform")
+    x, y = map(float, re.findall(r"-?[\d.]+(?:e-\d+)?", transform))
+    return x, -y
+
+
+def test_the_tip_stands_still_on_the_plate_while_it_sticks(explorer):
+    explorer.open("model=sliding&p.Nd=0.9")
+    explorer.type("Vd", 0.02)  # of such a slow plate the diagram takes long; nothing waits for it
+    verdict = let_go(explorer)
+    assert "settled on a response of 1 forcing period" in verdict.lower()
+    assert "tip sticks once, 34.9\u202f% of the time" in verdict
+    page = explorer.page
+    assert moment(explorer, 0.05) == ["stick"]
+    expect(page.locator(".contacts .tip-group")).to_have_class(re.compile("sticks"))
+    first = tip(explorer)
+    assert moment(explorer, 0.2) == ["stick"]
+    x, y = (b - a for a, b in zip(first, tip(explorer), strict=True))
+    gone = 0.02 / 5e-3 * 0.15 / 12.5  # of the plate, over L
+    assert (x, y) == pytest.approx((gone / 2, gone * 3**0.5 / 2), abs=1e-4)
+    assert moment(explorer, 0.5) == ["forth"]
+    expect(page.locator(".contacts .reading")).to_contain_text("slips")
+    pictures = ["timeline", "hysteresis", "friction", "contact-path"]
+    boxes = [page.locator(f"#plot-{picture} .small-plot").bounding_box() for picture in pictures]
+    corners = {(round(box["x"]), round(box["y"])) for box in boxes if box["height"] > 80}
+    assert len(corners) == len(pictures)  # none lies on another
+    assert page.locator("#plot-settling .dot").count() > 100
+    assert page.locator("#plot-timeline .band.stick").count() == 2  # one goes on over the end
+    assert page.locator("#plot-hysteresis .line.stuck").count() == 4
+    page.get_by_role("button", name="Clear").click()
+    expect(page.locator(".contacts .stage")).to_be_hidden()
+
+
+def test_blocks_on_belts(brake):
+    brake.open("model=brake&p.Vd=0.1")
+    verdict = let_go(brake)
+    assert re.match(r"settled on a cycle of [0-9.]+ s", verdict)
+    assert "contact sticks once" in verdict
+    block = brake.page.locator(".belts .block")
+    states = {}
+    for phase in (0.02 * step for step in range(50)):
+        (doing,) = moment(brake, phase)
+        states.setdefault(doing, []).append(float(block.get_attribute("x")))
+    assert set(states) == {"stick", "forth"}
+    assert len(set(states["stick"])) > 1  # the belt carries it along
+    expect(brake.page.locator("#plot-contact-path")).to_be_hidden()
+
+
+def test_models_without_contacts_have_no_place_for_them(explorer):
+    explorer.open("model=vanderpol")
+    expect(explorer.page.locator(".contacts")).to_be_hidden()
