@@ -30,22 +30,15 @@ def belt(law: sf.FrictionLaw, speed: float, damping: float = 0.0) -> sf.Simulati
 
 
 # %%
-# Cycles in the plane of displacement and velocity, and the friction force over the slip velocity;
-# thick where the mass sticks.
+# Friction over displacement, and over the velocity of the belt relative to the mass; thick where
+# the mass sticks. Above Coulomb's law, below Leine's.
 
-fig, (left, right) = plt.subplots(1, 2, figsize=(9, 3.8), layout="constrained")
-for color, width, law in (("C0", 6, coulomb), ("C1", 2.5, leine)):
+fig, axes = plt.subplots(2, 2, figsize=(9, 7), layout="constrained")
+for (left, right), law in zip(axes, (coulomb, leine), strict=True):
     motion = belt(law, 0.2)
-    names = [item.name for item in motion.model.states + motion.model.outputs()]
-    values = dict(zip(names, motion.steady_outputs(1, 2000).T, strict=True))
-    stuck, slip = values["Vrel"] == 0, 0.2 - values["vx"]
-    left.plot(values["x"], values["vx"], color, label=law.title)
-    left.plot(values["x"][stuck], values["vx"][stuck], color, lw=width)
-    right.plot(slip, values["Fx"], color)
-    right.plot(slip[stuck], values["Fx"][stuck], color, lw=width)
-left.set(xlabel="x in m", ylabel="x' in m/s", title="belt at 0.2 m/s")
-left.legend(loc="lower left")
-right.set(xlabel="slip velocity in m/s", ylabel="friction force in N")
+    motion.plot(kind="hysteresis", ax=left)
+    motion.plot(kind="friction", ax=right)
+    left.set_ylabel(f"friction force (N), {law.title}")
 plt.show()
 
 # %%

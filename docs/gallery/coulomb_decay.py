@@ -47,6 +47,13 @@ axes.legend()
 plt.show()
 
 # %%
+# When it slips, which way, and where it stays:
+
+axes = plt.figure(figsize=(7, 1.8), layout="constrained").add_subplot()
+motion.plot(kind="timeline", ax=axes)
+plt.show()
+
+# %%
 
 table = Comparison()
 for turn in range(1, turns + 1):

@@ -36,22 +36,15 @@ def settled(W: float, slip: float, static: float | None = None) -> sf.Simulation
 
 
 # %%
-# Displacement and friction over a forcing period; the mass sticks where the lines are thick.
+# Friction over displacement, and what the mass does over two forcing periods: it turns without
+# stopping, or it stops at both ends, where friction turns over while it rests.
 
-fig, (left, right) = plt.subplots(1, 2, figsize=(9, 3.6), layout="constrained")
-for color, slip in (("C0", 0.2), ("C1", 0.7)):
+fig, axes = plt.subplots(2, 2, figsize=(9, 5), layout="constrained", height_ratios=(3, 1))
+for (over, below), slip in zip(axes.T, (0.2, 0.7), strict=True):
     motion = settled(0.6, slip)
-    time, x = motion.output("x", start=-1, per_period=600)
-    friction, speed = (motion.output(name, -1, per_period=600)[1] for name in ("Fx", "Vrel"))
-    phase = (time - time[0]) / motion.forcing_period
-    left.plot(phase, x, color, label=f"S = {slip}")
-    right.plot(x, friction, color)
-    stuck = speed == 0
-    left.plot(phase[stuck], x[stuck], ".", color=color, markersize=7)
-    right.plot(x[stuck], friction[stuck], ".", color=color, markersize=7)
-left.set(xlabel="time in forcing periods", ylabel="x in m", title="W = 0.6")
-left.legend()
-right.set(xlabel="x in m", ylabel="friction force in N")
+    motion.plot(kind="hysteresis", ax=over)
+    motion.plot(kind="timeline", ax=below)
+    over.set_xlabel(f"displacement (m), S = {slip}")
 plt.show()
 
 # %%

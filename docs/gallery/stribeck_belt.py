@@ -45,13 +45,14 @@ table.check("cycle beside sticking", diagram.branches[1].orbit(-2))
 law = sf.Stribeck(mu_s=model.r * model.md, mu_k=model.md, vs=model.v0)
 contact = sf.FrictionContact("x", law, load=1.0, Vd=1.0)
 squeal = sf.simulate(sf.Structure([[1.0]], [[model.c]], [[1.0]], names="x", contacts=contact))
-states = squeal.steady(1, 1000)[1]
-axes = plt.figure(layout="constrained").add_subplot()
-axes.plot(*states.T)
-sticks = states[:, 1] == 1.0
-axes.plot(*states[sticks].T, "C0", lw=4, label="sticks")
-axes.set(xlabel="x in m", ylabel="x' in m/s", title="belt at 1 m/s")
-axes.legend()
+fig, (left, right) = plt.subplots(1, 2, figsize=(9, 3.8), layout="constrained")
+squeal.plot(kind="hysteresis", ax=left)
+squeal.plot(kind="friction", ax=right)
+plt.show()
+
+# %%
+
+squeal.plot(kind="timeline", ax=plt.figure(figsize=(7, 1.8), layout="constrained").add_subplot())
 plt.show()
 
 # %%

@@ -26,23 +26,23 @@ near = sf.simulate(model, state={"x1": 0.5, "x2": -0.3})
 far = sf.simulate(model, state={"x1": 0.9, "x2": 1.2})
 
 # %%
-# Displacements over a round of each; the bars show when a mass sticks.
+# Displacements over a round of each, and below them what the masses do meanwhile.
 
-fig, both = plt.subplots(2, 1, figsize=(8, 6), layout="constrained")
-for axes, motion in zip(both, (near, far), strict=True):
+fig, axes = plt.subplots(4, 1, figsize=(8, 9), layout="constrained", height_ratios=(3, 1.3, 3, 1.3))
+for over, below, motion in zip(axes[::2], axes[1::2], (near, far), strict=True):
     time, states = motion.steady(1, 1500)
-    length = motion.settlement.duration
     for i, contact in enumerate(("first", "second")):
-        axes.plot(time - time[0], states[:, i], f"C{i}", label=f"{contact} mass")
-        for item in motion.last_round.sticking:
-            if item.contact == contact:
-                bar = np.array([item.begin, item.end])
-                for shift in (0, length):
-                    shown = np.clip(bar - shift, 0, length)
-                    axes.plot(shown, [-0.85 - 0.12 * i] * 2, f"C{i}", lw=4, solid_capstyle="butt")
-    axes.set(ylabel="displacement in m", title=f"a round of {length:.4f} s")
-both[0].legend(loc="lower right", bbox_to_anchor=(1, 0.2))
-both[1].set(xlabel="time in s")
+        over.plot(time, states[:, i], label=f"{contact} mass")
+    over.set(xlim=time[[0, -1]], ylabel="displacement in m")
+    motion.plot(kind="timeline", ax=below, rounds=1)
+axes[0].legend(loc="lower right")
+plt.show()
+
+# %%
+# Friction over displacement in the shorter cycle; the area of a loop is the work that the belt does
+# on the mass in a round.
+
+near.plot(kind="hysteresis")
 plt.show()
 
 # %%
