@@ -8,14 +8,19 @@ from playwright.sync_api import expect
 CONTACTS = ".contacts[data-drawn]"
 
 
+def places(panel):
+    """How tall the panel is, and where in it contacts are."""
+    whole, contacts = panel.bounding_box(), panel.locator(".contacts").bounding_box()
+    return whole["height"], contacts["y"] - whole["y"], contacts["height"]
+
+
 def let_go(explorer):
-    """Let a motion go and wait for its last round; nothing on the page may move for it."""
+    """Let a motion go and wait for its last round; nothing in the panel may move for it."""
     panel = explorer.page.locator("#simulation")
-    before = panel.bounding_box()["height"], panel.locator(".contacts").bounding_box()["y"]
+    before = places(panel)
     panel.get_by_role("button", name="From rest").click()
     explorer.page.wait_for_selector(CONTACTS)
-    after = panel.bounding_box()["height"], panel.locator(".contacts").bounding_box()["y"]
-    assert after == pytest.approx(before)
+    assert places(panel) == pytest.approx(before)
     return panel.locator(".verdict").inner_text()
 
 

@@ -25,8 +25,8 @@ const AXES = ["x", "y"];
 export function contactPlots(onTime) {
   return [
     timeline(onTime),
-    loop("hysteresis", "Friction over displacement", "displacement (m)", "displacement"),
-    loop("friction", "Friction over slip velocity", "slip velocity (m/s)", "slip"),
+    loop("hysteresis", "Hysteresis", "displacement (m)", "displacement"),
+    loop("friction", "Friction over slip", "slip velocity (m/s)", "slip"),
     path(),
   ];
 }
@@ -122,7 +122,7 @@ function path() {
 /** Each direction of each contact, with its name. */
 function components(contacts) {
   return contacts.flatMap(({ name, plate, pieces }) => plate.map((_, axis) => {
-    const along = plate.length > 1 ? [`along ${AXES[axis]}`] : [];
+    const along = plate.length > 1 ? [AXES[axis]] : [];
     const words = [...(contacts.length > 1 ? [name] : []), ...along];
     return { name: words.join(", ") || name, pieces, axis };
   }));
