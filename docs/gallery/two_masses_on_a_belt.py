@@ -35,7 +35,7 @@ for over, below, motion in zip(axes[::2], axes[1::2], (near, far), strict=True):
         over.plot(time, states[:, i], label=f"{contact} mass")
     over.set(xlim=time[[0, -1]], ylabel="displacement in m")
     motion.plot(kind="timeline", ax=below, rounds=1)
-axes[0].legend(loc="lower right")
+axes[2].legend(loc="lower left")
 plt.show()
 
 # %%

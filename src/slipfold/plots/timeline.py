@@ -56,6 +56,7 @@ def draw_timeline(
     ax.minorticks_off()
     ax.set_xlabel("time (forcing periods)" if shown.model.forced else "time (s)")
     ax.ticklabel_format(axis="x", useOffset=False)
+    ax.locator_params(axis="x", nbins=5)  # long runs have long numbers
     handles = [
         Patch(
             facecolor=colour,
