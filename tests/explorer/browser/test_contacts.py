@@ -40,6 +40,7 @@ def tip(explorer):
     return x, -y
 
 
+@pytest.mark.long
 def test_the_tip_stands_still_on_the_plate_while_it_sticks(explorer):
     explorer.open("model=sliding&p.Nd=0.9")
     explorer.type("Vd", 0.02)  # of such a slow plate the diagram takes long; nothing waits for it
