@@ -7,7 +7,9 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 
+import numpy as np
 import pytest
 
 from slipfold.results.load import load
@@ -19,19 +21,16 @@ LONG = ["response", "sliding", "--vary", "Nd=0:0.98", "--max-step", "2e-4"]
 pty = pytest.importorskip("pty")
 
 
-def start(*arguments, **options):
-    return subprocess.Popen([*PROGRAM, *arguments], **options)
-
-
 class Terminal:
     """Standard error of a process as a terminal, and its standard output; both read as they come.
 
     A process that nobody reads from waits for ever when what it wrote fills the terminal.
     """
 
-    def __init__(self, *arguments):
+    def __init__(self, *arguments, program=PROGRAM):
         self._ours, theirs = pty.openpty()
-        self.process = start(*arguments, stdout=subprocess.PIPE, stderr=theirs)
+        streams = {"stdout": subprocess.PIPE, "stderr": theirs}
+        self.process = subprocess.Popen([*program, *arguments], **streams)
         os.close(theirs)
         self.text, self._output, self._more = "", b"", threading.Condition()
         self._readers = [threading.Thread(target=self._read_terminal)]
@@ -56,7 +55,10 @@ class Terminal:
     def read_until(self, word, seconds=180):
         """Wait until a word has appeared."""
         with self._more:
-            assert self._more.wait_for(lambda: word in self.text, seconds), self.text
+            found = self._more.wait_for(lambda: word in self.text, seconds)
+        if not found:
+            self.process.kill()
+        assert found, self.text
 
     def finish(self):
         for reader in self._readers:
@@ -95,6 +97,97 @@ def test_interrupt_keeps_what_is_finished(tmp_path):
     assert diagram.interrupted
     assert len(diagram.branches[0]) == record["branches"][0]["points"] >= 1
     assert os.listdir(tmp_path) == ["x.nc"]
+
+
+WITHOUT_END = """
+import itertools, sys
+from importlib import import_module
+from slipfold.cli import main
+def without_end(*arguments, **options):
+    for _ in itertools.count():
+        pass
+module, name = sys.argv.pop(1).split(":")
+setattr(import_module(module), name, without_end)
+main()
+"""
+
+
+def interrupted_within(place, stage, command):
+    """Run a command in which one function never returns, and interrupt it there."""
+    terminal = Terminal(place, *command, program=[sys.executable, "-c", WITHOUT_END])
+    terminal.read_until(stage)
+    terminal.process.send_signal(signal.SIGINT)
+    pressed = time.monotonic()
+    status, output = terminal.finish()
+    assert time.monotonic() - pressed < 10  # a second, and to write and to leave; this is a loop
+    assert "Traceback" not in terminal.text
+    return status, output, " ".join(terminal.text.split())
+
+
+def test_an_interrupt_while_normal_forms_are_computed_keeps_the_branches(tmp_path):
+    path = tmp_path / "x.nc"
+    command = ["response", "sliding", "--vary", "Nd=0:0.05", "--out", str(path)]
+    status, output, said = interrupted_within(
+        "slipfold.branches.make_branch:describe", "normal forms: 0 of 1 done", command
+    )
+    assert status == 130
+    assert "interrupted before the normal forms of 1 of 1 special points" in said
+    assert "interrupted before its normal form was computed" in output
+    assert "interrupted before it was computed how certain it is" in output
+    assert "checked: nothing, as it was interrupted" in output
+    diagram = load(path)
+    assert [branch.stopped.kind for branch in diagram.branches] == ["span", "span"]
+    [(_, doubling)] = diagram.special
+    assert doubling.value == pytest.approx(0.043578911, abs=1e-9)
+    assert (doubling.interrupted, doubling.criticality) == (True, None)
+    assert diagram.interrupted
+
+
+def test_an_interrupt_while_results_are_checked_keeps_them_unchecked(tmp_path):
+    path = tmp_path / "x.nc"
+    command = ["response", "sliding", "--vary", "Nd=0:0.05", "--out", str(path)]
+    status, output, said = interrupted_within(
+        "slipfold.checks.choice:_check", "checks: 0 done", command
+    )
+    assert status == 130
+    assert "interrupted before all checks were done" in said
+    assert "checked: nothing, as it was interrupted" in output
+    diagram = load(path)
+    assert diagram.special[0].point.criticality == "supercritical"
+    assert (diagram.interrupted, diagram.checked.interrupted) == (True, True)
+
+
+def test_an_interrupt_while_a_file_is_filled_leaves_what_is_not_computed_empty(tmp_path):
+    path = tmp_path / "x.nc"
+    command = ["response", "sliding", "--vary", "Nd=0:0.05", "--out", str(path)]
+    status, output, said = interrupted_within(
+        "slipfold.branches.complete:_find_uncertainty", "extrema and uncertainties: 0 of", command
+    )
+    assert status == 130
+    assert "interrupted before the extrema and uncertainties of all" in said
+    assert "nan" not in output
+    diagram = load(path)
+    first, second = diagram.branches
+    assert np.isfinite(first.extrema.maximum).all()
+    assert np.isnan(first.multiplier_uncertainty).all()
+    assert np.isnan(second.extrema.maximum).all()
+
+
+def test_an_interrupt_while_normal_forms_along_loci_are_computed_keeps_the_loci(tmp_path):
+    path = tmp_path / "x.nc"
+    window = ["--vary", "f=12.4:12.5", "--vary", "Nd=0:0.06", "--type", "PD", "--period", "1"]
+    status, output, said = interrupted_within(
+        "slipfold.loci.make_locus:coefficient_at",
+        "normal forms: 0 of",
+        ["locus", "sliding", *window, "--out", str(path)],
+    )
+    assert status == 130
+    assert "slipfold: interrupted after " in said
+    (locus,) = load(path).loci
+    assert len(locus) > 2
+    assert np.isnan(locus.coefficient).all()
+    assert "interrupted before its coefficients were computed" in locus.stopped.reason
+    assert locus.stopped.reason in output
 
 
 LOCUS = ["locus", "sliding", "--vary", "f=11.5:13.5", "--vary", "Nd=0:0.98"]

@@ -8,6 +8,7 @@ from slipfold.loci.bifurcation_set import find_bifurcation_set
 from slipfold.loci.follow import follow_loci
 from slipfold.models import SlidingOscillator
 
+STAGES = ("loci", "normal forms")
 FORCE, WINDOW = ("f", "Nd"), ((12.3, 12.7), (0.0, 0.12))
 
 
@@ -36,15 +37,22 @@ def interrupted(points, count):
 
 def test_observer_is_told_of_every_point(whole):
     loci, seen = whole
-    assert {item.stage for item in seen} == {"loci"}
-    assert [item.done for item in seen] == sorted(item.done for item in seen)
+    assert [item.stage for item in seen] == sorted(item.stage for item in seen)
+    stages = {stage: [item for item in seen if item.stage == stage] for stage in STAGES}
+    assert sum(map(len, stages.values())) == len(seen)
+    for told in stages.values():
+        assert [item.done for item in told] == sorted(item.done for item in told)
+    # One at each point of each locus, and at each of its special points.
+    forms = stages["normal forms"]
+    assert {item.total for item in forms} == {len(forms)}
+    assert len(forms) == sum(len(item) + len(item.special) for item in loci)
     assert all(
         low - 0.1 <= value <= high + 0.1
         for item in seen
         for value, (low, high) in zip(item.values, WINDOW, strict=True)
     )
     assert seen[0].text.startswith("PD of period 1, 2 points")
-    assert len(seen) >= sum(len(item) for item in loci) - 2 * len(loci)
+    assert len(stages["loci"]) >= sum(len(item) for item in loci) - 2 * len(loci)
 
 
 @pytest.mark.parametrize("share", [0.0, 0.1, 0.3, 0.5, 0.7, 0.9])

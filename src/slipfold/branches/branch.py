@@ -118,8 +118,9 @@ class Branch(OneLine):
 
     @property
     def interrupted(self) -> bool:
-        """Whether whoever watched stopped it."""
-        return any(end.kind == "interrupted" for end in self.ends)
+        """Whether whoever watched stopped it, or before its special points had normal forms."""
+        stopped = any(end.kind == "interrupted" for end in self.ends)
+        return stopped or any(point.interrupted for point in self.special)
 
     @property
     def failed(self) -> bool:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from slipfold.branches.bifurcations import TURNING
 from slipfold.branches.branch_point import Crossing, find_crossing
 from slipfold.branches.event import Event
+from slipfold.branches.events import Happened
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.continuation.locate import CLOSE
 from slipfold.continuation.search import Found
@@ -21,7 +22,7 @@ from slipfold.orbits.spectrum.floquet import floquet_multipliers, match_multipli
 from slipfold.orbits.spectrum.test_functions import evaluate_tests
 from slipfold.orbits.uncertainty import SPREAD, computed_anew, multiplier_change
 
-__all__ = ["describe_bifurcation", "describe_event"]
+__all__ = ["bare", "describe", "describe_bifurcation"]
 
 Array = NDArray[np.float64]
 
@@ -39,21 +40,21 @@ NAMES = {
 }
 
 
+def describe(found: Found) -> SpecialPoint:
+    """Return what was located with its normal form and its uncertainties."""
+    orbits = found.point.curve
+    if isinstance(found, Happened) and found.event is not None:
+        return _describe_event(orbits, found)
+    return describe_bifurcation(orbits, found)
+
+
 def describe_bifurcation(orbits: Orbits, found: Found) -> SpecialPoint:
     """Return a located bifurcation with its normal form and its uncertainties."""
-    form = _form_of(found)
-    coefficient, criticality = _coefficient(orbits, found.point, form)
-    name = NAMES[form or found.type]
-    value_uncertainty, multiplier_uncertainty = _uncertainties(orbits, found)
-    special = _special(
-        orbits,
-        found.point,
-        found.type,
-        name,
-        value_uncertainty,
-        multiplier_uncertainty,
-        criticality,
-        coefficient,
+    coefficient, criticality = _coefficient(orbits, found.point, _form_of(found))
+    special = replace(
+        _uncertain(found, *_uncertainties(orbits, found)),
+        criticality=criticality,
+        coefficient=coefficient,
     )
     # The normal form is that of one direction; what holds in a plane of them is not known.
     return replace(special, criticality=None, coefficient=None) if special.several else special
@@ -86,9 +87,9 @@ def _form_of(found: Found) -> str | None:
     return "pitchfork" if min(slopes) < TURNING else "transcritical"
 
 
-def describe_event(orbits: Orbits, event: Event, point: OrbitPoint) -> SpecialPoint:
+def _describe_event(orbits: Orbits, found: Found) -> SpecialPoint:
     """Return a located user's event."""
-    name = f"{event.measure} {event.name} = {event.value:g}"
+    point = found.point
     again, rounding = computed_anew(orbits, point)
     moved, multiplier_uncertainty = np.inf, np.full(len(point.multipliers), np.inf)
     if again is not None:
@@ -96,42 +97,49 @@ def describe_event(orbits: Orbits, event: Event, point: OrbitPoint) -> SpecialPo
         multiplier_uncertainty = multiplier_change(
             point.multipliers, again.multipliers, point.monodromy
         )
-    width = orbits.width
-    return _special(orbits, point, "EVENT", name, moved * width, multiplier_uncertainty, None, None)
+    return _uncertain(found, moved * orbits.width, multiplier_uncertainty)
 
 
-def _special(
-    orbits: Orbits,
-    point: OrbitPoint,
-    kind: str,
-    name: str,
-    uncertainty: float,
-    multiplier_uncertainty: Array,
-    criticality: str | None,
-    coefficient: float | None,
-) -> SpecialPoint:
-    value = orbits.value(point.z)
+def bare(found: Found) -> SpecialPoint:
+    """Return what was located as it is: its normal form and its uncertainties take longer."""
+    orbits, point = found.point.curve, found.point
+    everything = orbits.multipliers(point)
+    kind, name = _named(found)
     return SpecialPoint(
         type=kind,
         name=name,
         model=orbits.model_at(point.z),
         vary=orbits.vary,
-        value=value,
-        uncertainty=uncertainty,
+        value=orbits.value(point.z),
+        uncertainty=np.nan,
         period=orbits.period,
         nodes=orbits.evenly(point.z),
-        multipliers=orbits.multipliers(point),
-        multiplier_uncertainty=_padded(orbits, point, multiplier_uncertainty),
+        multipliers=everything,
+        multiplier_uncertainty=np.full(len(everything), np.nan),
         residual=point.residual,
         arclength=point.arclength,
-        criticality=criticality,
-        coefficient=coefficient,
     )
 
 
-def _padded(orbits: Orbits, point: OrbitPoint, uncertainty: Array) -> Array:
+def _named(found: Found) -> tuple[str, str]:
+    if isinstance(found, Happened) and found.event is not None:
+        event: Event = found.event
+        return "EVENT", f"{event.measure} {event.name} = {event.value:g}"
+    return found.type, NAMES[_form_of(found) or found.type]
+
+
+def _uncertain(found: Found, uncertainty: float, multiplier_uncertainty: Array) -> SpecialPoint:
+    """Return what was located with its uncertainties; what is not a number is not known."""
+    return replace(
+        bare(found),
+        uncertainty=np.inf if np.isnan(uncertainty) else uncertainty,
+        multiplier_uncertainty=_padded(found.point, multiplier_uncertainty),
+    )
+
+
+def _padded(point: OrbitPoint, uncertainty: Array) -> Array:
     """Uncertainties of all multipliers, in their order: what is exactly one is certain."""
-    everything = orbits.multipliers(point)
+    everything = point.curve.orbits.multipliers(point)
     missing = len(everything) - len(uncertainty)
     certain = int(np.count_nonzero(np.abs(point.multipliers) > 1))
     return np.insert(uncertainty, [certain] * missing, 0.0)

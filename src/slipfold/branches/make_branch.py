@@ -2,35 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.branch import Branch
-from slipfold.branches.describe import describe_bifurcation, describe_event
-from slipfold.branches.events import Happened
+from slipfold.branches.describe import bare, describe
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.continuation.atlas import Atlas, Chart
 from slipfold.continuation.end import End
 from slipfold.continuation.search import Found
-from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.text.one_line import certain
 
-__all__ = ["assemble", "evenly"]
+__all__ = ["assemble", "describe_in_turn", "evenly"]
+
+Tell = Callable[[Chart[OrbitPoint], Found, int], None]
+"""Called with what is described next, the chart that it is on, and how many are done."""
 
 
-def assemble(atlas: Atlas[OrbitPoint], begun: End) -> tuple[Branch, ...]:
-    """Return all branches as data."""
+def assemble(
+    atlas: Atlas[OrbitPoint], begun: End, tell: Tell = lambda chart, found, done: None
+) -> tuple[Branch, ...]:
+    """Return all branches as data; special points that an interruption leaves are bare."""
+    known = describe_in_turn(atlas.charts, tell)
     described: dict[Found, SpecialPoint] = {}
     branches = []
     for chart in atlas.charts:
         own = []
         for found in chart.trail.found:
             (leads_to,) = atlas.leads.get(found, [None])[-1:]
-            described[found] = replace(_described(found.point.curve, found), leads_to=leads_to)
+            described[found] = replace(known.get(found) or bare(found), leads_to=leads_to)
             own.append(described[found])
         first = begun
         if chart.start.found is not None:
@@ -42,6 +46,19 @@ def assemble(atlas: Atlas[OrbitPoint], begun: End) -> tuple[Branch, ...]:
         own.sort(key=lambda special: special.arclength)
         branches.append(_branch(chart, chart.begun or first, own))
     return tuple(branches)
+
+
+def describe_in_turn(charts: Iterable[Chart[OrbitPoint]], tell: Tell) -> dict[Found, SpecialPoint]:
+    """Describe special points in their order, until whoever watches stops it."""
+    known: dict[Found, SpecialPoint] = {}
+    try:
+        for chart in charts:
+            for found in chart.trail.found:
+                tell(chart, found, len(known))
+                known[found] = describe(found)
+    except KeyboardInterrupt:
+        pass
+    return known
 
 
 def _branch(chart: Chart[OrbitPoint], begun: End, special: Sequence[SpecialPoint]) -> Branch:
@@ -77,9 +94,3 @@ def evenly(points: Sequence[OrbitPoint]) -> NDArray[np.float64]:
         count = 1 << (count - 1).bit_length()
     nodes = [point.curve.orbits.evenly(point.z, count) for point in points]
     return np.array(nodes)
-
-
-def _described(orbits: Orbits, found: Found) -> SpecialPoint:
-    if isinstance(found, Happened) and found.event is not None:
-        return describe_event(orbits, found.event, found.point)
-    return describe_bifurcation(orbits, found)

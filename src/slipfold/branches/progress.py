@@ -10,12 +10,12 @@ __all__ = ["Observer", "Progress"]
 
 @dataclass(frozen=True)
 class Progress:
-    """State of a running continuation.
+    """State of a computation of branches.
 
     Parameters
     ----------
     branch
-        Id of the branch being followed.
+        Id of the branch it is at.
     period
         Its period in forcing periods.
     points
@@ -24,6 +24,12 @@ class Progress:
         Value of the parameter at the last point.
     special
         Names of the special points found so far on it, e.g. ``("PD",)``.
+    stage
+        ``"branches"``; once all are followed ``"normal forms"``, then ``"checks"``.
+    done
+        How many normal forms or checks are finished.
+    total
+        How many there will be; None while that is not known.
     """
 
     branch: int
@@ -31,7 +37,11 @@ class Progress:
     points: int
     parameter: float
     special: tuple[str, ...]
+    stage: str = "branches"
+    done: int = 0
+    total: int | None = None
 
 
 Observer = Callable[[Progress], None]
-"""Called after every point; may raise `KeyboardInterrupt` to stop with what is done."""
+"""Called after every point, and at each normal form and check; may raise `KeyboardInterrupt` to
+stop with what is done."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 from slipfold.branches.branch import Branch
 from slipfold.branches.event import Event
@@ -17,6 +18,7 @@ from slipfold.branches.start import Begin, equilibrium_start, orbit_start, respo
 from slipfold.branches.switching import Junction, find_meeting, junctions_on
 from slipfold.continuation.atlas import Atlas, Chart, Start
 from slipfold.continuation.end import End
+from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Trail
 from slipfold.errors import BREAKDOWNS, InputError, breakdown
 from slipfold.flow import flow_of
@@ -62,7 +64,7 @@ def trace_response(
         orbits, point = by_collocation(orbits, point) or (orbits, point)
     branches = _Branches((first, last), settings, events, observer)
     branches.explore(Start(orbits, _ways(orbits, point, (first, last))))
-    return assemble(branches, begun)
+    return assemble(branches, begun, branches.tell_described)
 
 
 def _ways(orbits: Orbits, point: OrbitPoint, span: tuple[float, float]) -> tuple[OrbitPoint, ...]:
@@ -228,10 +230,22 @@ class _Branches(Atlas[OrbitPoint]):
     def _tell(self, trail: Trail[OrbitPoint]) -> None:
         if self._observer is None:
             return
-        names = tuple(item.type for item in trail.found if not isinstance(item, Happened))
         period, value = trail.curve.period, trail.curve.value(trail.points[-1].z)
         number = len(self.charts) + 1
-        self._observer(Progress(number, period, len(trail.points), value, names))
+        self._observer(Progress(number, period, len(trail.points), value, _names(trail)))
+
+    def tell_described(self, chart: Chart[OrbitPoint], found: Found, done: int) -> None:
+        """Say which special point is described next; whoever interrupted is not asked again."""
+        if self._observer is None or self.interrupted:
+            return
+        total = sum(len(each.trail.found) for each in self.charts)
+        trail, value = chart.trail, found.point.curve.value(found.point.z)
+        at = Progress(chart.number, trail.curve.period, len(trail.points), value, _names(trail))
+        self._observer(replace(at, stage="normal forms", done=done, total=total))
+
+
+def _names(trail: Trail[OrbitPoint]) -> tuple[str, ...]:
+    return tuple(item.type for item in trail.found if not isinstance(item, Happened))
 
 
 def _crosses(junction: Junction) -> bool:

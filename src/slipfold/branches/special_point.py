@@ -41,7 +41,8 @@ class SpecialPoint(OneLine):
         Value of that parameter.
     uncertainty
         Computed uncertainty of `value`: how much it moves when the orbit and its derivatives are
-        integrated anew with other steps (same unit).
+        integrated anew with other steps (same unit). Infinite where nothing is known, NaN where the
+        computation was interrupted before.
     period
         Period in forcing periods.
     nodes
@@ -113,6 +114,8 @@ class SpecialPoint(OneLine):
     def undecided(self) -> str | None:
         """Why it is not known whether it is soft or hard; None where it is, or has no meaning."""
         meaningless = self.type in ("LP", "EVENT") or self.name.startswith("transcritical")
+        if self.interrupted and self.type != "EVENT":
+            return "interrupted before its normal form was computed"
         if self.criticality is not None or meaningless:
             return None
         if self.type == "BP" and self.coefficient is None:
@@ -122,6 +125,11 @@ class SpecialPoint(OneLine):
         if self.coefficient is None or not np.isfinite(self.coefficient):
             return "criticality unknown: derivatives of third order do not exist or overflow here"
         return "neither soft nor hard: the coefficient is zero within rounding"
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether the computation was interrupted before its normal form and uncertainties."""
+        return bool(np.isnan(self.uncertainty))
 
     @property
     def several(self) -> bool:

@@ -73,6 +73,8 @@ class Checked(OneLine):
         What was checked.
     remark
         What a motion that agrees piece by piece does not tell as a whole; empty if nothing.
+    interrupted
+        Whether the computation was interrupted before all was checked.
 
     Examples
     --------
@@ -84,6 +86,7 @@ class Checked(OneLine):
 
     checks: tuple[Check, ...]
     remark: str = ""
+    interrupted: bool = False
 
     @property
     def count(self) -> int:
@@ -113,15 +116,17 @@ class Checked(OneLine):
 
     def __str__(self) -> str:
         """Say it in a sentence."""
+        stopped = "; interrupted before the rest" if self.interrupted else ""
         if not self.checks:
-            return "checked: nothing"
+            return "checked: nothing, as it was interrupted" if stopped else "checked: nothing"
         found = f"checked: {self.agreeing} of {self.count} agree"
         if self.agreeing:
             found += f" to {self.to:.0e}"
         others = self.disagreeing
         more = f"; {len(others) - SHOWN} more do not agree" if len(others) > SHOWN else ""
         remark = f"; {self.remark}" if self.remark else ""
-        return found + "".join(f"; {each._line()}" for each in others[:SHOWN]) + more + remark
+        named = "".join(f"; {each._line()}" for each in others[:SHOWN])
+        return found + named + more + remark + stopped
 
     def _line(self) -> str:
         return str(self)
@@ -146,6 +151,7 @@ class Checked(OneLine):
                 for check in self.checks
             ],
             **({"remark": self.remark} if self.remark else {}),
+            **({"interrupted": True} if self.interrupted else {}),
         }
 
     @classmethod
@@ -162,4 +168,5 @@ class Checked(OneLine):
                 for item in data["checks"]
             ),
             str(data.get("remark", "")),
+            bool(data.get("interrupted", False)),
         )

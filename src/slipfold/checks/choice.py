@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -45,7 +45,11 @@ class Candidate(NamedTuple):
     resting: bool
 
 
-def check_some(candidates: Iterable[Candidate], points: float) -> Checked:
+def check_some(
+    candidates: Iterable[Candidate],
+    points: float,
+    tell: Callable[[int], None] = lambda done: None,
+) -> Checked:
     """Check orbits in their order as long as the work for so many points of a branch allows it.
 
     The first is checked in any case; if it is too expensive, only its motion is. Whoever interrupts
@@ -56,11 +60,12 @@ def check_some(candidates: Iterable[Candidate], points: float) -> Checked:
         for candidate in candidates:
             if left < QUICK and checks:
                 break
+            tell(len(checks))
             cost, check = _check(candidate, left, first=not checks)
             left -= cost
             checks += [] if check is None else [check]
     except KeyboardInterrupt:
-        pass
+        return Checked(tuple(checks), interrupted=True)
     return Checked(tuple(checks))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from slipfold.branches.branch import Branch
+from slipfold.branches.progress import Observer, Progress
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.checks.checked import Checked
 from slipfold.checks.choice import Candidate, check_some
@@ -13,13 +14,13 @@ from slipfold.text.one_line import parameter_text
 __all__ = ["check_branches"]
 
 
-def check_branches(branches: Sequence[Branch]) -> Checked:
+def check_branches(branches: Sequence[Branch], observer: Observer | None = None) -> Checked:
     """Check special points, those that come first on each branch first, then ends.
 
     Whoever interrupted the branches does not wait for checks.
     """
     if any(branch.interrupted for branch in branches):
-        return Checked(())
+        return Checked((), interrupted=True)
     points = sum(len(branch) * branch.period for branch in branches)
     ranked = [
         (rank, branch, point) for branch in branches for rank, point in enumerate(branch.special)
@@ -27,7 +28,15 @@ def check_branches(branches: Sequence[Branch]) -> Checked:
     ranked.sort(key=lambda item: item[0])
     special = (_special(branch, point) for _, branch, point in ranked)
     ends = (end for branch in branches if len(branch) for end in _ends(branch))
-    return check_some(_each(special, ends), points)
+
+    def tell(done: int) -> None:
+        if observer is not None:
+            last = branches[-1]
+            at = last.id, last.period, len(last), last.stopped.value
+            names = tuple(point.type for point in last.special)
+            observer(Progress(*at, names, stage="checks", done=done))
+
+    return check_some(_each(special, ends), points, tell)
 
 
 def _each(*groups: Iterator[Candidate]) -> Iterator[Candidate]:

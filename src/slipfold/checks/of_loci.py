@@ -7,20 +7,27 @@ from collections.abc import Iterator, Sequence
 from slipfold.checks.checked import Checked
 from slipfold.checks.choice import Candidate, check_some
 from slipfold.loci.locus import Locus
+from slipfold.loci.progress import LocusObserver, LocusProgress
 from slipfold.text.one_line import parameter_text
 
 __all__ = ["check_loci"]
 
 
-def check_loci(loci: Sequence[Locus]) -> Checked:
+def check_loci(loci: Sequence[Locus], observer: LocusObserver | None = None) -> Checked:
     """Check the ends of each locus, then its special points, those that come first first.
 
     Whoever interrupted the loci does not wait for checks.
     """
     if any(locus.interrupted for locus in loci):
-        return Checked(())
+        return Checked((), interrupted=True)
     points = sum(len(locus) * locus.period for locus in loci)
-    return check_some(_candidates(loci), points)
+
+    def tell(done: int) -> None:
+        if observer is not None:
+            first, second = loci[-1].stopped.values
+            observer(LocusProgress("checks", done, None, (first, second), "by another method"))
+
+    return check_some(_candidates(loci), points, tell)
 
 
 def _candidates(loci: Sequence[Locus]) -> Iterator[Candidate]:

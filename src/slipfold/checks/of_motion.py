@@ -60,7 +60,7 @@ def check_motion(motion: Trajectory) -> Checked:
             checks = (*traced, _again(motion), *_smallest(motion))
             return Checked(checks, _remark(motion, checks))
     except KeyboardInterrupt:
-        return Checked(())
+        return Checked((), interrupted=True)
 
 
 def _again(motion: Trajectory) -> Check:

@@ -30,7 +30,7 @@ def check_thresholds(found: GridThresholds) -> Checked:
     does not wait for checks.
     """
     if found.interrupted:
-        return Checked(())
+        return Checked((), interrupted=True)
     followed = int(found.followed.sum())
     points = COST * (found.values.size - followed) + FOLLOWED * followed
     return check_some(_candidates(found), points)

@@ -1,4 +1,4 @@
-"""Ctrl-C while branches or loci are being followed: stop at the next point, keep what there is."""
+"""Ctrl-C while branches or loci are computed: stop at the next point, keep what there is."""
 
 from __future__ import annotations
 
@@ -10,20 +10,39 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
+from slipfold.branches import make_branch
+from slipfold.branches.complete import complete_branches
+from slipfold.checks.choice import check_some
+from slipfold.continuation.atlas import Atlas
 from slipfold.continuation.follow import follow
+from slipfold.loci import make_locus
+from slipfold.loci.bifurcation_set import found_until_interrupted
+from slipfold.loci.regions import map_regions
 
 __all__ = ["deferred_interrupts"]
 
 GRACE = 0.4
 """Seconds that the next point may take after Ctrl-C."""
 
+KEEPING = (
+    follow,
+    Atlas.births_until_interrupted,
+    make_branch.describe_in_turn,
+    complete_branches,
+    make_locus.describe_in_turn,
+    found_until_interrupted,
+    map_regions,
+    check_some,
+)
+"""Functions that may be interrupted anywhere: what was finished before is kept."""
+
 
 @contextmanager
 def deferred_interrupts() -> Iterator[Callable[[], None]]:
     """Note Ctrl-C instead of raising `KeyboardInterrupt` at once; a second one does raise it.
 
-    An interrupt while a branch is put together would lose it. While one is followed, it is raised
-    where the next point takes too long: what was followed before is kept.
+    An interrupt while a branch is put together would lose it. Inside what keeps what is finished
+    it is raised where the next point takes too long.
     """
     if threading.current_thread() is not threading.main_thread():  # signals go there
         yield lambda: None
@@ -55,10 +74,10 @@ class _Deferred:
         """Take a signal: from the keyboard, or that the next point takes too long."""
         if self.overdue:
             self.overdue = False
+            self._wait()  # what comes after what is stopped may take as long
             # Before the first point there is nothing to lose.
-            if not self.begun or _is_followed(frame):
+            if not self.begun or _is_kept(frame):
                 raise KeyboardInterrupt
-            self._wait()
         elif self.pressed:
             signal.default_int_handler(number, frame)
         else:
@@ -78,10 +97,11 @@ class _Deferred:
         _thread.interrupt_main()
 
 
-def _is_followed(frame: FrameType | None) -> bool:
-    """Whether a curve is being followed, which keeps its points when it is interrupted."""
+def _is_kept(frame: FrameType | None) -> bool:
+    """Whether a function is at work that keeps what is finished when it is interrupted."""
+    codes = [function.__code__ for function in KEEPING]
     while frame is not None:
-        if frame.f_code is follow.__code__:
+        if frame.f_code in codes:
             return True
         frame = frame.f_back
     return False

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from slipfold.loci.progress import LocusProgress
     from slipfold.paper.reproduce import PaperProgress
 
-__all__ = ["live_line", "locus_text", "paper_text", "response_text"]
+__all__ = ["done_text", "live_line", "locus_text", "paper_text", "response_text"]
 
 
 @contextmanager
@@ -34,14 +34,20 @@ def response_text(vary: str, unit: str = "") -> Callable[[Progress], str]:
     """Return what puts the state of a continuation into words."""
     points: dict[int, int] = {}
     special: dict[int, tuple[str, ...]] = {}
+    followed = ""
 
     def text(progress: Progress) -> str:
+        nonlocal followed
+        if progress.stage != "branches":
+            stage = done_text(progress.stage, progress.done, progress.total)
+            return f"{stage}  {followed}"
         points[progress.branch] = progress.points
         special[progress.branch] = progress.special
         found = " ".join(name for names in special.values() for name in names)
         value = f"{vary} = {progress.parameter:.6g} {unit}".rstrip()
         line = f"branch {progress.branch} (period {progress.period})  "
-        return f"{line}{sum(points.values())} points  {value}  found: {found or 'nothing yet'}"
+        followed = f"{line}{sum(points.values())} points  {value}  found: {found or 'nothing yet'}"
+        return followed
 
     return text
 
@@ -50,14 +56,19 @@ def locus_text(vary: tuple[str, str], units: tuple[str, str]) -> Callable[[Locus
     """Return what puts the state of a computation of loci into words."""
 
     def text(progress: LocusProgress) -> str:
-        total = "" if progress.total is None else f" of {progress.total}"
         place = ", ".join(
             f"{name} = {value:.6g} {unit}".rstrip()
             for name, value, unit in zip(vary, progress.values, units, strict=True)
         )
-        return f"{progress.stage}: {progress.done}{total} done  {place}  {progress.text}"
+        done = done_text(progress.stage, progress.done, progress.total)
+        return f"{done}  {place}  {progress.text}"
 
     return text
+
+
+def done_text(stage: str, done: int, total: int | None = None) -> str:
+    """Say how much of a stage is done."""
+    return f"{stage}: {done}{'' if total is None else f' of {total}'} done"
 
 
 def paper_text(progress: PaperProgress) -> str:

@@ -26,7 +26,7 @@ from slipfold.cli.parsing import (
     parse_span,
     refuse_varied,
 )
-from slipfold.cli.progress import live_line, response_text
+from slipfold.cli.progress import done_text, live_line, response_text
 from slipfold.cli.settings import parse_settings
 from slipfold.cli.status import DONE, FAILED, INTERRUPTED, note
 
@@ -101,6 +101,7 @@ def response(
     Ctrl-C keeps what is finished. Exit status: 0 done, 2 bad input, 3 a branch could not be
     followed to its end, 130 interrupted.
     """
+    from slipfold.branches.complete import complete_branches
     from slipfold.cli.case_file import find_model
     from slipfold.computations.response import response as compute
 
@@ -132,18 +133,37 @@ def response(
                 events=events,
                 observer=observer,
             )
+
+            def tell(done: int, total: int) -> None:
+                show(done_text("extrema and uncertainties", done, total))
+                if not diagram.interrupted:
+                    check()
+
+            tabled = outputs.out is not None or outputs.csv is not None
+            whole = not tabled or complete_branches(diagram.branches, tell)
         outputs.write(diagram)
-    return _conclude(diagram, outputs)
+    return _conclude(diagram, outputs, whole)
 
 
-def _conclude(diagram: Diagram, outputs: Outputs) -> int:
-    if diagram.interrupted:
-        number = len(diagram.branches)
-        points = sum(len(branch) for branch in diagram.branches)
-        note(f"interrupted on branch {number} after {points} points in all; {outputs.kept}")
+def _conclude(diagram: Diagram, outputs: Outputs, whole: bool) -> int:
+    if diagram.interrupted or not whole:
+        note(f"interrupted {_where(diagram)}; {outputs.kept}")
         return INTERRUPTED
     for branch in diagram.branches:
         for end in branch.ends:
             if end.early:
                 note(f"branch {branch.id} stopped early: {end.reason}")
     return FAILED if diagram.failed else DONE
+
+
+def _where(diagram: Diagram) -> str:
+    """Say how far a computation had come when it was interrupted."""
+    points = sum(len(branch) for branch in diagram.branches)
+    if any(end.kind == "interrupted" for branch in diagram.branches for end in branch.ends):
+        return f"on branch {len(diagram.branches)} after {points} points in all"
+    number = sum(item.point.interrupted for item in diagram.special)
+    if number:
+        return f"before the normal forms of {number} of {len(diagram.special)} special points"
+    if diagram.interrupted:
+        return "before all checks were done"
+    return f"before the extrema and uncertainties of all {points} points were computed"

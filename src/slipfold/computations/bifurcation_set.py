@@ -103,7 +103,7 @@ def bifurcation_set(
         settings=chosen,
         observer=observer,
     )
-    checked = check_loci(found.loci)
+    checked = check_loci(found.loci, observer)
     return LocusDiagram(
         base,
         names,
@@ -112,7 +112,7 @@ def bifurcation_set(
         found.regions,
         chosen,
         provenance(perf_counter() - started),
-        interrupted=found.interrupted,
+        interrupted=found.interrupted or checked.interrupted,
         missing=found.missing,
         checked=checked,
     )

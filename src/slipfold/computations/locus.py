@@ -54,8 +54,8 @@ def locus(
     settings
         Options of continuation; the defaults of `slipfold.Settings` if None.
     observer
-        Called after every point with a `slipfold.LocusProgress`. If it raises
-        `KeyboardInterrupt`, what is finished is returned.
+        Called after every point, and at each normal form and check, with a
+        `slipfold.LocusProgress`. If it raises `KeyboardInterrupt`, what is finished is returned.
     switch
         Whether loci that start at points of codimension two are followed as well; with a model,
         those of the given type are.
@@ -103,7 +103,7 @@ def locus(
     loci = follow_loci(
         points, plane, spans, settings=chosen, observer=observer, switch=switch, remarks=remarks
     )
-    checked = check_loci(loci)
+    checked = check_loci(loci, observer)
     return LocusDiagram(
         base,
         plane,
@@ -112,7 +112,7 @@ def locus(
         None,
         chosen,
         provenance(perf_counter() - started),
-        interrupted=any(locus.interrupted for locus in loci),
+        interrupted=checked.interrupted,
         missing=tuple(remarks),
         checked=checked,
     )

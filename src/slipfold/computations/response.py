@@ -69,8 +69,9 @@ def response(
     events
         Values of outputs or of the parameter to locate.
     observer
-        Called after every point with a `slipfold.branches.progress.Progress`. If it raises
-        `KeyboardInterrupt`, or the user does, what is finished is returned.
+        Called after every point, and at each normal form and check, with a
+        `slipfold.branches.progress.Progress`. If it raises `KeyboardInterrupt`, or the user does,
+        what is finished is returned.
     **parameters
         Parameters of the model to change first: numbers in SI units, or text with a unit.
 
@@ -126,7 +127,7 @@ def response(
         observer=observer,
         begin=begin,
     )
-    checked = check_branches(branches)
+    checked = check_branches(branches, observer)
     return Diagram(
         changed,
         vary,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Generic
 
 from slipfold.continuation.end import End
@@ -85,7 +85,18 @@ class Atlas(ABC, Generic[P]):
                 continue
             chart = self._chart(start)
             self.lead(start.found, chart.number)
-            waiting += self.births(chart)
+            waiting += self.births_until_interrupted(chart)
+
+    def births_until_interrupted(self, chart: Chart[P]) -> Sequence[Start[P]]:
+        """Return where others begin on a curve; none where whoever watches stops the search."""
+        try:
+            return self.births(chart)
+        except KeyboardInterrupt:
+            end = chart.trail.end
+            assert end is not None
+            reason = f"{end.reason}; interrupted before what begins on it was found"
+            chart.trail.end = replace(end, kind="interrupted", reason=reason)
+            return ()
 
     def _chart(self, start: Start[P]) -> Chart[P]:
         """Follow a curve in all its directions; round a closed one there is but one."""

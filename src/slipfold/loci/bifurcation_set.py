@@ -20,7 +20,13 @@ from slipfold.loci.regions import map_regions
 from slipfold.loci.window import Window, check_window
 from slipfold.models.model import Model
 
-__all__ = ["BifurcationSet", "find_bifurcation_set", "measured_across", "possible_types"]
+__all__ = [
+    "BifurcationSet",
+    "find_bifurcation_set",
+    "found_until_interrupted",
+    "measured_across",
+    "possible_types",
+]
 
 LINES = (11, 5)
 """Responses across the window in either direction from which loci are started."""
@@ -71,25 +77,21 @@ def find_bifurcation_set(
     if model.found_sizes is None:
         model = measured_across(model, plane, window)
     lines: list[FanLine] = []
-    interrupted = False
+    stops: list[KeyboardInterrupt] = []
 
     def found() -> Iterator[SpecialPoint]:
-        nonlocal interrupted
         for line in _across(model, plane, window, settings, observer):
             lines.append(line)
             if line.interrupted:
                 return
             yield from (point for branch in line.branches for point in branch.special)
         others = follow_isolated(model, lines, plane, window, settings, observer)
-        try:
-            for branch in others if model.forced else ():
-                yield from branch.special
-        except KeyboardInterrupt:
-            interrupted = True
+        for branch in others if model.forced else ():
+            yield from branch.special
 
     points = (
         point
-        for point in found()
+        for point in found_until_interrupted(found(), stops)
         if point.type in types and point.period in periods and _inside(point.model, plane, window)
     )
     # A locus is followed as soon as a response shows it: whoever watches sees it at once.
@@ -100,7 +102,7 @@ def find_bifurcation_set(
             f"no response exists on any of {len(lines)} lines across the window: {lines[0].failure}"
         )
     stopped = [*(line.interrupted for line in lines), *(locus.interrupted for locus in loci)]
-    interrupted = interrupted or any(stopped)
+    interrupted = bool(stops) or any(stopped)
     labels = None
     if regions and not interrupted:
         try:
@@ -115,6 +117,16 @@ def find_bifurcation_set(
     remarks += [line.failure for line in others if line.failure]
     missing = tuple(dict.fromkeys(remarks))
     return BifurcationSet(loci, labels, interrupted, missing)
+
+
+def found_until_interrupted(
+    points: Iterator[SpecialPoint], stops: list[KeyboardInterrupt]
+) -> Iterator[SpecialPoint]:
+    """Yield points as they are found, until whoever watches stops the search; note if so."""
+    try:
+        yield from points
+    except KeyboardInterrupt as stop:
+        stops.append(stop)
 
 
 def _across(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,7 +16,7 @@ from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.uncertainty import computed_anew
 
-__all__ = ["coefficient_at", "describe_point", "pair_of", "plane_of"]
+__all__ = ["bare_point", "coefficient_at", "describe_point", "pair_of", "plane_of"]
 
 Array = NDArray[np.float64]
 
@@ -33,6 +35,15 @@ def coefficient_at(curve: LocusEquations, point: OrbitPoint) -> float:
 
 def describe_point(curve: LocusEquations, found: Found) -> LocusPoint:
     """Return a located point with its coefficients and its uncertainty."""
+    return replace(
+        bare_point(curve, found),
+        uncertainty=_uncertainty(curve, found),
+        coefficients=_coefficients(curve, found.point, found.type),
+    )
+
+
+def bare_point(curve: LocusEquations, found: Found) -> LocusPoint:
+    """Return a located point as it is: its coefficients and its uncertainty take longer."""
     point, orbits = found.point, curve.orbits
     kind, name = _named(orbits, found)
     return LocusPoint(
@@ -42,13 +53,13 @@ def describe_point(curve: LocusEquations, found: Found) -> LocusPoint:
         model=orbits.model_at(point.z),
         vary=plane_of(orbits),
         values=pair_of(curve, point),
-        uncertainty=_uncertainty(curve, found),
+        uncertainty=(np.nan, np.nan),
         period=orbits.period,
         nodes=orbits.evenly(point.z),
         multipliers=orbits.multipliers(point),
         residual=point.residual,
         arclength=point.arclength,
-        coefficients=_coefficients(curve, point, found.type),
+        coefficients={},
     )
 
 
@@ -96,5 +107,6 @@ def _uncertainty(curve: LocusEquations, found: Found) -> tuple[float, float]:
     )
     along = change / max(abs(found.slope), 1e-300) * np.abs(point.tangent[-2:])
     moved = (np.abs(again.z[-2:] - point.z[-2:]) + along) * curve.orbits.widths
+    moved = np.where(np.isnan(moved), np.inf, moved)
     first, second = moved + np.spacing(np.abs(curve.place(point.z)))
     return float(first), float(second)

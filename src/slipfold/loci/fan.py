@@ -82,6 +82,8 @@ def follow_fan(
                 if observer is not None:
                     at = (progress.parameter, value) if swapped else (value, progress.parameter)
                     text = f"period {progress.period}, {progress.points} points"
+                    if progress.total is not None:
+                        text += f", {progress.stage} {progress.done} of {progress.total}"
                     observer(LocusProgress("responses", done, sum(counts), at, text))
 
             line = follow_line(model, vary, along, fixed, float(value), settings, tell)

@@ -20,7 +20,7 @@ from slipfold.loci.given_point import as_unknown, on_a_mesh
 from slipfold.loci.known_loci import begins_or_ends_at, lies_on
 from slipfold.loci.locus import Locus, locus_title
 from slipfold.loci.locus_equations import LocusEquations
-from slipfold.loci.make_locus import as_locus
+from slipfold.loci.make_locus import as_loci
 from slipfold.loci.one_locus import trace_locus
 from slipfold.loci.progress import LocusLine, LocusObserver, LocusProgress
 from slipfold.loci.special_points import tests_of
@@ -103,7 +103,7 @@ def follow_found(
         return ()
     if refusals and not work.charts:  # one point among many may be known too badly to start from
         raise refusals[0]
-    return tuple(as_locus(chart, work.leads) for chart in work.charts)
+    return as_loci(work.charts, work.leads, work.tell_described)
 
 
 def _check_point(point: SpecialPoint, base: Model, vary: tuple[str, str], window: Window) -> None:
@@ -246,6 +246,14 @@ class _Loci(Atlas[OrbitPoint]):
             chart.begun = End(chart.begun.kind, chart.begun.reason, place)
         if trail.end is not None and begins_or_ends_at(trail.points[-1:], orbits, z):
             trail.end = End(trail.end.kind, trail.end.reason, place)
+
+    def tell_described(self, chart: Chart[OrbitPoint], point: OrbitPoint, done: int) -> None:
+        """Say which normal form is computed next; whoever interrupted is not asked again."""
+        if self._observer is None or self.interrupted:
+            return
+        total = sum(len(each.trail.points) + len(each.trail.found) for each in self.charts)
+        place, title = pair_of(chart.trail.curve, point), locus_title(*_sort(chart.trail.curve))
+        self._observer(LocusProgress("normal forms", done, total, place, title))
 
     def _tell(self, trail: Trail[OrbitPoint]) -> None:
         if self._observer is None:

@@ -108,6 +108,8 @@ def follow_isolated(
                 branches = _through(orbit, line.vary, value, span, settings)
                 have = lines[number].branches
                 lines[number] = replace(line, branches=(*have, *branches))
+                if lines[number].interrupted:
+                    return
                 yield from branches
 
 

@@ -29,7 +29,7 @@ class LocusProgress:
     Parameters
     ----------
     stage
-        ``"responses"``, ``"loci"`` or ``"regions"``.
+        ``"responses"``, ``"loci"``, ``"normal forms"`` along them, ``"regions"`` or ``"checks"``.
     done
         How many of them are finished.
     total
@@ -54,4 +54,5 @@ class LocusProgress:
 
 
 LocusObserver = Callable[[LocusProgress], None]
-"""Called after every point or response; may raise `KeyboardInterrupt` to stop with what is done."""
+"""Called after every point and response, and at each normal form and check; may raise
+`KeyboardInterrupt` to stop with what is done."""

@@ -106,8 +106,9 @@ class Diagram(Result):
 
     @property
     def interrupted(self) -> bool:
-        """Whether the computation was interrupted and later branches are missing."""
-        return any(branch.interrupted for branch in self.branches)
+        """Whether the computation was interrupted: branches, normal forms or checks are missing."""
+        unchecked = self.checked is not None and self.checked.interrupted
+        return unchecked or any(branch.interrupted for branch in self.branches)
 
     @property
     def failed(self) -> bool:

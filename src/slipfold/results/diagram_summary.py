@@ -186,7 +186,7 @@ def _stability(branch: Branch, multipliers: NDArray[np.complex128]) -> str:
 def _extrema(branch: Branch, index: int) -> Extrema:
     """Return the extrema of one orbit, without computing those of all."""
     known = vars(branch).get("extrema")
-    if known is None:
+    if known is None or np.isnan(known.maximum[index]).all():  # never asked for, or interrupted
         return branch.orbit(index).extrema
     return Extrema(known.names, known.minimum[index, None], known.maximum[index, None])
 

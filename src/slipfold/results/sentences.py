@@ -42,7 +42,9 @@ def uncertain_point(
     if all(u <= UNCERTAIN * width for u, width in zip(uncertainty, widths, strict=True)):
         return
     place = ", ".join(parameter_text(item, v) for item, v in zip(parameters, values, strict=True))
-    if all(map(math.isfinite, uncertainty)):
+    if any(map(math.isnan, uncertainty)):
+        yield f"{name} at {place}: interrupted before it was computed how certain it is."
+    elif all(map(math.isfinite, uncertainty)):
         amounts = [
             with_unit(f"{amount:.0e}", item.unit)
             for item, amount in zip(parameters, uncertainty, strict=True)

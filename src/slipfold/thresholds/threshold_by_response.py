@@ -57,7 +57,7 @@ def threshold_by_response(model: Model, vary: str, span: tuple[float, float]) ->
         branch = trace_response(model, vary, span, settings=FIRST_ALONE, observer=watch)[0]
     except InputError as error:
         return _nothing(len(model.states), "no response at the start of the span", str(error))
-    if branch.stopped.kind == "interrupted" and not found:
+    if branch.interrupted and (not found or any(point.interrupted for point in branch.special)):
         raise KeyboardInterrupt  # that was the user
     return _judged(branch, vary, span)
 

@@ -32,4 +32,6 @@ class DiagramProgress:
             return
         self._told = perf_counter()
         words = f"branch {progress.branch}, {progress.points} points"
+        if progress.stage != "branches":
+            words += f", {progress.stage}: {progress.done} done"
         self._tell({"progress": words, "value": number(progress.parameter), "done": False})
