@@ -159,6 +159,12 @@ def test_phase_portrait_of_an_orbit(ax, period):
     assert dots.get_xdata()[0] == pytest.approx(orbit.state[0])
 
 
+def test_a_phase_portrait_of_a_model_without_velocities_has_its_states(ax):
+    motion = simulate(sf.built_in_models()["vanderpol-free"](), periods=200)
+    draw_phase(motion, ax=ax, periods=5)
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$x$", r"$\dot x$")
+
+
 @pytest.mark.parametrize("draw", [draw_phase, draw_timeseries])
 def test_unknown_outputs_of_motions(draw, doubled, ax):
     with pytest.raises(InputError, match="no output 'z'"):

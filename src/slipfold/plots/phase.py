@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,15 +18,21 @@ __all__ = ["draw_phase"]
 
 def draw_phase(
     motion: Trajectory | PeriodicOrbit,
-    output: str = "x",
-    against: str = "vx",
+    output: str | None = None,
+    against: str | None = None,
     ax: Axes | None = None,
     colour: str = "black",
     *,
     periods: int = 64,
     per_period: int = 128,
 ) -> Axes:
-    """Draw one output against another, with a dot at the start of every forcing period."""
+    """Draw one output against another, with a dot at the start of every forcing period.
+
+    By default these are the first state and its rate.
+    """
+    names = [item.name for item in motion.model.states]
+    output = names[0] if output is None else output
+    against = _beside(names, output) if against is None else against
     if isinstance(motion, Trajectory):
         start = max(motion.periods - periods, 0)
         columns = [motion.output(name, start, None, per_period)[1] for name in (output, against)]
@@ -47,3 +54,13 @@ def draw_phase(
     label_output(ax, "x", motion.model, output)
     label_output(ax, "y", motion.model, against)
     return ax
+
+
+def _beside(names: Sequence[str], output: str) -> str:
+    """Return what an output is drawn against: its rate if that has the usual name, or a state.
+
+    >>> _beside(["x", "y", "vx", "vy"], "x"), _beside(["prey", "predator"], "prey")
+    ('vx', 'predator')
+    """
+    rate = f"v{output}"
+    return rate if rate in names else next((name for name in names if name != output), output)
