@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
+from slipfold.flow.sizes.typical_sizes import measured
 
 UNITS = [(1e-9, 1e3), (1e6, 1e-5)]
 """Metres and seconds in a unit of length and of time."""
@@ -92,3 +93,14 @@ def test_units_do_not_matter(name):
         assert numbers == pytest.approx(
             np.array([item[1:] for item in expected], dtype=float), rel=1e-8, abs=1e-8
         )
+
+
+@pytest.mark.parametrize(("length", "time"), [(1.0, 1.0), *UNITS])
+def test_what_saturates_beside_what_stays_linear_has_the_size_at_which_it_does(length, time):
+    model = sf.System(
+        parameters={"L": length, "T": time},
+        states={"q": "v", "v": "(0.3*L*tanh(q/L) - q)/T^2 - 0.1*v/T"},
+    )
+    q, v = measured(model).state_scales()
+    assert 0.5 * length <= q <= 16 * length
+    assert 0.5 * length / time <= v <= 16 * length / time

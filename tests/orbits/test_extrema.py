@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
+import slipfold as sf
 from helpers.toy_models import LinearOscillator
 from slipfold.branches import Settings, Steps, trace_response
 from slipfold.models import SlidingOscillator
@@ -47,6 +49,34 @@ def test_linear_response_in_closed_form():
     w0 = 2 * np.pi * model.f0
     energies = sorted([0.5 * speed**2, 0.5 * (w0 * amplitude) ** 2])
     assert [item[0] for item in extrema.of("energy")] == pytest.approx(energies, rel=1e-10)
+
+
+def test_a_peak_between_two_samples_is_not_taken_for_a_lower_one_on_a_sample():
+    tall = "exp(-(sin(pi*t - 20.5/64*pi)/0.0224)^2)"  # 0.3 at the samples beside it
+    low = "0.6*exp(-(sin(pi*t - 40/64*pi)/0.05)^2)"
+    model = sf.System(
+        parameters={"a": 1.0},
+        states={"x": "a*cos(2*pi*t) - x"},
+        outputs={"peaks": f"{tall} + {low}"},
+        forcing={"period": "1"},
+    )
+    assert periodic_orbit(model).extrema.of("peaks")[1] == pytest.approx([1.0], abs=1e-9)
+
+
+def test_the_speed_of_a_relaxation_is_known_at_its_sharp_peak():
+    model = sf.built_in_models()["vanderpol-free"](mu=30)
+    orbit = periodic_orbit(model)
+
+    def rates(t, y):
+        return [y[1], 30 * (1 - y[0] ** 2) * y[1] - y[0]]
+
+    def turns(t, y):
+        return rates(t, y)[1]
+
+    given = {"events": turns, "method": "DOP853", "rtol": 1e-12, "atol": 1e-12}
+    found = solve_ivp(rates, (0, orbit.duration), orbit.state, **given).y_events[0]
+    fastest = np.abs(found[:, 1]).max()
+    assert orbit.extrema.modulus("v") == pytest.approx([fastest], rel=1e-8)
 
 
 def test_normal_force_swings_by_what_is_given():

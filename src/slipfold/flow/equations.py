@@ -143,6 +143,13 @@ class Constants:
         scales = self.scales if self.scales.ndim == 1 else np.repeat(self.scales, count, axis=0)
         return Constants(np.repeat(self.values, count, axis=0), self.rates[:0], scales)
 
+    def chosen(self, rows: NDArray[np.intp]) -> Constants:
+        """Return the coefficients of some trajectories, without derivatives."""
+        if self.values.ndim == 1:
+            return self
+        scales = self.scales if self.scales.ndim == 1 else self.scales[rows]
+        return Constants(self.values[rows], self.rates[:0], scales)
+
     @cached_property
     def known(self) -> Array:
         """What every integrator is given first: coefficients and scales, (n_c + n,) or (m, ...)."""

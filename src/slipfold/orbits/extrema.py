@@ -28,8 +28,15 @@ SAMPLES = 64
 ZOOM = 16
 """Samples of each closer look."""
 
-ZOOMS = 3
-"""Closer looks: the last resolves 1e-4 of a forcing period, a parabola then 1e-12 in value."""
+ZOOMS, MORE = 3, 7
+"""Closer looks: the last of three resolves 1e-4 of a forcing period, a parabola then 1e-12 in value
+unless the motion turns more sharply, as a relaxation's speed does."""
+
+ROUND = 1e-6
+"""Share of the value by which samples beside a minimum may exceed it for the parabola to do."""
+
+JUMP = 1 / 8
+"""Share of its range by which an output changes between samples where peaks may lie unseen."""
 
 
 TOGETHER = 32
@@ -168,15 +175,33 @@ def _extrema_of_orbits(
     # One row for each orbit, output, and minimum or maximum.
     nearest = np.stack([values.argmin(axis=1), values.argmax(axis=1)], axis=2).ravel()
     orbit = np.repeat(np.arange(count), 2 * len(columns))
+    column = np.tile(np.repeat(np.arange(len(columns)), 2), count)
+    signs = np.tile([1.0, -1.0], count * len(columns))
     earlier = orbit * total + (nearest - 1) % total
+    near = _Near(samples[earlier], phases[earlier], np.full(len(orbit), spacing))
+    jumping, places = _jumps(values)
+    if len(jumping):
+        start = jumping * total + places
+        own = constants.chosen(jumping)
+        states = flow.sample(samples[start], phases[start], phases[start] + spacing, ZOOM, own)
+        times = phases[start, None] + np.arange(ZOOM) * (spacing / ZOOM)
+        flat = flow.outputs(states.reshape(-1, states.shape[2]), times.ravel(), own.repeated(ZOOM))
+        closer = flat.reshape(*times.shape, -1)[:, :, columns]
+        lowest = signs * values[orbit, nearest, column]
+        for row in np.flatnonzero(np.isin(orbit, jumping)):
+            pieces = np.flatnonzero(jumping == orbit[row])
+            of_row = signs[row] * closer[pieces, :, column[row]]
+            piece, place = divmod(int(of_row.argmin()), ZOOM)
+            if of_row[piece, place] < lowest[row]:
+                near.move(int(row), states[pieces[piece]], times[pieces[piece]], place)
     found = refine_minimum(
         flow,
         constants.repeated(2 * len(columns)),
-        samples[earlier],
-        phases[earlier],
-        spacing,
-        np.tile(np.repeat(columns, 2), count),
-        np.tile([1.0, -1.0], count * len(columns)),
+        near.states,
+        near.start,
+        near.spacing,
+        columns[column],
+        signs,
     ).reshape(count, len(columns), 2)
     low, high = found[:, :, 0], -found[:, :, 1]
     round_and_round = np.zeros((count, len(flow.output_names)), dtype=bool)
@@ -185,12 +210,39 @@ def _extrema_of_orbits(
     return np.where(turning, -TURN / 2, low), np.where(turning, TURN / 2, high)
 
 
+def _jumps(values: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return where an output jumps from one sample to the next, and beside: orbits and samples.
+
+    Shapes: values (n_orbits, n_samples, n_outputs).
+    """
+    after = np.roll(values, -1, axis=1)
+    jumps = (np.abs(after - values) > JUMP * np.ptp(values, axis=1, keepdims=True)).any(axis=2)
+    jumps |= np.roll(jumps, 1, axis=1) | np.roll(jumps, -1, axis=1)
+    orbits, samples = np.nonzero(jumps)
+    return orbits, samples
+
+
+@dataclass
+class _Near:
+    """Where extrema are looked for: the sample before each, shape (k, n), and what lies between."""
+
+    states: Array
+    start: Array
+    spacing: Array
+
+    def move(self, row: int, states: Array, times: Array, place: int) -> None:
+        """Look for one of them near a place among other samples."""
+        before = max(place - 1, 0)
+        self.states[row], self.start[row] = states[before], times[before]
+        self.spacing[row] = times[1] - times[0]
+
+
 def refine_minimum(
     flow: Flow,
     constants: Constants,
     states: Array,
     start: Array,
-    spacing: float,
+    spacing: float | Array,
     columns: NDArray[np.int64],
     signs: Array,
 ) -> Array:
@@ -199,21 +251,23 @@ def refine_minimum(
     The neighbourhood of each is sampled ever more finely, which finds a minimum as sharp as that
     of the spring's length near collapse; a parabola through the last three samples gives the rest.
 
-    Shapes: states (k, n); start, columns, signs (k,); returns (k,).
+    Shapes: states (k, n); start, columns, signs (k,), spacing too or one; returns (k,).
     """
     rows = np.arange(len(columns))
-    width = 2 * spacing
+    width = np.broadcast_to(2.0 * np.asarray(spacing), len(rows))
     each = constants.repeated(ZOOM)
-    for _ in range(ZOOMS):
+    for zoom in range(1, MORE + 1):
         fine = flow.sample(states, start, start + width, ZOOM, constants)
-        at = start[:, None] + np.arange(ZOOM) * (width / ZOOM)
+        at = start[:, None] + np.arange(ZOOM) * (width / ZOOM)[:, None]
         flat = flow.outputs(fine.reshape(-1, fine.shape[2]), at.ravel(), each)
         values = signs[:, None] * flat.reshape(len(columns), ZOOM, -1)[rows, :, columns]
         best = np.clip(values.argmin(axis=1), 1, ZOOM - 2)
         states, start = fine[rows, best - 1], at[rows, best - 1]
         width = 2 * width / ZOOM
-    left, middle, right = (values[rows, best + side] for side in (-1, 0, 1))
-    bend = left - 2 * middle + right
+        left, middle, right = (values[rows, best + side] for side in (-1, 0, 1))
+        bend = left - 2 * middle + right
+        if zoom >= ZOOMS and not (bend > ROUND * np.abs(values).max(axis=1)).any():
+            break
     with np.errstate(divide="ignore", invalid="ignore"):
         gain = np.where(bend > 0, (right - left) ** 2 / (8 * bend), 0.0)
     return np.minimum(np.minimum(left, right), middle - np.minimum(gain, np.abs(bend)))

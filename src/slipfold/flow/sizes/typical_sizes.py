@@ -256,7 +256,9 @@ class _Look:
         share = share.max(axis=1)
         large = ~(share <= BENT)
         if not large.any():  # what is not linear is bounded, as friction is: where it counts most
-            large = share == share.max(initial=SMALL)
+            most = share.max(initial=SMALL)
+            # What saturates beside what stays linear counts ever more: there half of it is enough.
+            large = share >= (most / 2 if share[-1] >= most / 2 else most)
         first = int(large.argmax())
         return float(distances[first]) if large[first] and first else np.nan
 
