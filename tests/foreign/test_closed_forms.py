@@ -1,7 +1,7 @@
 """Points of the foreign systems that are known in closed form."""
 
 import json
-from math import log, sqrt
+from math import cos, log, pi, sin, sqrt
 
 import pytest
 
@@ -36,6 +36,24 @@ def folds_of_langford():
         yield sign * 2 / 3 * 0.6**1.5
 
 
+def hopf_of_mode_coupling():
+    """Stiffness has eigenvalues a +- i b; x'' + c x' is on the axis where b^2 = c^2 a."""
+    k1, k2, k3, c = 11, 20, 11, 0.05
+    k11, k12, k22 = (k1 + k2) * 3 / 4, (k2 - k1) * sqrt(3) / 4, (k1 + k2) / 4 + k3
+    a = (k11 + k22) / 2
+    yield (a**2 + c**2 * a - k11 * k22 + k12**2) / (k12 * k3)
+
+
+def waves_of_lorenz():
+    """With wave j round the ring: exp(-i t) turns x[i-1] (x[i+1] - x[i-2]) into F (e^it - e^-2it).
+
+    Of 50 sites those that come first have j = 10 and 11.
+    """
+    for wave in (10, 11):
+        turn = 2 * pi * wave / 50
+        yield 1 / (cos(turn) - cos(2 * turn))
+
+
 EXACT = {
     ("brusselator-0", "HB"): [1 + 1**2],
     ("brusselator-1", "HB"): [sqrt(3 - 1)],
@@ -58,6 +76,10 @@ EXACT = {
     ("galloping-0", "HB"): [2 * 0.00107 / (0.00043 * 2.69)],
     # Friction falls as fast as it is damped: d/s exp(-V/s) = c.
     ("belt-0", "HB"): [0.5 * log(0.2 / (0.5 * 0.05))],
+    # The same of the lowest mode of 25 blocks, that the springs between them damp as well.
+    ("friction_chain-0", "HB"): [0.5 * log(0.4 / (0.02 + 0.08 * sin(pi / 52) ** 2))],
+    ("mode_coupling-0", "HB"): hopf_of_mode_coupling(),
+    ("lorenz_96-0", "HB"): waves_of_lorenz(),
 }
 
 

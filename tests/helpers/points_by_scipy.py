@@ -26,7 +26,7 @@ WAYS = (
 FUNCTIONS = {
     name: getattr(np, name) for name in ("sin", "cos", "tan", "tanh", "cosh", "exp", "log", "sqrt")
 }
-FUNCTIONS |= {"pi": np.pi, "sigmoid": lambda x: 1 / (1 + np.exp(-x))}
+FUNCTIONS |= {"pi": np.pi, "atan": np.arctan, "sigmoid": lambda x: 1 / (1 + np.exp(-x))}
 
 
 class Equations:
