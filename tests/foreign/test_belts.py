@@ -5,6 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import slipfold as sf
+from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
 STRIBECK = sf.Stribeck(mu_s=0.5, mu_k=0.3, vs=0.2)
 LAWS = {
@@ -79,3 +80,34 @@ def test_stiff_bristles_in_large_reversing_slip(law):
     assert motion.stopped is None
     assert motion.strobe[-1] == pytest.approx(other.y[:, -1], rel=1e-6)
     assert motion.checked.agree
+
+
+NEAR_A_CLOSING = [
+    [-0.061990988, 0.081217241, 3.0000149e-05],
+    [0.090874339, -0.084903029, 3e-05],
+    [-0.062054469, 0.081161423, 3.0000149e-05],
+    [0.090861941, -0.084916700, 3e-05],
+    [-0.062042824, 0.081174035, 3.0000149e-05],
+    [0.090892480, -0.084896234, 3e-05],
+    [-0.062071507, 0.081155374, 3.0000149e-05],
+    [0.090806751, -0.084963782, 3e-05],
+]
+"""A cycle of four rounds, at eight phases, shortly before its branch closes."""
+
+
+def test_a_doubling_just_before_a_branch_closes_is_found_and_where_it_closes_is_known():
+    # Its halves then differ by 3e-4 only. Missed, the doubling's own branch closed on nothing.
+    law = sf.LuGre(mu_s=0.5, mu_k=0.3, vs=0.2, s0=1e4)
+    belt = sf.FrictionContact("x", law, load=4.0, Vd=0.76801010973)
+    model = sf.Structure([[1.0]], [[0.4]], [[100.0]], names="x", contacts=belt)
+    nodes, around = np.array(NEAR_A_CLOSING), np.ones(3, dtype=complex)
+    given = PeriodicOrbit(model.replace(duration=0.628832038789), 4, nodes, around, np.nan)
+    settings = sf.Settings(largest_period=4)
+    diagram = sf.response(given, vary="Vd", span=(0.76801010973, 0.8), settings=settings)
+    (branch,) = diagram.branches
+    (found,) = branch.special
+    assert (found.type, diagram.checked.agree) == ("PD", True)
+    # The cycle of two rounds is followed to its doubling, and that branch away from it.
+    assert found.value == pytest.approx(0.76995381384, abs=1e-9)
+    (closed,) = branch.stopped.values
+    assert closed == pytest.approx(0.77014492205, abs=1e-6)

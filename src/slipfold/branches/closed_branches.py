@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from slipfold.continuation.end import End
 from slipfold.continuation.interpolation import POINTS, hermite, well_spaced
 from slipfold.continuation.locate import LostCurveError, point_at
+from slipfold.continuation.newton import correct
 from slipfold.continuation.trail import Sight, Stop, Stretch
 from slipfold.models.turns import without_turns
 from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
@@ -32,6 +33,13 @@ Array = NDArray[np.float64]
 
 BEFORE = 3e-3
 """How far before the parent the last regular orbit of a closing branch lies, in arclength."""
+
+NEAR_ONE = 0.5
+"""Distance from one of the critical multiplier of the last regular orbit, at most: where the branch
+meets its copy it is one, and between the two it must not have come to minus one unseen."""
+
+NEARER = 12
+"""Times that an orbit nearer to the meeting is looked for, until it is."""
 
 NEAR_BIRTH = 0.05
 """Distance within which the end of a closing branch is matched with a place of birth, in scaled
@@ -142,7 +150,8 @@ class MeetsCopy:
         if stretch.leaves or not _meets_its_copy(self._curve.orbits, before, point):
             return Sight()
         place, meeting = self._meeting(stretch)
-        return Sight(stop=self._stop(self._last(stretch, place), meeting))
+        last = self._last(stretch, place)
+        return Sight(stop=self._stop(*self._approached(stretch, last, meeting)))
 
     def _meeting(self, stretch: Stretch[OrbitPoint]) -> tuple[float, Array]:
         """Return where the halves of the interpolated orbit become the same."""
@@ -173,6 +182,60 @@ class MeetsCopy:
                 if direction @ asymmetry(orbits, last.z) > 0.3 * back:
                     return last
         return before
+
+    def _approached(
+        self, stretch: Stretch[OrbitPoint], last: OrbitPoint, meeting: Array
+    ) -> tuple[OrbitPoint, Array]:
+        """Return an orbit so near to the meeting that nothing lies between, and where that is."""
+        known = [item for item in stretch.known if item.arclength < last.arclength] + [last]
+        for _ in range(NEARER):
+            if len(known) < 2 or np.abs(known[-1].multipliers - 1).min() < NEAR_ONE:
+                break
+            nearer = self._nearer(known[-2], known[-1])
+            if nearer is None:
+                break
+            known.append(nearer)
+        if known[-1] is not last:
+            further = _extrapolated(self._curve.orbits, known[-2], known[-1], share=0.0)
+            meeting = meeting if further is None else further
+        return known[-1], meeting
+
+    def _nearer(self, before: OrbitPoint, last: OrbitPoint) -> OrbitPoint | None:
+        """Return an orbit whose halves differ a fourth as much as those of the last one.
+
+        There this difference is what tells orbits apart, and not the parameter.
+        """
+        curve = self._curve
+        guess = _extrapolated(curve.orbits, before, last, share=1 / 4)
+        if guess is None:
+            return None
+        row = -_odd(curve.orbits, last.z)
+        correction = correct(curve, guess, row / np.linalg.norm(row))
+        if not correction.converged:
+            return None
+        away = float(np.linalg.norm(correction.z - last.z))
+        return curve.point(correction, last.arclength + away)
+
+
+def _extrapolated(
+    orbits: Orbits, before: OrbitPoint, last: OrbitPoint, share: float
+) -> Array | None:
+    """Return the orbit whose halves differ by a share of what they do at the last of two.
+
+    What halves have in common goes with the square of that, beside where a curve meets its copy.
+    """
+    wider, odd = _odd(orbits, before.z), _odd(orbits, last.z)
+    first, second = abs(float(wider @ odd)), float(odd @ odd)
+    if not second < first:
+        return None
+    rise = ((last.z - odd) - (before.z - wider)) / ((first / second) ** 2 - 1)
+    return np.asarray(last.z - odd + (1 - share**2) * rise + share * odd)
+
+
+def _odd(orbits: Orbits, z: Array) -> Array:
+    """Return the part of an orbit that changes sign where it is begun half its period later."""
+    half = asymmetry(orbits, z) / 2
+    return np.concatenate([half, -half, np.zeros(len(z) - orbits.size)])
 
 
 def close_on_parent(
