@@ -8,6 +8,7 @@ from slipfold.branches.method import forced_orbits
 from slipfold.branches.settings import Settings
 from slipfold.collocation.points import gauss_points, radau_points
 from slipfold.continuation.newton import correct
+from slipfold.loci import given_point
 from slipfold.orbits.discretisations.collocation import Collocation
 from slipfold.orbits.discretisations.scheme import GAUSS, STAGES, Scheme, scheme_for
 from slipfold.orbits.discretisations.shooting import Shooting
@@ -112,3 +113,25 @@ def test_stiff_forced_orbits_begin_by_collocation_where_what_is_fast_decays(damp
     assert type(forced_orbits(model, "F", 1.0, Settings()).by) is begun
     chosen = Settings(discretisation="shooting")
     assert type(forced_orbits(model, "F", 1.0, chosen).by) is Shooting
+
+
+def test_the_locus_of_a_stiff_fold_meets_the_equations_where_its_branch_did(monkeypatch):
+    schemes = []
+
+    class Watched(Collocation):
+        def __init__(self, *given, scheme=GAUSS, **more):
+            schemes.append(scheme)
+            super().__init__(*given, scheme=scheme, **more)
+
+    monkeypatch.setattr(given_point, "Collocation", Watched)
+    model = sf.System(
+        name="forced",
+        parameters={"F": 0.1, "k": 0.3},
+        states={"x": "v", "v": "F*cos(t) - 0.1*v - k*x - x^3", "y": "w", "w": "x - 10*w - 1e6*y"},
+        forcing={"period": "2*pi"},
+    )
+    fold = sf.response(model, vary="F", span=(0.05, 0.6)).branches[0].special[0]
+    orbits, _ = given_point.as_unknown(fold, model, {"F": 1.0, "k": 1.0}, Settings())
+    assert fold.type == "LP"
+    assert orbits.by.points.damps
+    assert all(item.points.damps for item in schemes)

@@ -14,6 +14,7 @@ from slipfold.models.model import Model
 from slipfold.orbits.by_collocation import FIRST, ROUNDS
 from slipfold.orbits.check import rests
 from slipfold.orbits.discretisations.collocation import Collocation
+from slipfold.orbits.discretisations.segments import Segments
 from slipfold.orbits.discretisations.shooting import SEGMENTS
 from slipfold.orbits.equilibria import Equilibria
 from slipfold.orbits.kinds import orbits_of
@@ -53,8 +54,10 @@ def on_a_mesh(shot: Orbits, point: SpecialPoint) -> tuple[Orbits, Array]:
     """Return a special point as an orbit by collocation, on a mesh that fits it."""
     orbits = orbits_of(shot.model, shot.varied, point.period, len(point.nodes))
     z = orbits.unknown(point.nodes, point.model)
-    count = max(len(point.nodes), FIRST * point.period)
-    by: Collocation | None = Collocation(orbits.model, orbits.by.free, point.period, count)
+    assert isinstance(orbits.by, Segments)
+    scheme = orbits.by.scheme(orbits.nodes(z), orbits.constants(z))
+    count, free = max(len(point.nodes), FIRST * point.period), orbits.by.free
+    by: Collocation | None = Collocation(orbits.model, free, point.period, count, scheme=scheme)
     for _ in range(ROUNDS):
         if by is None:
             break
