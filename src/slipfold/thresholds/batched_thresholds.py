@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -112,23 +113,25 @@ class BatchedThresholds:
         )
 
     def walk(self, parameters: Array, scales: Array, guess: Segments) -> tuple[Array, Orbits]:
-        """Correct the orbits on the way to known ends.
+        """Correct the orbits on the way to known ends; return paths, and the orbits by share.
+
+        Orbits at the same share lie side by side: lanes of the flow take about as many steps each.
 
         Shapes: parameters (m, n_p); scales (m, n); returns paths (m, len(SHARES), n).
         """
-        m, _, n = guess.paths.shape
+        n = guess.paths.shape[2]
         shares = np.array(SHARES[:-1])
-        values = self.first + np.multiply.outer(guess.ends - self.first, shares)
-        repeated = np.repeat(parameters, len(shares), axis=0)
-        scale = np.repeat(scales, len(shares), axis=0)
-        guessed = guess.paths[:, :-1].reshape(-1, n)
+        values = self.first + np.multiply.outer(shares, guess.ends - self.first)
+        repeated = np.tile(parameters, (len(shares), 1))
+        scale = np.tile(scales, (len(shares), 1))
+        guessed = guess.paths[:, :-1].swapaxes(0, 1).reshape(-1, n)
         orbits = find_orbits(
             self.flow, guessed, self._at(repeated, values.ravel()), scale, ON_THE_WAY
         )
         far = np.linalg.norm((orbits.states - guessed) / scale, axis=1)
         with np.errstate(invalid="ignore"):
             orbits.states[~(far < ANOTHER_BRANCH)] = np.nan
-        on_the_way = orbits.states.reshape(m, len(shares), n)
+        on_the_way = _by_response(orbits.states, len(shares))
         return np.concatenate([on_the_way, guess.paths[:, -1:]], axis=1), orbits
 
     def _prove(
@@ -143,15 +146,14 @@ class BatchedThresholds:
 
         Without `moved`, what the last correction of the ends was, they are period doublings.
         """
-        m = len(parameters)
         paths, orbits = self.walk(parameters, scales, segments)
+        before = paths.shape[1] - 1
         all_multipliers = np.concatenate(
-            [orbits.multipliers.reshape(m, -1, paths.shape[2]), multipliers[:, None]], axis=1
+            [_by_response(orbits.multipliers, before), multipliers[:, None]], axis=1
         )
         doubling = moved is None
-        all_moved = np.column_stack(
-            [orbits.moved.reshape(m, -1), np.zeros(m) if moved is None else moved]
-        )
+        ends_moved = np.zeros(len(parameters)) if moved is None else moved
+        all_moved = np.column_stack([_by_response(orbits.moved, before), ends_moved])
         all_moved[~np.isfinite(paths).all(axis=2)] = np.inf
         proved = find_doubts(all_multipliers, all_moved, doubling) == ""
         if proved.any():
@@ -162,10 +164,11 @@ class BatchedThresholds:
 
     def _keep_limits(self, parameters: Array, ends: Array, paths: Array) -> Mask:
         m, count, n = paths.shape
-        values = self.first + np.multiply.outer(ends - self.first, np.array(SHARES))
-        repeated = self._at(np.repeat(parameters, count, axis=0), values.ravel())
-        kept = keep_limits(self.flow, self.model, paths.reshape(-1, n), repeated)
-        return np.asarray(kept.reshape(m, count).all(axis=1), dtype=bool)
+        values = self.first + np.multiply.outer(np.array(SHARES), ends - self.first)
+        repeated = self._at(np.tile(parameters, (count, 1)), values.ravel())
+        states = paths.swapaxes(0, 1).reshape(-1, n)
+        kept = keep_limits(self.flow, self.model, states, repeated)
+        return np.asarray(kept.reshape(count, m).all(axis=0), dtype=bool)
 
     def _at(self, parameters: Array, values: Array) -> Array:
         moved = parameters.copy()
@@ -177,6 +180,14 @@ class BatchedThresholds:
         constants = self.flow.constants(parameters, power_of_two(scales))
         ends = self.flow.advance(states, zero, zero + 1, constants)
         return np.abs((ends - states) / scales).max(axis=1)
+
+
+def _by_response(rows: NDArray[Any], count: int) -> NDArray[Any]:
+    """Put what is known of all responses at one share after the other into a row for each.
+
+    Shapes: rows (count * m, ...); returns (m, count, ...).
+    """
+    return rows.reshape(count, -1, *rows.shape[1:]).swapaxes(0, 1)
 
 
 def _insert(whole: Found, some: Mask, part: Found) -> None:
