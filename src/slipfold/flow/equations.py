@@ -136,19 +136,16 @@ class Constants:
         """Forcing period in seconds, where all trajectories have the same."""
         return float(self.values[..., -1])
 
+    def rows(self, which: NDArray[np.intp]) -> Constants:
+        """Return the coefficients of some trajectories, by number, without derivatives."""
+        if self.values.ndim == 1:
+            return self
+        scales = self.scales if self.scales.ndim == 1 else self.scales[which]
+        return Constants(self.values[which], self.rates[:0], scales)
+
     def repeated(self, count: int) -> Constants:
         """Return each trajectory's coefficients several times, without derivatives."""
-        if self.values.ndim == 1:
-            return self
-        scales = self.scales if self.scales.ndim == 1 else np.repeat(self.scales, count, axis=0)
-        return Constants(np.repeat(self.values, count, axis=0), self.rates[:0], scales)
-
-    def chosen(self, rows: NDArray[np.intp]) -> Constants:
-        """Return the coefficients of some trajectories, without derivatives."""
-        if self.values.ndim == 1:
-            return self
-        scales = self.scales if self.scales.ndim == 1 else self.scales[rows]
-        return Constants(self.values[rows], self.rates[:0], scales)
+        return self.rows(np.repeat(np.arange(len(self.values)), count))
 
     @cached_property
     def known(self) -> Array:

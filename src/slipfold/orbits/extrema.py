@@ -156,54 +156,51 @@ def _extrema_of_orbits(
     flow, (count, segments) = flow_of(model), nodes.shape[:2]
     edges = np.linspace(0, period, segments + 1)
     each = -(-SAMPLES * period // segments)
-    samples = flow.sample(
-        nodes.reshape(count * segments, -1),
-        np.tile(edges[:-1], count),
-        np.tile(edges[1:], count),
-        each,
-        constants.repeated(segments),
-    )
+    # Neighbours in the lanes of the flow are the same part of all orbits: as many steps each.
+    segment, orbit = (index.ravel() for index in np.indices((segments, count)))
+    start, end = edges[segment], edges[segment + 1]
+    samples = flow.sample(nodes[orbit, segment], start, end, each, constants.rows(orbit))
+    samples = samples.reshape(segments, count, each, -1).swapaxes(0, 1)
     turns = turns_of_segments(model, flow, nodes, period, constants)
     before = (np.cumsum(turns, axis=1) - turns) * model.whole_turns
-    samples += before.reshape(count * segments, 1, -1)
-    samples = samples.reshape(count * segments * each, -1)
+    samples = (samples + before[:, :, None]).reshape(count * segments * each, -1)
     total = segments * each
     spacing = period / total
     phases = np.tile(np.arange(total, dtype=float) * spacing, count)
     values = flow.outputs(samples, phases, constants.repeated(total))[:, columns]
     values = values.reshape(count, total, -1)
-    # One row for each orbit, output, and minimum or maximum.
-    nearest = np.stack([values.argmin(axis=1), values.argmax(axis=1)], axis=2).ravel()
-    orbit = np.repeat(np.arange(count), 2 * len(columns))
-    column = np.tile(np.repeat(np.arange(len(columns)), 2), count)
-    signs = np.tile([1.0, -1.0], count * len(columns))
-    earlier = orbit * total + (nearest - 1) % total
+    # One row for each minimum or maximum, output, and orbit.
+    nearest = np.array([values.argmin(axis=1).T, values.argmax(axis=1).T])
+    side, column, orbit = (index.ravel() for index in np.indices(nearest.shape))
+    signs = np.array([1.0, -1.0])[side]
+    at = nearest.ravel()
+    earlier = orbit * total + (at - 1) % total
     near = _Near(samples[earlier], phases[earlier], np.full(len(orbit), spacing))
     jumping, places = _jumps(values)
     if len(jumping):
         start = jumping * total + places
-        own = constants.chosen(jumping)
+        own = constants.rows(jumping)
         states = flow.sample(samples[start], phases[start], phases[start] + spacing, ZOOM, own)
         times = phases[start, None] + np.arange(ZOOM) * (spacing / ZOOM)
         flat = flow.outputs(states.reshape(-1, states.shape[2]), times.ravel(), own.repeated(ZOOM))
         closer = flat.reshape(*times.shape, -1)[:, :, columns]
-        lowest = signs * values[orbit, nearest, column]
+        lowest = signs * values[orbit, at, column]
         for row in np.flatnonzero(np.isin(orbit, jumping)):
             pieces = np.flatnonzero(jumping == orbit[row])
             of_row = signs[row] * closer[pieces, :, column[row]]
             piece, place = divmod(int(of_row.argmin()), ZOOM)
             if of_row[piece, place] < lowest[row]:
                 near.move(int(row), states[pieces[piece]], times[pieces[piece]], place)
-    found = refine_minimum(
+    found = signs * refine_minimum(
         flow,
-        constants.repeated(2 * len(columns)),
+        constants.rows(orbit),
         near.states,
         near.start,
         near.spacing,
         columns[column],
         signs,
-    ).reshape(count, len(columns), 2)
-    low, high = found[:, :, 0], -found[:, :, 1]
+    )
+    low, high = found.reshape(nearest.shape).swapaxes(1, 2)
     round_and_round = np.zeros((count, len(flow.output_names)), dtype=bool)
     round_and_round[:, : turns.shape[2]] = turns.sum(axis=1) != 0
     turning = round_and_round[:, columns]
