@@ -13,6 +13,7 @@ from slipfold.continuation.end import End
 from slipfold.models.model import Model
 from slipfold.orbits.extrema import Extrema, find_extrema
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.orbits.stick_slip_orbit import StickSlipOrbit
 from slipfold.orbits.uncertainty import multiplier_uncertainty
 from slipfold.text.one_line import OneLine, headed, listed, number_text, parameter_text
 from slipfold.text.printed_table import PrintedTable
@@ -61,6 +62,9 @@ class Branch(OneLine):
         Durations of one round of each cycle of an autonomous model, in seconds, shape (n_points,);
         of equilibria the unit of time that their multipliers are over, which keeps pace with the
         fastest turning. None where the model's parameters give the period.
+    stuck_fraction
+        Share of the period in which a contact sticks, shape (n_points,); NaN of orbits along which
+        contacts slip in one direction all the time. None where that is all of them.
     """
 
     id: int
@@ -78,6 +82,7 @@ class Branch(OneLine):
     stopped: End
     begun: End
     durations: NDArray[np.float64] | None = None
+    stuck_fraction: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         """Lock the arrays."""
@@ -154,6 +159,8 @@ class Branch(OneLine):
     @cached_property
     def extrema(self) -> Extrema:
         """Extrema of every output over each continuous orbit; computed when first asked for."""
+        if self.stuck_fraction is not None:
+            return self._extrema_one_by_one()
         return find_extrema(self.model, self.parameters, self.nodes, self.period)
 
     def extrema_of(self, output: str) -> Extrema:
@@ -169,9 +176,18 @@ class Branch(OneLine):
         InputError
             If there is none of that name.
         """
-        if "extrema" in vars(self):
+        if "extrema" in vars(self) or self.stuck_fraction is not None:
             return self.extrema
         return find_extrema(self.model, self.parameters, self.nodes, self.period, (output,))
+
+    def _extrema_one_by_one(self) -> Extrema:
+        """Extrema of orbits some of which stick."""
+        found = [self.orbit(index).extrema for index in range(len(self))]
+        low, high = (
+            np.concatenate([getattr(item, which) for item in found])
+            for which in ("minimum", "maximum")
+        )
+        return Extrema(found[0].names, low, high)
 
     @cached_property
     def multiplier_uncertainty(self) -> NDArray[np.float64]:
@@ -180,6 +196,9 @@ class Branch(OneLine):
         How much each moves when the monodromy matrix is integrated anew with other steps;
         computed when first asked for.
         """
+        if self.stuck_fraction is not None:
+            orbits = [self.orbit(index) for index in range(len(self))]
+            return np.array([orbit.multiplier_uncertainty for orbit in orbits])
         return multiplier_uncertainty(
             self.model, self.parameters, self.nodes, self.period, self.multipliers
         )
@@ -201,7 +220,9 @@ class Branch(OneLine):
         if self.durations is not None:
             changes["duration"] = float(self.durations[index])
         model = self.model.replace(**changes)
-        return PeriodicOrbit(
+        fractions = self.stuck_fraction
+        slips = fractions is None or bool(np.isnan(fractions[index]))
+        return (PeriodicOrbit if slips else StickSlipOrbit)(
             model,
             self.period,
             self.nodes[index],

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from slipfold.branches.seams import beyond_seam
 from slipfold.branches.settings import Settings
 from slipfold.branches.stops import RESOLVED
 from slipfold.continuation.end import End
@@ -16,6 +17,7 @@ from slipfold.orbits.by_collocation import by_collocation
 from slipfold.orbits.discretisations.shooting import Shooting
 from slipfold.orbits.orbit_curve import OrbitCurve
 from slipfold.orbits.orbit_point import OrbitPoint
+from slipfold.orbits.through_stick import through_stick
 
 __all__ = ["Change", "Growing"]
 
@@ -38,7 +40,8 @@ class _Before:
 class Change:
     """Takes a branch up by collocation, once, where shooting had to end it, if settings let it."""
 
-    def __init__(self, settings: Settings) -> None:
+    def __init__(self, settings: Settings, *, through_stick: bool = False) -> None:
+        self._through_stick = through_stick and settings.discretisation == "automatic"
         self._automatic = settings.discretisation == "automatic"
         self._before: _Before | None = None
 
@@ -50,6 +53,10 @@ class Change:
     def otherwise(self, trail: Trail[OrbitPoint]) -> tuple[OrbitCurve, OrbitPoint] | None:
         """Return as what a branch that has ended goes on, and from where; None if it does not."""
         end, last = trail.end, trail.points[-1]
+        if not last.curve.orbits.by.smooth:
+            return beyond_seam(trail)
+        if end is not None and end.kind == "limit" and self._through_stick:
+            return through_stick(last.curve, last)
         if end is None or end.kind not in ("failed", "unresolved", GROWS):
             return None
         if not self.may_come(last.curve):

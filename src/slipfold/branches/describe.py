@@ -11,8 +11,10 @@ from slipfold.branches.bifurcations import TURNING
 from slipfold.branches.branch_point import Crossing, find_crossing
 from slipfold.branches.event import Event
 from slipfold.branches.events import Happened
+from slipfold.branches.seams import NAMES as SEAMS
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.continuation.locate import CLOSE
+from slipfold.continuation.pieces import CLOSE as SEAM_CLOSE
 from slipfold.continuation.search import Found
 from slipfold.errors import BREAKDOWNS
 from slipfold.normal_forms.forms import forms_of
@@ -50,6 +52,8 @@ def describe(found: Found) -> SpecialPoint:
 
 def describe_bifurcation(orbits: Orbits, found: Found) -> SpecialPoint:
     """Return a located bifurcation with its normal form and its uncertainties."""
+    if found.type in SEAMS:
+        return _describe_seam(orbits, found)
     coefficient, criticality = _coefficient(orbits, found.point, _form_of(found))
     special = replace(
         _uncertain(found, *_uncertainties(orbits, found)),
@@ -60,11 +64,22 @@ def describe_bifurcation(orbits: Orbits, found: Found) -> SpecialPoint:
     return replace(special, criticality=None, coefficient=None) if special.several else special
 
 
+def _describe_seam(orbits: Orbits, found: Found) -> SpecialPoint:
+    """Return a place where contacts begin or cease to do something; nothing is critical there."""
+    point = found.point
+    again, rounding = computed_anew(orbits, point)
+    moved, uncertain = np.inf, np.full(len(point.multipliers), np.inf)
+    if again is not None:
+        moved = SPREAD * abs(again.z[-1] - point.z[-1]) + rounding + SEAM_CLOSE
+        uncertain = multiplier_change(point.multipliers, again.multipliers, point.monodromy)
+    return _uncertain(found, moved * orbits.width, uncertain)
+
+
 def _coefficient(
     orbits: Orbits, point: OrbitPoint, form: str | None
 ) -> tuple[float | None, str | None]:
     """Return coefficient and criticality; None where the higher derivatives do not exist."""
-    if form is None:
+    if form is None or not orbits.by.smooth:
         return None, None
     try:
         with np.errstate(over="ignore", invalid="ignore"):  # along a canard all numbers are left
@@ -118,6 +133,7 @@ def bare(found: Found) -> SpecialPoint:
         multiplier_uncertainty=np.full(len(everything), np.nan),
         residual=point.residual,
         arclength=point.arclength,
+        stuck_fraction=orbits.stuck_fraction(point.z),
     )
 
 
@@ -125,6 +141,8 @@ def _named(found: Found) -> tuple[str, str]:
     if isinstance(found, Happened) and found.event is not None:
         event: Event = found.event
         return "EVENT", f"{event.measure} {event.name} = {event.value:g}"
+    if found.type in SEAMS:
+        return found.type, SEAMS[found.type]
     return found.type, NAMES[_form_of(found) or found.type]
 
 

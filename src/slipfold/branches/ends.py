@@ -106,6 +106,7 @@ def failure_reason(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[
     limits = ", ".join(
         f"{limit.output} = {margin + limit.bound:.3g} (limit {limit.bound:g})"
         for limit, margin in zip(orbits.model.limits, margins, strict=True)
+        if np.isfinite(margin)
     )
     there = f"; there {limits}" if limits else ""
     return "failed", f"{failure.reason}{there}"

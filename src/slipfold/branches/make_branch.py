@@ -84,7 +84,13 @@ def _branch(chart: Chart[OrbitPoint], begun: End, special: Sequence[SpecialPoint
         stopped=chart.trail.end,
         begun=begun,
         durations=durations,
+        stuck_fraction=_stuck_fractions(points),
     )
+
+
+def _stuck_fractions(points: Sequence[OrbitPoint]) -> NDArray[np.float64] | None:
+    found = np.array([point.curve.orbits.stuck_fraction(point.z) for point in points])
+    return None if np.isnan(found).all() else found
 
 
 def evenly(points: Sequence[OrbitPoint]) -> NDArray[np.float64]:

@@ -22,6 +22,7 @@ from slipfold.branches.ends import BranchEndings
 from slipfold.branches.event import Event
 from slipfold.branches.events import Events
 from slipfold.branches.homoclinic import Homoclinic, nears_homoclinic
+from slipfold.branches.seams import Seams
 from slipfold.branches.settings import Settings
 from slipfold.branches.stops import Families, Limits, Undetermined, Unresolved
 from slipfold.continuation.follow import BIRTH, follow
@@ -48,9 +49,10 @@ def trace_branch(
     births: Sequence[Birth] = (),
     events: Sequence[Event] = (),
     watch: Callable[[Trail[OrbitPoint]], None] = lambda trail: None,
+    through_stick: bool = False,
 ) -> Trail[OrbitPoint]:
     """Follow a branch to its end."""
-    change = Change(settings)
+    change = Change(settings, through_stick=through_stick)
     return follow(
         orbits,
         start,
@@ -78,7 +80,10 @@ def _monitors(
     events: Sequence[Event],
 ) -> list[Monitor[OrbitPoint]]:
     """What is watched along a branch: what ends it early first, what takes longest last."""
-    monitors: list[Monitor[OrbitPoint]] = [Unresolved(orbits, partial(nears_homoclinic, orbits))]
+    monitors: list[Monitor[OrbitPoint]] = [
+        Seams(orbits),
+        Unresolved(orbits, partial(nears_homoclinic, orbits)),
+    ]
     if has_copy(orbits):
         monitors.append(MeetsCopy(orbits, partial(close_on_parent, orbits, births)))
     if not departs:  # else it comes back to a branch point

@@ -23,11 +23,14 @@ from slipfold.continuation.trail import Trail
 from slipfold.errors import BREAKDOWNS, InputError, breakdown
 from slipfold.flow import flow_of
 from slipfold.flow.sizes.typical_sizes import measured_within
+from slipfold.flow.switched.mode_equations import contacts_of
 from slipfold.models.model import Model
 from slipfold.orbits.by_collocation import by_collocation
 from slipfold.orbits.discretisations.collocation import Collocation
+from slipfold.orbits.find import periodic_orbit
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
+from slipfold.orbits.stick_slip_orbit import StickSlipOrbit
 
 __all__ = ["measured_over", "trace_response"]
 
@@ -44,12 +47,14 @@ def trace_response(
     events: Sequence[Event] = (),
     observer: Observer | None = None,
     begin: Begin | None = None,
+    through_stick: bool = False,
 ) -> tuple[Branch, ...]:
     """Follow the periodic response in one parameter, and all branches that leave it.
 
     Of an autonomous model the equilibrium is followed and the cycles born at its Hopf points. At
     period doublings the branch of twice the period is followed, at a branch point the other branch,
-    in both directions. A branch that is met again is not followed again.
+    in both directions. A branch that is met again is not followed again. Where contacts begin to
+    stick the model may end, or branches go on through stick.
     """
     settings = settings or Settings()
     model, first, last = _checked(model, vary, span, events)
@@ -57,14 +62,26 @@ def trace_response(
         model = measured_over(model, vary, (first, last), begin)
     if begin is not None:
         begin = begin.measured_in(model.found_sizes)
-    orbits, point, begun = _first(model, vary, first, last, begin, settings)
+    through_stick = through_stick and settings.discretisation == "automatic"
+    orbits, point, begun = _first(model, vary, first, last, begin, settings, through_stick)
     if settings.discretisation == "collocation" and orbits.kind == "periodic":
         orbits, point = _by_collocation(orbits, point)
     elif isinstance(orbits.by, Collocation):
         orbits, point = by_collocation(orbits, point) or (orbits, point)
-    branches = _Branches((first, last), settings, events, observer)
+    branches = _Branches((first, last), settings, events, observer, through_stick)
     branches.explore(Start(orbits, _ways(orbits, point, (first, last))))
     return assemble(branches, begun, branches.tell_described)
+
+
+def _stuck(model: Model, value: float) -> Begin | None:
+    """Return the orbit that sticks with which a branch begins, None if none is found."""
+    if not model.forced or not contacts_of(model):
+        return None
+    try:
+        orbit = periodic_orbit(model)
+    except InputError:
+        return None
+    return Begin(value, orbit) if isinstance(orbit, StickSlipOrbit) else None
 
 
 def _ways(orbits: Orbits, point: OrbitPoint, span: tuple[float, float]) -> tuple[OrbitPoint, ...]:
@@ -107,7 +124,13 @@ def _checked(
 
 
 def _first(
-    model: Model, vary: str, first: float, last: float, begin: Begin | None, settings: Settings
+    model: Model,
+    vary: str,
+    first: float,
+    last: float,
+    begin: Begin | None,
+    settings: Settings,
+    through_stick: bool,
 ) -> tuple[Orbits, OrbitPoint, End]:
     """Return the first branch: from what is given, or the response, or the equilibrium.
 
@@ -118,6 +141,9 @@ def _first(
     try:
         return (*_begin(model, vary, first, last, settings), _span_begin(vary, first))
     except InputError as error:
+        stuck = _stuck(model, first) if through_stick else None
+        if stuck is not None:
+            return _given(model, vary, (first, last), stuck)
         try:
             orbits, start = _begin(model.replace(**{vary: last}), vary, last, first, settings)
         except InputError:
@@ -187,8 +213,10 @@ class _Branches(Atlas[OrbitPoint]):
         settings: Settings,
         events: Sequence[Event],
         observer: Observer | None,
+        through_stick: bool,
     ) -> None:
         super().__init__()
+        self._through_stick = through_stick
         self._span = span
         self._settings = settings
         self._events = events
@@ -206,6 +234,7 @@ class _Branches(Atlas[OrbitPoint]):
             births=[item.birth for item in self._junctions if item.birth and not _crosses(item)],
             events=self._events,
             watch=self._tell,
+            through_stick=self._through_stick,
         )
 
     def births(self, chart: Chart[OrbitPoint]) -> Sequence[Start[OrbitPoint]]:

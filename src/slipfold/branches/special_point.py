@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from slipfold.models.model import Model
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.orbits.stick_slip_orbit import StickSlipOrbit
 from slipfold.text.one_line import OneLine, certain, number_text, parameter_text
 from slipfold.text.printed_table import PrintedTable
 
@@ -30,7 +31,8 @@ class SpecialPoint(OneLine):
     ----------
     type
         ``"LP"``, ``"PD"``, ``"NS"``, ``"BP"``, ``"HB"``, or ``"EVENT"`` for a user's event. Where
-        the model itself ends, the branch does: see `Branch.stopped`.
+        the model itself ends, the branch does: see `Branch.stopped`. Where contacts begin or cease
+        to do something ``"GRAZE"``, ``"STICK"``, ``"LIFT"`` or ``"MEET"``, see `name`.
     name
         The type in words, e.g. ``"period doubling"``, or what a user's event watches.
     model
@@ -64,6 +66,9 @@ class SpecialPoint(OneLine):
         `slipfold.normal_forms.normal_form`.
     leads_to
         Id of the branch that was started here, or None.
+    stuck_fraction
+        Share of the period in which a contact sticks; NaN of an orbit along which contacts slip
+        in one direction all the time.
     """
 
     type: str
@@ -81,6 +86,7 @@ class SpecialPoint(OneLine):
     criticality: str | None = None
     coefficient: float | None = None
     leads_to: int | None = None
+    stuck_fraction: float = np.nan
 
     def __post_init__(self) -> None:
         """Lock the arrays."""
@@ -105,7 +111,7 @@ class SpecialPoint(OneLine):
     @property
     def outcome(self) -> str:
         """What is watched, whether it is soft or hard, and where it leads, as far as known."""
-        named = self.name if self.type in ("EVENT", "BP") else ""
+        named = "" if self.type in BIFURCATIONS and self.type != "BP" else self.name
         started = f"to branch {self.leads_to}" if self.leads_to is not None else ""
         judged = self.criticality or self.undecided
         return ", ".join(part for part in (named, judged, started) if part)
@@ -113,8 +119,9 @@ class SpecialPoint(OneLine):
     @property
     def undecided(self) -> str | None:
         """Why it is not known whether it is soft or hard; None where it is, or has no meaning."""
-        meaningless = self.type in ("LP", "EVENT") or self.name.startswith("transcritical")
-        if self.interrupted and self.type != "EVENT":
+        meaningless = self.type == "LP" or self.type not in BIFURCATIONS
+        meaningless |= self.name.startswith("transcritical")
+        if self.interrupted and self.type in BIFURCATIONS:
             return "interrupted before its normal form was computed"
         if self.criticality is not None or meaningless:
             return None
@@ -154,7 +161,8 @@ class SpecialPoint(OneLine):
     @cached_property
     def orbit(self) -> PeriodicOrbit:
         """The periodic orbit at this point."""
-        return PeriodicOrbit(self.model, self.period, self.nodes, self.multipliers, self.residual)
+        kind = PeriodicOrbit if np.isnan(self.stuck_fraction) else StickSlipOrbit
+        return kind(self.model, self.period, self.nodes, self.multipliers, self.residual)
 
     @property
     def critical_multiplier(self) -> complex | None:

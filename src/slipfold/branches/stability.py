@@ -42,7 +42,7 @@ class StabilityStretch:
 
 
 def stability_stretches(branch: Branch) -> tuple[StabilityStretch, ...]:
-    """Cut a branch at its bifurcations.
+    """Cut a branch at its bifurcations, and where its contacts begin to do something else.
 
     Where no point of the branch lies between two of them, what is outside follows from what was
     outside before and from which multipliers are critical.
@@ -52,7 +52,7 @@ def stability_stretches(branch: Branch) -> tuple[StabilityStretch, ...]:
     >>> [stretch.stable for stretch in stability_stretches(diagram.branches[0])]
     [True, False]
     """
-    marks = [item for item in branch.special if item.type in BIFURCATIONS]
+    marks = [item for item in branch.special if item.type != "EVENT"]
     first, last = float(branch.arclength[0]), float(branch.arclength[-1])
     breaks = [first, *(item.arclength for item in marks), last]
     stretches: list[StabilityStretch] = []
@@ -63,6 +63,8 @@ def stability_stretches(branch: Branch) -> tuple[StabilityStretch, ...]:
             outside = _outside(branch.multipliers[middle])
         elif i == 0 or i == len(marks):
             outside = _outside(branch.multipliers[-1 if i == len(marks) else 0])
+        elif marks[i - 1].type not in BIFURCATIONS:
+            outside = stretches[-1].outside
         else:
             cycle = not branch.model.forced and branch.kind == "periodic"
             outside = _behind(marks[i - 1], len(stretches[-1].outside), cycle)

@@ -13,6 +13,9 @@ from slipfold.models.equilibrium_search import search_equilibrium
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
 from slipfold.orbits.carry_to import hold_parameter
+from slipfold.orbits.discretisations.segments import Cut
+from slipfold.orbits.discretisations.shooting import Shooting
+from slipfold.orbits.discretisations.switched_shooting import SwitchedShooting
 from slipfold.orbits.equilibria import Equilibria
 from slipfold.orbits.find_response import find_response
 from slipfold.orbits.forced_orbits import ForcedOrbits
@@ -22,6 +25,7 @@ from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.orbits.spectrum.eigenvalues import unit_of_time
+from slipfold.orbits.stick_slip_orbit import StickSlipOrbit
 
 __all__ = ["Begin", "equilibrium_start", "orbit_start", "response_start"]
 
@@ -101,9 +105,12 @@ def orbit_start(
     orbit: PeriodicOrbit, vary: str, first: float, last: float
 ) -> tuple[Orbits, OrbitPoint]:
     """Return a given orbit as the first point of a branch."""
-    width, segments = abs(last - first), len(orbit.nodes)
-    orbits = orbits_of(orbit.model, {vary: width}, orbit.period, segments)
-    guess = orbits.unknown(orbit.nodes, orbit.model.replace(**{vary: first}))
+    width, nodes = abs(last - first), orbit.nodes
+    by: Cut = Shooting
+    if isinstance(orbit, StickSlipOrbit):
+        nodes, by = nodes[:1], SwitchedShooting
+    orbits = orbits_of(orbit.model, {vary: width}, orbit.period, len(nodes), by=by)
+    guess = orbits.unknown(nodes, orbit.model.replace(**{vary: first}))
     row = np.zeros(len(guess))
     row[-1] = np.sign(last - first)
     correction = correct(orbits, guess, row)

@@ -25,6 +25,7 @@ from slipfold.models.system import System
 from slipfold.orbits.find import periodic_orbit
 from slipfold.orbits.orbit_near import orbit_near, settled_on
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.orbits.stick_slip_orbit import StickSlipOrbit
 from slipfold.results.diagram import Diagram
 from slipfold.results.provenance import provenance
 
@@ -111,13 +112,16 @@ def response(
     chosen = checked_settings(settings)
     started = perf_counter()
     changed = model.replace(**parameters)
-    check_followed(changed)
+    sticks = isinstance(orbit, StickSlipOrbit)  # it goes on at rest, too, and has its sizes
+    if not sticks:
+        check_followed(changed)
     watched = (*events, *_own_events(changed, vary))
     first = changed.values[vary]
     begin = None if orbit is None else Begin(orbit.model.values[vary], orbit)
     if orbit is None and (start is not None or settled):
         begin = _begin(changed, vary, (first, last), start or {}, settled)
-    changed = measured_over(changed, vary, (first, last), begin)
+    if not sticks:
+        changed = measured_over(changed, vary, (first, last), begin)
     branches = trace_response(
         changed,
         vary,
@@ -126,6 +130,7 @@ def response(
         events=watched,
         observer=observer,
         begin=begin,
+        through_stick=sticks,
     )
     checked = check_branches(branches, observer)
     return Diagram(

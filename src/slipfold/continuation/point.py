@@ -28,6 +28,8 @@ class Point:
     volume: float = -np.inf
     # Derivatives of the equations there; None where they are not known any more
     linearisation: Any = None
+    # On which smooth piece of a curve it lies; the same for all where the curve is smooth
+    piece: Any = None
     # Says what the unknown means, where that changes along a curve; None where it does not
     curve: Any = None
 

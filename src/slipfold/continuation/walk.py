@@ -148,7 +148,9 @@ def _next_point(
             continue
         if point is not None:
             measures = _measure(curve, recent, point, correction, settings)
-            if measures.fits or step <= 4 * smallest:
+            # From one smooth piece to the next nothing fits; what ends a piece locates it.
+            leaves = point.piece != recent[-1].piece
+            if measures.fits or leaves or step <= 4 * smallest:
                 return point, min(step * min(measures.factor(), growth), largest)
             step *= min(measures.factor(), 0.7)
             reason = "the curve turns too sharply"

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from slipfold.branches.branch import Branch
-from slipfold.branches.special_point import BIFURCATIONS
 from slipfold.branches.stability import stability_stretches
 from slipfold.errors import InputError
 from slipfold.lines.knots import Knot, arranged, runs
@@ -80,7 +79,7 @@ def stretches_of(branch: Branch, output: str, measure: str = "max") -> tuple[Str
 
 
 def _knots(branch: Branch, output: str, measure: str) -> list[Knot]:
-    special = [item for item in branch.special if item.type in BIFURCATIONS]
+    special = [item for item in branch.special if item.type != "EVENT"]
     located = []
     for item in special:
         value = measure_of(item.orbit.extrema_of(output), output, measure)[0]

@@ -34,6 +34,8 @@ def limit_margins(orbits: Orbits, z: Array) -> Array:
     limits = orbits.model.limits
     if not limits:
         return np.empty(0)
+    if not orbits.by.smooth:  # a motion that meets a limit ends there: an orbit has met none
+        return np.full(len(limits), np.inf)
     flow, constants, nodes = orbits.flow, orbits.constants(z), orbits.evenly(z)
     grid = _grid(len(nodes), orbits.period)
     phases, spacing = grid.ravel(), orbits.period / grid.size
@@ -62,6 +64,8 @@ def limit_margins(orbits: Orbits, z: Array) -> Array:
 
 def loses_equations(orbits: Orbits, z: Array) -> bool:
     """Whether the equations have no value somewhere beside an orbit."""
+    if not orbits.by.smooth:
+        return False
     flow, constants, nodes = orbits.flow, orbits.constants(z), orbits.evenly(z)
     grid = _grid(len(nodes), orbits.period)
     samples = flow.along(nodes, grid, constants).reshape(grid.size, -1)

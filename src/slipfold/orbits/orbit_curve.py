@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 from typing import Any, Self
@@ -19,6 +19,7 @@ from slipfold.flow.equations import Constants
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.orbits.discretisations.discretisation import Discretisation
+from slipfold.orbits.discretisations.switched_shooting import SwitchedShooting
 from slipfold.orbits.linearisation import MANY, Linearisation
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.spectrum.degeneracy import Degeneracy
@@ -131,6 +132,7 @@ class OrbitCurve(Curve[OrbitPoint]):
             correction.residual,
             bordered.volume,
             linearisation,
+            piece=self.orbits.piece(correction.z),
             curve=self,
             monodromy=linearisation.monodromy,
             multipliers=multipliers,
@@ -298,6 +300,16 @@ class Orbits(OrbitCurve):
         """Return the states at equidistant phases, shape (M, n): those at the nodes, or more."""
         return self.by.evenly(self.nodes(z), self.constants(z), count)
 
+    def stuck_fraction(self, z: Array) -> float:
+        """Return the share of the period in which a contact sticks, NaN if none may."""
+        if not isinstance(self.by, SwitchedShooting):
+            return np.nan
+        return self.by.stuck_fraction(self.nodes(z), self.constants(z))
+
+    def piece(self, z: Array) -> Hashable:
+        """Return on which smooth piece of their curve orbits lie; None where there is one only."""
+        return self.by.piece(self.nodes(z), self.constants(z))
+
     def bounds(self, *spans: tuple[float, float]) -> list[tuple[int, float, float]]:
         """Return the places of the parameters that vary in the unknown, with scaled bounds."""
         ends = zip(spans, self.widths.tolist(), strict=True)
@@ -395,6 +407,7 @@ class Orbits(OrbitCurve):
             tests,
             0,
             residual,
+            piece=self.piece(z),
             curve=self,
             monodromy=monodromy,
             multipliers=multipliers,

@@ -35,6 +35,10 @@ MARKERS: Mapping[str, str] = MappingProxyType(
         "LIMIT": "x",
         "FAILED": "|",
         "EVENT": "+",
+        "GRAZE": "v",
+        "STICK": "<",
+        "LIFT": ">",
+        "MEET": "1",
     }
 )
 """Marker of each type of special point, and of the end of a branch that could not be followed."""

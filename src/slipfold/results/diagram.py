@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from typing import Any, NamedTuple
@@ -16,6 +16,7 @@ from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.checks.checked import Checked
 from slipfold.drawing import draw
+from slipfold.flow.switched.mode_equations import contacts_of
 from slipfold.models.model import Model
 from slipfold.orbits.extrema import Extrema
 from slipfold.results.column import REAL, TEXT, WHOLE, Column
@@ -203,6 +204,7 @@ class Diagram(Result):
             "minimum": "min",
             "multipliers": "multiplier",
             "unstable": "unstable multipliers",
+            "stuck_fraction": "stuck fraction",
             "residual": "residual",
             "arclength": "arclength",
         }
@@ -254,6 +256,7 @@ def _curves(model: Model, vary: str) -> Curves:
                 Column(f"extrema.{which}", REAL, about, None, ("output",), name=which, slot=which)
                 for which, about in reached.items()
             ),
+            *_sticking(model, lambda branch: branch.stuck_fraction, point=False),
         ),
         special=(
             Column("name", TEXT, "what the type means here", record=True),
@@ -273,6 +276,7 @@ def _curves(model: Model, vary: str) -> Curves:
                        derived=True)
                 for which, about in reached.items()
             ),
+            *_sticking(model, lambda point: point.stuck_fraction, point=True),
         ),
         lasting="of one round",
         amended=_without_duration,
@@ -291,6 +295,19 @@ def _turning(model: Model) -> tuple[Column, ...]:
     )  # fmt: skip
 
 
+def _sticking(model: Model, get: Callable[[Any], Any], *, point: bool) -> tuple[Column, ...]:
+    """How much of a period contacts stick, where there is a contact that may."""
+    if not contacts_of(model):
+        return ()
+    meaning = "share of the period in which a contact sticks; NaN: none was watched for stick"
+
+    def known(item: Any) -> Any:
+        found = get(item)
+        return np.full(len(item), np.nan) if found is None else found
+
+    return (Column("stuck_fraction", REAL, meaning, "", get=known, record=point, later=True),)
+
+
 def _without_duration(branch: Branch, point: SpecialPoint) -> dict[str, Any]:
     """An equilibrium has no duration, but at a Hopf point that of the cycle born there."""
     return {"duration": None} if branch.kind == "equilibrium" and point.type != "HB" else {}
@@ -304,6 +321,8 @@ def _reached(which: str, point: SpecialPoint) -> NDArray[np.float64]:
 def _branch(model: Model, vary: str, names: tuple[str, ...], fields: dict[str, Any]) -> Branch:
     extrema, uncertainty = fields.pop("extrema"), fields.pop("multiplier_uncertainty")
     durations = fields.pop("durations", None)
+    if np.isnan(fields.get("stuck_fraction", np.nan)).all():
+        fields["stuck_fraction"] = None
     if durations is not None and len(durations):
         model = model.replace(duration=float(durations[0]))
         fields["durations"] = durations

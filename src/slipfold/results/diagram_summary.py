@@ -122,7 +122,7 @@ class DiagramSummary:
         sentences, noise = [], self._noise()
         for branch in self.branches:
             size = f"period {branch.period}, {len(branch)} points"
-            size = ", ".join(filter(None, [size, turns_text(branch.turns)]))
+            size = ", ".join(filter(None, [size, turns_text(branch.turns), _stuck(branch)]))
             value = with_unit(f"{self.vary} = {certain(branch.stopped.value, noise):.8g}", unit)
             if branch.parent is None and branch.begun.value != self.span[0]:
                 sentences.append(f"Branch {branch.id}: {branch.begun.reason}")
@@ -196,6 +196,12 @@ def _special_row(branch: Branch, point: SpecialPoint) -> _Row:
     stable = "" if point.type in BIFURCATIONS else _stability(branch, point.multipliers)
     value = certain(point.value, point.uncertainty)
     return _Row(branch, index, point.type, value, point.orbit.extrema, stable, point.outcome)
+
+
+def _stuck(branch: Branch) -> str:
+    """Say for how much of the period contacts stick at most, if they do."""
+    most = 0.0 if branch.stuck_fraction is None else float(np.nanmax(branch.stuck_fraction))
+    return f"contacts stick for up to {most:.4g} of the period" if most > 0 else ""
 
 
 def _shown(value: float, size: float) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from typing import Self
 
 import numpy as np
@@ -34,6 +34,9 @@ class Discretisation(ABC):
 
     noise = 1e-9
     """What rounding makes of test functions of multipliers."""
+
+    smooth = True
+    """Whether orbits are those of one and the same smooth flow."""
 
     phase = 0.0
     """Phase of the first node."""
@@ -83,6 +86,13 @@ class Discretisation(ABC):
 
     def better(self, nodes: Array, constants: Constants) -> Discretisation | None:
         """Return one that is made for this orbit, None where this one serves as well.
+
+        Shapes: nodes (m, n).
+        """
+        return None
+
+    def piece(self, nodes: Array, constants: Constants) -> Hashable:
+        """Return what is the same for orbits that depend smoothly on each other.
 
         Shapes: nodes (m, n).
         """

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from slipfold.flow.equations import Constants
 from slipfold.flow.switched.linearised_motion import linearised_motion
-from slipfold.flow.switched.mode import Mode, shown
+from slipfold.flow.switched.mode import Mode, Status, shown
 from slipfold.flow.switched.mode_equations import Undetermined
 from slipfold.flow.switched.switched_flow import Leg, switched_flow_of
 from slipfold.flow.switched.switched_motion import Broken, first_mode, legs
@@ -61,7 +61,9 @@ class SwitchedShooting(Segments):
         """Return the same for orbits of another period."""
         return SwitchedShooting(self.model, self.free, period, self.segments, self.phase)
 
-    def modes(self, nodes: Array, constants: Constants) -> tuple[Mode, ...]:
+    smooth = False
+
+    def piece(self, nodes: Array, constants: Constants) -> tuple[Mode, ...]:
         """Return what contacts do one after the other on the way round, wherever it is begun.
 
         Shapes: nodes (m, n).
@@ -70,6 +72,11 @@ class SwitchedShooting(Segments):
         if len(found) < 2:
             return tuple(found)
         return min(tuple(found[i:] + found[:i]) for i in range(len(found)))
+
+    def stuck_fraction(self, nodes: Array, constants: Constants) -> float:
+        """Return the share of the period in which a contact sticks. Shapes: nodes (m, n)."""
+        spans = self.spans(nodes, constants)
+        return sum(end - begin for begin, end, mode in spans if Status.STICK in mode) / self.period
 
     def spans(self, nodes: Array, constants: Constants) -> list[tuple[float, float, Mode]]:
         """Return when on the way round contacts do what: phases of begin and end, and the mode.

@@ -1,0 +1,114 @@
+"""Where contacts begin or cease to do something along a branch: GRAZE and its like."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+from slipfold.continuation.end import End
+from slipfold.continuation.pieces import ahead_of, locate_fold, locate_seam
+from slipfold.continuation.search import Found
+from slipfold.continuation.trail import Sight, Stop, Stretch, Trail
+from slipfold.errors import BREAKDOWNS
+from slipfold.flow.switched.mode import Mode, Status
+from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
+from slipfold.orbits.orbit_point import OrbitPoint
+
+__all__ = ["NAMES", "SEAM", "Seams", "beyond_seam"]
+
+SEAM = "seam"
+"""Kind of an end that is none where an orbit exists beyond it: the branch goes on there."""
+
+NAMES = {
+    "GRAZE": "touches Vrel = 0",
+    "STICK": "a crossing of Vrel = 0 begins to stick",
+    "LIFT": "contact is lost for a moment",
+    "MEET": "two changes of contacts meet",
+}
+
+
+class Seams:
+    """Ends a smooth piece of a branch where its orbits begin to pass through other modes."""
+
+    def __init__(self, orbits: Orbits) -> None:
+        self._orbits = orbits
+
+    def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:
+        """Return the last orbit with the modes of the piece, and the first with others."""
+        before, after = stretch.before, stretch.point
+        if before.piece == after.piece:
+            return Sight()
+        seam = locate_seam(self._orbits, stretch.known, before, after)
+        kind = _kind(seam.before.piece, seam.after.piece)
+        found = Found(kind, seam.before, float("inf"))
+        end = _end(kind, self._orbits, seam.before)
+        return Sight([found], Stop(seam.before, end, beyond=seam.after))
+
+
+def _fold(trail: Trail[OrbitPoint]) -> None:
+    """Note where the branch turns back on another piece, if that is why it could not go on."""
+    last = trail.points[-1]
+    try:
+        seam = locate_fold(last.curve, last)
+    except BREAKDOWNS:
+        seam = None
+    if seam is None:
+        return
+    kind = _kind(seam.before.piece, seam.after.piece)
+    trail.found.append(Found(kind, seam.before, float("inf")))
+    trail.points += [seam.before, seam.after] if seam.before is not last else [seam.after]
+    trail.end = _end(kind, last.curve, seam.before)
+
+
+def _end(kind: str, curve: OrbitCurve, point: OrbitPoint) -> End:
+    reason = f"{NAMES[kind]}; no orbit was found that goes on beyond"
+    return End(SEAM, reason, curve.place(point.z))
+
+
+def beyond_seam(trail: Trail[OrbitPoint]) -> tuple[OrbitCurve, OrbitPoint] | None:
+    """Return how a branch goes on beyond the end of a piece, None where no orbit does."""
+    if trail.end is not None and trail.end.kind == "failed" and len(trail.points) > 1:
+        _fold(trail)
+    if trail.end is None or trail.end.kind != SEAM:
+        return None
+    after = trail.points[-1]
+    curve = after.curve
+    found = ahead_of(curve, after)
+    if found is None:
+        return None
+    # Nothing is interpolated across the seam: it is another curve.
+    other = curve.described_by(curve.orbits.by)
+    point = other.retaken(found)
+    return None if point is None else (other, point)
+
+
+def _kind(before: Sequence[Mode], after: Sequence[Mode]) -> str:
+    """Return what happens between orbits that pass through some modes, and through others."""
+    counted = [_counts(modes) for modes in (before, after)]
+    if counted[0][Status.OPEN] != counted[1][Status.OPEN]:
+        return "LIFT"
+    if counted[0][Status.STICK] != counted[1][Status.STICK]:
+        reversals = [_reversals(modes) for modes in (before, after)]
+        return "STICK" if reversals[0] != reversals[1] else "GRAZE"
+    return "MEET"
+
+
+def _counts(modes: Sequence[Mode]) -> dict[Status, int]:
+    """Return how often, in all contacts, each status begins on the way round."""
+    found = dict.fromkeys(Status, 0)
+    for old, new in pairwise([modes[-1], *modes]):
+        for was, now in zip(old, new, strict=True):
+            found[now] += was is not now
+    if len(modes) == 1:
+        for status in modes[0]:
+            found[status] += 1
+    return found
+
+
+def _reversals(modes: Sequence[Mode]) -> int:
+    """Return how often slip changes its direction without any stick between."""
+    return sum(
+        int(was) * int(now) == -1
+        for old, new in pairwise([modes[-1], *modes])
+        for was, now in zip(old, new, strict=True)
+    )

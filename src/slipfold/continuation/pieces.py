@@ -1,0 +1,134 @@
+"""Curves that are smooth piece by piece: where one piece ends, and how the next one goes on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Generic
+
+import numpy as np
+
+from slipfold.continuation.curve import Curve
+from slipfold.continuation.locate import LostCurveError, insert, point_at
+from slipfold.continuation.newton import correct
+from slipfold.continuation.point import P
+
+__all__ = ["Seam", "ahead_of", "locate_fold", "locate_seam"]
+
+CLOSE = 1e-11
+"""Arclength to which the end of a piece is found, by bisection: nothing is smooth across it."""
+
+HALVINGS = 60
+
+LOOKS = (1e-6, 1e-5, 1e-4, 1e-3)
+"""Steps onto the next piece that tell in which direction of its tangent it lies."""
+
+HOPS, LEFT = 4, 1e-3
+"""Times that a fold between two pieces is approached, and what is left of the way each time."""
+
+REACH = 100.0
+"""Steps within which the other piece lies."""
+
+
+@dataclass(frozen=True, eq=False)
+class Seam(Generic[P]):
+    """Two neighbouring points on either side of the end of a piece."""
+
+    before: P
+    after: P
+
+
+def locate_seam(curve: Curve[P], known: list[P], a: P, b: P) -> Seam[P]:
+    """Return where the piece of a point ends on the way to one of another piece."""
+    own = [point for point in known if point.piece == a.piece]
+    for _ in range(HALVINGS):
+        if b.arclength - a.arclength <= CLOSE:
+            break
+        middle = _between(curve, own, a, b)
+        if middle.piece == a.piece:
+            insert(own, middle)
+            a = middle
+        else:
+            b = middle
+    return Seam(a, b)
+
+
+def _between(curve: Curve[P], own: list[P], a: P, b: P) -> P:
+    """Return the point halfway between two others, seen from the piece of the first."""
+    place = 0.5 * (a.arclength + b.arclength)
+    try:
+        found = point_at(curve, own, place)
+    except LostCurveError:  # seen along the chord
+        row = b.z - a.z
+        correction = correct(curve, 0.5 * (a.z + b.z), row / np.linalg.norm(row))
+        if not correction.converged:
+            raise
+        found = curve.point(correction, place)
+    return replace(found, arclength=place)
+
+
+def locate_fold(curve: Curve[P], last: P) -> Seam[P] | None:
+    """Return where a curve turns back on the next piece, that is where a piece and the next meet.
+
+    Beyond there is nothing, so it ends shortly before; what is beside its last point on the other
+    piece, at the same value of the parameter, tells where.
+    """
+    other = next(filter(None, (_beside(curve, last, step) for step in LOOKS)), None)
+    if other is None:
+        return None
+    for _ in range(HOPS):
+        left, beyond = _distances(last, other)
+        if not CLOSE < left < 1:
+            break
+        row = last.tangent
+        correction = correct(curve, last.z + (1 - LEFT) * left * row, row)
+        if not correction.converged:
+            break
+        nearer = curve.point(correction, last.arclength + (1 - LEFT) * left)
+        across = _beside(curve, nearer, 2 * LEFT * left) if nearer.piece == last.piece else None
+        if across is None:
+            break
+        last, other = nearer, across
+    _, beyond = _distances(last, other)
+    other = other if beyond > 0 else curve.turned(other)
+    apart = max(float(np.linalg.norm(other.z - last.z)), CLOSE)
+    return Seam(last, replace(other, arclength=last.arclength + apart))
+
+
+def _beside(curve: Curve[P], last: P, step: float) -> P | None:
+    """Return a point of another piece with the same value of the parameter."""
+    row = np.zeros(len(last.z))
+    row[-1] = 1.0
+    guess = last.z + step * last.tangent
+    guess[-1] = last.z[-1]
+    correction = correct(curve, guess, row)
+    if not correction.converged or np.linalg.norm(correction.z - last.z) > REACH * step:
+        return None
+    found = curve.point(correction, last.arclength)
+    return found if found.piece != last.piece else None
+
+
+def _distances(last: P, other: P) -> tuple[float, float]:
+    """Return how far along their tangents two points lie before and beyond where pieces meet."""
+    sides = np.column_stack([last.tangent, other.tangent])
+    found = np.linalg.lstsq(sides, other.z - last.z, rcond=None)[0]
+    return float(found[0]), float(found[1])
+
+
+def ahead_of(curve: Curve[P], after: P) -> P | None:
+    """Return the first point of the next piece with the direction in which that piece lies.
+
+    The tangent jumps, and the parameter may turn there. None where no solution is near on the
+    piece.
+    """
+    for step in LOOKS:
+        for sign in (1.0, -1.0):
+            row = sign * after.tangent
+            correction = correct(curve, after.z + step * row, row)
+            if not correction.converged:
+                continue
+            if np.linalg.norm(correction.z - after.z) > 10 * step:
+                continue
+            if curve.point(correction, 0.0).piece == after.piece:
+                turned = curve.turned(after) if sign < 0 else after
+                return replace(turned, arclength=after.arclength)
+    return None
