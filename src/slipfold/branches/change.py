@@ -17,7 +17,7 @@ from slipfold.orbits.by_collocation import by_collocation
 from slipfold.orbits.discretisations.shooting import Shooting
 from slipfold.orbits.orbit_curve import OrbitCurve
 from slipfold.orbits.orbit_point import OrbitPoint
-from slipfold.orbits.through_stick import through_stick
+from slipfold.orbits.stick_slip.through_stick import through_stick
 
 __all__ = ["Change", "Growing"]
 

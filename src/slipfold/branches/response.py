@@ -30,7 +30,7 @@ from slipfold.orbits.discretisations.collocation import Collocation
 from slipfold.orbits.find import periodic_orbit
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
-from slipfold.orbits.stick_slip_orbit import StickSlipOrbit
+from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
 
 __all__ = ["measured_over", "trace_response"]
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from slipfold.models.model import Model
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
-from slipfold.orbits.stick_slip_orbit import StickSlipOrbit
+from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
 from slipfold.text.one_line import OneLine, certain, number_text, parameter_text
 from slipfold.text.printed_table import PrintedTable
 

@@ -25,7 +25,7 @@ from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.orbits.spectrum.eigenvalues import unit_of_time
-from slipfold.orbits.stick_slip_orbit import StickSlipOrbit
+from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
 
 __all__ = ["Begin", "equilibrium_start", "orbit_start", "response_start"]
 

@@ -25,7 +25,7 @@ from slipfold.models.system import System
 from slipfold.orbits.find import periodic_orbit
 from slipfold.orbits.orbit_near import orbit_near, settled_on
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
-from slipfold.orbits.stick_slip_orbit import StickSlipOrbit
+from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
 from slipfold.results.diagram import Diagram
 from slipfold.results.provenance import provenance
 

@@ -57,8 +57,6 @@ class Column:
     """Whether what is missing is None, and empty in spreadsheets."""
     record: bool = False
     """Whether it is in records."""
-    later: bool = False
-    """Whether files of earlier versions may lack it."""
     slot: str | None = None
     """Its place in a spreadsheet, instead of the key."""
 

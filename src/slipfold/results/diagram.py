@@ -16,7 +16,6 @@ from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.checks.checked import Checked
 from slipfold.drawing import draw
-from slipfold.flow.switched.mode_equations import contacts_of
 from slipfold.models.model import Model
 from slipfold.orbits.extrema import Extrema
 from slipfold.results.column import REAL, TEXT, WHOLE, Column
@@ -179,6 +178,11 @@ class Diagram(Result):
             "events": [asdict(event) for event in self.events],
         }
 
+    @property
+    def _sticks(self) -> bool:
+        """Whether a branch goes through stick."""
+        return any(branch.stuck_fraction is not None for branch in self.branches)
+
     def _attributes(self) -> dict[str, Any]:
         return {"vary": self.vary, "span": np.array(self.span, dtype=float)}
 
@@ -186,10 +190,12 @@ class Diagram(Result):
         model = self.model
         labels = names("state", model.states)
         labels |= names("output", [*model.states, *model.outputs()])
-        return labels | _curves(model, self.vary).variables(self.branches, model, [self.vary])
+        return labels | _curves(model, self.vary, self._sticks).variables(
+            self.branches, model, [self.vary]
+        )
 
     def _record(self) -> dict[str, Any]:
-        table = _curves(self.model, self.vary).curves
+        table = _curves(self.model, self.vary, self._sticks).curves
         return {"vary": self.vary, "branches": [table.record(each) for each in self.branches]}
 
     def _csv(self) -> str:
@@ -208,7 +214,7 @@ class Diagram(Result):
             "residual": "residual",
             "arclength": "arclength",
         }
-        return _curves(self.model, self.vary).csv(
+        return _curves(self.model, self.vary, self._sticks).csv(
             self.branches,
             heads,
             axes_of(self.model),
@@ -220,7 +226,9 @@ class Diagram(Result):
         model, given, vary = saved.model, saved.given, str(saved.given["vary"])
         names = tuple(saved.columns["output"].tolist())
         branches = []
-        for fields, found in _curves(model, vary).read(saved, axes_of(model)):
+        for fields, found in _curves(model, vary, "stuck_fraction" in saved.columns).read(
+            saved, axes_of(model)
+        ):
             special = [_special(model, vary, own) for _, own in found]
             branches.append(_branch(model, vary, names, fields | {"special": tuple(special)}))
         first, last = given["span"]
@@ -236,7 +244,7 @@ class Diagram(Result):
         )
 
 
-def _curves(model: Model, vary: str) -> Curves:
+def _curves(model: Model, vary: str, sticks: bool) -> Curves:
     parameter = model.parameter(vary)
     meaning, unit = meaning_of(parameter), parameter.unit
     uncertain = "computed uncertainty of the multipliers"
@@ -256,7 +264,7 @@ def _curves(model: Model, vary: str) -> Curves:
                 Column(f"extrema.{which}", REAL, about, None, ("output",), name=which, slot=which)
                 for which, about in reached.items()
             ),
-            *_sticking(model, lambda branch: branch.stuck_fraction, point=False),
+            *_sticking(sticks, lambda branch: branch.stuck_fraction, point=False),
         ),
         special=(
             Column("name", TEXT, "what the type means here", record=True),
@@ -276,7 +284,7 @@ def _curves(model: Model, vary: str) -> Curves:
                        derived=True)
                 for which, about in reached.items()
             ),
-            *_sticking(model, lambda point: point.stuck_fraction, point=True),
+            *_sticking(sticks, lambda point: point.stuck_fraction, point=True),
         ),
         lasting="of one round",
         amended=_without_duration,
@@ -295,9 +303,9 @@ def _turning(model: Model) -> tuple[Column, ...]:
     )  # fmt: skip
 
 
-def _sticking(model: Model, get: Callable[[Any], Any], *, point: bool) -> tuple[Column, ...]:
-    """How much of a period contacts stick, where there is a contact that may."""
-    if not contacts_of(model):
+def _sticking(sticks: bool, get: Callable[[Any], Any], *, point: bool) -> tuple[Column, ...]:
+    """How much of a period contacts stick, where branches go through stick."""
+    if not sticks:
         return ()
     meaning = "share of the period in which a contact sticks; NaN: none was watched for stick"
 
@@ -305,7 +313,7 @@ def _sticking(model: Model, get: Callable[[Any], Any], *, point: bool) -> tuple[
         found = get(item)
         return np.full(len(item), np.nan) if found is None else found
 
-    return (Column("stuck_fraction", REAL, meaning, "", get=known, record=point, later=True),)
+    return (Column("stuck_fraction", REAL, meaning, "", get=known, record=point),)
 
 
 def _without_duration(branch: Branch, point: SpecialPoint) -> dict[str, Any]:

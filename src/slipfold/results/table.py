@@ -64,8 +64,7 @@ class Table:
         """Return the fields of the item in a row of a file, or in many rows if `joined`."""
         found = {}
         for column in self.columns:
-            lacks = column.later and self._name(column) not in saved.columns
-            if column.meaning and not column.derived and not lacks:
+            if column.meaning and not column.derived:
                 values = column.stored(self._name(column), self.dimensions, saved, axes)[rows]
                 found[column.key] = values if self.joined else column.item(values)
         return nested(found)
