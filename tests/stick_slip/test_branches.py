@@ -36,3 +36,15 @@ def test_a_branch_that_sticks_is_saved_and_loaded(tmp_path):
     # Stick lasts 2 D/v of each period.
     speeds, stuck = branch.parameter, branch.stuck_fraction * branch.durations
     assert stuck == pytest.approx(2 * 0.5 / speeds, abs=1e-9)
+
+
+@pytest.mark.long
+def test_the_oscillator_doubles_its_period_while_it_sticks():
+    # Simulated motions settle on one period at 72 mm/s, on two at 79.
+    orbit = sf.periodic_orbit(sf.SlidingOscillator(f=12.5, Nd=0.9, Vd=0.07))
+    branch, doubled = sf.response(orbit, vary="Vd", span=(0.07, 0.078)).branches
+    (point,) = branch.special
+    assert point.type == "PD"
+    assert 0.0725 < point.value < 0.0745
+    assert doubled.period == 2
+    assert branch.stuck_fraction.min() > 0.05

@@ -88,6 +88,13 @@ def failure_reason(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[
     """Return the kind and the sentence of a failure, with how far the model's limits are."""
     if failure.kind != "failed":
         return failure.kind, failure.reason
+    if not orbits.by.smooth:
+        reason = (
+            "the orbit sticks, and comes to where none was found that goes on: a stuck interval "
+            "that vanishes, or a change of contacts that the motion cannot be carried through "
+            f"({failure.reason}); simulate shows what motions do beyond"
+        )
+        return failure.kind, reason
     try:
         margins, singular = limit_margins(orbits, last.z), loses_equations(orbits, last.z)
     except BREAKDOWNS:
