@@ -191,7 +191,7 @@ def test_observer_sees_every_point_and_find():
         ("Nd", (math.nan, 0.3), "Nd = nan is not a finite number"),
         ("Nd", (0.0, math.inf), "Nd = inf is not a finite number"),
         ("Nd", (-0.1, 0.3), "Nd = -0.1 is outside its bounds"),
-        ("Vd", (0.0, 0.3), "Vd = 0 is outside its bounds"),
+        ("Vd", (-0.1, 0.3), "Vd = -0.1 is outside its bounds"),
     ],
 )
 def test_bad_spans(vary, span, message):

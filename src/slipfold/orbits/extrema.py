@@ -219,7 +219,7 @@ def _jumps(values: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     return orbits, samples
 
 
-@dataclass
+@dataclass(eq=False)
 class _Near:
     """Where extrema are looked for: the sample before each, shape (k, n), and what lies between."""
 
