@@ -117,12 +117,12 @@ def asymmetry(orbits: Orbits, z: Array) -> Array:
 def noise_beside_birth(point: OrbitPoint) -> tuple[float, float]:
     """Return what errors make of multipliers, and of the tangent along the parameter.
 
-    Beside a place of birth orbits do not change with the parameter to first order: that component
+    Beside a place of birth cycles do not change with the parameter to first order: that component
     of the tangent vanishes with the amplitude, by which errors of the orbit are divided. Elsewhere
     zeros are returned.
     """
     orbits = point.curve.orbits
-    amplitude = float(np.linalg.norm(asymmetry(orbits, point.z))) if has_copy(orbits) else np.inf
+    amplitude = float(np.linalg.norm(asymmetry(orbits, point.z))) if orbits.free_phase else np.inf
     if amplitude > SMALL:
         return 0.0, 0.0
     noise = max(BIRTH_NOISE, orbits.noise)

@@ -8,6 +8,7 @@ from typing import Any
 
 import heyoka as hy
 import numpy as np
+from numpy.typing import NDArray
 
 from slipfold.flow.cache import cached
 from slipfold.flow.derivatives import with_derivatives, with_tangent
@@ -116,7 +117,7 @@ class CompiledCode:
         """States and one perturbation of them, and the rates of both."""
         states, rates = self._alone()
         carried = [hy.expression(f"carried_{state}") for state in states]
-        slopes = [_slope(rate, states, carried) for rate in rates]
+        slopes = _slopes(rates, states, carried)
         return [*states, *carried], [*rates, *slopes]
 
     def perturbed(self, *, tangent: bool, changed: bool) -> Any:
@@ -183,7 +184,8 @@ class CompiledCode:
         """Derivatives of the rates with respect to the states, row by row."""
 
         def build() -> Any:
-            slopes = _derivatives(self._equations.rates, self._equations.states)
+            states, rates = list(self._equations.states), list(self._equations.rates)
+            slopes = hy.diff_tensors(rates, diff_args=states, diff_order=1).jacobian
             return self._function(slopes.ravel())
 
         return self._kept("jacobian", build)
@@ -298,23 +300,23 @@ class CompiledCode:
         return hy.cfunc(list(expressions), vars=arguments, compact_mode=True)
 
 
-def _slope(form: Any, symbols: Sequence[Any], direction: Sequence[Any]) -> Any:
-    """Derivative of an expression along a direction."""
-    return hy.sum([hy.diff(form, s) * d for s, d in zip(symbols, direction, strict=True)])
-
-
 def _slopes(forms: Sequence[Any], symbols: Sequence[Any], direction: Sequence[Any]) -> list[Any]:
-    """Derivatives of many expressions along a direction, in far less time than one by one."""
-    if not symbols:
-        return [hy.expression(0.0) for _ in forms]
-    none, rows = hy.expression(0.0), _derivatives(forms, symbols)
-    terms = [
-        [slope * d for slope, d in zip(row, direction, strict=True) if slope != none]
-        for row in rows
+    """Derivatives of expressions along a direction."""
+    none = hy.expression(0.0)
+    return [
+        hy.sum([s * d for s, d in zip(row, direction, strict=True) if s != none])
+        for row in _derivatives(forms, symbols)
     ]
-    return [hy.sum(row) for row in terms]
 
 
-def _derivatives(forms: Sequence[Any], symbols: Sequence[Any]) -> Any:
+MANY = 8
+"""Symbols from which on derivatives are taken all at once, in a fifth of the time. Of few each is
+simplified by itself, and rounded less."""
+
+
+def _derivatives(forms: Sequence[Any], symbols: Sequence[Any]) -> NDArray[Any]:
     """Derivatives of expressions, a row each."""
-    return hy.diff_tensors(list(forms), diff_args=list(symbols), diff_order=1).jacobian
+    if len(symbols) < MANY:
+        found = [hy.diff(form, symbol) for form in forms for symbol in symbols]
+        return np.array(found, dtype=object).reshape(len(forms), len(symbols))
+    return np.asarray(hy.diff_tensors(list(forms), diff_args=list(symbols), diff_order=1).jacobian)

@@ -126,7 +126,7 @@ class SlidingOscillator(Model):
             "direction of the plate's motion from the x axis",
             symbol=r"$\alpha$",
         ),
-        Parameter("Vd", 0.6, "m/s", "speed of the plate; 0 is a wall", 0, symbol="$V_d$"),
+        Parameter("Vd", 0.6, "m/s", "speed of the plate", 0, symbol="$V_d$"),
     )
     limits = (
         Limit(

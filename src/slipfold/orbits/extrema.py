@@ -250,21 +250,27 @@ def refine_minimum(
 
     Shapes: states (k, n); start, columns, signs (k,), spacing too or one; returns (k,).
     """
-    rows = np.arange(len(columns))
-    width = np.broadcast_to(2.0 * np.asarray(spacing), len(rows))
-    each = constants.repeated(ZOOM)
+    lowest = np.empty(len(columns))
+    going = np.arange(len(columns))
+    width = np.broadcast_to(2.0 * np.asarray(spacing), len(going))
     for zoom in range(1, MORE + 1):
-        fine = flow.sample(states, start, start + width, ZOOM, constants)
+        rows, own = np.arange(len(going)), constants.rows(going)
+        fine = flow.sample(states, start, start + width, ZOOM, own)
         at = start[:, None] + np.arange(ZOOM) * (width / ZOOM)[:, None]
-        flat = flow.outputs(fine.reshape(-1, fine.shape[2]), at.ravel(), each)
-        values = signs[:, None] * flat.reshape(len(columns), ZOOM, -1)[rows, :, columns]
+        flat = flow.outputs(fine.reshape(-1, fine.shape[2]), at.ravel(), own.repeated(ZOOM))
+        values = flat.reshape(len(going), ZOOM, -1)[rows, :, columns[going]]
+        values = signs[going, None] * values
         best = np.clip(values.argmin(axis=1), 1, ZOOM - 2)
-        states, start = fine[rows, best - 1], at[rows, best - 1]
-        width = 2 * width / ZOOM
         left, middle, right = (values[rows, best + side] for side in (-1, 0, 1))
         bend = left - 2 * middle + right
-        if zoom >= ZOOMS and not (bend > ROUND * np.abs(values).max(axis=1)).any():
+        with np.errstate(divide="ignore", invalid="ignore"):
+            gain = np.where(bend > 0, (right - left) ** 2 / (8 * bend), 0.0)
+        least = np.minimum(left, right)
+        lowest[going] = np.minimum(least, middle - np.minimum(gain, np.abs(bend)))
+        # Each goes on for itself: what is beside it changes no digit of it.
+        on = (bend > ROUND * np.abs(values).max(axis=1)) | (zoom < ZOOMS)
+        if not on.any():
             break
-    with np.errstate(divide="ignore", invalid="ignore"):
-        gain = np.where(bend > 0, (right - left) ** 2 / (8 * bend), 0.0)
-    return np.minimum(np.minimum(left, right), middle - np.minimum(gain, np.abs(bend)))
+        going, states, start = going[on], fine[rows, best - 1][on], at[rows, best - 1][on]
+        width = (2 * width / ZOOM)[on]
+    return lowest

@@ -141,9 +141,9 @@ def test_motion_plays_in_slow_motion_unless_less_motion_is_wished(explorer):
         arg=start,
     )
     speed = page.locator("#orbit").get_by_label("Slow motion")
-    factor = page.locator(".factor").inner_text()
+    factor = page.locator("#orbit .factor").inner_text()
     speed.press("ArrowRight")
-    expect(page.locator(".factor")).not_to_have_text(factor)
+    expect(page.locator("#orbit .factor")).not_to_have_text(factor)
     page.get_by_role("button", name="Pause the motion").click()
     expect(play).to_be_visible()
 

@@ -77,5 +77,5 @@ def loops_of(feeds: NDArray[np.bool_]) -> NDArray[np.intp]:
 def largest_in(loops: NDArray[np.intp], values: Array) -> Array:
     """Return of each state the largest value in its loop. Shapes: values (n,)."""
     result = np.zeros(loops.max() + 1)
-    np.maximum.at(result, loops, values)
+    np.fmax.at(result, loops, values)  # what is not a number is not known
     return result[loops]
