@@ -188,14 +188,13 @@ def _stick_slip_orbit(
             "nearer to it, e.g. the end of a long simulation"
         )
     monodromy = orbits.linearise(found.z).monodromy
-    orbit = StickSlipOrbit(
+    return StickSlipOrbit(
         orbits.model_at(found.z),
         period,
         orbits.evenly(found.z),
         orbits.spectrum.whole(floquet_multipliers(monodromy)),
         found.residual,
     )
-    return orbit
 
 
 def _cycle(
