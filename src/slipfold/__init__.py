@@ -16,6 +16,7 @@ from slipfold import drawing
 if TYPE_CHECKING:
     from slipfold.attractors import Spectrum as Spectrum
     from slipfold.attractors import find_spectrum as find_spectrum
+    from slipfold.attractors.exponents import ExponentsProgress as ExponentsProgress
     from slipfold.branches import Branch as Branch
     from slipfold.branches import End as End
     from slipfold.branches import Event as Event
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from slipfold.branches import Steps as Steps
     from slipfold.computations.bifurcation_set import bifurcation_set as bifurcation_set
     from slipfold.computations.locus import locus as locus
+    from slipfold.computations.lyapunov import lyapunov as lyapunov
     from slipfold.computations.response import response as response
     from slipfold.computations.responses import CaseProgress as CaseProgress
     from slipfold.computations.responses import responses as responses
@@ -87,6 +89,9 @@ if TYPE_CHECKING:
     from slipfold.results.diagram import Diagram as Diagram
     from slipfold.results.load import load as load
     from slipfold.results.locus_diagram import LocusDiagram as LocusDiagram
+    from slipfold.results.motions.lyapunov_exponents import (
+        LyapunovExponents as LyapunovExponents,
+    )
     from slipfold.results.responses import Responses as Responses
     from slipfold.results.simulation import Simulation as Simulation
     from slipfold.results.threshold_map import ThresholdMap as ThresholdMap
@@ -97,6 +102,7 @@ _HOMES = {
         "Spectrum",
         "find_spectrum",
     ),
+    "slipfold.attractors.exponents": ("ExponentsProgress",),
     "slipfold.branches": (
         "Branch",
         "End",
@@ -109,6 +115,7 @@ _HOMES = {
     ),
     "slipfold.computations.bifurcation_set": ("bifurcation_set",),
     "slipfold.computations.locus": ("locus",),
+    "slipfold.computations.lyapunov": ("lyapunov",),
     "slipfold.computations.response": ("response",),
     "slipfold.computations.responses": (
         "CaseProgress",
@@ -180,6 +187,7 @@ _HOMES = {
     "slipfold.results.diagram": ("Diagram",),
     "slipfold.results.load": ("load",),
     "slipfold.results.locus_diagram": ("LocusDiagram",),
+    "slipfold.results.motions.lyapunov_exponents": ("LyapunovExponents",),
     "slipfold.results.responses": ("Responses",),
     "slipfold.results.simulation": ("Simulation",),
     "slipfold.results.threshold_map": ("ThresholdMap",),

@@ -9,6 +9,7 @@ import typer
 from slipfold.cli.commands import Commands
 from slipfold.cli.explore import explore
 from slipfold.cli.locus import locus
+from slipfold.cli.lyapunov import lyapunov
 from slipfold.cli.models import models
 from slipfold.cli.paper import paper
 from slipfold.cli.plot import plot
@@ -43,5 +44,5 @@ def start(context: typer.Context, version: Version = False) -> None:
         raise typer.Exit
 
 
-for command in (response, locus, simulate, paper, models, plot, explore):
+for command in (response, locus, simulate, lyapunov, paper, models, plot, explore):
     app.command()(command)

@@ -8,11 +8,12 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from slipfold.attractors.exponents import ExponentsProgress
     from slipfold.branches.progress import Progress
     from slipfold.loci.progress import LocusProgress
     from slipfold.paper.reproduce import PaperProgress
 
-__all__ = ["done_text", "live_line", "locus_text", "paper_text", "response_text"]
+__all__ = ["done_text", "exponents_text", "live_line", "locus_text", "paper_text", "response_text"]
 
 
 @contextmanager
@@ -64,6 +65,13 @@ def locus_text(vary: tuple[str, str], units: tuple[str, str]) -> Callable[[Locus
         return f"{done}  {place}  {progress.text}"
 
     return text
+
+
+def exponents_text(progress: ExponentsProgress) -> str:
+    """Put the state of a computation of Lyapunov exponents into words."""
+    known = "  ".join(f"{exponent:.6g}" for exponent in progress.exponents)
+    done = done_text("periods", progress.periods, progress.total)
+    return f"{done}  exponents a period: {known or 'not yet'}"
 
 
 def done_text(stage: str, done: int, total: int | None = None) -> str:

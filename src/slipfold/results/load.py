@@ -11,6 +11,7 @@ from slipfold.results import orbit
 from slipfold.results.diagram import Diagram
 from slipfold.results.labelled_table import read_netcdf
 from slipfold.results.locus_diagram import LocusDiagram
+from slipfold.results.motions.lyapunov_exponents import LyapunovExponents
 from slipfold.results.saved_table import open_table
 from slipfold.results.simulation import Simulation
 from slipfold.results.threshold_map import ThresholdMap
@@ -18,14 +19,17 @@ from slipfold.results.threshold_map import ThresholdMap
 __all__ = ["load"]
 
 _READERS = {
-    **{kind.schema: kind._read for kind in (Diagram, Simulation, LocusDiagram, ThresholdMap)},
+    **{
+        kind.schema: kind._read
+        for kind in (Diagram, Simulation, LocusDiagram, ThresholdMap, LyapunovExponents)
+    },
     orbit.SCHEMA: orbit.read_orbit,
 }
 
 
 def load(
     path: str | Path, *, kind: type[Model] | None = None
-) -> Diagram | Simulation | LocusDiagram | ThresholdMap | PeriodicOrbit:
+) -> Diagram | Simulation | LocusDiagram | ThresholdMap | LyapunovExponents | PeriodicOrbit:
     """Read a result that was saved.
 
     Parameters
@@ -37,7 +41,7 @@ def load(
 
     Returns
     -------
-    Diagram, Simulation, LocusDiagram, ThresholdMap or PeriodicOrbit
+    Diagram, Simulation, LocusDiagram, ThresholdMap, LyapunovExponents or PeriodicOrbit
         What was saved, number for number.
 
     Raises

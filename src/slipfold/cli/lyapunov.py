@@ -1,0 +1,87 @@
+"""``slipfold lyapunov``: how fast nearby motions part, and what that makes of a motion."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from slipfold.cli.options import Csv, Friction, Json, ModelName, Out, Sets
+from slipfold.cli.outputs import Outputs
+from slipfold.cli.parsing import parse_assignments, parse_number, parse_whole
+from slipfold.cli.status import DONE, INTERRUPTED, note
+
+if TYPE_CHECKING:
+    from slipfold.attractors.exponents import ExponentsProgress
+
+__all__ = ["lyapunov"]
+
+Periods = Annotated[
+    str | None,
+    typer.Option(
+        metavar="N",
+        help="Forcing periods to follow, of an autonomous model intervals of its duration; by "
+        "default as many as it takes, 32,000 at most.",
+    ),
+]
+States = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--start",
+        metavar="NAME=VALUE",
+        help="Starting state at phase zero, else the model's own. Repeatable.",
+    ),
+]
+Tolerance = Annotated[
+    str,
+    typer.Option(metavar="R", help="Error of the exponents, per period, at which it ends."),
+]
+
+
+def lyapunov(
+    model: ModelName,
+    periods: Periods = None,
+    set_: Sets = None,
+    friction: Friction = None,
+    state: States = None,
+    tolerance: Tolerance = "1e-8",
+    json: Json = None,
+    out: Out = None,
+    csv: Csv = None,
+) -> int:
+    """Tell periodic, quasi-periodic and chaotic motions apart by their Lyapunov exponents.
+
+    Exit status: 0 done, 2 bad input, 130 interrupted; what was known by then is kept.
+    """
+    from slipfold.cli.case_file import find_model
+    from slipfold.cli.interruption import deferred_interrupts
+    from slipfold.cli.progress import exponents_text, live_line
+    from slipfold.computations.lyapunov import lyapunov as compute
+    from slipfold.models.quantity import parse_quantity
+
+    outputs = Outputs(json, out, csv)
+    outputs.check()
+    chosen = find_model(model, parse_assignments(set_), friction)
+    units = {item.name: item.unit for item in chosen.states}
+    start = {
+        name: parse_quantity(value, units.get(name, ""), name)
+        for name, value in parse_assignments(state, "--start").items()
+    }
+    with live_line() as show, deferred_interrupts() as check:
+
+        def observe(progress: ExponentsProgress) -> None:
+            show(exponents_text(progress))
+            check()
+
+        found = compute(
+            chosen,
+            None if periods is None else parse_whole(periods, "--periods"),
+            start or None,
+            tolerance=parse_number(tolerance, "--tolerance"),
+            observer=observe,
+        )
+    outputs.write(found)
+    if found.interrupted:
+        note(f"interrupted; {outputs.kept}")
+        return INTERRUPTED
+    return DONE

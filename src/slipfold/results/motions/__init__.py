@@ -1,0 +1,1 @@
+"""Results that are of one motion."""
