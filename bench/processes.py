@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 BENCH = Path(__file__).parent
 TIMEOUT = 900
+"""Seconds after which a peer is given up."""
 
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 """Environment in which linear algebra keeps to one thread."""
@@ -38,13 +39,16 @@ def interpreter(peer: str) -> str:
 def ask(script: str, *arguments: str, **environment: str) -> dict[str, Any] | Absent:
     """The record a script of this folder prints, or why there is none."""
     own = interpreter(Path(script).stem.partition("_")[0])
-    done = subprocess.run(
-        [own, str(BENCH / script), *arguments],
-        env={**os.environ, **environment},
-        capture_output=True,
-        text=True,
-        timeout=TIMEOUT,
-    )
+    try:
+        done = subprocess.run(
+            [own, str(BENCH / script), *arguments],
+            env={**os.environ, **environment},
+            capture_output=True,
+            text=True,
+            timeout=TIMEOUT,
+        )
+    except subprocess.TimeoutExpired:
+        return Absent(f"{script} was not done after {TIMEOUT} s.")
     if done.returncode:
         lines = done.stderr.strip().splitlines()
         return Absent(lines[-1] if lines else f"{script} ended with status {done.returncode}.")

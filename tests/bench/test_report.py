@@ -336,6 +336,15 @@ def test_a_missing_script_is_a_reason(bench: Bench) -> None:
     assert "no_such_script.py" in answer.reason
 
 
+def test_a_script_that_takes_too_long_is_a_reason(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(bench.processes, "TIMEOUT", 0.01)
+    answer = bench.processes.ask("size.py")
+    assert isinstance(answer, bench.processes.Absent)
+    assert "size.py was not done after 0.01 s" in answer.reason
+
+
 def test_our_locus_lands_on_the_reference(bench: Bench) -> None:
     script = importlib.import_module("ours_locus")
     followed = script.follow(script.doubling())
