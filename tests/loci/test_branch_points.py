@@ -46,6 +46,13 @@ def test_the_folds_of_a_hard_pitchfork_end_where_it_turns_soft():
     assert (folds.type, crossing.type, types(folds)) == ("LP", "BP", ["DP"])
     mu, b = folds.values.T
     assert mu == pytest.approx(-(b**2) / 4, abs=1e-9)
+    # The equations of folds hold on along the branch points: those know where it is.
+    (turn,) = (item for item in folds.special if item.type == "DP")
+    (same,) = (item for item in crossing.special if item.type == "DP")
+    assert turn.values == pytest.approx((0, 0), abs=1e-9)
+    assert same.values == pytest.approx((0, 0), abs=1e-9)
+    assert max(turn.uncertainty) < 1e-9
+    assert folds.begun.values == tuple(folds.values[0]) == turn.values
     assert np.abs(crossing.values[:, 0]).max() < 1e-12
     assert found.checked.disagreeing == ()
 

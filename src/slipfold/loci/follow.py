@@ -201,7 +201,7 @@ class _Loci(Atlas[OrbitPoint]):
         starts = [
             replace(start, found=found)
             for found in chart.trail.found
-            for start in _starts(found.point.curve, found, self._settings)
+            for start in _starts(_own_curve(chart, found), found, self._settings)
         ]
         ends = [parent_start(last.curve, last, self._settings) for last in chart.trail.reached]
         starts += [start for start in ends if start is not None]
@@ -293,6 +293,14 @@ def _crossed(trace: Trail[OrbitPoint], kind: str) -> list[Found]:
         return []
     slope = (second.tests[test] - first.tests[test]) / (second.arclength - first.arclength)
     return [Found(kind, first, slope)]
+
+
+def _own_curve(chart: Chart[OrbitPoint], found: Found) -> LocusEquations:
+    """Return the equations of a locus on the mesh of a point on it.
+
+    That may be described by those of another locus that passes there.
+    """
+    return LocusEquations(found.point.curve.orbits, chart.trail.curve.condition)
 
 
 def _starts(curve: LocusEquations, found: Found, settings: Settings) -> list[LocusStart]:

@@ -15,6 +15,7 @@ from slipfold.continuation.monitor import Zeros
 from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Sight, Stop, Stretch
 from slipfold.loci.locus_equations import LocusEquations
+from slipfold.loci.turning_pitchfork import turning_pitchfork
 from slipfold.orbits.crossing import crossing_gap
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.spectrum.degeneracy import PAIRED, critical_places
@@ -83,8 +84,14 @@ class SpecialPoints(Zeros[OrbitPoint]):
         curve = self._curve
         turns = [item for item in found if item.type == "DP"]
         if curve.condition == "LP" and turns:
-            place = curve.place(turns[0].point.z)
-            return Sight(found, Stop(turns[0].point, End("codimension-2", MIRRORED, place)))
+            turn, last = turning_pitchfork(turns[0], curve), turns[0].point
+            found = [turn if item is turns[0] else item for item in found]
+            there = turn.point
+            last = replace(
+                last, z=there.z, monodromy=there.monodromy, multipliers=there.multipliers
+            )
+            place = curve.place(there.z)
+            return Sight(found, Stop(last, End("codimension-2", MIRRORED, place)))
         resonances = [item for item in found if item.type in DOUBLED]
         if curve.condition not in PAIRED or not resonances:
             return Sight(found)
