@@ -7,9 +7,16 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from slipfold import SlidingOscillator, System, periodic_orbit
+from slipfold import SlidingOscillator, System, periodic_orbit, response
+from slipfold.checks import orbit_difference as checks
 from slipfold.checks.of_motion import check_motion
-from slipfold.checks.orbit_difference import orbit_difference, pieces_of, retraced_difference
+from slipfold.checks.orbit_difference import (
+    ALLOWED,
+    Difference,
+    orbit_difference,
+    pieces_of,
+    retraced_difference,
+)
 from slipfold.flow import simulate
 from slipfold.flow.settling.settlement import Settlement
 from slipfold.flow.trajectory import Trajectory
@@ -120,6 +127,25 @@ def test_wrong_multipliers_do_not(orbit):
     size = max(1.0, float(np.abs(wrong).max()))
     assert found.value == pytest.approx(1e-6 / size, rel=1e-3)
     assert found.value > found.allowed
+
+
+def test_of_finer_pieces_the_best_count(orbit, monkeypatch):
+    """What an orbit lacks is seen on all of them; the finest of a stiff one are rounded most."""
+    multipliers = iter([1.8e-8, 1.2e-8, 0.4])
+
+    def tried(orbit, pieces):
+        return Difference(1e-13, ALLOWED), Difference(next(multipliers), ALLOWED)
+
+    monkeypatch.setattr(checks, "_differences", tried)
+    assert difference(orbit).value == 1.2e-8
+
+
+def test_a_wrong_multiplier_at_a_fold_does_not():
+    diagram = response(model_named("duffing"), vary="W", span=(1.0, 1.6))
+    fold = next(item.orbit for branch in diagram.branches for item in branch.special)
+    assert difference(fold).excess < 1
+    wrong = fold.multipliers * (1 + 1e-6)
+    assert difference(replace(fold, multipliers=wrong)).excess > 10
 
 
 def test_a_wrong_duration_does_not():

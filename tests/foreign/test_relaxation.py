@@ -59,6 +59,14 @@ def test_the_fold_of_cycles_beyond_the_canards_is_found(spiking):
     assert cycles.stopped.kind == "span"
 
 
+def test_a_fold_whose_multiplier_is_known_to_two_digits_is_no_disagreement():
+    # Rounding of 1e-13 moves it by 1e-2, found from one side by shooting.
+    settings = sf.Settings(largest_period=1, largest_duration=1e3)
+    diagram = sf.response(fitzhugh_nagumo(0.08), vary="I", span=(0.3, 0.4), settings=settings)
+    assert [point.type for point in diagram.branches[1].special] == ["LP"]
+    assert diagram.checked.agree
+
+
 def test_what_it_leads_to_are_the_spikes_that_a_stiff_integrator_finds(spiking):
     cycles = spiking.branches[1]
     assert cycles.stable[-1]

@@ -48,7 +48,8 @@ MOST = 2000
 """Pieces beyond which multipliers are left alone: faster modes are not worth the memory."""
 
 FINER = (1, 2, 4)
-"""Times as many pieces that are tried where the two methods seem to differ."""
+"""Times as many pieces that are tried where the two methods seem to differ. What the orbit lacks
+is seen on all of them; what rounding adds, where modes are stiff, most on the finest."""
 
 CONVERGING = 0.01
 """What is left of a difference on the finest pieces that comes from the polynomials, not from the
@@ -93,13 +94,17 @@ def orbit_difference(orbit: PeriodicOrbit, pieces: int) -> Difference:
         return Difference(max(found.states, found.multipliers), ALLOWED)
     tried = []
     for finer in FINER:
-        place, multipliers = _differences(orbit, finer * pieces)
-        tried.append(multipliers.value)
-        if max(place.excess, multipliers.excess) <= 1:
+        tried.append(_differences(orbit, finer * pieces))
+        if _excess(tried[-1]) <= 1:
             break
-    if multipliers.excess > 1 and tried[-1] < CONVERGING * tried[0]:
+    place, multipliers = min(tried, key=_excess)
+    if multipliers.excess > 1 and multipliers.value < CONVERGING * tried[0][1].value:
         return place
     return max(place, multipliers, key=lambda difference: difference.excess)
+
+
+def _excess(differences: tuple[Difference, Difference]) -> float:
+    return max(difference.excess for difference in differences)
 
 
 def retraced_difference(orbit: PeriodicOrbit) -> Difference:
@@ -167,10 +172,13 @@ def _newton_step(
     anchors = np.searchsorted(retraced.edges, phases[:-1])
     matrices, pulls, defects = _between(anchors, condense(field, iterate))
     rates = None if field.forced else field.rates(iterate.nodes[anchors], phases[:-1])
-    singular = is_singular(orbit.multipliers, 0 if field.forced else 1)
-    step, growth, along = _solved(matrices, pulls, defects, rates, singular=singular)
+    own = 0 if field.forced else 1
+    singular = is_singular(orbit.multipliers, own)
+    values = _multipliers(matrices, rates)
+    off = float(np.abs(values[: len(values) - own] - 1).min(initial=np.inf))
+    step, growth, along = _solved(matrices, pulls, defects, rates, off if singular else None)
     size = max(1.0, float(np.abs(orbit.multipliers).max()))
-    multipliers = multiplier_difference(orbit.multipliers, _multipliers(matrices, rates)) / size
+    multipliers = multiplier_difference(orbit.multipliers, values) / size
     errors = orbit.residual / retraced.size + SMALL
     return (
         Difference(_finite(step / retraced.size), max(ALLOWED, growth * errors)),
@@ -201,11 +209,12 @@ def _between(anchors: NDArray[np.intp], condensed: Condensed) -> tuple[Array, Ar
 
 
 def _solved(
-    matrices: Array, pulls: Array, defects: Array, rates: Array | None, *, singular: bool
+    matrices: Array, pulls: Array, defects: Array, rates: Array | None, off: float | None
 ) -> tuple[float, float, float]:
     """Return the length of the step, and what it is at most over that of what is lacking.
 
-    Last comes the same with the place along the branch, on which multipliers depend.
+    Last comes the same with the place along the branch, on which multipliers depend: at a fold or
+    branch point by what the equations see of it as far off, in the critical multiplier, as `off`.
 
     The step is that of the anchors and the duration, and what of the equations it cannot solve.
 
@@ -228,8 +237,10 @@ def _solved(
         matrix[:-1, -1] = pulls.ravel()
         matrix[-1, :-1] = rates.ravel() / np.linalg.norm(rates)
     left, values, across = np.linalg.svd(matrix)
-    is_open = singular or values[-1] * ALLOWED < SMALL
-    least = values[-2] if singular else values[-1]
+    is_open = off is not None or values[-1] * ALLOWED < SMALL
+    least = values[-1]
+    if off is not None:
+        least = min(values[-2], values[-1] / off) if off > ALLOWED else values[-2]
     if is_open:
         values[-1] = np.inf
     wanted = left.T @ right
@@ -240,6 +251,7 @@ def _solved(
 
 
 def _multipliers(matrices: Array, rates: Array | None) -> Complex:
+    """Return those of an orbit, last that of a cycle's own direction."""
     if rates is None:
         return np.linalg.eigvals(product(matrices)).astype(complex)
     along, across = without_motion(matrices, rates)
