@@ -272,3 +272,23 @@ def test_a_forced_beam_climbs_its_resonance(count):
     assert not branch.special
     largest = branch.extrema.of(tip)[1][-1]
     assert largest == pytest.approx(forced_amplitude(count, 20.0), rel=1e-6)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("law", ["cubic", "Stribeck"])
+def test_a_forced_beam_goes_through_its_first_resonance(law):
+    """Three modes, by shooting, have the same but for what the reduction leaves out."""
+    force, parts = sf.HarmonicForce("w15", F=0.1), {}
+    if law == "cubic":
+        parts["elements"] = sf.CubicSpring("w15", k3=1e6)
+    else:
+        parts["contacts"] = sf.FrictionContact("w15", sf.Stribeck(**LAW), load=LOAD, Vd=1.0)
+    whole = beam(15, forcing=force, f=15.0, **parts)
+    few = whole.replace(reduction=sf.CraigBampton("w15", modes=3))
+    (branch,) = sf.response(whole, vary="f", span=(15, 30)).branches
+    (other,) = sf.response(few, vary="f", span=(15, 30)).branches
+    assert branch.stopped.kind == other.stopped.kind == "span"
+    assert [point.type for point in branch.special] == {"cubic": ["LP"] * 2}.get(law, ["NS"] * 2)
+    values = [point.value for point in branch.special]
+    error = few.reduction_report.error
+    assert values == pytest.approx([point.value for point in other.special], rel=error)

@@ -9,6 +9,7 @@ from slipfold.models import model_named
 from slipfold.orbits.cycles import Cycles
 from slipfold.orbits.discretisations.collocation import Collocation
 from slipfold.orbits.forced_orbits import ForcedOrbits
+from slipfold.orbits.limits import limit_margins
 
 BY_COLLOCATION = sf.Settings(discretisation="collocation", largest_period=2)
 
@@ -38,6 +39,14 @@ def test_orbit_and_multipliers_are_those_of_shooting(forced):
     assert nearest.max() < 1e-11
     even = orbits.evenly(correction.z)
     assert np.abs((even[:: len(even) // 8] - forced.nodes) / scales).max() < 1e-10
+
+
+def test_far_from_limits_nothing_is_integrated_for_them(forced, monkeypatch):
+    shot = ForcedOrbits(forced.model, {"Nd": 0.98}, 1, len(forced.nodes))
+    exact = limit_margins(shot, shot.unknown(forced.nodes, forced.model))
+    orbits, correction = collocated(forced, 32)
+    monkeypatch.setattr(orbits.flow, "along", None)
+    assert limit_margins(orbits, correction.z) == pytest.approx(exact, rel=1e-2)
 
 
 def test_errors_at_the_nodes_are_of_order_twelve():

@@ -283,6 +283,7 @@ class Returns:
     def __init__(self, curve: OrbitCurve, reason: str) -> None:
         self._curve = curve
         self._reason = reason
+        self._first: tuple[OrbitPoint | None, Array | None] = None, None
 
     def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:
         """Return where the step passed the first point again, if it did."""
@@ -312,7 +313,11 @@ class Returns:
         free = len(orbits.units)
         if np.linalg.norm(first.z[-free:] - last[-free:]) > AROUND * length:
             return None
-        return orbits.begun_near(orbits.adopt(first.curve.orbits, first.z), last)
+        known, adopted = self._first
+        if adopted is None or known is not first:
+            adopted = orbits.adopt(first.curve.orbits, first.z)
+            self._first = first, adopted
+        return orbits.begun_near(adopted, last)
 
     def _abeam(self, known: list[OrbitPoint], first: Array, place: float) -> OrbitPoint | None:
         """Return the orbit that has the first one abeam; None if it lies beyond the step."""

@@ -50,7 +50,8 @@ class Steps:
     Parameters
     ----------
     largest
-        Cap on the step.
+        Cap on the step. Where an unknown is longer than 10, as at a resonance, it is a tenth of its
+        length times as much.
     smallest
         A branch that needs a smaller step stops and says so.
     turn

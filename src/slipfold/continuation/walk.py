@@ -18,7 +18,7 @@ from slipfold.continuation.interpolation import (
     hermite,
     lagrange,
 )
-from slipfold.continuation.newton import Correction, Linearised, correct
+from slipfold.continuation.newton import Correction, Linearised, correct, length_of
 from slipfold.continuation.point import P
 from slipfold.continuation.settings import Stepping
 from slipfold.errors import BREAKDOWNS, breakdown
@@ -44,6 +44,10 @@ LINES = 0.25
 """What counts of the extrapolated test functions' error where these are foreseen better: lines
 through the points, which know nothing of them, would bend too much between fewer."""
 
+STRAIGHT = 0.01
+"""Error of the prediction, relative to its aim, below which that counts ever less: the lines do not
+bend, however fast multipliers turn."""
+
 LONGER = 2.5
 """A step is at most this many times as long as the one before."""
 
@@ -56,6 +60,10 @@ GUESSES = 12
 SLACK = 1e-9
 """A guess that is less beyond a bound may be so by rounding: where the curve begins on a bound and
 runs along it, as a pitchfork's does, its point decides."""
+
+LARGE = 10.0
+"""Length of an unknown from which on steps may be longer in proportion: at a resonance orbits are
+many times as large as typical sizes."""
 
 REJECT = 4.0
 """A step whose measures exceed their aims by this factor is taken again, shorter."""
@@ -138,7 +146,8 @@ def _next_point(
     settings: Stepping,
 ) -> tuple[P | Failure, float]:
     """Take one step, shortening it until it fits; return the step to try next as well."""
-    smallest, largest = settings.steps.smallest, settings.steps.largest
+    smallest, size = settings.steps.smallest, length_of(recent[-1].z)
+    largest = settings.steps.largest * max(1.0, size / LARGE)
     reason, growth = "the curve turns too sharply", LONGER
     while step >= smallest:
         try:
@@ -262,7 +271,8 @@ def _measure(
     drift, foreseen = measures.drift, curve.foreseen(recent, weights[None])
     if foreseen is not None:
         errors = np.fmin(errors, np.abs(point.values - foreseen[0]))
-        drift = max(_drift(errors / size, settings), LINES * drift)
+        lines = LINES * min(1.0, measures.error / STRAIGHT)
+        drift = max(_drift(errors / size, settings), lines * drift)
     return replace(measures, drift=min(drift, contraction_drift(recent, point) / settings.coarse))
 
 

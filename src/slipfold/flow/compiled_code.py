@@ -182,13 +182,21 @@ class CompiledCode:
     @cached_property
     def jacobian(self) -> Any:
         """Derivatives of the rates with respect to the states, row by row."""
+        return self._kept("jacobian", lambda: self._function(self._slopes()))
+
+    @cached_property
+    def changing_slopes(self) -> tuple[Any, NDArray[np.intp]]:
+        """Those derivatives that states or phase change, and their places; None if all stay."""
 
         def build() -> Any:
-            states, rates = list(self._equations.states), list(self._equations.rates)
-            slopes = hy.diff_tensors(rates, diff_args=states, diff_order=1).jacobian
-            return self._function(slopes.ravel())
+            moving = {str(symbol) for symbol in (*self._equations.states, self._equations.phase)}
+            slopes = self._slopes()
+            changing = [not moving.isdisjoint(hy.get_variables(slope)) for slope in slopes]
+            places = np.flatnonzero(changing)
+            return self._function(slopes[places]) if len(places) else None, places
 
-        return self._kept("jacobian", build)
+        found: tuple[Any, NDArray[np.intp]] = self._kept("changing slopes", build)
+        return found
 
     @cached_property
     def curvature(self) -> Any:
@@ -249,6 +257,11 @@ class CompiledCode:
         return self._kept("outputs", lambda: self._function(expressions))
 
     # -- how they are made ---------------------------------------------------------------------
+
+    def _slopes(self) -> NDArray[Any]:
+        states, rates = list(self._equations.states), list(self._equations.rates)
+        slopes = hy.diff_tensors(rates, diff_args=states, diff_order=1).jacobian
+        return np.asarray(slopes).ravel()
 
     def _own(self, kind: str, build: Callable[[], Any]) -> Any:
         return self._integrators.get(kind, lambda: self._kept(kind, build))

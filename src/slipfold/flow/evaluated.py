@@ -34,6 +34,23 @@ class Evaluated:
         n = self.dimension
         return self._evaluate(self._code.jacobian, states, phases, constants).reshape(-1, n, n)
 
+    def changing_jacobians(
+        self, states: Array, phases: Array, constants: Constants
+    ) -> tuple[Array, NDArray[np.intp], Array]:
+        """Evaluate the first Jacobian, and of all those columns that states or phase change.
+
+        Shapes: states (m, n); phases (m,); returns (n, n), places (c,), columns (m, n, c).
+        """
+        first = self.jacobians(states[:1], phases[:1], constants)[0]
+        changing, places = self._code.changing_slopes
+        rows, where = np.divmod(places, self.dimension)
+        columns, own = np.unique(where, return_inverse=True)
+        found = np.empty((len(states), self.dimension, len(columns)))
+        found[:] = first[:, columns]
+        if changing is not None:
+            found[:, rows, own] = self._evaluate(changing, states, phases, constants)
+        return first, columns, found
+
     def outputs(self, states: Array, phases: Array, constants: Constants) -> Array:
         """Evaluate all outputs, the states first.
 

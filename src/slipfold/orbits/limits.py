@@ -25,9 +25,10 @@ far from where it comes nearest to a singularity."""
 def limit_margins(orbits: Orbits, z: Array) -> Array:
     """Return by how much each watched output stays above its bound over the orbit.
 
-    The first look samples the orbit. Between samples an output may be lower by what its slope
-    allows, or its bend, an eighth of which is the fall of a parabola below its lowest sample; where
-    that could matter, its minimum over the continuous orbit is found.
+    The first look is at states that are known anyway, the second samples the orbit evenly. Between
+    samples an output may be lower by what its slope allows, or its bend, an eighth of which is the
+    fall of a parabola below its lowest sample; where that could matter, its minimum over the
+    continuous orbit is found.
 
     Returns shape (n_limits,).
     """
@@ -36,12 +37,19 @@ def limit_margins(orbits: Orbits, z: Array) -> Array:
         return np.empty(0)
     if not orbits.by.smooth:  # a motion that meets a limit ends there: an orbit has met none
         return np.full(len(limits), np.inf)
-    flow, constants, nodes = orbits.flow, orbits.constants(z), orbits.evenly(z)
+    flow, constants = orbits.flow, orbits.constants(z)
+    columns = [flow.output_index(limit.output) for limit in limits]
+    bounds = np.array([limit.bound for limit in limits])
+    known = orbits.by.passed_through(orbits.nodes(z), constants)
+    if known is not None and len(known[1]) >= SAMPLES * orbits.period:
+        values = flow.outputs(*known, constants)[:, columns]
+        fall = np.abs(values - np.roll(values, 1, axis=0)).max(axis=0)
+        if (values.min(axis=0) - fall >= 2 * bounds).all():
+            return np.asarray(values.min(axis=0) - bounds)
+    nodes = orbits.evenly(z)
     grid = _grid(len(nodes), orbits.period)
     phases, spacing = grid.ravel(), orbits.period / grid.size
     samples = flow.along(nodes, grid, constants).reshape(grid.size, -1)
-    columns = [flow.output_index(limit.output) for limit in limits]
-    bounds = np.array([limit.bound for limit in limits])
     values = flow.outputs(samples, phases, constants)[:, columns]
     lowest = values.min(axis=0)
     closed = np.concatenate([values[-1:], values, values[:1]])

@@ -26,7 +26,7 @@ STATES = 8
 """States from which on elimination along a mesh is quicker than sparse factors: eight times at 32
 states."""
 
-GROWN = 1e3
+GROWN = 1e5
 """Growth along a mesh beyond which elimination loses digits."""
 
 MANY = 12

@@ -218,7 +218,8 @@ class Collocation(Segments):
     def divergence(self, nodes: Array, constants: Constants) -> float:
         """Return the integral of the rates' divergence over the orbit."""
         solved = self._solved(nodes / self.scales, constants)
-        traces = np.einsum("jkaa->jk", solved.jacobians)
+        assert solved.jacobians is not None
+        traces = np.einsum("jkaa->jk", solved.jacobians.whole)
         return float(self.lengths @ (traces @ self.points.weights))
 
     def divergence_slope(self, nodes: Array, constants: Constants) -> tuple[Array, Array]:
@@ -252,16 +253,8 @@ class Collocation(Segments):
             guess = guessed(scaled, constants)
             if guess is None:
                 continue
-            solved = solve_intervals(
-                field,
-                self.points,
-                scaled,
-                self.start,
-                self.lengths,
-                guess,
-                equations,
-                derived=derived,
-            )
+            given = self.points, scaled, self.start, self.lengths, guess, equations
+            solved = solve_intervals(field, *given, derived=derived)
             if np.isfinite(solved.rates[0, 0, 0]):
                 self._latest = _Known(constants.values, solved)
                 break
@@ -346,6 +339,11 @@ class Collocation(Segments):
         """Return the states at any phases, shape (q, n)."""
         return self._ended(nodes, constants, phases, derived=False)[0].ends * self.scales
 
+    def passed_through(self, nodes: Array, constants: Constants) -> tuple[Array, Array] | None:
+        """Return the states at all points of all intervals, and their phases."""
+        solved = self._solved(nodes / self.scales, constants, derived=False)
+        return solved.stages.reshape(-1, nodes.shape[1]) * self.scales, solved.phases.ravel()
+
     def advanced(self, nodes: Array, constants: Constants, turns: float) -> Array:
         """Return the states some forcing periods later, shape (m, n)."""
         return self.states(nodes, constants, self.start + turns)
@@ -401,7 +399,7 @@ class Collocation(Segments):
 
     def better(self, nodes: Array, constants: Constants) -> Collocation | None:
         """Return the same on a mesh that fits an orbit better, None if its own serves."""
-        solved = self._solved(nodes / self.scales, constants)
+        solved = self._solved(nodes / self.scales, constants, derived=False)
         if not np.isfinite(solved.slopes).all():
             return None
         density = steepness(self.edges, solved.slopes, self.points)

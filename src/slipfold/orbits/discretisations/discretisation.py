@@ -75,6 +75,14 @@ class Discretisation(ABC):
         """
         return nodes
 
+    def passed_through(self, nodes: Array, constants: Constants) -> tuple[Array, Array] | None:
+        """Return states that an orbit passes through and their phases, (q, n) and (q,), if known.
+
+        They are known without more work, one after the other, and to a few digits less than nodes.
+        Shapes: nodes (m, n).
+        """
+        return None
+
     def moved_to(
         self, other: Discretisation, nodes: Array, constants: Constants, along: Array, rates: Array
     ) -> tuple[Array, Array]:

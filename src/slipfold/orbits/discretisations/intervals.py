@@ -11,7 +11,13 @@ from numpy.typing import NDArray
 from slipfold.collocation.points import CollocationPoints
 from slipfold.flow import Flow
 from slipfold.flow.equations import Constants
-from slipfold.orbits.discretisations.stage_equations import Inverted, LinearPart, StageEquations
+from slipfold.orbits.discretisations.jacobians import Jacobians
+from slipfold.orbits.discretisations.stage_equations import (
+    MANY,
+    Inverted,
+    LinearPart,
+    StageEquations,
+)
 
 __all__ = ["Field", "Solved", "solve_intervals"]
 
@@ -64,6 +70,19 @@ class Field:
         found = self.flow.jacobians(rows, phases.ravel(), self.constants)
         ratios = self.scales[None, :] / self.scales[:, None]
         return np.asarray((found * ratios).reshape(*states.shape, n))
+
+    def changing_jacobians(self, states: Array, phases: Array) -> Jacobians:
+        """Return the same at points of intervals; of many states only columns that change.
+
+        Shapes: states (m, s, n); phases (m, s).
+        """
+        m, s, n = states.shape
+        if n < MANY:
+            return Jacobians.of(self.jacobians(states, phases))
+        rows, ratios = states.reshape(-1, n) * self.scales, self.scales / self.scales[:, None]
+        common, columns, found = self.flow.changing_jacobians(rows, phases.ravel(), self.constants)
+        found *= ratios[:, columns]
+        return Jacobians(common * ratios, columns, found.reshape(m, s, n, -1))
 
     def pulls(self, states: Array, phases: Array) -> Array:
         """Return the derivatives of the rates by the free parameters, shape (..., n, k).
@@ -124,14 +143,14 @@ class Solved:
     stages: Array
     rates: Array
     equations: StageEquations  # their derivatives by the stages
-    # Derivatives of the rates at the points, shape (m, s, n, n); (0, s, n, n) where they were
-    # not asked for, and the equations are those of a solution nearby
-    jacobians: Array
+    # Derivatives of the rates at the points; None where they were not asked for, and the
+    # equations are those of a solution nearby
+    jacobians: Jacobians | None
 
     @property
     def is_derived(self) -> bool:
         """Whether derivatives are those at the solution."""
-        return len(self.jacobians) == len(self.nodes)
+        return self.jacobians is not None
 
     @cached_property
     def phases(self) -> Array:
@@ -171,7 +190,8 @@ class Solved:
 
         Shapes: changes (m, s, n, q); returns (m, n, q).
         """
-        weighted = self.jacobians * self.points.weights[:, None, None]
+        assert self.jacobians is not None
+        weighted = self.jacobians.whole * self.points.weights[:, None, None]
         return np.asarray(
             self.lengths[:, None, None] * np.einsum("jkab,jkbq->jaq", weighted, changes)
         )
@@ -224,7 +244,7 @@ def solve_intervals(
     """
     phases, inner = _phases(start, lengths, points), points.inner
     steps, (m, s, n) = lengths[:, None, None], guess.shape
-    stages, nothing = guess, np.empty((0, s, n, n))
+    stages = guess
 
     def beside(slopes: Array) -> Array:
         grown = steps * (inner @ slopes)
@@ -241,11 +261,11 @@ def solve_intervals(
             stages, before = stages + step, length
             if length < EXACT * max(1.0, float(np.abs(stages).max())):
                 if not derived:
-                    return Solved(points, nodes, start, lengths, stages, slopes, equations, nothing)
+                    return Solved(points, nodes, start, lengths, stages, slopes, equations, None)
                 break
     alone, previous = equations is None and not derived, np.inf
     for _ in range(ITERATIONS):
-        slopes, jacobians = field.rates(stages, phases), field.jacobians(stages, phases)
+        slopes, jacobians = field.rates(stages, phases), field.changing_jacobians(stages, phases)
         try:
             equations = field.linear.equations(points, lengths, jacobians)
         except np.linalg.LinAlgError:
@@ -257,7 +277,7 @@ def solve_intervals(
         stages = stages + step
         size_of_states = max(1.0, float(np.abs(stages).max()))
         if length < STILL * size_of_states or 1e-7 > length > 0.5 * previous:
-            slopes = slopes + np.einsum("jkab,jkb->jka", jacobians, step)
+            slopes = slopes + jacobians.times(step)
             return Solved(points, nodes, start, lengths, stages, slopes, equations, jacobians)
         if alone and length < NEARBY:
             return solve_intervals(
@@ -266,4 +286,5 @@ def solve_intervals(
         previous = length
     lost = np.full((m, s, n), np.nan)
     none = Inverted(np.broadcast_to(np.nan, (m, s * n, s * n)), s)
-    return Solved(points, nodes, start, lengths, lost, lost, none, np.full((m, s, n, n), np.nan))
+    unknown = Jacobians.of(np.broadcast_to(np.nan, (m, s, n, n)))
+    return Solved(points, nodes, start, lengths, lost, lost, none, unknown)

@@ -5,13 +5,15 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.collocation.points import CollocationPoints
+from slipfold.orbits.discretisations.jacobians import Jacobians
 
-__all__ = ["Inverted", "LinearPart", "StageEquations"]
+__all__ = ["MANY", "Inverted", "LinearPart", "StageEquations"]
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -137,28 +139,34 @@ class LinearPart:
         self._modes: _Modes | None = None
 
     def equations(
-        self, points: CollocationPoints, lengths: Array, jacobians: Array
+        self, points: CollocationPoints, lengths: Array, jacobians: Jacobians
     ) -> StageEquations:
         """Return the systems of intervals; a singular matrix raises an error.
 
-        Shapes: lengths (m,); jacobians (m, s, n, n).
+        Shapes: lengths (m,).
         """
-        n = jacobians.shape[-1]
-        if n < MANY or not np.isfinite(jacobians).all():
-            return Inverted.of(points, lengths, jacobians)
-        first, known = jacobians[0, 0], self._modes
-        changes = (jacobians != first).any(axis=(0, 1, 2))
-        pace = None if known is None else known.pace(first)
-        if known is None or pace is None or changes[np.delete(np.arange(n), known.columns)].any():
+        n = len(jacobians.common)
+        if n < MANY or not jacobians.is_finite:
+            return Inverted.of(points, lengths, jacobians.whole)
+        changes, known = jacobians.changed, self._modes
+        pace = None if known is None else known.pace(jacobians.first)
+        if known is None or pace is None or not np.isin(changes, known.columns).all():
             if known is not None:
-                changes[known.columns] = True
-            if changes.sum() > SHARE * n:
-                return Inverted.of(points, lengths, jacobians)
-            known, pace = _Modes.of(first, np.flatnonzero(changes)), 1.0
+                changes = np.union1d(changes, known.columns)
+            if len(changes) > SHARE * n:
+                return Inverted.of(points, lengths, jacobians.whole)
+            known, pace = _Modes.of(jacobians.first, changes), 1.0
             if known is None:
-                return Inverted.of(points, lengths, jacobians)
+                return Inverted.of(points, lengths, jacobians.whole)
             self._modes = known
         return _Separated(points, lengths, jacobians, known, pace)
+
+
+def _times(matrices: NDArray[Any], columns: NDArray[Any]) -> Complex:
+    """Return products of many small matrices; of one column each they are quicker as a sum."""
+    if columns.shape[-1] > 1:
+        return np.asarray(matrices @ columns)
+    return np.asarray((matrices * columns[..., 0][..., None, :]).sum(axis=-1)[..., None])
 
 
 class _Separated(StageEquations):
@@ -178,7 +186,7 @@ class _Separated(StageEquations):
         self,
         points: CollocationPoints,
         lengths: Array,
-        jacobians: Array,
+        jacobians: Jacobians,
         modes: _Modes,
         pace: float,
     ) -> None:
@@ -188,7 +196,7 @@ class _Separated(StageEquations):
         # W and h W A, shape (m, p, s, s)
         self._answers = np.linalg.inv(np.eye(s) - turned[..., None, None] * inner)
         self._driven = lengths[:, None, None, None] * (self._answers @ inner)
-        added = jacobians[..., columns] - pace * modes.matrix[:, columns]
+        added = jacobians.at(columns) - pace * modes.matrix[:, columns]
         self._pushes = modes.left @ added  # U N, shape (m, s, p, c)
         self._seen = modes.right[columns]  # E^T V, shape (c, p)
         m, c = len(lengths), len(columns)
@@ -206,11 +214,12 @@ class _Separated(StageEquations):
 
     def solve(self, right: Array) -> Array:
         """Return the solutions."""
-        parts = np.swapaxes(self._modes.left @ right, 1, 2)  # (m, p, s, q)
-        modes = self._answers @ parts
+        parts = np.tensordot(self._modes.left, right, axes=(1, 2))  # (p, m, s, q)
+        modes = _times(self._answers, np.swapaxes(parts, 0, 1))
         seen = self._coupled @ self._watched(modes)
-        modes += self._forced @ seen[:, None]
-        return np.asarray((self._modes.right @ np.swapaxes(modes, 1, 2)).real)
+        modes += _times(self._forced, seen[:, None])
+        found = np.tensordot(modes, self._modes.right, axes=(1, 1)).real  # (m, s, q, n)
+        return np.asarray(np.swapaxes(found, 2, 3))
 
     def along(self, changes: Array) -> Array:
         """Return how stages follow changes at the beginnings."""
