@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -56,6 +57,12 @@ def _cycles() -> sf.Diagram:
     return sf.response(sf.built_in_models()["stribeck"](), vary="vd", span=(1.6, 0.8))
 
 
+@cache
+def _sound(study: Callable[[], sf.Diagram]) -> list[list[tuple[str, float]]]:
+    """What a study finds where nothing breaks down."""
+    return _types(study())
+
+
 def test_cycles_that_run_into_a_singularity_keep_what_was_found() -> None:
     diagram = sf.response(GROWING, vary="mu", span=(-0.5, 2))
     rest, cycle = diagram.branches
@@ -87,7 +94,7 @@ def test_a_root_that_turns_negative_ends_the_branch() -> None:
 def test_a_breakdown_ends_a_branch_with_a_sentence(
     study: Callable[[], sf.Diagram], routine: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    sound = _types(study())
+    sound = _sound(study)
     for from_call in np.random.default_rng(5).integers(3, 200, 6):
         with monkeypatch.context() as patch:
             _breaking(patch, routine, int(from_call))
@@ -103,7 +110,7 @@ def test_a_breakdown_ends_a_branch_with_a_sentence(
 
 @pytest.mark.parametrize("routine", ["eigvals", "inv"])
 def test_a_passing_breakdown_costs_a_step(routine: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    sound = _types(_force_response())
+    sound = _sound(_force_response)
     for from_call in (30, 47, 71):
         with monkeypatch.context() as patch:
             _breaking(patch, routine, from_call, calls=1)

@@ -1,6 +1,7 @@
 """Branches of doubled period: how they hang together, close and double again."""
 
 import dataclasses
+from functools import cache
 
 import numpy as np
 import pytest
@@ -20,7 +21,9 @@ CASCADES = [
 ]
 
 
+@cache
 def cascade(index, reverse=False, **options):
+    """A cascade; its branches are immutable, so that tests share them."""
     values, vary, span = CASCADES[index]
     return trace_response(
         SlidingOscillator(**values), vary, span[::-1] if reverse else span, **options

@@ -126,7 +126,7 @@ def _with_clock(map_, item, vary, p):
 
 TORI = [
     (CASES[0], 0.0567, 0.004),
-    (CASES[0], 0.1664, 0.01),
+    pytest.param(CASES[0], 0.1664, 0.01, marks=pytest.mark.long),
     pytest.param(CASES[9], 12.66, 0.001, marks=pytest.mark.long),
 ]
 

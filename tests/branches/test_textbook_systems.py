@@ -1,5 +1,7 @@
 """Textbook systems with known answers; values and sources in shared/reference/textbook.md."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -9,7 +11,7 @@ from helpers.toy_models import LinearOscillator
 from slipfold.branches import Settings, Steps, trace_response
 from slipfold.orbits import periodic_orbit
 
-STEPS = [0.02, 0.1, 1.0]
+STEPS = [pytest.param(0.02, marks=pytest.mark.long), 0.1, 1.0]
 
 
 def traced(model, vary, span, largest=0.5):
@@ -108,6 +110,11 @@ def test_normal_form_of_a_torus_is_exact(n, span):
     assert item.criticality == ("supercritical" if n > 0 else "subcritical")
 
 
+@cache
+def pitchfork_by_short_steps():
+    return traced(Pitchfork(), "k", (1.0, -1.0), 0.005)[0].special[0].value
+
+
 @pytest.mark.parametrize("span", [(1.0, -1.0), (-1.0, 1.0), (0.3, -0.2)])
 @pytest.mark.parametrize("largest", STEPS)
 def test_pitchfork_is_a_branch_point(span, largest):
@@ -121,8 +128,7 @@ def test_pitchfork_is_a_branch_point(span, largest):
     # Rest loses stability a little below k = 0, where the parametric force holds it up:
     # b^2/(2 w^2) = 0.005 to lowest order.
     assert item.value == pytest.approx(-0.005, abs=1e-4)
-    reference = traced(Pitchfork(), "k", (1.0, -1.0), 0.005)[0].special[0].value
-    assert item.value == pytest.approx(reference, abs=1e-10)
+    assert item.value == pytest.approx(pitchfork_by_short_steps(), abs=1e-10)
     assert np.all(np.abs(branch.states) < 1e-12)
 
 
