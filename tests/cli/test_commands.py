@@ -163,13 +163,21 @@ def test_locus_as_json_on_standard_output_and_nothing_else():
     assert ends[12.5] == pytest.approx(0.043578911491, rel=1e-8)
 
 
-def test_all_files_of_one_locus_agree(tmp_path):
-    paths = {name: tmp_path / f"x.{name}" for name in ("nc", "json", "csv")}
+@pytest.fixture(scope="module")
+def saved_set(tmp_path_factory):
+    """Files of one bifurcation set by their endings, and what was printed."""
+    folder = tmp_path_factory.mktemp("set")
+    paths = {name: folder / f"x.{name}" for name in ("nc", "json", "csv")}
     result = run(
         *(*LOCUS, "--type", "PD", "--period", "1", "--set", "mu=0.49", "--max-step", "0.2"),
         *("--out", str(paths["nc"]), "--json", str(paths["json"]), "--csv", str(paths["csv"])),
     )
     assert result.exit_code == 0
+    return paths, result
+
+
+def test_all_files_of_one_locus_agree(saved_set):
+    paths, result = saved_set
     diagram = load(paths["nc"])
     assert diagram.model.mu == 0.49
     assert diagram.settings.steps.largest == 0.2
@@ -295,13 +303,12 @@ def test_status_of_loci_of_a_saved_response(changes, status, saved_response, mon
     assert run("locus", saved_response, *WINDOW).exit_code == status
 
 
-def test_plot_of_a_bifurcation_set(tmp_path):
-    path = tmp_path / "x.nc"
-    assert run(*LOCUS, "--type", "PD", "--period", "1", "--out", str(path)).exit_code == 0
+def test_plot_of_a_bifurcation_set(saved_set):
+    path = saved_set[0]["nc"]
     result = run("plot", str(path))
     assert result.exit_code == 0
     assert result.stdout == ""
-    assert (tmp_path / "x.png").read_bytes().startswith(b"\x89PNG")
+    assert path.with_suffix(".png").read_bytes().startswith(b"\x89PNG")
 
 
 # -- the other commands ------------------------------------------------------------------------

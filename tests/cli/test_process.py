@@ -12,6 +12,7 @@ import time
 import numpy as np
 import pytest
 
+from helpers.command_line import run as run_here
 from slipfold.results.load import load
 
 PROGRAM = [sys.executable, "-m", "slipfold.cli"]
@@ -174,12 +175,14 @@ def test_an_interrupt_while_a_file_is_filled_leaves_what_is_not_computed_empty(t
 
 
 def test_an_interrupt_while_normal_forms_along_loci_are_computed_keeps_the_loci(tmp_path):
-    path = tmp_path / "x.nc"
-    window = ["--vary", "f=12.4:12.5", "--vary", "Nd=0:0.06", "--type", "PD", "--period", "1"]
+    path, response = tmp_path / "x.nc", tmp_path / "response.nc"
+    given = ["response", "sliding", "--vary", "Nd=0:0.05", "--set", "f=12.5"]
+    assert run_here(*given, "--out", str(response)).exit_code == 0
+    window = ["--vary", "f=12.45:12.55", "--vary", "Nd=0:0.06"]
     status, output, said = interrupted_within(
         "slipfold.loci.make_locus:coefficient_at",
         "normal forms: 0 of",
-        ["locus", "sliding", *window, "--out", str(path)],
+        ["locus", str(response), *window, "--out", str(path)],
     )
     assert status == 130
     assert "slipfold: interrupted after " in said
