@@ -104,6 +104,7 @@ def _as_point(curve: OrbitCurve, solved: _Solved, tangent: Array, arclength: flo
         curve.tests(solved.z, linearisation, multipliers, tangent),
         0,  # the bordered determinant is zero
         float(np.abs(linearisation.residual).max()),
+        piece=curve.orbits.piece(solved.z),
         curve=curve,
         monodromy=linearisation.monodromy,
         multipliers=multipliers,

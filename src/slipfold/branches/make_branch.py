@@ -17,7 +17,7 @@ from slipfold.continuation.search import Found
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.text.one_line import certain
 
-__all__ = ["assemble", "describe_in_turn", "evenly"]
+__all__ = ["assemble", "describe_in_turn", "evenly", "stuck_fractions"]
 
 Tell = Callable[[Chart[OrbitPoint], Found, int], None]
 """Called with what is described next, the chart that it is on, and how many are done."""
@@ -84,11 +84,12 @@ def _branch(chart: Chart[OrbitPoint], begun: End, special: Sequence[SpecialPoint
         stopped=chart.trail.end,
         begun=begun,
         durations=durations,
-        stuck_fraction=_stuck_fractions(points),
+        stuck_fraction=stuck_fractions(points),
     )
 
 
-def _stuck_fractions(points: Sequence[OrbitPoint]) -> NDArray[np.float64] | None:
+def stuck_fractions(points: Sequence[OrbitPoint]) -> NDArray[np.float64] | None:
+    """Share of each period in which a contact sticks; None where none may along all of them."""
     found = np.array([point.curve.orbits.stuck_fraction(point.z) for point in points])
     return None if np.isnan(found).all() else found
 

@@ -11,7 +11,7 @@ from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Sight, Stop, Stretch, Trail
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.switched.mode import Mode, Status
-from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
+from slipfold.orbits.orbit_curve import OrbitCurve
 from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["NAMES", "SEAM", "Seams", "beyond_seam"]
@@ -30,7 +30,7 @@ NAMES = {
 class Seams:
     """Ends a smooth piece of a branch where its orbits begin to pass through other modes."""
 
-    def __init__(self, orbits: Orbits) -> None:
+    def __init__(self, orbits: OrbitCurve) -> None:
         self._orbits = orbits
 
     def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:

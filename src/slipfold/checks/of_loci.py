@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+
 from slipfold.checks.checked import Checked
 from slipfold.checks.choice import Candidate, check_some
 from slipfold.loci.locus import Locus
@@ -32,11 +34,14 @@ def check_loci(loci: Sequence[Locus], observer: LocusObserver | None = None) -> 
 
 def _candidates(loci: Sequence[Locus]) -> Iterator[Candidate]:
     for index, word in ((-1, "end"), (0, "beginning")):
-        for locus in (locus for locus in loci if len(locus)):
+        # What checks by collocation cannot go through stick.
+        for locus in (locus for locus in loci if len(locus) and locus.stuck_fraction is None):
             name = f"{word} of locus {locus.id} at {_at(locus, locus.values[index])}"
             yield Candidate(name, locus.orbit(index), locus.kind == "equilibrium")
     ranked = [(rank, locus, point) for locus in loci for rank, point in enumerate(locus.special)]
     for _, locus, point in sorted(ranked, key=lambda item: item[0]):
+        if not np.isnan(point.stuck_fraction):
+            continue
         name = f"{point.type} of locus {locus.id} at {_at(locus, point.values)}"
         yield Candidate(name, point.orbit, locus.kind == "equilibrium")
 

@@ -10,6 +10,7 @@ from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.errors import InputError
 from slipfold.flow.sizes.typical_sizes import measured_within
+from slipfold.flow.switched.mode_equations import contacts_of
 from slipfold.loci.fan import FanLine, follow_fan, follow_settled, largest_period
 from slipfold.loci.follow import LOCUS_TYPES, follow_found
 from slipfold.loci.isolated import follow_isolated
@@ -19,6 +20,7 @@ from slipfold.loci.region_map import RegionMap
 from slipfold.loci.regions import map_regions
 from slipfold.loci.window import Window, check_window
 from slipfold.models.model import Model
+from slipfold.orbits.stick_slip.touch import TOUCHED
 
 __all__ = [
     "BifurcationSet",
@@ -70,8 +72,8 @@ def find_bifurcation_set(
         )
     if regions and not (types == possible_types(model) and periods == PERIODS):
         raise InputError(
-            "regions need the loci of all types (LP, PD, NS, BP) and both periods (1, 2); ask for "
-            "all of them or for no regions"
+            f"regions need the loci of all types ({', '.join(possible_types(model))}) and both "
+            "periods (1, 2); ask for all of them or for no regions"
         )
     settings = largest_period(settings or Settings(), periods)
     if model.found_sizes is None:
@@ -155,13 +157,18 @@ def _inside(model: Model, plane: tuple[str, str], window: Window) -> bool:
 
 
 def possible_types(model: Model) -> tuple[str, ...]:
-    """Return the types of loci that a model may have: only an autonomous one has equilibria.
+    """Return the types of loci that a model may have.
+
+    Only an autonomous one has equilibria, and only one with contacts can touch Vrel = 0.
 
     >>> from slipfold.models import model_named
     >>> possible_types(model_named("lure"))
     ('LP', 'PD', 'NS', 'BP', 'HB')
     """
-    return tuple(kind for kind in LOCUS_TYPES if kind != "HB" or not model.forced)
+    missing = {"HB"} if model.forced else set()
+    if not contacts_of(model):
+        missing |= TOUCHED.keys()
+    return tuple(kind for kind in LOCUS_TYPES if kind not in missing)
 
 
 def _checked(

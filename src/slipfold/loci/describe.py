@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.branches.seams import NAMES as SEAMS
 from slipfold.continuation.search import Found
 from slipfold.errors import BREAKDOWNS
 from slipfold.loci.locus import CODIMENSION_TWO, COEFFICIENT, LocusPoint
@@ -60,6 +61,7 @@ def bare_point(curve: LocusEquations, found: Found) -> LocusPoint:
         residual=point.residual,
         arclength=point.arclength,
         coefficients={},
+        stuck_fraction=orbits.stuck_fraction(point.z),
     )
 
 
@@ -71,13 +73,15 @@ def plane_of(orbits: Orbits) -> tuple[str, str]:
 
 def pair_of(curve: LocusEquations, point: OrbitPoint) -> tuple[float, float]:
     """Return the values of both."""
-    first, second = curve.place(point.z)
+    first, second = curve.place(curve.landed(point))
     return first, second
 
 
 def _named(orbits: Orbits, found: Found) -> tuple[str, str]:
     if found.type in CODIMENSION_TWO:
         return found.type, CODIMENSION_TWO[found.type]
+    if found.type in SEAMS:
+        return found.type, SEAMS[found.type]
     name = plane_of(orbits)[0 if found.type == "first" else 1]
     # The test function is the rate of the parameter along the locus: where it rises through zero
     # the parameter is smallest.

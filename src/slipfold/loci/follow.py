@@ -30,11 +30,12 @@ from slipfold.models.model import Model
 from slipfold.orbits.check import rests
 from slipfold.orbits.crossing import crossing_gap
 from slipfold.orbits.orbit_point import OrbitPoint
+from slipfold.orbits.stick_slip.touch import TOUCHED
 
 __all__ = ["LOCUS_TYPES", "follow_found", "follow_loci"]
 
-LOCUS_TYPES = ("LP", "PD", "NS", "BP", "HB")
-"""Types of bifurcation that have a locus in two parameters."""
+LOCUS_TYPES = ("LP", "PD", "NS", "BP", "HB", *TOUCHED)
+"""Types of special points that have a locus in two parameters."""
 
 CROSSED = 1e-6
 """A branch point at which the other parameter parts the branches is farther from a crossing."""
@@ -173,7 +174,8 @@ class _Loci(Atlas[OrbitPoint]):
         try:
             return regular_start(curve, z, self._settings)
         except InputError as error:
-            if self._settings.discretisation != "automatic" or curve.orbits.kind == "equilibrium":
+            given = self._settings.discretisation != "automatic" or not curve.orbits.by.smooth
+            if given or curve.orbits.kind == "equilibrium":
                 return error
             refusal = error
         try:

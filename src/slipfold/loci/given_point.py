@@ -16,10 +16,13 @@ from slipfold.orbits.check import rests
 from slipfold.orbits.discretisations.collocation import Collocation
 from slipfold.orbits.discretisations.segments import Segments
 from slipfold.orbits.discretisations.shooting import SEGMENTS
+from slipfold.orbits.discretisations.switched_shooting import SwitchedShooting
 from slipfold.orbits.equilibria import Equilibria
 from slipfold.orbits.kinds import orbits_of
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.spectrum.eigenvalues import Cayley
+from slipfold.orbits.stick_slip.touch import TOUCHED
+from slipfold.orbits.stick_slip.touching_shooting import TouchingShooting
 
 __all__ = ["as_unknown", "on_a_mesh"]
 
@@ -34,6 +37,8 @@ def as_unknown(
     It is of the discretisation that the branch had come to, unless settings ask for one: shooting
     gives an orbit at eight phases, collocation at more.
     """
+    if not np.isnan(point.stuck_fraction):
+        return _through_stick(point, model, plane)
     if rests(point.model, point.nodes):
         resting = Equilibria(model, plane, Cayley())
         return resting, resting.unknown(point.nodes[:1], point.model)
@@ -48,6 +53,27 @@ def as_unknown(
             )
         return orbits, orbits.unknown(point.nodes[::every], point.model)
     return on_a_mesh(orbits_of(model, plane, point.period, SEGMENTS), point)
+
+
+def _through_stick(
+    point: SpecialPoint, model: Model, plane: Mapping[str, float]
+) -> tuple[Orbits, Array]:
+    """Return a special point as an orbit through stick and slip, past its touch if it has one."""
+    orbits = orbits_of(model, plane, point.period, 1, by=SwitchedShooting)
+    z = orbits.unknown(point.nodes[:1], point.model)
+    assert isinstance(orbits.by, SwitchedShooting)
+    nodes, constants = orbits.nodes(z), orbits.constants(z)
+    by: SwitchedShooting | None
+    if point.type in TOUCHED:
+        by = TouchingShooting.at(orbits.by, nodes, constants, point.type)
+        if by is None:
+            raise InputError(f"the orbit at this {point.type} touches nothing; compute it anew")
+    else:
+        by = orbits.by.better(nodes, constants)
+    if by is None:
+        return orbits, z
+    other = orbits.described_by(by)
+    return other, other.adopt(orbits, z)
 
 
 def on_a_mesh(shot: Orbits, point: SpecialPoint) -> tuple[Orbits, Array]:

@@ -13,6 +13,7 @@ from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.orbits.spectrum.eigenvalues import eigenvalues_of
+from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
 from slipfold.text.one_line import OneLine, certain, headed, listed, number_text, parameter_text
 from slipfold.text.printed_table import PrintedTable
 
@@ -71,7 +72,9 @@ class LocusPoint(OneLine):
     Parameters
     ----------
     type
-        One of `CODIMENSION_TWO`, or ``"MIN"`` and ``"MAX"`` where the locus turns in a parameter.
+        One of `CODIMENSION_TWO`, or ``"MIN"`` and ``"MAX"`` where the locus turns in a parameter,
+        or ``"GRAZE"``, ``"STICK"``, ``"LIFT"``, ``"MEET"`` where contacts begin or cease to do
+        something.
     name
         The type in words, e.g. ``"smallest Nd"``.
     model
@@ -101,6 +104,9 @@ class LocusPoint(OneLine):
         Ids of the loci that were started here.
     kind
         ``"periodic"`` or ``"equilibrium"``.
+    stuck_fraction
+        Share of the period in which a contact sticks; NaN of an orbit along which contacts slip
+        in one direction all the time.
     """
 
     type: str
@@ -117,6 +123,7 @@ class LocusPoint(OneLine):
     coefficients: dict[str, float]
     leads_to: tuple[int, ...] = ()
     kind: str = "periodic"
+    stuck_fraction: float = np.nan
 
     def __post_init__(self) -> None:
         """Lock the arrays."""
@@ -161,7 +168,8 @@ class LocusPoint(OneLine):
     @cached_property
     def orbit(self) -> PeriodicOrbit:
         """The periodic orbit at this point."""
-        return PeriodicOrbit(self.model, self.period, self.nodes, self.multipliers, self.residual)
+        kind = PeriodicOrbit if np.isnan(self.stuck_fraction) else StickSlipOrbit
+        return kind(self.model, self.period, self.nodes, self.multipliers, self.residual)
 
     @cached_property
     def eigenvalues(self) -> Multipliers | None:
@@ -180,7 +188,8 @@ class Locus(OneLine):
     id
         Number within the result, from 1.
     type
-        ``"LP"``, ``"PD"``, ``"NS"`` or ``"BP"``; of equilibria ``"LP"``, ``"BP"`` or ``"HB"``.
+        ``"LP"``, ``"PD"``, ``"NS"`` or ``"BP"``; of equilibria ``"LP"``, ``"BP"`` or ``"HB"``; of
+        orbits at which contacts begin or cease to do something ``"GRAZE"`` or ``"LIFT"``.
     period
         Period in forcing periods; of an autonomous model, in rounds.
     parent
@@ -213,6 +222,9 @@ class Locus(OneLine):
     durations
         Durations of one round of each cycle of an autonomous model, in seconds, shape (n_points,);
         None where the model's parameters give the period.
+    stuck_fraction
+        Share of the period in which a contact sticks, shape (n_points,); None where contacts slip
+        in one direction all the time.
     """
 
     id: int
@@ -232,6 +244,7 @@ class Locus(OneLine):
     stopped: End
     kind: str = "periodic"
     durations: Array | None = None
+    stuck_fraction: Array | None = None
 
     def __post_init__(self) -> None:
         """Lock the arrays."""
@@ -327,7 +340,8 @@ class Locus(OneLine):
         index
             Row of the locus.
         """
-        return PeriodicOrbit(
+        kind = PeriodicOrbit if self.stuck_fraction is None else StickSlipOrbit
+        return kind(
             self.model_at(index),
             self.period,
             self.nodes[index],

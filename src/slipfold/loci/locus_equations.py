@@ -9,7 +9,10 @@ from slipfold.normal_forms.forms import forms_of
 from slipfold.orbits.critical import Critical
 from slipfold.orbits.linearisation import Linearisation
 from slipfold.orbits.orbit_curve import Orbits
+from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.spectrum.degeneracy import PAIRED, critical_places
+from slipfold.orbits.stick_slip.touch import TOUCHED
+from slipfold.orbits.stick_slip.touching_shooting import TouchingShooting
 
 __all__ = ["LocusEquations"]
 
@@ -24,7 +27,7 @@ POLE = 1e-9
 
 
 class LocusEquations(Critical):
-    """A locus of LP, PD, NS, BP or HB in two parameters: its equations and its test functions."""
+    """A locus of bifurcations or touches in two parameters: its equations and test functions."""
 
     odd = ("first", "second")
 
@@ -44,13 +47,15 @@ class LocusEquations(Critical):
         ``GPD``, ``CH``, ``DP`` and ``GH`` are coefficients of normal forms, multiplied by what is
         zero where they have poles: at other points of codimension two.
         """
+        slopes = np.where(np.abs(tangent[-2:]) > NO_SLOPE, tangent[-2:], 0.0)
+        standing = {"first": float(slopes[0]), "second": float(slopes[1])}
+        if self.condition in TOUCHED:
+            return standing
         monodromy = linearisation.monodromy
         size = float(np.sqrt(1 + np.linalg.svdvals(monodromy) ** 2).prod())
-        slopes = np.where(np.abs(tangent[-2:]) > NO_SLOPE, tangent[-2:], 0.0)
-        tests = {"first": float(slopes[0]), "second": float(slopes[1])}
         parts = z, linearisation, multipliers, size
         more = self._pair_tests if self.condition in PAIRED else self._real_tests
-        return {**tests, **more(*parts)}
+        return {**standing, **more(*parts)}
 
     def _real_tests(
         self, z: Array, linearisation: Linearisation, multipliers: Multipliers, size: float
@@ -101,9 +106,22 @@ class LocusEquations(Critical):
             "CH": cubic,
         }
 
+    def landed(self, point: OrbitPoint) -> Array:
+        """Return the unknown of a point; of a touch that keeps some slip, where it keeps none.
+
+        There is no direction of slip at none at all, but everything goes with its least value.
+        """
+        by = self.orbits.by
+        if not isinstance(by, TouchingShooting) or not by.touch.level:
+            return point.z
+        last = np.zeros(len(point.z))
+        last[-2] = by.touch.level  # the condition comes last, but for the tangent
+        linearisation = point.linearisation or self.linearise(point.z)
+        return np.asarray(point.z - linearisation.bordered(point.tangent).solve(last))
+
     def coefficient(self, tests: dict[str, float]) -> float:
         """Return the normal form coefficient that a point's test functions were made of."""
-        if self.condition == "LP":
+        if self.condition == "LP" or self.condition in TOUCHED:
             return np.nan
         if self.condition == "PD":
             value, poles = tests["GPD"], tests["LPPD"] * tests["R2"]
@@ -116,6 +134,8 @@ class LocusEquations(Critical):
         return value / poles if poles else np.nan
 
     def _coefficient(self, z: Array, linearisation: Linearisation) -> float:
+        if not self.orbits.by.smooth:
+            return np.nan
         try:
             return self.forms.coefficient(self, z, linearisation)
         except np.linalg.LinAlgError:

@@ -7,12 +7,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from slipfold.branches.make_branch import evenly
+from slipfold.branches.make_branch import evenly, stuck_fractions
 from slipfold.continuation.atlas import Chart
 from slipfold.continuation.end import End
 from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Trail
-from slipfold.loci.describe import bare_point, coefficient_at, describe_point, plane_of
+from slipfold.loci.describe import bare_point, coefficient_at, describe_point, pair_of, plane_of
 from slipfold.loci.locus import Locus, LocusPoint
 from slipfold.orbits.orbit_point import OrbitPoint
 
@@ -85,7 +85,7 @@ def _as_locus(chart: Chart[OrbitPoint], leads: Leads, described: Described | Non
         parent=chart.start.parent,
         model=orbits.model if durations is None else orbits.model.replace(duration=durations[0]),
         vary=plane_of(orbits),
-        values=np.array([orbits.values(point.z) for point in points]),
+        values=np.array([pair_of(point.curve, point) for point in points]),
         nodes=evenly(points),
         multipliers=np.array([orbits.multipliers(point) for point in points]),
         coefficient=np.array(described.coefficients),
@@ -102,6 +102,7 @@ def _as_locus(chart: Chart[OrbitPoint], leads: Leads, described: Described | Non
         begun=chart.begun or _first_end(trail),
         stopped=stopped,
         durations=durations,
+        stuck_fraction=stuck_fractions(points),
     )
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from slipfold.branches.change import Change, Growing
 from slipfold.branches.closed_branches import MeetsCopy, Returns, has_copy, step_beside_parent
 from slipfold.branches.ends import failure_reason
+from slipfold.branches.seams import Seams
 from slipfold.branches.settings import Settings
 from slipfold.branches.stops import Limits, Unresolved
 from slipfold.continuation.end import End
@@ -61,7 +62,7 @@ def trace_locus(
 
 def _monitors(curve: LocusEquations) -> list[Monitor[OrbitPoint]]:
     """What is watched along a locus: what ends it early first, what takes longest last."""
-    monitors: list[Monitor[OrbitPoint]] = [Unresolved(curve)]
+    monitors: list[Monitor[OrbitPoint]] = [Seams(curve), Unresolved(curve)]
     if has_copy(curve.orbits):
         monitors.append(MeetsCopy(curve, partial(_at_parent, curve)))
     return [

@@ -18,7 +18,7 @@ from slipfold.loci.locus_equations import LocusEquations
 from slipfold.loci.turning_pitchfork import turning_pitchfork
 from slipfold.orbits.crossing import crossing_gap
 from slipfold.orbits.orbit_point import OrbitPoint
-from slipfold.orbits.spectrum.degeneracy import PAIRED, critical_places
+from slipfold.orbits.spectrum.degeneracy import CRITICAL, PAIRED, critical_places
 
 __all__ = ["DOUBLED", "SpecialPoints", "tests_of"]
 
@@ -147,18 +147,20 @@ class SpecialPoints(Zeros[OrbitPoint]):
         others = np.delete(values, critical_places(condition, values))
         if found.type in ("GPD", "CH") and self._is_pole_alone(found.point):
             return False
-        if found.type in _PAIR[condition]:
+        if found.type in _PAIR.get(condition, ()):
             return is_torus(others)
         if found.type in DOUBLED:
             target = -1 if found.type == "R2" else 1
             return condition in PAIRED or bool(np.abs(others - target).min() < DOUBLE)
-        if found.type in _SINGLE[condition]:
+        if found.type in _SINGLE.get(condition, ()):
             flips = found.type in ("PDNS", "BPPD") or (found.type, condition) == ("LPPD", "LP")
             return bool(np.abs(others - (-1 if flips else 1)).min() < ON_CIRCLE)
         return True
 
     def accounts_for(self, found: list[Found], a: OrbitPoint, b: OrbitPoint) -> bool:
         """Whether what was found explains the change in the number of unstable multipliers."""
+        if self._curve.condition not in CRITICAL:  # multipliers of what goes on are not watched
+            return True
         change = abs(self._outside(b) - self._outside(a))
         single = sum(item.type in _SINGLE[self._curve.condition] for item in found)
         pairs = sum(item.type in _PAIR[self._curve.condition] for item in found)

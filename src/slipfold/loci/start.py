@@ -218,6 +218,7 @@ def _leaving(
         curve.tests(z, linearisation, multipliers, tangent),
         0,
         residual,
+        piece=curve.orbits.piece(z),
         curve=curve,
         monodromy=monodromy,
         multipliers=multipliers,

@@ -13,6 +13,7 @@ from slipfold.orbits.discretisations.discretisation import Discretisation
 from slipfold.orbits.linearisation import MANY, Conditions, Linearisation, defect_of
 from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
 from slipfold.orbits.spectrum.degeneracy import UNKNOWN, Degeneracy, degeneracy
+from slipfold.orbits.stick_slip.touching_shooting import TouchingShooting
 
 __all__ = ["Critical"]
 
@@ -24,10 +25,12 @@ class Critical(OrbitCurve):
     """Orbits that are at a bifurcation: with two parameters that vary a curve, a locus.
 
     The equations are those of the orbits and one more, that the matrix of their spectrum has a
-    critical eigenvalue (see `slipfold.orbits.spectrum.degeneracy`), or that two families of them
-    cross (see `slipfold.orbits.crossing`); an unknown is that of an orbit.
+    critical eigenvalue (see `slipfold.orbits.spectrum.degeneracy`), that two families of them
+    cross (see `slipfold.orbits.crossing`), or that a change of contacts is only just met (see
+    `slipfold.orbits.stick_slip.touching_shooting`); an unknown is that of an orbit.
 
-    `condition` is ``"LP"``, ``"PD"``, ``"NS"``, ``"BP"``, or ``"HB"`` of equilibria.
+    `condition` is ``"LP"``, ``"PD"``, ``"NS"``, ``"BP"``, ``"GRAZE"``, ``"LIFT"``, or ``"HB"`` of
+    equilibria.
     """
 
     def __init__(self, orbits: Orbits, condition: str) -> None:
@@ -39,6 +42,8 @@ class Critical(OrbitCurve):
         plain = self.orbits.linearise(z)
         if self.condition == "BP":
             values = crossing_values(plain)
+        elif isinstance(self.orbits.by, TouchingShooting):
+            values = self._touch(self.orbits.by, z).values
         else:
             logarithm = self._log_multiplier(z)
             value = self._degeneracy(plain).value if logarithm is None else logarithm
@@ -50,6 +55,8 @@ class Critical(OrbitCurve):
         plain = self.orbits.linearise(z)
         if self.condition == "BP":
             added = crossing_conditions(self.orbits, plain, z)
+        elif isinstance(self.orbits.by, TouchingShooting):
+            added = self._touch(self.orbits.by, z)
         else:
             added = self._critical_eigenvalue(plain, z)
         assert added.gradients is not None
@@ -57,6 +64,10 @@ class Critical(OrbitCurve):
         gradients = added.gradients if above is None else np.vstack([above, added.gradients])
         values = np.append(plain.conditions.values, added.values)
         return replace(plain, conditions=replace(added, values=values, gradients=gradients))
+
+    def _touch(self, by: TouchingShooting, z: Array) -> Conditions:
+        value, by_nodes, by_free = by.touched(self.orbits.nodes(z), self.orbits.constants(z))
+        return Conditions(np.array([value]), np.append(by_nodes, by_free)[None])
 
     def _critical_eigenvalue(self, plain: Linearisation, z: Array) -> Conditions:
         logarithm = self._log_multiplier(z)

@@ -10,6 +10,7 @@ from matplotlib.artist import Artist
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from slipfold.branches.seams import NAMES as SEAMS
 from slipfold.lines.of_loci import CRITICALITIES, locus_stretches
 from slipfold.loci.locus import CODIMENSION_TWO, Locus, locus_title
 from slipfold.loci.region_map import RegionMap
@@ -26,7 +27,12 @@ SIZE = 7.5
 COLUMN_WIDTH = 1.9
 """Width of a column of the legend in inches."""
 
-MARK_NAMES = {"MIN": "extremum of a locus", "LIMIT": "limit of the model", "FAILED": "given up"}
+MARK_NAMES = {
+    "MIN": "extremum of a locus",
+    "LIMIT": "limit of the model",
+    "FAILED": "given up",
+    **SEAMS,
+}
 
 
 class _HasLoci(Protocol):

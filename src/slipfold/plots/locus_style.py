@@ -7,12 +7,21 @@ from types import MappingProxyType
 from typing import Any
 
 from slipfold.loci.locus import CODIMENSION_TWO
+from slipfold.orbits.stick_slip.touch import TOUCHED
 from slipfold.plots.style import MARKERS
 
 __all__ = ["LOCUS_COLOURS", "line_style", "mark_style"]
 
 LOCUS_COLOURS: Mapping[str, str] = MappingProxyType(
-    {"HB": "#000000", "PD": "#0b0774", "BP": "#074e03", "NS": "#a83b98", "LP": "#d56a14"}
+    {
+        "HB": "#000000",
+        "PD": "#0b0774",
+        "BP": "#074e03",
+        "NS": "#a83b98",
+        "GRAZE": "#0e8a8f",
+        "LIFT": "#8b6f1a",
+        "LP": "#d56a14",
+    }
 )
 """Colour of each type of locus; they differ in lightness too, and from all pale areas."""
 
@@ -27,6 +36,9 @@ DASHES: Mapping[str, Any] = MappingProxyType(
 FOLD: Any = (0, (5.0, 1.4, 1.0, 1.4))
 """Line style of folds of cycles, which have no criticality; those of equilibria are solid."""
 
+TOUCHING: Any = (0, (1.6, 1.0))
+"""Line style of touches, at which no multiplier is critical."""
+
 
 def line_style(
     type_: str,
@@ -36,10 +48,10 @@ def line_style(
     kind: str = "periodic",
 ) -> dict[str, Any]:
     """Return the line properties of a stretch of a locus."""
-    fold = "-" if kind == "equilibrium" else FOLD
+    own = {"LP": "-" if kind == "equilibrium" else FOLD} | dict.fromkeys(TOUCHED, TOUCHING)
     return {
         "color": colours[type_],
-        "linestyle": fold if type_ == "LP" else DASHES[criticality],
+        "linestyle": own.get(type_, DASHES[criticality]),
         "linewidth": WIDTHS.get(period, 0.7),
     }
 

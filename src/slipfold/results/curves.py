@@ -17,7 +17,7 @@ from slipfold.results.saved_table import SavedTable
 from slipfold.results.sheet import Sheet
 from slipfold.results.table import Table, axes_of
 
-__all__ = ["LASTING", "Curves"]
+__all__ = ["LASTING", "Curves", "sticking"]
 
 Columns = tuple[Column, ...]
 Said = Callable[[Any], dict[str, Any]]
@@ -183,3 +183,16 @@ def _ends(
 def _durations(curve: Any) -> NDArray[np.float64]:
     own: NDArray[np.float64] | None = curve.durations
     return np.full(len(curve), curve.model.values["duration"]) if own is None else own
+
+
+def sticking(sticks: bool, get: Callable[[Any], Any], *, point: bool) -> tuple[Column, ...]:
+    """How much of a period contacts stick, where curves go through stick."""
+    if not sticks:
+        return ()
+    meaning = "share of the period in which a contact sticks; NaN: none was watched for stick"
+
+    def known(item: Any) -> Any:
+        found = get(item)
+        return np.full(len(item), np.nan) if found is None else found
+
+    return (Column("stuck_fraction", REAL, meaning, "", get=known, record=point),)

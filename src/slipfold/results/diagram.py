@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from typing import Any, NamedTuple
@@ -19,7 +19,7 @@ from slipfold.drawing import draw
 from slipfold.models.model import Model
 from slipfold.orbits.extrema import Extrema
 from slipfold.results.column import REAL, TEXT, WHOLE, Column
-from slipfold.results.curves import Curves
+from slipfold.results.curves import Curves, sticking
 from slipfold.results.diagram_summary import DiagramSummary
 from slipfold.results.labelled_table import Variable
 from slipfold.results.provenance import Provenance
@@ -264,7 +264,7 @@ def _curves(model: Model, vary: str, sticks: bool) -> Curves:
                 Column(f"extrema.{which}", REAL, about, None, ("output",), name=which, slot=which)
                 for which, about in reached.items()
             ),
-            *_sticking(sticks, lambda branch: branch.stuck_fraction, point=False),
+            *sticking(sticks, lambda branch: branch.stuck_fraction, point=False),
         ),
         special=(
             Column("name", TEXT, "what the type means here", record=True),
@@ -284,7 +284,7 @@ def _curves(model: Model, vary: str, sticks: bool) -> Curves:
                        derived=True)
                 for which, about in reached.items()
             ),
-            *_sticking(sticks, lambda point: point.stuck_fraction, point=True),
+            *sticking(sticks, lambda point: point.stuck_fraction, point=True),
         ),
         lasting="of one round",
         amended=_without_duration,
@@ -301,19 +301,6 @@ def _turning(model: Model) -> tuple[Column, ...]:
                get=lambda branch: [branch.turns.get(item.name, 0) for item in model.states]),
         Column("turns", record=True),
     )  # fmt: skip
-
-
-def _sticking(sticks: bool, get: Callable[[Any], Any], *, point: bool) -> tuple[Column, ...]:
-    """How much of a period contacts stick, where branches go through stick."""
-    if not sticks:
-        return ()
-    meaning = "share of the period in which a contact sticks; NaN: none was watched for stick"
-
-    def known(item: Any) -> Any:
-        found = get(item)
-        return np.full(len(item), np.nan) if found is None else found
-
-    return (Column("stuck_fraction", REAL, meaning, "", get=known, record=point),)
 
 
 def _without_duration(branch: Branch, point: SpecialPoint) -> dict[str, Any]:

@@ -18,7 +18,7 @@ from slipfold.loci.window import Window
 from slipfold.models.model import Model
 from slipfold.results.column import COMPLEX, REAL, TEXT, WHOLE, Axes, Column
 from slipfold.results.criticality import criticalities, point_criticality
-from slipfold.results.curves import LASTING, Curves
+from slipfold.results.curves import LASTING, Curves, sticking
 from slipfold.results.labelled_table import Variable
 from slipfold.results.locus_summary import LocusSummary
 from slipfold.results.provenance import Provenance
@@ -115,6 +115,11 @@ class LocusDiagram(Result):
         """Whether a locus was given up, at either end, before it came to an end of its own."""
         return any(locus.begun.early or locus.stopped.early for locus in self.loci)
 
+    @property
+    def _sticks(self) -> bool:
+        """Whether any of the loci goes through stick."""
+        return any(locus.stuck_fraction is not None for locus in self.loci)
+
     def summary(self) -> str:
         """Return tables of ends, special points and regions, and why loci begin and end."""
         return self._summary().text()
@@ -175,7 +180,7 @@ class LocusDiagram(Result):
         axes = axes_of(model, self.vary)
         described = [model.parameter(name) for name in self.vary]
         variables = names("state", model.states) | names("parameter", described)
-        variables |= _curves(model, self.vary).variables(self.loci, model, self.vary)
+        variables |= _curves(model, self.vary, self._sticks).variables(self.loci, model, self.vary)
         # As many as a point has, one after the other.
         forms = [(row, *item) for row, p in enumerate(points) for item in p.coefficients.items()]
         variables |= FORMS.variables(forms, axes, [row for row, _, _ in forms])
@@ -184,7 +189,7 @@ class LocusDiagram(Result):
         return variables
 
     def _record(self) -> dict[str, Any]:
-        table = _curves(self.model, self.vary).curves
+        table = _curves(self.model, self.vary, self._sticks).curves
         return {
             "plane": self.vary,
             "window": self.window,
@@ -206,10 +211,11 @@ class LocusDiagram(Result):
             "multipliers": "multiplier",
             "coefficient": "coefficient",
             "named": "coefficients",
+            "stuck_fraction": "stuck fraction",
             "residual": "residual",
             "arclength": "arclength",
         }
-        return _curves(self.model, self.vary).csv(
+        return _curves(self.model, self.vary, self._sticks).csv(
             self.loci,
             heads,
             axes_of(self.model, self.vary),
@@ -252,7 +258,7 @@ FORMS = Table(
 """Coefficients of normal forms of all special points."""
 
 
-def _curves(model: Model, vary: tuple[str, str]) -> Curves:
+def _curves(model: Model, vary: tuple[str, str], sticks: bool) -> Curves:
     meaning = "; ".join(meaning_of(model.parameter(name)) for name in vary)
     pair = ("parameter",)
     eigenvalues = Column(
@@ -285,6 +291,7 @@ def _curves(model: Model, vary: tuple[str, str]) -> Curves:
             Column("criticality", TEXT, "empty: no meaning, or not known", derived=True,
                    get=lambda locus: [word or "" for word in criticalities(locus)]),
             *(() if model.forced else (eigenvalues,)),
+            *sticking(sticks, lambda locus: locus.stuck_fraction, point=False),
         ),
         special=(
             Column("name", TEXT, "what the type means", record=True),
@@ -301,6 +308,7 @@ def _curves(model: Model, vary: tuple[str, str]) -> Curves:
             Column("coefficient", record=True, slot="",
                    get=lambda point: next(iter(point.coefficients.values()), None)),
             Column("leads_to", WHOLE, "loci begun here, 0: no more", None, ("start",), record=True),
+            *sticking(sticks, lambda point: point.stuck_fraction, point=True),
         ),
         lasting=LASTING,
     )  # fmt: skip
@@ -328,7 +336,8 @@ def _eigenvalues(locus: Locus) -> NDArray[np.complex128]:
 
 def _loci(saved: SavedTable, vary: tuple[str, str], axes: Axes) -> tuple[Locus, ...]:
     forms, loci = FORMS.rows(saved), []
-    for fields, found in _curves(saved.model, vary).read(saved, axes):
+    curves = _curves(saved.model, vary, "stuck_fraction" in saved.columns)
+    for fields, found in curves.read(saved, axes):
         special = []
         for row, own in found:
             pairs = [FORMS.read(saved, axes, each) for each in forms[row]]
@@ -341,6 +350,8 @@ def _loci(saved: SavedTable, vary: tuple[str, str], axes: Axes) -> tuple[Locus, 
 def _locus(model: Model, vary: tuple[str, str], fields: dict[str, Any]) -> Locus:
     base = dict(zip(vary, fields.pop("base"), strict=True))
     durations = fields.pop("durations", None)
+    if np.isnan(fields.get("stuck_fraction", np.nan)).all():
+        fields["stuck_fraction"] = None
     if durations is not None:
         base["duration"] = float(durations[0])
         fields["durations"] = durations if fields["kind"] == "periodic" else None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any
 
 import heyoka as hy
@@ -19,12 +20,13 @@ Array = NDArray[np.float64]
 
 
 class Slopes:
-    """First derivatives of some functions of state, phase and coefficients, compiled."""
+    """Some functions of state, phase and coefficients with their first derivatives, compiled."""
 
     def __init__(self, functions: Sequence[Expression], equations: Equations) -> None:
         inputs = [*equations.states, equations.phase, *equations.coefficients]
         self._shape = len(functions), len(inputs)
         self._states = equations.dimension
+        self._functions, self._inputs = list(functions), inputs
         key = f"slopes {[str(item) for item in functions]}\n{equations.fingerprint()}"
         self._function: Any = cached(
             key,
@@ -34,6 +36,16 @@ class Slopes:
                 compact_mode=True,
             ),
         )
+
+    @cached_property
+    def _values(self) -> Any:
+        return hy.cfunc(self._functions, vars=self._inputs)
+
+    def values(self, states: Array, phases: Array, constants: Constants) -> Array:
+        """Return the functions themselves. Shapes: states (p, n); phases (p,); returns (p, q)."""
+        known = np.tile(constants.values, (len(states), 1))
+        inputs = np.concatenate([states, phases[:, None], known], axis=1)
+        return np.ascontiguousarray(self._values(np.ascontiguousarray(inputs.T)).T)
 
     def at(
         self, state: Array, phase: float, constants: Constants, directions: Array

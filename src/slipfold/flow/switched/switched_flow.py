@@ -104,6 +104,10 @@ class SwitchedFlow:
         """Return what differentiates these states in a mode without slow slip."""
         return self._mode(mode).held_slopes
 
+    def events_of(self, mode: Mode) -> tuple[Event, ...]:
+        """Return the changes that a mode may meet."""
+        return self._mode(mode).events
+
     def event_slopes(self, mode: Mode, event: Event) -> tuple[Slopes, int]:
         """Return what differentiates an event, in a mode without slow slip, and its row there."""
         compiled = self._mode(mode)

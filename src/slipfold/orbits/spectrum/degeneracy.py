@@ -9,12 +9,15 @@ from numpy.typing import NDArray
 
 from slipfold.orbits.spectrum.floquet import floquet_multipliers
 
-__all__ = ["PAIRED", "Degeneracy", "critical_pair", "critical_places", "degeneracy"]
+__all__ = ["CRITICAL", "PAIRED", "Degeneracy", "critical_pair", "critical_places", "degeneracy"]
 
 Array = NDArray[np.float64]
 
 PAIRED = ("NS", "HB")
 """Bifurcations at which a pair is critical: of orbits, and of equilibria."""
+
+CRITICAL = ("LP", "BP", "PD", *PAIRED)
+"""Bifurcations; of whatever else there are loci of, no multiplier is critical."""
 
 MET = 0.5
 """Two real multipliers further apart than this are not a pair that was complex a step before."""
@@ -100,6 +103,8 @@ def critical_places(kind: str, multipliers: NDArray[np.complex128]) -> NDArray[n
     """
     if kind in PAIRED:
         return np.array(critical_pair(multipliers) or (), dtype=np.int64)
+    if kind not in CRITICAL:
+        return np.empty(0, dtype=np.int64)
     target = -1.0 if kind == "PD" else 1.0
     return np.array([np.abs(multipliers - target).argmin()], dtype=np.int64)
 

@@ -1,0 +1,109 @@
+"""Loci of orbits that stick, and of where they begin to: against branches and other integrators."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+import slipfold as sf
+from helpers.dry_friction import belt
+
+ROWS = [0, 3, 6, -4, -1]
+
+
+def worn(kinetic, speed):
+    """The mass on a belt whose friction falls with speed, to some kinetic friction."""
+    return belt(sf.Stribeck(mu_s=1.0, mu_k=kinetic, vs=0.5), speed, damping=0.1)
+
+
+@pytest.fixture(scope="module")
+def ends():
+    """Where stick-slip cycles on the belt end, over its speed and kinetic friction."""
+    cycle = sf.periodic_orbit(worn(0.5, 1.5), state={"x": 2.0})
+    (end,) = sf.response(cycle, vary="Vd", span=(1.5, 1.9)).special
+    return sf.locus(end, ("Vd", "mu_k"), ((1.0, 2.5), (0.2, 0.9)))
+
+
+def shaken(frequency, speed):
+    """A mass on a belt that a force shakes as well."""
+    contact = sf.FrictionContact("x", sf.Coulomb(mu_s=1.0, mu_k=1.0), load=0.4, Vd=speed)
+    force = sf.HarmonicForce("x", F=1.0)
+    return sf.Structure(
+        [[1.0]], [[0.1]], [[1.0]], names="x", contacts=contact, forcing=force, f=frequency
+    )
+
+
+@pytest.fixture(scope="module")
+def begins():
+    """Where the shaken mass begins to stick, over speed and frequency."""
+    (graze,) = graze_of(0.25, 1.06)
+    return sf.locus(graze, ("Vd", "f"), ((0.2, 1.5), (0.05, 0.35)))
+
+
+def graze_of(frequency, near):
+    orbit = sf.periodic_orbit(shaken(frequency, 0.98 * near))
+    found = sf.response(orbit, vary="Vd", span=(0.98 * near, 1.02 * near)).special
+    return [item for item in found if item.point.type == "GRAZE"]
+
+
+def highest_after_a_touch(speed, kinetic):
+    """The next largest velocity of the mass, over the belt's, from a touch of Vrel = 0."""
+
+    def rates(time, state):
+        x, v = state
+        friction = kinetic + (1 - kinetic) * np.exp(-abs((speed - v) / 0.5))
+        return v, friction - 0.1 * v - x
+
+    def turns(time, state):
+        return rates(time, state)[1]
+
+    turns.direction, turns.terminal = -1, True
+    # Friction is 1 at the touch, where the velocity stands still.
+    start, exact = (1 - 0.1 * speed, speed), {"method": "DOP853", "rtol": 1e-13, "atol": 1e-14}
+    first = solve_ivp(rates, (0, 1), start, **exact)
+    motion = solve_ivp(rates, (1, 20), first.y[:, -1], events=turns, **exact)
+    return motion.y[1, -1] - speed
+
+
+def test_the_end_of_stick_is_a_curve(ends):
+    (locus,) = ends.loci
+    assert locus.type == "GRAZE"
+    assert {locus.begun.kind, locus.stopped.kind} == {"window"}
+    row = np.abs(locus.values[:, 1] - 0.5).argmin()
+    speed, kinetic = locus.values[row]
+    assert kinetic == pytest.approx(0.5, abs=1e-9)
+    assert speed == pytest.approx(1.8366009722065, abs=1e-9)  # bSTAB
+
+
+@pytest.mark.parametrize("row", ROWS)
+def test_cycles_on_the_curve_touch_as_another_integrator_finds(ends, row):
+    speed, kinetic = ends.loci[0].values[row]
+    near = 0.999 * speed, 1.001 * speed
+    found = brentq(highest_after_a_touch, *near, args=(kinetic,), xtol=1e-12)
+    assert found == pytest.approx(speed, abs=1e-9)
+
+
+@pytest.mark.parametrize("row", ROWS)
+def test_branches_begin_to_stick_on_the_curve(begins, row):
+    (locus,) = begins.loci
+    speed, frequency = locus.values[row]
+    (graze,) = graze_of(frequency, speed)
+    assert graze.point.value == pytest.approx(speed, abs=1e-8)
+
+
+def test_no_orbit_on_the_curve_sticks_and_each_touches(ends):
+    (locus,) = ends.loci
+    assert (locus.stuck_fraction < 1e-6).all()
+    for row in (0, -1):
+        fastest = locus.orbit(row).extrema.maximum[0, 1]
+        assert fastest == pytest.approx(locus.values[row, 0], abs=1e-9)
+
+
+def test_it_is_saved_and_drawn(ends, tmp_path):
+    ends.save(tmp_path / "grazes.nc")
+    (locus,), (copy,) = ends.loci, sf.load(tmp_path / "grazes.nc").loci
+    assert np.array_equal(copy.stuck_fraction, locus.stuck_fraction)
+    assert np.array_equal(copy.orbit(0).nodes, locus.orbit(0).nodes)
+    assert "GRAZE of period 1" in ends.summary()
+    legend = ends.plot().get_legend()
+    assert "GRAZE of period 1" in [text.get_text() for text in legend.get_texts()]
