@@ -58,4 +58,20 @@ plt.show()
 # %%
 
 table.add("stick-slip at vd = 1: period", squeal.settlement.duration, "6.4313827982", "two methods")
+
+# %%
+# On a faster belt this cycle ends where it touches zero slip, beside one that only slips. Where it
+# does is a curve in the plane of belt speed and kinetic friction: to its left squeal sticks.
+
+contact = sf.FrictionContact("x", law, load=1.0, Vd=1.5)
+belt = sf.Structure([[1.0]], [[model.c]], [[1.0]], names="x", contacts=contact)
+cycles = sf.response(sf.periodic_orbit(belt, state={"x": 2.0}), vary="Vd", span=(1.5, 1.9))
+(end,) = cycles.special
+table.add("end of stick-slip: vd", end.point.value, "1.836600972208", "bSTAB")
+ends = sf.locus(end, ("Vd", "mu_k"), ((1.0, 2.5), (0.2, 0.9)))
+ends.plot()
+plt.show()
+
+# %%
+
 table

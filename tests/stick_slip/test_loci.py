@@ -10,6 +10,9 @@ from helpers.dry_friction import belt
 
 ROWS = [0, 3, 6, -4, -1]
 
+CONSTANT = sf.Coulomb(mu_s=1.0, mu_k=1.0)
+FALLING = sf.Stribeck(mu_s=1.0, mu_k=0.5, vs=0.5)
+
 
 def worn(kinetic, speed):
     """The mass on a belt whose friction falls with speed, to some kinetic friction."""
@@ -24,9 +27,9 @@ def ends():
     return sf.locus(end, ("Vd", "mu_k"), ((1.0, 2.5), (0.2, 0.9)))
 
 
-def shaken(frequency, speed):
+def shaken(frequency, speed, law=CONSTANT):
     """A mass on a belt that a force shakes as well."""
-    contact = sf.FrictionContact("x", sf.Coulomb(mu_s=1.0, mu_k=1.0), load=0.4, Vd=speed)
+    contact = sf.FrictionContact("x", law, load=0.4, Vd=speed)
     force = sf.HarmonicForce("x", F=1.0)
     return sf.Structure(
         [[1.0]], [[0.1]], [[1.0]], names="x", contacts=contact, forcing=force, f=frequency
@@ -44,6 +47,22 @@ def graze_of(frequency, near):
     orbit = sf.periodic_orbit(shaken(frequency, 0.98 * near))
     found = sf.response(orbit, vary="Vd", span=(0.98 * near, 1.02 * near)).special
     return [item for item in found if item.point.type == "GRAZE"]
+
+
+def doubling_of(frequency, first, last):
+    """Where the shaken mass that sticks doubles its period, friction falling with speed."""
+    orbit = sf.periodic_orbit(shaken(frequency, first, FALLING))
+    settings = sf.Settings(largest_period=1)
+    found = sf.response(orbit, vary="Vd", span=(first, last), settings=settings).special
+    (point,) = [item.point for item in found if item.point.type == "PD"]
+    return point
+
+
+@pytest.fixture(scope="module")
+def doublings():
+    """That point over speed and frequency."""
+    window = (0.3, 1.0), (0.0785, 0.09)
+    return sf.locus(doubling_of(0.08, 0.5, 0.51), ("Vd", "f"), window, switch=False)
 
 
 def highest_after_a_touch(speed, kinetic):
@@ -89,6 +108,15 @@ def test_branches_begin_to_stick_on_the_curve(begins, row):
     speed, frequency = locus.values[row]
     (graze,) = graze_of(frequency, speed)
     assert graze.point.value == pytest.approx(speed, abs=1e-8)
+
+
+@pytest.mark.parametrize("row", [0, 2, 4, -2, -1])
+def test_orbits_that_stick_double_their_period_on_the_curve(doublings, row):
+    (locus,) = doublings.loci
+    assert (locus.stuck_fraction > 0.1).all()
+    speed, frequency = locus.values[row]
+    found = doubling_of(frequency, 0.99 * speed, 1.01 * speed)
+    assert found.value == pytest.approx(speed, abs=1e-8)
 
 
 def test_no_orbit_on_the_curve_sticks_and_each_touches(ends):

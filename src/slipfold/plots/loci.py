@@ -19,7 +19,7 @@ from slipfold.plots.axes import axes_or_new, settle
 from slipfold.plots.labels import Label, place_labels
 from slipfold.plots.locus_legend import legend_options
 from slipfold.plots.locus_marks import locus_marks
-from slipfold.plots.locus_style import LOCUS_COLOURS, line_style, mark_style
+from slipfold.plots.locus_style import LOCUS_COLOURS, line_style, locus_colour, mark_style
 from slipfold.plots.regions import draw_regions, region_labels, sharpen
 
 __all__ = ["HasLoci", "draw_loci", "name_loci"]
@@ -132,7 +132,9 @@ def name_loci(
     for locus in diagram.loci:
         anchors = _within(_anchors(locus), _view(ax))
         if len(anchors):
-            labels.append(Label(_name(locus), anchors, colours[locus.type], 7.5, leader=False))
+            labels.append(
+                Label(_name(locus), anchors, locus_colour(locus.type, colours), 7.5, leader=False)
+            )
     if regions and diagram.regions is not None:
         labels += region_labels(ax, diagram.regions)
     place_labels(ax, labels)

@@ -15,7 +15,7 @@ from slipfold.lines.of_loci import CRITICALITIES, locus_stretches
 from slipfold.loci.locus import CODIMENSION_TWO, Locus, locus_title
 from slipfold.loci.region_map import RegionMap
 from slipfold.plots.locus_marks import locus_marks
-from slipfold.plots.locus_style import LOCUS_COLOURS, line_style, mark_style
+from slipfold.plots.locus_style import LOCUS_COLOURS, TOUCHING, line_style, mark_style
 from slipfold.plots.region_colours import UNKNOWN, region_colour
 from slipfold.plots.regions import shown_regions
 
@@ -74,7 +74,7 @@ def _lines(diagrams: Sequence[_HasLoci], colours: Mapping[str, str]) -> list[Art
         for locus in diagram.loci
         for stretch in locus_stretches(locus)
     }
-    order = list(colours)
+    order = [*colours, *TOUCHING]
     handles: list[Artist] = []
     for kind in sorted(kinds, key=lambda k: (order.index(k[0]), k[1], CRITICALITIES.index(k[2]))):
         text = locus_title(kind[0], kind[1], kind[3]) + ", " * bool(kind[2]) + kind[2]

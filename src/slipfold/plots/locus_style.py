@@ -7,21 +7,12 @@ from types import MappingProxyType
 from typing import Any
 
 from slipfold.loci.locus import CODIMENSION_TWO
-from slipfold.orbits.stick_slip.touch import TOUCHED
 from slipfold.plots.style import MARKERS
 
-__all__ = ["LOCUS_COLOURS", "line_style", "mark_style"]
+__all__ = ["LOCUS_COLOURS", "TOUCHING", "line_style", "locus_colour", "mark_style"]
 
 LOCUS_COLOURS: Mapping[str, str] = MappingProxyType(
-    {
-        "HB": "#000000",
-        "PD": "#0b0774",
-        "BP": "#074e03",
-        "NS": "#a83b98",
-        "GRAZE": "#0e8a8f",
-        "LIFT": "#8b6f1a",
-        "LP": "#d56a14",
-    }
+    {"HB": "#000000", "PD": "#0b0774", "BP": "#074e03", "NS": "#a83b98", "LP": "#d56a14"}
 )
 """Colour of each type of locus; they differ in lightness too, and from all pale areas."""
 
@@ -36,8 +27,15 @@ DASHES: Mapping[str, Any] = MappingProxyType(
 FOLD: Any = (0, (5.0, 1.4, 1.0, 1.4))
 """Line style of folds of cycles, which have no criticality; those of equilibria are solid."""
 
-TOUCHING: Any = (0, (1.6, 1.0))
-"""Line style of touches, at which no multiplier is critical."""
+TOUCHING: Mapping[str, Any] = MappingProxyType(
+    {"GRAZE": (0, (3.0, 1.0, 1.0, 1.0, 1.0, 1.0)), "LIFT": (0, (1.0, 1.0, 1.0, 3.0))}
+)
+"""Line styles of what is no bifurcation; all are black."""
+
+
+def locus_colour(type_: str, colours: Mapping[str, str] = LOCUS_COLOURS) -> str:
+    """Return the colour of a type of locus."""
+    return colours.get(type_, "#000000")
 
 
 def line_style(
@@ -48,9 +46,9 @@ def line_style(
     kind: str = "periodic",
 ) -> dict[str, Any]:
     """Return the line properties of a stretch of a locus."""
-    own = {"LP": "-" if kind == "equilibrium" else FOLD} | dict.fromkeys(TOUCHED, TOUCHING)
+    own = {"LP": "-" if kind == "equilibrium" else FOLD, **TOUCHING}
     return {
-        "color": colours[type_],
+        "color": locus_colour(type_, colours),
         "linestyle": own.get(type_, DASHES[criticality]),
         "linewidth": WIDTHS.get(period, 0.7),
     }

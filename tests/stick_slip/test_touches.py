@@ -1,0 +1,61 @@
+"""Orbits at a touch of Vrel = 0 in the plane: as good as none of the slip is kept."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import slipfold as sf
+from helpers.dry_friction import sliding
+from slipfold.continuation.newton import correct
+from slipfold.loci.locus_equations import LocusEquations
+from slipfold.orbits.discretisations.switched_shooting import SwitchedShooting
+from slipfold.orbits.kinds import orbits_of
+from slipfold.orbits.stick_slip.touching_shooting import TouchingShooting
+
+
+@pytest.fixture(scope="module")
+def slipping():
+    """An orbit that slips as slowly as the smooth model follows it, and its discretisation."""
+    branch, *_ = sf.response(sliding(0.3, 0.2), vary="Vd", span=(0.2, 0.056)).branches
+    model = branch.orbit(-1).model
+    orbits = orbits_of(model, {"Vd": 0.3, "Nd": 0.9}, 1, 1, by=SwitchedShooting)
+    z = orbits.unknown(branch.nodes[-1][:1], model)
+    by = TouchingShooting.at(orbits.by, orbits.nodes(z), orbits.constants(z), "GRAZE")
+    other = orbits.described_by(by)
+    return other, other.adopt(orbits, z)
+
+
+def touched_with(orbits, z, level):
+    """The touch with some slip left, at the same pulsation."""
+    by = orbits.by
+    touch = replace(by.touch, level=level)
+    nearer = TouchingShooting(by.model, by.free, by.period, touch, by.kind)
+    curve = LocusEquations(orbits.described_by(nearer), "GRAZE")
+    row = np.eye(1, len(z), len(z) - 1)[0]
+    correction = correct(curve, z, row)
+    assert correction.converged
+    return curve, curve.point(correction, 0.0)
+
+
+def test_the_slip_that_is_kept_plays_no_part(slipping):
+    speeds = []
+    for level in (1e-3, 1e-4, 1e-5):
+        curve, point = touched_with(*slipping, level)
+        last = np.zeros(len(point.z))
+        last[-2] = level
+        row = np.eye(1, len(point.z), len(point.z) - 1)[0]
+        moved = curve.linearise(point.z).bordered(row).solve(last)
+        speeds.append(curve.place(point.z - moved)[0])
+    # Measured: 7e-9, 3e-12 m/s.
+    assert speeds[0] == pytest.approx(speeds[2], abs=5e-8)
+    assert speeds[1] == pytest.approx(speeds[2], abs=1e-10)
+
+
+def test_its_derivatives_are_those_of_differences(slipping):
+    curve, point = touched_with(*slipping, 1e-3)
+    jacobian = curve.linearise(point.z).jacobian
+    for place in range(len(point.z)):
+        step = 1e-7 * np.eye(1, len(point.z), place)[0]
+        apart = curve.defect(point.z + step) - curve.defect(point.z - step)
+        assert jacobian[:, place] == pytest.approx(apart / 2e-7, abs=1e-4)
