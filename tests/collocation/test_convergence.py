@@ -10,9 +10,9 @@ from slipfold.collocation import collocate
 from slipfold.collocation.collocate import Guess, on_mesh
 from slipfold.collocation.condensation import Iterate
 from slipfold.collocation.mesh import equidistribute, halve, uniform
-from slipfold.collocation.points import gauss_points
 from slipfold.collocation.reference import reference_of
 from slipfold.collocation.vector_field import VectorField
+from slipfold.collocation_points import gauss_points
 from slipfold.models import model_named
 from slipfold.orbits import periodic_orbit
 

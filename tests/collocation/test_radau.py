@@ -6,7 +6,7 @@ import pytest
 import slipfold as sf
 from slipfold.branches.method import forced_orbits
 from slipfold.branches.settings import Settings
-from slipfold.collocation.points import gauss_points, radau_points
+from slipfold.collocation_points import gauss_points, radau_points
 from slipfold.continuation.newton import correct
 from slipfold.loci import given_point
 from slipfold.orbits.discretisations.collocation import Collocation

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.collocation.points import gauss_points, radau_points
+from slipfold.collocation_points import gauss_points, radau_points
 from slipfold.flow import flow_of
-from slipfold.orbits.discretisations.jacobians import Jacobians
-from slipfold.orbits.discretisations.stage_equations import Inverted, LinearPart
+from slipfold.flow.implicit.jacobians import Jacobians
+from slipfold.flow.implicit.stage_equations import Inverted, LinearPart
 
 INTERVALS, STAGES, STATES = 4, 6, 14
 

@@ -16,9 +16,9 @@ from slipfold.collocation.multipliers import (
     product_eigenvalues,
 )
 from slipfold.collocation.newton import Solution, solve
-from slipfold.collocation.points import gauss_points
 from slipfold.collocation.reference import Reference, reference_of
 from slipfold.collocation.vector_field import VectorField
+from slipfold.collocation_points import gauss_points
 from slipfold.models.model import Model
 from slipfold.models.turns import NO_TURNS, turns_between
 

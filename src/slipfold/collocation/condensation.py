@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.collocation.points import gauss_points
 from slipfold.collocation.vector_field import RightHandSide
+from slipfold.collocation_points import gauss_points
 from slipfold.models.turns import without_turns
 
 __all__ = ["Condensed", "Iterate", "condense"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.collocation.points import CollocationPoints
+from slipfold.collocation_points import CollocationPoints
 
 __all__ = ["equidistribute", "halve", "spread", "steepness", "uniform"]
 

@@ -1,14 +1,15 @@
-"""A motion known at every instant, as Taylor polynomials from step to step."""
+"""A motion known at every instant, as polynomials from step to step."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["DenseMotion"]
+__all__ = ["DenseMotion", "StepPolynomials"]
 
 Array = NDArray[np.float64]
 
@@ -32,3 +33,22 @@ class DenseMotion:
         Shapes: phases (m,).
         """
         return np.array(self.polynomials(phases)) * self.scales
+
+
+class StepPolynomials:
+    """What lies between the ends of steps.
+
+    What heyoka offers for this compiles code for each piece of motion, which takes longer than most
+    pieces.
+    """
+
+    def __init__(self, times: Sequence[float], coefficients: Sequence[Array]) -> None:
+        self.times = np.array(times)  # ends of the steps, shape (m + 1,)
+        self.tcs = np.array(coefficients)  # of powers of the time in a step, shape (m, n, order)
+
+    def __call__(self, times: Array) -> Array:
+        """Return states at some times, shape (p, n). Shapes: times (p,)."""
+        place = np.searchsorted(self.times, times, side="right") - 1
+        place = np.minimum(np.maximum(place, 0), len(self.tcs) - 1)
+        powers = np.vander(times - self.times[place], self.tcs.shape[2], increasing=True)
+        return np.asarray((self.tcs[place] @ powers[:, :, None])[:, :, 0])

@@ -136,7 +136,7 @@ class Constants:
         """Forcing period in seconds, where all trajectories have the same."""
         return float(self.values[..., -1])
 
-    def rows(self, which: NDArray[np.intp]) -> Constants:
+    def rows(self, which: NDArray[np.intp] | int) -> Constants:
         """Return the coefficients of some trajectories, by number, without derivatives."""
         if self.values.ndim == 1:
             return self

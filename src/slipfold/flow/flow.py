@@ -15,8 +15,9 @@ from slipfold.flow.compiled_code import JET_ORDER, CompiledCode
 from slipfold.flow.dense_motion import DenseMotion
 from slipfold.flow.equations import Constants, Equations, build_equations
 from slipfold.flow.evaluated import Evaluated
+from slipfold.flow.implicit.takeover import Takeover
 from slipfold.flow.lanes import by_lane, carried, chunks, forget, joined, padded, set_out
-from slipfold.flow.patience import ARRIVED, arrive, pass_through, sampled
+from slipfold.flow.patience import ARRIVED, STEP_LIMIT, arrive, pass_through, sampled
 from slipfold.flow.precision import LANES, TOLERANCE
 from slipfold.flow.scaled import of_order_one, power_of_two
 from slipfold.models.model import Kind, Model
@@ -88,7 +89,13 @@ class Flow(Evaluated):
         Shapes: states (m, n); start, end (m,); returns (m, count, n).
         """
         fractions = np.arange(count) / count
-        return self.along(states, start[:, None] + (end - start)[:, None] * fractions, constants)
+        phases = start[:, None] + (end - start)[:, None] * fractions
+        samples = self.along(states, phases, constants)
+        lost = ~np.isfinite(samples).all(axis=(1, 2)) & np.isfinite(states).all(axis=1)
+        for row in np.flatnonzero(lost):  # too many steps for a batch
+            own = constants.rows(row)
+            samples[row] = self.trajectory(states[row], own, phases[row])
+        return samples
 
     def along(self, states: Array, phases: Array, constants: Constants) -> Array:
         """Carry states along phases of their own.
@@ -307,7 +314,8 @@ class Flow(Evaluated):
         forget(single)
         single.state[:] = state / constants.scales
         single.pars[:] = constants.known
-        return pass_through(single, grid, patient=patient) * constants.scales
+        takeover = Takeover(self, constants)
+        return pass_through(single, grid, takeover, patient=patient) * constants.scales
 
     def dense(
         self, state: Array, constants: Constants, end: float, steps: int
@@ -323,7 +331,12 @@ class Flow(Evaluated):
         forget(single)
         single.state[:] = state / constants.scales
         single.pars[:] = constants.known
-        output = single.propagate_until(end, max_steps=steps, c_output=True)[4]
+        outcome, *_, output = single.propagate_until(end, max_steps=steps, c_output=True)[:5]
+        takeover = Takeover(self, constants)
+        if int(outcome) == STEP_LIMIT and takeover.is_due(single):
+            single.time, single.state[:] = 0.0, state / constants.scales
+            implicit = takeover.motion(single, end, most=steps).polynomials
+            return implicit and DenseMotion(implicit.times, implicit, constants.scales)
         return output and DenseMotion(np.array(output.times), output, constants.scales)
 
     def _prepare(

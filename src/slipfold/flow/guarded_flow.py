@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 from threading import Lock
-from typing import Any
+from typing import Any, NamedTuple
 
 import heyoka as hy
 import numpy as np
@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from slipfold.flow.cache import cached
 from slipfold.flow.equations import Constants, build_equations
 from slipfold.flow.flow import Flow, flow_of
+from slipfold.flow.implicit.steps import MOST, End, Watch
+from slipfold.flow.implicit.takeover import Takeover
 from slipfold.flow.own_copies import OwnCopies
 from slipfold.flow.patience import CALL, LONGEST, STEEP, STEP_LIMIT, go_on
 from slipfold.flow.precision import TOLERANCE
@@ -55,6 +57,14 @@ class Stop:
     time: float
 
 
+class Strobe(NamedTuple):
+    """States after forcing periods, why the motion ended, and how many took implicit steps."""
+
+    states: Array
+    stop: Stop | None = None
+    implicit: int = 0
+
+
 class GuardedFlow:
     """The flow of a model from one forcing period to the next, ended where a limit is met.
 
@@ -80,28 +90,29 @@ class GuardedFlow:
         constants: Constants,
         before: int = 0,
         weights: Array | None = None,
-    ) -> tuple[Array, Stop | None]:
+    ) -> Strobe:
         """Carry a state over forcing periods; the phase restarts every few of them.
 
-        Shapes: state (n,); returns states (periods + 1, n).
+        Shapes: state (n,).
         """
         result = np.empty((periods + 1, len(state)))
         result[0] = state
         stop = self._stop_at_start(state, before, constants)
         weights = self.weights(state, constants) if weights is None else weights
         parameters = np.concatenate([constants.values, constants.scales, weights])
-        done = 0
+        done = implicit = 0
         while done < periods and stop is None:
             count = min(self._together, periods - done)
-            states, stop = self._run(result[done], count, constants, parameters, before + done)
-            states = without_turns(states, self._whole_turns)
+            found = self._run(result[done], count, constants, parameters, before + done)
+            states, stop = without_turns(found.states, self._whole_turns), found.stop
             result[done + 1 : done + 1 + len(states)] = states
             done += len(states)
-        return result[: done + 1], stop
+            implicit += found.implicit
+        return Strobe(result[: done + 1], stop, implicit)
 
     def _run(
         self, state: Array, count: int, constants: Constants, parameters: Array, done: int
-    ) -> tuple[Array, Stop | None]:
+    ) -> Strobe:
         """Integrate a chunk; return the states after each whole period."""
         integrator = self._integrators.get("guarded", self._compiled)
         integrator.time = 0.0
@@ -118,15 +129,19 @@ class GuardedFlow:
         finite = np.isfinite(states).all(axis=1)
         states = states if finite.all() else states[: int(finite.argmin())]
         if outcome == STEP_LIMIT and not len(states):
-            outcome = go_on(integrator, 1.0, steep=events > len(self.limits))
+            takeover = Takeover(self._flow, constants)
+            left = go_on(integrator, 1.0, takeover, steep=events > len(self.limits))
+            if left is None:
+                return self._implicitly(takeover, integrator, constants, done)
+            outcome = left
             if outcome == ARRIVED:
-                return np.array(integrator.state)[None] * constants.scales, None
+                return Strobe(np.array(integrator.state)[None] * constants.scales)
         if len(states) == count or (outcome == STEP_LIMIT and len(states)):
-            return states, None
+            return Strobe(states)
         time = (done + float(integrator.time)) * constants.period
         if -len(self.limits) <= outcome < 0:
             met = integrator.state * constants.scales
-            return states, self._stop(-1 - outcome, met, integrator.time, constants, time)
+            return Strobe(states, self._stop(-1 - outcome, met, integrator.time, constants, time))
         known = np.isfinite(time)
         if not known:  # an overflow left nothing but what is no number
             time = (done + len(states)) * constants.period
@@ -134,19 +149,51 @@ class GuardedFlow:
         if self._forced:
             place += f", in forcing period {done + len(states) + 1}"
         if outcome == STEP_LIMIT and abs(integrator.last_h) > STANDSTILL:
-            piece = "a forcing period" if self._forced else f"{constants.period:g} s"
-            return states, Stop(
-                "stiff",
-                f"the motion would need more than {LONGEST} steps in {piece} {place}; make what is "
-                "steep or fast in the model less so",
-                time,
-            )
-        advice = "start nearer to rest or lower the forcing" if self._forced else "start elsewhere"
-        return states, Stop(
-            "singular",
-            f"the motion became singular {place}; {advice}",
+            return Strobe(states, self._stiff(LONGEST, place, constants, time))
+        return Strobe(states, self._singular(place, time))
+
+    def _implicitly(
+        self, takeover: Takeover, integrator: Any, constants: Constants, done: int
+    ) -> Strobe:
+        """Go on to the end of a period in implicit steps."""
+        motion = takeover.motion(integrator, 1.0, watch=self._margins(constants))
+        met, time = motion.state * constants.scales, (done + motion.phase) * constants.period
+        if motion.end is End.ARRIVED:
+            return Strobe(met[None], implicit=1)
+        place = f"{time:.6g} s after the start"
+        if self._forced:
+            place += f", in forcing period {done + 1}"
+        if motion.limit is not None:
+            stop = self._stop(motion.limit, met, motion.phase, constants, time)
+        elif motion.end is End.MANY:
+            stop = self._stiff(MOST, place, constants, time)
+        else:
+            stop = self._singular(place, time)
+        return Strobe(np.empty((0, len(met))), stop, 1)
+
+    def _margins(self, constants: Constants) -> Watch | None:
+        """Return what tells how far scaled states are from the limits; None if there are none."""
+        if not self.limits:
+            return None
+
+        def margins(phases: Array, states: Array) -> Array:
+            values = self._flow.outputs(states * constants.scales, phases, constants)
+            return np.asarray(values[:, self._watched] - self._bounds)
+
+        return margins
+
+    def _stiff(self, steps: int, place: str, constants: Constants, time: float) -> Stop:
+        piece = "a forcing period" if self._forced else f"{constants.period:g} s"
+        return Stop(
+            "stiff",
+            f"the motion would need more than {steps} steps in {piece} {place}; make what is "
+            "steep or fast in the model less so",
             time,
         )
+
+    def _singular(self, place: str, time: float) -> Stop:
+        advice = "start nearer to rest or lower the forcing" if self._forced else "start elsewhere"
+        return Stop("singular", f"the motion became singular {place}; {advice}", time)
 
     def _stop(
         self, which: int, state: Array, phase: float, constants: Constants, time: float

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Protocol
 
 import heyoka as hy
 import numpy as np
@@ -47,6 +47,16 @@ STOPPED = hy.taylor_outcome.step_limit
 STEP_LIMIT = int(STOPPED)
 
 
+class Rest(Protocol):
+    """Another way to go on with one motion."""
+
+    def is_due(self, single: Any) -> bool:
+        """Whether it gets on better from where the integrator is."""
+
+    def through(self, single: Any, times: Array) -> Array:
+        """Return the states of what is left at some times, shape (m, n). Shapes: times (m,)."""
+
+
 def arrive(batch: Any, ends: Array) -> list[Any]:
     """Integrate a batch to its ends, unless one of its motions would take too many steps.
 
@@ -86,20 +96,27 @@ def sampled(batch: Any, times: Array) -> Array:
     found = batch.propagate_grid(times, max_steps=STEEP if _turns(batch) else CALL)[1]
     if STOPPED not in _outcomes(batch):
         return np.asarray(found)
-    states = np.empty((len(times), *start.shape))
+    states = np.full((len(times), *start.shape), np.nan)
     batch.set_time(times[0])
     batch.state[:] = start
     for place, ends in enumerate(times):
         outcomes = arrive(batch, ends)
         states[place] = batch.state
         states[place][:, [outcome != ARRIVED for outcome in outcomes]] = np.nan
+        if ARRIVED not in outcomes:
+            break
     return states
 
 
-def go_on(single: Any, end: float, *, steep: bool) -> int:
-    """Integrate one motion to its end in the same way; return the last outcome."""
+def go_on(single: Any, end: float, rest: Rest, *, steep: bool) -> int | None:
+    """Integrate one motion to its end in the same way; return the last outcome.
+
+    That is None from where the other way is due.
+    """
     free, taken = STEEP if steep else CALL, 0
     while True:
+        if rest.is_due(single):
+            return None
         before = float(single.time)
         outcome = int(single.propagate_until(end, max_steps=CALL)[0])
         if outcome != STEP_LIMIT:
@@ -112,7 +129,7 @@ def go_on(single: Any, end: float, *, steep: bool) -> int:
             return outcome
 
 
-def pass_through(single: Any, times: Array, *, patient: bool = True) -> Array:
+def pass_through(single: Any, times: Array, rest: Rest, *, patient: bool = True) -> Array:
     """Integrate one motion through given times; return its states there, NaN from where it ends.
 
     Shapes: times (m,).
@@ -120,12 +137,15 @@ def pass_through(single: Any, times: Array, *, patient: bool = True) -> Array:
     states = np.full((len(times), len(single.state)), np.nan)
     place = 0
     while place < len(times):
-        rest = times[place:]
-        outcome, *_, known = single.propagate_grid(rest, max_steps=min(CALL * len(rest), STEEP))
+        left = times[place:]
+        outcome, *_, known = single.propagate_grid(left, max_steps=min(CALL * len(left), STEEP))
         states[place : place + len(known)] = known
         place += len(known)
         if int(outcome) != STEP_LIMIT or place == len(times) or not patient:
             break
-        if go_on(single, times[place], steep=_turns(single)) == STEP_LIMIT:
+        outcome = go_on(single, times[place], rest, steep=_turns(single))
+        if outcome is None:
+            states[place:] = rest.through(single, times[place:])
+        if outcome in (None, STEP_LIMIT):
             break
     return states

@@ -104,6 +104,7 @@ class Motion:
         self._weights = guarded_flow_of(self.model).weights(start, self._constants)
         self._pieces = [start[None]]
         self._pushed: list[int] = []
+        self._implicit = 0  # periods in implicit steps
 
     @property
     def strobe(self) -> Array:
@@ -126,9 +127,10 @@ class Motion:
                 self._leave_unstable_equilibrium()
                 count = min(CHUNK, count)
             last = self._pieces[-1][-1]
-            states, self.stopped = flow.strobe(
+            states, self.stopped, implicit = flow.strobe(
                 last, count, self._constants, first + done, self._weights
             )
+            self._implicit += implicit
             self._pieces.append(states[1:])
             if not self.model.forced:
                 self._end_beyond_bounds()
@@ -154,6 +156,16 @@ class Motion:
 
     def settlement(self, tolerance: float) -> Settlement:
         """Return whether it has settled, and on what."""
+        found = self._judged(tolerance)
+        return replace(found, message=found.message + self._computed()) if self._implicit else found
+
+    def _computed(self) -> str:
+        each = "forcing period" if self.model.forced else "interval"
+        return (
+            f"; {self._implicit} of {self.periods} {each}s took implicit steps, since it is stiff"
+        )
+
+    def _judged(self, tolerance: float) -> Settlement:
         model = self.model
         if self.stopped is not None:
             return cut_short(self.stopped)

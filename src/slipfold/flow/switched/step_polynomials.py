@@ -1,8 +1,4 @@
-"""Taylor polynomials of a motion, step by step.
-
-What heyoka offers for this compiles code for each piece of motion, which takes longer than most
-pieces.
-"""
+"""Taylor polynomials of a motion through stick and slip, step by step."""
 
 from __future__ import annotations
 
@@ -13,28 +9,14 @@ import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.flow.dense_motion import StepPolynomials
 from slipfold.flow.switched.events import UNIT
 
-__all__ = ["SlowPolynomials", "StepPolynomials", "step_to"]
+__all__ = ["SlowPolynomials", "step_to"]
 
 Array = NDArray[np.float64]
 
 SUCCESS, STEP_LIMIT = int(hy.taylor_outcome.success), int(hy.taylor_outcome.step_limit)
-
-
-class StepPolynomials:
-    """What lies between the ends of steps."""
-
-    def __init__(self, times: list[float], coefficients: list[Array]) -> None:
-        self.times = np.array(times)  # ends of the steps, shape (m + 1,)
-        self.tcs = np.array(coefficients)  # of powers of the time in a step, shape (m, n, order)
-
-    def __call__(self, times: Array) -> Array:
-        """Return states at some times, shape (p, n). Shapes: times (p,)."""
-        place = np.searchsorted(self.times, times, side="right") - 1
-        place = np.minimum(np.maximum(place, 0), len(self.tcs) - 1)
-        powers = np.vander(times - self.times[place], self.tcs.shape[2], increasing=True)
-        return np.asarray((self.tcs[place] @ powers[:, :, None])[:, :, 0])
 
 
 def step_to(integrator: Any, end: float, steps: int) -> tuple[int, StepPolynomials]:

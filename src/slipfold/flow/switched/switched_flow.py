@@ -13,6 +13,7 @@ import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.flow.dense_motion import StepPolynomials
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow
 from slipfold.flow.own_copies import OwnCopies
@@ -23,7 +24,7 @@ from slipfold.flow.switched.events import REST, UNIT, Ending, Event
 from slipfold.flow.switched.mode import Mode, Status, shown
 from slipfold.flow.switched.mode_equations import contacts_of, mode_equations, with_given_forces
 from slipfold.flow.switched.slopes import Slopes
-from slipfold.flow.switched.step_polynomials import SlowPolynomials, StepPolynomials, step_to
+from slipfold.flow.switched.step_polynomials import SlowPolynomials, step_to
 from slipfold.models.model import Kind, Model
 from slipfold.models.output import Limit
 

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from slipfold.collocation.mesh import spread, steepness
 from slipfold.flow.equations import Constants
+from slipfold.flow.implicit.intervals import Field, Solved, solve_intervals
+from slipfold.flow.implicit.stage_equations import LinearPart
 from slipfold.models.model import Model
 from slipfold.orbits.discretisations.higher_derivatives import cubed_ends, curved_ends
-from slipfold.orbits.discretisations.intervals import Field, Solved, solve_intervals
 from slipfold.orbits.discretisations.scheme import GAUSS, STAGES, Scheme
 from slipfold.orbits.discretisations.segments import Cut, Segments
-from slipfold.orbits.discretisations.stage_equations import LinearPart
 
 __all__ = ["Collocation"]
 

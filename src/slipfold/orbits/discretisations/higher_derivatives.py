@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.orbits.discretisations.intervals import Field, Solved
+from slipfold.flow.implicit.intervals import Field, Solved
 
 __all__ = ["cubed_ends", "curved_ends"]
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.collocation.points import CollocationPoints, gauss_points, radau_points
+from slipfold.collocation_points import CollocationPoints, gauss_points, radau_points
 
 __all__ = ["GAUSS", "STAGES", "Scheme", "scheme_for"]
 

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.collocation.points import CollocationPoints
-from slipfold.orbits.discretisations.jacobians import Jacobians
+from slipfold.collocation_points import CollocationPoints
+from slipfold.flow.implicit.jacobians import Jacobians
 
 __all__ = ["MANY", "Inverted", "LinearPart", "StageEquations"]
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cache, cached_property
 
 import numpy as np
-from numpy.polynomial import legendre
+from numpy.polynomial import Polynomial, legendre
 from numpy.typing import NDArray
 
 __all__ = ["CollocationPoints", "gauss_points", "radau_points"]
@@ -44,6 +44,16 @@ class CollocationPoints:
         grown[:, 0] = ends
         grown[:, 1:] = (basis[:, 2:] - basis[:, :-2]) / (2 * (2 * np.arange(1, m) + 1))
         return np.asarray(grown @ self.transform)
+
+    @cached_property
+    def powers(self) -> Array:
+        """The same integrals as coefficients of powers of the end, shape (m + 1, m)."""
+        place = Polynomial([-1.0, 2.0])
+        grown = [Polynomial(legendre.leg2poly(item))(place).integ() for item in self.transform.T]
+        result = np.zeros((len(self.points) + 1, len(self.points)))
+        for column, item in enumerate(grown):
+            result[: len(item.coef), column] = item.coef
+        return result
 
     @cached_property
     def inner(self) -> Array:

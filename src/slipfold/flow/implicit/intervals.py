@@ -8,11 +8,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.collocation.points import CollocationPoints
-from slipfold.flow import Flow
+from slipfold.collocation_points import CollocationPoints
 from slipfold.flow.equations import Constants
-from slipfold.orbits.discretisations.jacobians import Jacobians
-from slipfold.orbits.discretisations.stage_equations import (
+from slipfold.flow.evaluated import Evaluated
+from slipfold.flow.implicit.jacobians import Jacobians
+from slipfold.flow.implicit.stage_equations import (
     MANY,
     Inverted,
     LinearPart,
@@ -48,7 +48,7 @@ FAR = 1e6
 class Field:
     """The right-hand side of a model with the values of its coefficients, in scaled states."""
 
-    flow: Flow  # the model's compiled functions
+    flow: Evaluated  # the model's compiled functions
     constants: Constants  # coefficients
     scales: Array  # scales of the states, shape (n,)
     indices: list[int]  # which parameters are free

@@ -1,0 +1,59 @@
+"""Where implicit steps take a motion over: fast decay, and nothing else, makes others short."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.flow.equations import Constants
+from slipfold.flow.evaluated import Evaluated
+from slipfold.flow.implicit.intervals import Field
+from slipfold.flow.implicit.stage_equations import LinearPart
+from slipfold.flow.implicit.steps import MOST, ImplicitMotion, Watch, implicit_motion
+
+__all__ = ["Takeover"]
+
+Array = NDArray[np.float64]
+
+LIMITED = 1.0
+"""Decay in a step, as an exponent, from which on it is that short for its sake: Taylor's method of
+order 16 is stable up to six or so, and what it resolves it resolves in a few tenths."""
+
+
+class Takeover:
+    """Goes on implicitly from where one motion's integrator is."""
+
+    def __init__(self, flow: Evaluated, constants: Constants) -> None:
+        self.field = Field(flow, constants, constants.scales, [], LinearPart())
+
+    def is_due(self, single: Any) -> bool:
+        """Whether the integrator's last step was short since something decays fast."""
+        state, phase = np.array(single.state)[None], np.array([single.time])
+        jacobian = self.field.jacobians(state, phase)[0]
+        if not np.isfinite(jacobian).all():
+            return False
+        values = np.linalg.eigvals(jacobian)
+        fastest = values[np.abs(values).argmax()]
+        decays = fastest.real < -abs(fastest.imag)
+        return bool(decays and abs(single.last_h * fastest) > LIMITED)
+
+    def motion(
+        self, single: Any, end: float, *, watch: Watch | None = None, most: int = MOST
+    ) -> ImplicitMotion:
+        """Return the rest of a motion up to an end."""
+        state, phase = np.array(single.state), float(single.time)
+        return implicit_motion(self.field, state, phase, end, watch=watch, most=most)
+
+    def through(self, single: Any, times: Array) -> Array:
+        """Return the states of the rest of a motion at some times, NaN where it does not come.
+
+        Shapes: times (p,); returns (p, n).
+        """
+        states = np.full((len(times), len(single.state)), np.nan)
+        known = self.motion(single, float(times[-1]))
+        if known.polynomials is not None:
+            reached = times <= known.phase
+            states[reached] = known.polynomials(times[reached])
+        return states

@@ -1,0 +1,166 @@
+"""Motions in which something decays a million times faster than anything happens."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import slipfold as sf
+from slipfold.collocation_points import radau_points
+from slipfold.flow import flow_of
+from slipfold.flow.implicit.steps import End, implicit_motion
+from slipfold.flow.implicit.takeover import Takeover
+
+FORCE, DAMPING, SPRING = 300.0, 0.1, 100.0
+
+
+def lugre(law, slip, z):
+    level = law.mu_k + (law.mu_s - law.mu_k) * np.exp(-((slip / law.vs) ** 2))
+    rate = slip - law.s0 * np.hypot(slip, law.e) * z / level
+    return rate, law.s0 * z + law.s1 * rate + law.s2 * slip
+
+
+def dahl(law, slip, z):
+    return slip - law.s0 * np.hypot(slip, law.e) * z / law.mu_k, law.s0 * z
+
+
+def jenkins(law, slip, z):
+    stiffness = law.kt / law.mu_k
+    along, width = stiffness * slip * z, stiffness * law.e
+    loading = 0.5 * (along + np.hypot(along, width))
+    knee = (abs(z) ** (law.exponent - 2) + 1e-4) / (1 + 1e-4)
+    return stiffness * slip - loading * knee * z, law.mu_k * z
+
+
+def bouc_wen(law, slip, z):
+    limit = (law.A / (law.b + law.c)) ** (1 / law.exponent)
+    turning = law.b * np.hypot(slip * z, law.e * limit) + law.c * slip * z
+    return law.A * slip - abs(z) ** (law.exponent - 2) * z * turning, z
+
+
+LAWS = {
+    "LuGre": (sf.LuGre(mu_s=0.5, vs=0.2, s0=1e5), lugre),
+    "Jenkins": (sf.Jenkins(kt=1e5), jenkins),
+    "Dahl": (sf.Dahl(s0=1e5), dahl),
+    "Bouc-Wen": (sf.BoucWen(A=1e5, b=2e5, c=2e5), bouc_wen),
+}
+
+
+def rubbing(law):
+    """A mass that rubs on the ground at up to 78 m/s, back and forth."""
+    contact = sf.FrictionContact("x", law, load=1.0, Vd=0.0)
+    force = sf.HarmonicForce("x", F=FORCE)
+    return sf.Structure(
+        [[1.0]], [[DAMPING]], [[SPRING]], names="x", contacts=contact, forcing=force, f=1.0
+    )
+
+
+@pytest.fixture(scope="module", params=["LuGre", "Jenkins"])
+def law(request):
+    return LAWS[request.param]
+
+
+def by_scipy(law, duration):
+    given, bristle = law
+
+    def rates(time, state):
+        rate, friction = bristle(given, -state[1], state[2])
+        pull = FORCE * np.cos(2 * np.pi * time) - DAMPING * state[1] - SPRING * state[0]
+        return [state[1], pull + friction, rate]
+
+    return solve_ivp(rates, (0, duration), np.zeros(3), method="Radau", rtol=1e-10, atol=1e-13)
+
+
+def assert_same_as_radau(law, duration):
+    motion = sf.simulate(rubbing(law[0]), periods=1)
+    other = by_scipy(law, duration)
+    assert np.abs(other.y[1]).max() > 50
+    found = motion.at(duration)
+    scales = motion.model.state_scales()
+    assert np.abs((found - other.y[:, -1]) / scales).max() < 1e-9
+    return motion
+
+
+def test_friction_with_stiff_bristles_in_large_reversing_slip(law):
+    motion = assert_same_as_radau(law, 0.4)
+    assert motion.stopped is None
+    assert "1 of 1 forcing periods took implicit steps" in motion.settlement.message
+    (check,) = motion.checked.checks
+    assert check.method == "implicit steps of another order"
+    assert check.agrees
+    assert check.difference < 1e-10
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", LAWS)
+def test_every_law_over_a_whole_period(name):
+    assert_same_as_radau(LAWS[name], 1.0)
+
+
+def test_samples_are_the_motion_at_their_times(law):
+    motion = sf.simulate(rubbing(law[0]), periods=1)
+    time, states = motion.sample(0, 1, 4)
+    assert np.isfinite(states).all()
+    apart = np.abs(states[1:] - motion.at(time[1:])) / motion.model.state_scales()
+    assert apart.max() < 1e-9
+
+
+# -- steps -----------------------------------------------------------------------------------------
+
+FOLLOWS = """
+name = "Follower"
+[parameters]
+k = 1e6
+W = 6.283185307179586
+[states]
+y = { rate = "k*(cos(W*t) - y) - W*sin(W*t)", start = 1.0 }
+[forcing]
+period = "2*pi/W"
+"""
+
+
+@pytest.fixture(scope="module")
+def follower():
+    """What follows cos(W t) at once, and from its start exactly."""
+    model = sf.System.from_toml(FOLLOWS)
+    return Takeover(flow_of(model), flow_of(model).constants(model.vector))
+
+
+def test_all_that_lies_between_steps_is_known(follower):
+    motion = implicit_motion(follower.field, np.array([1.0]), 0.0, 1.0)
+    phases = np.linspace(0, 1, 301)
+    assert motion.end is End.ARRIVED
+    assert len(motion.polynomials.times) < 60
+    exact = np.cos(2 * np.pi * phases)
+    assert np.abs(motion.polynomials(phases)[:, 0] - exact).max() < 1e-11
+
+
+def test_it_ends_where_a_limit_is_met(follower):
+    def watch(phases, states):
+        return np.stack([states[:, 0] + 2.0, states[:, 0] - 0.5], axis=1)
+
+    motion = implicit_motion(follower.field, np.array([1.0]), 0.0, 1.0, watch=watch)
+    assert (motion.end, motion.limit) == (End.MET, 1)
+    assert motion.phase == pytest.approx(1 / 6, abs=1e-11)
+    assert motion.polynomials.times[-1] == motion.phase
+
+
+def test_decay_onto_the_motion_is_resolved(follower):
+    motion = implicit_motion(follower.field, np.array([2.0]), 0.0, 1.0)
+    phase = 3e-6
+    exact = np.cos(2 * np.pi * phase) + np.exp(-1e6 * phase)
+    assert motion.polynomials(np.array([phase]))[0, 0] == pytest.approx(exact, abs=1e-10)
+    assert motion.state[0] == pytest.approx(1.0, abs=1e-11)
+
+
+def test_too_many_steps_and_none_at_all_are_told(follower):
+    start = np.array([2.0])
+    assert implicit_motion(follower.field, start, 0.0, 1.0, most=3).end is End.MANY
+    lost = implicit_motion(follower.field, np.array([np.nan]), 0.0, 1.0)
+    assert (lost.end, lost.polynomials) == (End.LOST, None)
+
+
+def test_powers_integrate_as_the_weights_do():
+    points = radau_points(8)
+    places, slopes = np.linspace(0, 1, 7), np.cos(np.arange(8.0))
+    by_powers = np.vander(places, 9, increasing=True) @ points.powers @ slopes
+    assert by_powers == pytest.approx(points.integrals(places) @ slopes, abs=1e-12)
