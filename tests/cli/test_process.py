@@ -82,11 +82,20 @@ def test_progress_on_a_terminal_and_json_alone_on_standard_output():
     assert "found: PD NS NS" in terminal.text
 
 
+HEARD = "slipfold: stopping at the next point"
+
+
+def interrupt(terminal):
+    """Press Ctrl-C; it is to be heard within a second, whatever is computed."""
+    terminal.process.send_signal(signal.SIGINT)
+    terminal.read_until(HEARD, seconds=1)
+
+
 def test_interrupt_keeps_what_is_finished(tmp_path):
     path = tmp_path / "x.nc"
     terminal = Terminal(*LONG, "--out", str(path), "--json", "-")
     terminal.read_until("points")
-    terminal.process.send_signal(signal.SIGINT)
+    interrupt(terminal)
     status, output = terminal.finish()
     assert status == 130
     assert "slipfold: interrupted on branch 1 after " in terminal.text
@@ -117,7 +126,7 @@ def interrupted_within(place, stage, command):
     """Run a command in which one function never returns, and interrupt it there."""
     terminal = Terminal(place, *command, program=[sys.executable, "-c", WITHOUT_END])
     terminal.read_until(stage)
-    terminal.process.send_signal(signal.SIGINT)
+    interrupt(terminal)
     pressed = time.monotonic()
     status, output = terminal.finish()
     assert time.monotonic() - pressed < 10  # a second, and to write and to leave; this is a loop
@@ -212,7 +221,7 @@ def test_interrupt_keeps_the_loci_that_there_are(stage, tmp_path):
     path = tmp_path / "x.nc"
     terminal = Terminal(*LOCUS, "--max-step", "0.05", "--out", str(path), "--json", "-")
     terminal.read_until(stage)
-    terminal.process.send_signal(signal.SIGINT)
+    interrupt(terminal)
     status, output = terminal.finish()
     assert status == 130
     assert "slipfold: interrupted after " in terminal.text
@@ -223,6 +232,40 @@ def test_interrupt_keeps_the_loci_that_there_are(stage, tmp_path):
     assert diagram.to_json() == json.loads(output)
     assert bool(diagram.loci) == (stage == "loci: ")
     assert os.listdir(tmp_path) == ["x.nc"]
+
+
+ENDLESS = str(10**7)
+MOTIONS = {
+    "forced": (["sliding", "--set", "f=12.5"], "forcing periods"),
+    "free": (["vanderpol-free", "--set", "duration=0.1"], "intervals"),
+    "through stick": (
+        ["sliding", "--set", "f=12.2", "--set", "Nd=0.9", "--set", "Vd=0.1"],
+        "forcing periods",
+    ),
+}
+
+
+@pytest.mark.parametrize("which", MOTIONS)
+def test_interrupt_keeps_a_motion_as_far_as_it_came(which, tmp_path):
+    path = tmp_path / "x.nc"
+    options, each = MOTIONS[which]
+    command = ["simulate", *options, "--periods", ENDLESS, "--out", str(path), "--json", "-"]
+    terminal = Terminal(*command)
+    terminal.read_until(f" of {ENDLESS} {each}")
+    interrupt(terminal)
+    status, output = terminal.finish()
+    assert status == 130
+    said = " ".join(terminal.text.split())
+    record = json.loads(output)
+    assert f"slipfold: interrupted after {record['periods']} {each}" in said
+    assert f"what was finished is in {path}" in said
+    assert "Traceback" not in said
+    motion = load(path)
+    assert (motion.interrupted, motion.stopped.kind) == (True, "interrupted")
+    assert len(motion.strobe) == record["periods"] + 1 > 1
+    assert np.isfinite(motion.strobe).all()
+    assert "it was interrupted" in motion.settlement.message
+    assert (motion.sticking is not None) == (which == "through stick")
 
 
 def test_interrupt_is_heeded_where_the_shell_ignores_it(tmp_path):

@@ -292,3 +292,57 @@ def test_motion_does_not_depend_on_the_unit_of_what_a_limit_watches(unit):
     found = simulate(model.replace(K=unit), 8, [0.3, 0.4]).strobe
     # Rounding of the weight in each of some hundred steps.
     assert found == pytest.approx(expected, abs=1e-12)
+
+
+# -- watched ---------------------------------------------------------------------------------------
+
+
+class Impatient:
+    """Watches a motion, and interrupts it."""
+
+    def __init__(self, periods=None, stage="motion"):
+        self.periods, self.stage, self.seen = periods, stage, []
+
+    def __call__(self, progress):
+        self.seen.append(progress)
+        reached = self.periods is not None and progress.periods >= self.periods
+        if progress.stage == self.stage and reached:
+            raise KeyboardInterrupt
+
+
+MOTIONS = {
+    "forced": {"model": sf.SlidingOscillator(f=12.5, Nd=0.1)},
+    "free": {"model": sf.built_in_models()["vanderpol-free"](), "duration": 1.0},
+    "through stick": {"model": sf.SlidingOscillator(f=12.2, Nd=0.9, Vd=0.1)},
+}
+
+
+@pytest.mark.parametrize("which", MOTIONS)
+def test_who_watches_a_motion_changes_nothing_and_may_end_it(which):
+    case = MOTIONS[which]
+    watcher = Impatient()
+    whole = sf.simulate(**case, periods=200, observer=watcher)
+    assert not whole.interrupted
+    assert (whole.strobe == sf.simulate(**case, periods=200).strobe).all()
+    motions = [item for item in watcher.seen if item.stage == "motion"]
+    done = [item.periods for item in motions]
+    if which == "through stick":  # it begins again where slip alone has ended
+        done = done[done.index(1) :]
+    assert done == sorted(done)
+    assert (done[-1], {item.total for item in motions}) == (200, {200})
+    assert motions[-1].time == pytest.approx(whole.duration)
+    part = sf.simulate(**case, periods=200, observer=Impatient(50))
+    assert 50 <= part.periods < 70
+    assert part.stopped.kind == "interrupted"
+    assert part.stopped.time == pytest.approx(part.periods * part.forcing_period, rel=0.05)
+    assert (part.strobe == whole.strobe[: part.periods + 1]).all()
+    assert part.interrupted
+    assert not part.settlement.settled
+    assert "it was interrupted" in part.summary()
+
+
+def test_checks_of_a_motion_may_be_interrupted():
+    case = MOTIONS["forced"]
+    motion = sf.simulate(**case, periods=50, observer=Impatient(0, "checks"))
+    assert motion.stopped is None
+    assert (motion.interrupted, motion.checked.interrupted) == (True, True)

@@ -1,4 +1,4 @@
-"""Ctrl-C while branches or loci are computed: stop at the next point, keep what there is."""
+"""Ctrl-C while something is computed: stop at the next point, keep what there is."""
 
 from __future__ import annotations
 
@@ -13,8 +13,11 @@ from types import FrameType
 from slipfold.branches import make_branch
 from slipfold.branches.complete import complete_branches
 from slipfold.checks.choice import check_some
+from slipfold.checks.of_motion import check_motion
 from slipfold.continuation.atlas import Atlas
 from slipfold.continuation.follow import follow
+from slipfold.flow.simulate import integrated
+from slipfold.flow.switched.simulate import simulate_switched
 from slipfold.loci import make_locus
 from slipfold.loci.bifurcation_set import found_until_interrupted
 from slipfold.loci.regions import map_regions
@@ -33,6 +36,9 @@ KEEPING = (
     found_until_interrupted,
     map_regions,
     check_some,
+    check_motion,
+    integrated,
+    simulate_switched,
 )
 """Functions that may be interrupted anywhere: what was finished before is kept."""
 

@@ -10,10 +10,19 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from slipfold.attractors.exponents import ExponentsProgress
     from slipfold.branches.progress import Progress
+    from slipfold.flow.progress import MotionProgress
     from slipfold.loci.progress import LocusProgress
     from slipfold.paper.reproduce import PaperProgress
 
-__all__ = ["done_text", "exponents_text", "live_line", "locus_text", "paper_text", "response_text"]
+__all__ = [
+    "done_text",
+    "exponents_text",
+    "live_line",
+    "locus_text",
+    "motion_text",
+    "paper_text",
+    "response_text",
+]
 
 
 @contextmanager
@@ -72,6 +81,16 @@ def exponents_text(progress: ExponentsProgress) -> str:
     known = "  ".join(f"{exponent:.6g}" for exponent in progress.exponents)
     done = done_text("periods", progress.periods, progress.total)
     return f"{done}  exponents a period: {known or 'not yet'}"
+
+
+def motion_text(each: str) -> Callable[[MotionProgress], str]:
+    """Return what puts the state of a simulation into words, of forcing periods or intervals."""
+
+    def text(progress: MotionProgress) -> str:
+        of = "" if progress.total is None else f" of {progress.total}"
+        return f"{progress.stage}: {progress.periods}{of} {each}s  {progress.time:.6g} s"
+
+    return text
 
 
 def done_text(stage: str, done: int, total: int | None = None) -> str:

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from slipfold.cli.interruption import deferred_interrupts
 from slipfold.cli.options import Friction, Json, ModelName, Out, Sets
 from slipfold.cli.outputs import Outputs
 from slipfold.cli.parsing import parse_assignments, parse_number, parse_whole
-from slipfold.cli.status import DONE, FAILED, note
+from slipfold.cli.progress import live_line, motion_text
+from slipfold.cli.status import DONE, FAILED, INTERRUPTED, note
+
+if TYPE_CHECKING:
+    from slipfold.flow.progress import MotionProgress
+    from slipfold.results.simulation import Simulation
 
 __all__ = ["simulate"]
 
@@ -51,7 +57,8 @@ def simulate(
 ) -> int:
     """Integrate from rest or a given state; say honestly whether the motion has settled.
 
-    Exit status: 0 done, 2 bad input, 3 the motion became singular, 130 interrupted.
+    Ctrl-C keeps the motion as far as it came. Exit status: 0 done, 2 bad input, 3 the motion became
+    singular, 130 interrupted.
     """
     from slipfold.cli.case_file import find_model
     from slipfold.computations.simulate import simulate as compute
@@ -65,13 +72,32 @@ def simulate(
         name: parse_quantity(value, units.get(name, ""), name)
         for name, value in parse_assignments(state, "--start").items()
     }
-    motion = compute(
-        chosen,
-        None if periods is None else parse_whole(periods, "--periods"),
-        start or None,
-        tolerance=parse_number(tolerance, "--tolerance"),
-    )
-    outputs.write(motion)
+    each = "forcing period" if chosen.forced else "interval"
+    words = motion_text(each)
+    with deferred_interrupts() as check:
+        with live_line() as show:
+
+            def observer(progress: MotionProgress) -> None:
+                show(words(progress))
+                check()
+
+            motion = compute(
+                chosen,
+                None if periods is None else parse_whole(periods, "--periods"),
+                start or None,
+                tolerance=parse_number(tolerance, "--tolerance"),
+                observer=observer,
+            )
+        outputs.write(motion)
+    return _conclude(motion, outputs, each)
+
+
+def _conclude(motion: Simulation, outputs: Outputs, each: str) -> int:
+    if motion.interrupted:
+        ended = motion.stopped is not None and motion.stopped.kind == "interrupted"
+        where = f"after {motion.periods} {each}s" if ended else "before all checks were done"
+        note(f"interrupted {where}; {outputs.kept}")
+        return INTERRUPTED
     if motion.stopped is None:
         return DONE
     note(f"stopped early: {motion.stopped.reason}")

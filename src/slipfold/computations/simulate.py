@@ -6,9 +6,12 @@ from collections.abc import Mapping
 from time import perf_counter
 from typing import TYPE_CHECKING
 
+from slipfold.checks.checked import Checked
 from slipfold.checks.of_motion import check_motion
 from slipfold.computations.given import checked_model
+from slipfold.flow.progress import MotionObserver, MotionProgress
 from slipfold.flow.switched.simulate import simulate_smooth_or_switched
+from slipfold.flow.trajectory import Trajectory
 from slipfold.models.model import Model
 from slipfold.results.provenance import provenance
 from slipfold.results.simulation import Simulation
@@ -25,6 +28,7 @@ def simulate(
     state: ArrayLike | Mapping[str, float] | None = None,
     *,
     tolerance: float = 1e-9,
+    observer: MotionObserver | None = None,
     **parameters: float | str,
 ) -> Simulation:
     """Integrate a model, and say whether its motion has settled, and on what.
@@ -44,6 +48,10 @@ def simulate(
     tolerance
         Distance from a periodic response, a cycle or an equilibrium at which the motion counts as
         settled, in scaled states.
+    observer
+        Called every few periods and before the checks, with a
+        `slipfold.flow.progress.MotionProgress`. If it raises `KeyboardInterrupt`, or the user does,
+        the motion is returned as far as it came, and its `stopped` says so.
     **parameters
         Parameters of the model to change first: numbers in SI units, or text with a unit.
 
@@ -69,8 +77,11 @@ def simulate(
     model = checked_model(model)
     changed = model.replace(**parameters)
     started = perf_counter()
-    found = simulate_smooth_or_switched(changed, periods, state, tolerance=tolerance)
-    checked = check_motion(found) if found.sticking is None else None
+    watch = observer or _unobserved
+    found = simulate_smooth_or_switched(
+        changed, periods, state, tolerance=tolerance, observer=watch
+    )
+    checked = _checked(found, watch) if found.sticking is None else None
     return Simulation(
         model=found.model,
         strobe=found.strobe,
@@ -82,3 +93,18 @@ def simulate(
         provenance=provenance(perf_counter() - started),
         checked=checked,
     )
+
+
+def _unobserved(progress: MotionProgress) -> None:
+    """Keep a motion that nobody watches, too, where it is interrupted."""
+
+
+def _checked(motion: Trajectory, observer: MotionObserver) -> Checked:
+    """Check a motion, unless it was interrupted."""
+    if motion.stopped is not None and motion.stopped.kind == "interrupted":
+        return Checked((), interrupted=True)
+    try:
+        observer(MotionProgress("checks", motion.periods, motion.periods, motion.duration))
+    except KeyboardInterrupt:
+        return Checked((), interrupted=True)
+    return check_motion(motion)

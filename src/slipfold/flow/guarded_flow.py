@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from threading import Lock
@@ -58,7 +59,10 @@ class Stop:
 
 
 class Strobe(NamedTuple):
-    """States after forcing periods, why the motion ended, and how many took implicit steps."""
+    """States after some forcing periods, shape (m, n), why the motion ended, if it did.
+
+    And how many periods took implicit steps.
+    """
 
     states: Array
     stop: Stop | None = None
@@ -83,32 +87,40 @@ class GuardedFlow:
         self._watched = [self._flow.output_index(limit.output) for limit in model.limits]
         self._bounds = np.array([limit.bound for limit in model.limits])
 
-    def strobe(
+    def strobe(self, state: Array, periods: int, constants: Constants) -> Array:
+        """Return the states after each of some forcing periods, as far as the motion comes.
+
+        Shapes: state (n,); returns (periods + 1, n).
+        """
+        pieces = self.pieces(state, periods, constants)
+        return np.concatenate([state[None], *(piece.states for piece in pieces)])
+
+    def pieces(
         self,
         state: Array,
         periods: int,
         constants: Constants,
         before: int = 0,
         weights: Array | None = None,
-    ) -> Strobe:
-        """Carry a state over forcing periods; the phase restarts every few of them.
+    ) -> Iterator[Strobe]:
+        """Carry a state over forcing periods, a few at a time; the phase restarts with them.
 
         Shapes: state (n,).
         """
-        result = np.empty((periods + 1, len(state)))
-        result[0] = state
         stop = self._stop_at_start(state, before, constants)
+        if stop is not None:
+            yield Strobe(state[None][:0], stop)
+            return
         weights = self.weights(state, constants) if weights is None else weights
         parameters = np.concatenate([constants.values, constants.scales, weights])
-        done = implicit = 0
+        done = 0
         while done < periods and stop is None:
             count = min(self._together, periods - done)
-            found = self._run(result[done], count, constants, parameters, before + done)
-            states, stop = without_turns(found.states, self._whole_turns), found.stop
-            result[done + 1 : done + 1 + len(states)] = states
+            piece = self._run(state, count, constants, parameters, before + done)
+            states, stop = without_turns(piece.states, self._whole_turns), piece.stop
+            yield piece._replace(states=states)
             done += len(states)
-            implicit += found.implicit
-        return Strobe(result[: done + 1], stop, implicit)
+            state = states[-1] if len(states) else state
 
     def _run(
         self, state: Array, count: int, constants: Constants, parameters: Array, done: int

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +14,7 @@ from slipfold.flow.equilibrium import AT_REST, PUSH, pushed_off
 from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import CHUNK, Stop, guarded_flow_of
 from slipfold.flow.pace import divided, paced
+from slipfold.flow.progress import MotionObserver, MotionProgress
 from slipfold.flow.settling.autonomous_settlement import judge_autonomous
 from slipfold.flow.settling.settlement import Settlement, judge_settlement
 from slipfold.flow.sizes.typical_sizes import measured
@@ -30,6 +31,8 @@ __all__ = [
     "checked_tolerance",
     "cut_short",
     "initial_state",
+    "integrated",
+    "interrupted_at",
     "simulate",
 ]
 
@@ -54,10 +57,12 @@ def simulate(
     state: ArrayLike | Mapping[str, float] | None = None,
     *,
     tolerance: float = 1e-9,
+    observer: MotionObserver | None = None,
 ) -> Trajectory:
     """Integrate a model, and say whether its motion has settled, and on what.
 
-    Shapes: state (n_states,).
+    If it is observed, an interrupted motion is returned as far as it came. Shapes: state
+    (n_states,).
 
     >>> from slipfold.models import SlidingOscillator, model_named
     >>> trajectory = simulate(SlidingOscillator(f=12.2, Nd=0.05), periods=1000)
@@ -72,25 +77,40 @@ def simulate(
         asked = asked or PERIODS
     else:
         model, asked = paced(model, start, asked)
-    motion, settlement = _integrated(model, start, asked, tolerance)
+    motion, settlement = integrated(model, start, asked, tolerance, observer)
     for _ in range(DIVISIONS):
         if motion.stopped is None or motion.stopped.kind != "stiff" or model.forced:
             break
         model, asked = divided(model, asked)
-        motion, settlement = _integrated(model, start, asked, tolerance)
+        motion, settlement = integrated(model, start, asked, tolerance, observer)
     return Trajectory(motion.model, motion.strobe, settlement, motion.stopped)
 
 
-def _integrated(
-    model: Model, start: Array, asked: int | None, tolerance: float
+def integrated(
+    model: Model,
+    start: Array,
+    asked: int | None,
+    tolerance: float,
+    observer: MotionObserver | None = None,
 ) -> tuple[Motion, Settlement]:
-    """Integrate as many periods as asked for, or until the motion settles."""
+    """Integrate as many periods as asked for, or until the motion settles or is interrupted."""
     motion = Motion(model, start)
-    for count in ROUNDS if asked is None else (asked,):
-        motion.go_on(count - motion.periods)
+
+    def tell() -> None:
+        if observer is not None:
+            observer(MotionProgress("motion", motion.periods, asked, motion.time))
+
+    try:
+        for count in ROUNDS if asked is None else (asked,):
+            motion.go_on(count - motion.periods, tell)
+            settlement = motion.settlement(tolerance)
+            if settlement.settled or motion.stopped is not None:
+                break
+    except KeyboardInterrupt:
+        if observer is None:
+            raise
+        motion.stopped = interrupted_at(motion.time)
         settlement = motion.settlement(tolerance)
-        if settlement.settled or motion.stopped is not None:
-            break
     return motion, settlement
 
 
@@ -104,7 +124,8 @@ class Motion:
         self._weights = guarded_flow_of(self.model).weights(start, self._constants)
         self._pieces = [start[None]]
         self._pushed: list[int] = []
-        self._implicit = 0  # periods in implicit steps
+        self.periods = 0  # whole ones so far
+        self._implicit = 0  # those in implicit steps
 
     @property
     def strobe(self) -> Array:
@@ -114,43 +135,49 @@ class Motion:
         return whole
 
     @property
-    def periods(self) -> int:
-        """Whole periods so far."""
-        return sum(len(piece) for piece in self._pieces) - 1
+    def time(self) -> float:
+        """Seconds so far."""
+        return self.periods * self._constants.period
 
-    def go_on(self, periods: int) -> Array:
-        """Integrate some more periods; return the states at their starts, as far as it came."""
-        flow, first, done = guarded_flow_of(self.model), self.periods, 0
-        while self.stopped is None and done < periods:
-            count = periods - done
+    def go_on(self, periods: int, tell: Callable[[], None] = lambda: None) -> Array:
+        """Integrate some more periods; return the states at their starts, as far as it came.
+
+        Whoever is to be told of each piece may interrupt.
+        """
+        flow, first = guarded_flow_of(self.model), self.periods
+        end = first + periods
+        while self.stopped is None and self.periods < end:
+            count = end - self.periods
             if not self.model.forced:
                 self._leave_unstable_equilibrium()
                 count = min(CHUNK, count)
-            last = self._pieces[-1][-1]
-            states, self.stopped, implicit = flow.strobe(
-                last, count, self._constants, first + done, self._weights
-            )
-            self._implicit += implicit
-            self._pieces.append(states[1:])
+            last, known = self._pieces[-1][-1], len(self._pieces)
+            for piece in flow.pieces(last, count, self._constants, self.periods, self._weights):
+                self._pieces.append(piece.states)
+                self.periods += len(piece.states)
+                self._implicit += piece.implicit
+                self.stopped = piece.stop
+                tell()
             if not self.model.forced:
-                self._end_beyond_bounds()
-            done += len(states) - 1
-        return self.strobe[first : first + done]
+                self._end_beyond_bounds(known)
+        return self.strobe[first : self.periods]
 
     def _leave_unstable_equilibrium(self) -> None:
         """Push the motion on where it would stay for ever."""
         last, scales = self._pieces[-1], self.model.state_scales()
-        moving = np.abs(np.diff(last[-2:], axis=0) / scales).max(initial=0.0)
+        lately = np.concatenate(self._pieces[-2:])[-2:]
+        moving = np.abs(np.diff(lately, axis=0) / scales).max(initial=0.0)
         pushed = pushed_off(self.model, last[-1]) if moving <= AT_REST else None
         if pushed is not None:
             self._pieces[-1] = np.concatenate([last[:-1], pushed[None]])
             self._pushed.append(self.periods)
 
-    def _end_beyond_bounds(self) -> None:
-        """End a motion that grows without bound, before numbers do."""
-        size = np.abs(self._pieces[-1] / self.model.state_scales()).max(initial=0.0)
+    def _end_beyond_bounds(self, known: int) -> None:
+        """End a motion that grows without bound, before numbers do; some pieces are known."""
+        states = np.concatenate(self._pieces[known:])
+        size = np.abs(states / self.model.state_scales()).max(initial=0.0)
         if self.stopped is None and size > LARGEST:
-            time = self.periods * self._constants.period
+            time = self.time
             reason = f"the motion grows without bound: after {time:.6g} s it has {size:.0e} scales"
             self.stopped = Stop("unbounded", reason, time)
 
@@ -249,6 +276,11 @@ def checked_tolerance(tolerance: float) -> float:
     if math.isfinite(tolerance) and tolerance > 0:
         return tolerance
     raise InputError(f"tolerance = {tolerance!r} is not a positive number; give one like 1e-9")
+
+
+def interrupted_at(time: float) -> Stop:
+    """Return the end of a motion that was interrupted."""
+    return Stop("interrupted", "it was interrupted", time)
 
 
 def cut_short(stop: Stop) -> Settlement:

@@ -80,7 +80,7 @@ def orbit_near(model: Model, state: GivenState) -> PeriodicOrbit | Array:
 
 def _forced_orbit(model: Model, start: Array) -> PeriodicOrbit:
     constants = flow_of(model).constants_of(model)
-    strobe = guarded_flow_of(model).strobe(start, PERIODS, constants).states
+    strobe = guarded_flow_of(model).strobe(start, PERIODS, constants)
     away = np.abs(without_turns(strobe[1:] - start, model.whole_turns) / constants.scales)
     away = away.max(axis=1)
     likely = [int(k) + 1 for k in np.flatnonzero(away <= CLOSED)]

@@ -111,6 +111,12 @@ class Simulation(Trajectory, Result):
     provenance: Provenance
     checked: Checked | None = None
 
+    @property
+    def interrupted(self) -> bool:
+        """Whether the computation was interrupted: of the motion, or of its checks."""
+        unchecked = self.checked is not None and self.checked.interrupted
+        return unchecked or (self.stopped is not None and self.stopped.kind == "interrupted")
+
     @cached_property
     def last_round(self) -> LastRound | None:
         """The last whole round: extrema of the states, when contacts stick; None if there is none.

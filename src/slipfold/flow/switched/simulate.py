@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import Stop
+from slipfold.flow.progress import MotionObserver, MotionProgress
 from slipfold.flow.scaled import power_of_two
 from slipfold.flow.settling.autonomous_settlement import judge_autonomous
 from slipfold.flow.settling.settlement import Settlement, judge_settlement
@@ -20,6 +21,7 @@ from slipfold.flow.simulate import (
     checked_tolerance,
     cut_short,
     initial_state,
+    interrupted_at,
     simulate,
 )
 from slipfold.flow.switched.event_returns import judge_changes
@@ -60,6 +62,7 @@ def simulate_smooth_or_switched(
     state: ArrayLike | Mapping[str, float] | None = None,
     *,
     tolerance: float = 1e-9,
+    observer: MotionObserver | None = None,
 ) -> Trajectory:
     """Integrate a model, through stick and slip where its contacts come to that.
 
@@ -67,10 +70,12 @@ def simulate_smooth_or_switched(
     """
     start = initial_state(model, state)
     if slips_at_first(model, start):
-        found = simulate(model, periods, start, tolerance=tolerance)
+        found = simulate(model, periods, start, tolerance=tolerance, observer=observer)
         if not comes_to_rest(found.stopped, model):
             return found
-    return simulate_switched(model, checked_periods(periods), start, checked_tolerance(tolerance))
+    return simulate_switched(
+        model, checked_periods(periods), start, checked_tolerance(tolerance), observer
+    )
 
 
 def comes_to_rest(stopped: Stop | None, model: Model) -> bool:
@@ -97,18 +102,35 @@ def slips_at_first(model: Model, start: Array) -> bool:
 
 
 def simulate_switched(
-    model: Model, periods: int | None, start: Array, tolerance: float
+    model: Model,
+    periods: int | None,
+    start: Array,
+    tolerance: float,
+    observer: MotionObserver | None = None,
 ) -> Trajectory:
     """Integrate a model with stick and slip from a state at phase zero.
 
-    If `periods` is None an autonomous model is integrated until it settles. Shapes: start (n,).
+    If `periods` is None an autonomous model is integrated until it settles. If it is observed, an
+    interrupted motion is returned as far as it came. Shapes: start (n,).
     """
-    motion = begun(model, start, paced=periods is None)
-    for count in ends_of(model, periods):
-        motion.go_on(count - motion.periods)
+    motion, ends = begun(model, start, paced=periods is None), ends_of(model, periods)
+    total = ends[0] if len(ends) == 1 else None
+
+    def tell() -> None:
+        if observer is not None:
+            observer(MotionProgress("motion", motion.periods, total, motion.time))
+
+    try:
+        for count in ends:
+            motion.go_on(count - motion.periods, tell)
+            found = trajectory_of(motion, tolerance)
+            if found.settlement.settled or motion.stopped is not None:
+                break
+    except KeyboardInterrupt:
+        if observer is None:
+            raise
+        motion.stopped = interrupted_at(motion.time)
         found = trajectory_of(motion, tolerance)
-        if found.settlement.settled or motion.stopped is not None:
-            break
     return found
 
 
@@ -141,7 +163,8 @@ def trajectory_of(motion: SwitchedMotion, tolerance: float) -> Trajectory:
         intervals = tuple(
             replace(item, begin=item.begin * unit, end=item.end * unit) for item in intervals
         )
-    modes = np.array(motion.modes, np.int64)
+    # An interrupt may have come between the mode and the state of a period.
+    modes = np.array(motion.modes[: motion.periods + 1], np.int64)
     modes.setflags(write=False)
     contacts = tuple(item.name for item in motion.flow.contacts)
     sticking = Sticking(contacts, modes, intervals)

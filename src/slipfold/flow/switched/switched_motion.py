@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -68,8 +68,15 @@ class SwitchedMotion:
         """Whole periods so far."""
         return len(self._states) - 1
 
-    def go_on(self, periods: int) -> None:
-        """Integrate some more periods, as far as it comes."""
+    @property
+    def time(self) -> float:
+        """Seconds so far, of whole periods and of what is known of another."""
+        changes = self.recorder.changes
+        last = changes[-1].time if changes else 0.0
+        return max(self.periods, last) * self.constants.period
+
+    def go_on(self, periods: int, tell: Callable[[], None] = lambda: None) -> None:
+        """Integrate some more periods, as far as it comes; who is told of each may interrupt."""
         for _ in range(periods):
             done, state, mode = self.periods, self._states[-1], self.modes[-1]
             try:
@@ -83,8 +90,9 @@ class SwitchedMotion:
                 time = (done + broken.stop.time) * self.constants.period
                 self.stopped = replace(broken.stop, time=time)
                 return
-            self._states.append(state)
             self.modes.append(mode)
+            self._states.append(state)
+            tell()
 
 
 def first_mode(
