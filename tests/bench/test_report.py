@@ -386,6 +386,9 @@ def test_cycles_are_judged_against_who_is_right(bench: Bench) -> None:
     ]  # fmt: skip
     del records["AUTO-07p, fine"]
     assert list(report.aim_rows({"canards": records}))[1][1:] == ["no other is", "met"]
+    alone = {"slipfold": records["slipfold"]}
+    said = list(report.aim_rows({"canards": alone}))[1][1:]
+    assert said == ["no other ran to its end", "not compared"]
 
 
 def test_rates_in_stick_and_slip_are_compared(bench: Bench) -> None:
