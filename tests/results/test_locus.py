@@ -10,6 +10,7 @@ from slipfold.computations.bifurcation_set import bifurcation_set
 from slipfold.computations.locus import locus
 from slipfold.computations.response import response
 from slipfold.errors import InputError
+from slipfold.loci import isolated
 from slipfold.models import SlidingOscillator
 from slipfold.results.load import load
 
@@ -140,25 +141,26 @@ def test_points_of_different_models(diagram, doubling):
 # -- bifurcation sets --------------------------------------------------------------------------
 
 SMALL = {"types": ["PD"], "periods": [1], "regions": False}
+ONE = {"types": "pd", "periods": 1, "regions": False}
+"""The same: one type and one period need no list."""
 
 
-def test_set_from_a_window(found):
-    diagram = bifurcation_set(
-        SlidingOscillator(), PLANE, {"Nd": (0, "100mN"), "f": WINDOW[0]}, **SMALL
+def test_set_from_a_window(found, monkeypatch):
+    followed, through = [], isolated._through
+    monkeypatch.setattr(
+        isolated,
+        "_through",
+        lambda orbit, *to: followed.append(orbit.period) or through(orbit, *to),
     )
+    window = {"Nd": (0, "100mN"), "f": WINDOW[0]}
+    diagram = bifurcation_set(SlidingOscillator(), PLANE, window, **ONE)
+    assert set(followed) <= {1}  # motions of period 2 are there, and lead to nothing asked for
     assert [(item.type, item.period) for item in diagram.loci] == [("PD", 1)]
     assert diagram.model == SlidingOscillator(f=12.3, Nd=0)
     assert not diagram.interrupted
     minimum = [p.values for _, p in diagram.special if p.type == "MIN"]
     expected = [p.values for item, p in found.special if p.type == "MIN" and item.type == "PD"]
     np.testing.assert_allclose(minimum, expected, rtol=1e-8)
-
-
-def test_one_type_and_one_period_need_no_list():
-    diagram = bifurcation_set(
-        SlidingOscillator(), PLANE, ((12.45, 12.5), (0, 0.06)), types="pd", periods=1, regions=False
-    )
-    assert [(item.type, item.period) for item in diagram.loci] == [("PD", 1)]
 
 
 def test_set_interrupted_while_responses_are_followed(tmp_path):

@@ -88,6 +88,7 @@ def follow_isolated(
 ) -> Iterator[Branch]:
     """Add to lines the responses that motions find on them, and return their branches."""
     starts = Starts(model, [branch for line in lines for branch in line.branches])
+    periods = tuple(period for period in PERIODS if period <= settings.largest_period)
     for number, line in enumerate(lines):
         if not line.branches:
             continue
@@ -104,7 +105,7 @@ def follow_isolated(
                 text = "motions that may settle on what no response leads to"
                 observer(LocusProgress("responses", number, len(lines), place, text))
             known = stable_orbits(lines[number].branches, value)
-            for orbit in other_orbits(at, known, starts.number(number * PLACES + i)):
+            for orbit in other_orbits(at, known, starts.number(number * PLACES + i), periods):
                 branches = _through(orbit, line.vary, value, span, settings)
                 have = lines[number].branches
                 lines[number] = replace(line, branches=(*have, *branches))
@@ -114,9 +115,12 @@ def follow_isolated(
 
 
 def other_orbits(
-    model: Model, known: Mapping[int, Sequence[Array]], states: Array
+    model: Model,
+    known: Mapping[int, Sequence[Array]],
+    states: Array,
+    periods: tuple[int, ...] = PERIODS,
 ) -> Iterator[PeriodicOrbit]:
-    """Return the stable orbits that motions settle on and that are none of those known.
+    """Return the stable orbits of some periods that motions settle on and that are not known.
 
     Shapes: known (m, n); states (k, n).
     """
@@ -131,7 +135,7 @@ def other_orbits(
             if not _is_near(model, state, found, NEAR * gap + ONE_ORBIT)
         ])  # fmt: skip
         going = states[~nearly & np.isfinite(gaps)]
-        for period in PERIODS:
+        for period in periods:
             if not len(settled):
                 break
             orbits = _orbits_from(model, period, settled)
@@ -143,6 +147,9 @@ def other_orbits(
                     found[period].append(orbit.nodes)
                     yield orbit
             settled = settled[[nodes is None for nodes in orbits]]
+        if len(settled) and periods != PERIODS:  # some have arrived at what is not looked for
+            gaps = np.min([_moved(model, settled, period) for period in periods], axis=0)
+            settled = settled[gaps < NEARLY]
         states = np.concatenate([going, settled.reshape(-1, states.shape[1])])
         if not len(states):
             break
