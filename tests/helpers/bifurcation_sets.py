@@ -136,17 +136,24 @@ def _carried(problem, z, index, target, row):
     return found
 
 
-def locus_crossings(locus, axis, value):
-    """Crossings of one locus: from a spline through its points, corrected."""
+@lru_cache(maxsize=128)
+def _locus_curve(locus):
+    """A locus between its points, as unknowns of its equations; places on it, close together."""
     widths = tuple(map(float, np.ptp(locus.values, axis=0)))
     vary = dict(zip(locus.vary, widths, strict=True))
     orbits = ForcedOrbits(locus.model, vary, locus.period, locus.nodes.shape[1])
-    problem = LocusEquations(orbits, locus.type)
     pairs = zip(locus.nodes, locus.values, strict=True)
     s, z = locus.arclength, np.array([orbits.pack(*pair) for pair in pairs])
     spline = CubicSpline(s, z)
     grid = np.unique(np.concatenate([np.linspace(a, b, SAMPLES) for a, b in pairwise(s)]))
-    gaps = spline(grid)[:, axis - 2] - value / widths[axis]
+    return widths, LocusEquations(orbits, locus.type), z, spline, grid, spline(grid)
+
+
+def locus_crossings(locus, axis, value):
+    """Crossings of one locus: from a spline through its points, corrected."""
+    widths, problem, z, spline, grid, places = _locus_curve(locus)
+    s = locus.arclength
+    gaps = places[:, axis - 2] - value / widths[axis]
     row = np.zeros(z.shape[1])
     row[axis - 2] = 1.0
     for i in np.flatnonzero((gaps[:-1] > 0) != (gaps[1:] > 0)):

@@ -1,6 +1,7 @@
 """The same loci, special points and ends, whatever the step, the tolerance and the start."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -64,18 +65,19 @@ def test_from_any_point_of_it(kind, period):
     assert len(follow_loci(points, PLANE, WINDOW, switch=False)) == 1
 
 
-@pytest.mark.parametrize(
-    ("largest", "tolerance"),
-    [
-        (0.1, 1e-10),
-        (0.5, 1e-6),
-        (1.0, 1e-12),
-        pytest.param(0.02, 1e-10, marks=pytest.mark.long),
-        pytest.param(0.02, 1e-6, marks=pytest.mark.long),
-        pytest.param(0.1, 1e-6, marks=pytest.mark.long),
-    ],
-)
-@pytest.mark.parametrize(("kind", "period"), STARTS, ids=lambda item: str(item))
+OFTEN = [(0.1, 1e-10), (0.5, 1e-6), (1.0, 1e-12)]
+RARELY = [(0.02, 1e-10), (0.02, 1e-6), (0.1, 1e-6)]
+
+
+def steps_and_tolerances():
+    """All for each locus; in every run two, in turn."""
+    for number, locus in enumerate(STARTS):
+        for item in OFTEN + RARELY:
+            often = item in OFTEN and item != OFTEN[number % 3]
+            yield pytest.param(*locus, *item, marks=[] if often else pytest.mark.long)
+
+
+@pytest.mark.parametrize(("kind", "period", "largest", "tolerance"), list(steps_and_tolerances()))
 def test_at_any_step_and_tolerance(kind, period, largest, tolerance):
     point = next(iter(starting_points(kind, period)))
     settings = Settings(newton=Newton(tolerance=tolerance), steps=Steps(largest=largest))
@@ -122,11 +124,13 @@ def test_every_point_is_on_the_locus_it_belongs_to():
 RING = {"plane": ("f", "alpha"), "window": ((11.5, 13.5), (0.0, np.pi))}
 
 
-def ring(value, **keys):
+@cache
+def ring(value, largest=0.5):
     branches = response("alpha", (0.0, np.pi), (("Nd", 0.1), ("f", value)))
     points = bifurcations(branches, "PD")
     assert points
-    (found,) = follow_loci([points[0]], *RING.values(), switch=False, **keys)
+    settings = Settings(steps=Steps(largest=largest))
+    (found,) = follow_loci([points[0]], *RING.values(), switch=False, settings=settings)
     return found
 
 
@@ -151,10 +155,14 @@ def test_a_closed_locus_closes():
         )  # fmt: skip
 
 
-@pytest.mark.parametrize("largest", [0.1, 0.25, 1.0])
-@pytest.mark.parametrize("value", [12.4, 12.6])
+RINGS = [(12.4, 0.1), (12.6, 0.25), (12.4, 1.0)]
+RINGS += [pytest.param(*item, marks=pytest.mark.long) for item in ((12.6, 0.1), (12.4, 0.25))]
+RINGS += [pytest.param(12.6, 1.0, marks=pytest.mark.long)]
+
+
+@pytest.mark.parametrize(("value", "largest"), RINGS)
 def test_a_closed_locus_is_the_same_from_anywhere(value, largest):
-    found = ring(value, settings=Settings(steps=Steps(largest=largest)))
+    found = ring(value, largest)
     other = ring(12.5)
     assert found.closed
     assert [name for name, _ in named(found)] == [name for name, _ in named(other)]

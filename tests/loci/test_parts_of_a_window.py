@@ -13,8 +13,8 @@ PARTS = [
     # The doubling that leads to the orbits of this fold lies above it.
     ((11.7, 12.2), (0.05, 0.13)),
     ((12.0, 12.3), (0.05, 0.1)),
-    ((12.45, 12.55), (0.04, 0.2)),
-    ((13.0, 13.5), (0.4, 0.9)),
+    pytest.param(((12.45, 12.55), (0.04, 0.2)), marks=pytest.mark.long),
+    pytest.param(((13.0, 13.5), (0.4, 0.9)), marks=pytest.mark.long),
     ((12.05, 12.35), (0.4, 0.9)),
 ]
 
