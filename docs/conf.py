@@ -21,7 +21,7 @@ extensions = [
     "sphinx.ext.viewcode",
     "sphinx_gallery.gen_gallery",
 ]
-exclude_patterns = ["_build", "gallery"]
+exclude_patterns = ["_build", "gallery", "figures"]
 
 # The scripts in gallery/ are run; the pages made of them, which are not kept, go beside them.
 sphinx_gallery_conf = {
