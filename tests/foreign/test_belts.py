@@ -82,6 +82,24 @@ def test_stiff_bristles_in_large_reversing_slip(law):
     assert motion.checked.agree
 
 
+@pytest.mark.long
+def test_a_cycle_with_stiff_bristles_is_settled_on():
+    # Ten thousand Taylor steps are a round: too few rounds were seen to tell.
+    law, load, speed = sf.LuGre(mu_s=0.5, mu_k=0.3, vs=0.2, s0=1e5), 4.0, 0.3
+    belt = sf.FrictionContact("x", law, load=load, Vd=speed)
+    motion = sf.simulate(sf.Structure([[1.0]], [[0.4]], [[100.0]], names="x", contacts=belt))
+    assert motion.settlement.kind == "cycle"
+    start = motion.strobe[-1]
+
+    def rates(t, q):
+        rate, mu = bristles(law, speed - q[1], q[2])
+        return [q[1], load * mu - 0.4 * q[1] - 100 * q[0], rate]
+
+    span = (0.0, motion.settlement.duration)
+    end = solve_ivp(rates, span, start, method="Radau", rtol=1e-9, atol=1e-13).y[:, -1]
+    assert end == pytest.approx(start, rel=1e-5)
+
+
 NEAR_A_CLOSING = [
     [-0.061990988, 0.081217241, 3.0000149e-05],
     [0.090874339, -0.084903029, 3e-05],

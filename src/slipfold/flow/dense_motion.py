@@ -21,6 +21,7 @@ class DenseMotion:
     phases: Array  # where the steps begin and end, from zero on, shape (m,)
     polynomials: Any  # maps phases to states in units of the scales
     scales: Array  # units of the states
+    implicit: bool = False  # whether it took implicit steps
 
     @property
     def end(self) -> float:

@@ -93,7 +93,7 @@ class Flow(Evaluated):
         samples = self.along(states, phases, constants)
         lost = ~np.isfinite(samples).all(axis=(1, 2)) & np.isfinite(states).all(axis=1)
         for row in np.flatnonzero(lost):  # too many steps for a batch
-            own = constants.rows(row)
+            own = constants.rows(int(row))
             samples[row] = self.trajectory(states[row], own, phases[row])
         return samples
 
@@ -336,7 +336,9 @@ class Flow(Evaluated):
         if int(outcome) == STEP_LIMIT and takeover.is_due(single):
             single.time, single.state[:] = 0.0, state / constants.scales
             implicit = takeover.motion(single, end, most=steps).polynomials
-            return implicit and DenseMotion(implicit.times, implicit, constants.scales)
+            if implicit is None:
+                return None
+            return DenseMotion(implicit.times, implicit, constants.scales, implicit=True)
         return output and DenseMotion(np.array(output.times), output, constants.scales)
 
     def _prepare(

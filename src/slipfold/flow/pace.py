@@ -56,12 +56,17 @@ def _natural(model: Model, state: Array) -> float:
     jacobian = evaluation_of(model).jacobian(model, state) * (scales / scales[:, None])
     if not np.isfinite(jacobian).all():
         return DURATION.default
-    fastest = float(np.abs(np.linalg.eigvals(jacobian)).max())
+    values = np.linalg.eigvals(jacobian)
+    fastest = float(np.abs(values).max())
     if not fastest > 0:
         return DURATION.default
     flow = flow_of(model.replace(**{DURATION.name: 1.0}))
     constants = flow.constants_of(model.replace(**{DURATION.name: 1.0}))
     motion = flow.dense(state, constants, FARTHEST / fastest, EXPLORED)
+    if motion is not None and motion.implicit:  # what decays at once sets no pace
+        slower = np.abs(values[values.real > -np.abs(values.imag)])
+        fastest = float(slower.max(initial=0.0)) or fastest
+        motion = flow.dense(state, constants, FARTHEST / fastest, EXPLORED)
     if motion is None:
         return DURATION.default
     length = min(motion.end / INTERVALS, FASTEST / fastest)

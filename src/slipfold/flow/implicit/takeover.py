@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.flow.dense_motion import DenseMotion
 from slipfold.flow.equations import Constants
 from slipfold.flow.evaluated import Evaluated
-from slipfold.flow.implicit.intervals import Field
+from slipfold.flow.implicit.intervals import Field, solve_intervals
 from slipfold.flow.implicit.stage_equations import LinearPart
-from slipfold.flow.implicit.steps import MOST, ImplicitMotion, Watch, implicit_motion
+from slipfold.flow.implicit.steps import MOST, POINTS, ImplicitMotion, Watch, implicit_motion
 
 __all__ = ["Takeover"]
 
@@ -57,3 +58,16 @@ class Takeover:
             reached = times <= known.phase
             states[reached] = known.polynomials(times[reached])
         return states
+
+    def matrices(self, motion: DenseMotion, edges: Array) -> Array:
+        """Return the derivatives of a motion's scaled states from one of some phases to the next.
+
+        Shapes: edges (m + 1,); returns (m, n, n).
+        """
+        lengths = np.diff(edges)
+        phases = edges[:-1, None] + lengths[:, None] * POINTS.points
+        nodes, stages = (
+            motion.at(times.ravel()).reshape(*times.shape, -1) / motion.scales
+            for times in (edges[:-1], phases)
+        )
+        return solve_intervals(self.field, POINTS, nodes, edges[:-1], lengths, stages).matrices

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property, reduce
-from itertools import pairwise
+from itertools import chain, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from slipfold.flow.dense_motion import DenseMotion
 from slipfold.flow.equilibrium import Equilibrium, equilibrium_near
 from slipfold.flow.flow import flow_of
+from slipfold.flow.implicit.takeover import Takeover
 from slipfold.flow.settling.returns import Returns, find_returns
 from slipfold.flow.settling.settlement import SHORTEST, Settlement, Trend, trends_of
 from slipfold.models.model import Model
@@ -24,6 +25,10 @@ Array = NDArray[np.float64]
 STEPS = (4_000, 16_000, 64_000)
 """Steps of the integrator at the end of a motion that are looked at: a round of a smooth cycle
 takes fifty, one with jumps a thousand."""
+
+SEVERAL, TRIED, PROBE = 100, 10, 500
+"""Intervals before the end from which on is tried whether a motion is stiff, in how many of them,
+and steps of each trial."""
 
 ENOUGH = 60
 """Returns that suffice: a trend over them is one, and a cycle has repeated."""
@@ -60,8 +65,7 @@ def judge_autonomous(model: Model, strobe: Array, tolerance: float) -> Settlemen
         return _at_rest(rest)
     end = _End(model, strobe)
     returns, seen = None, 0.0
-    for steps in STEPS:
-        window = end.window(steps)
+    for window in chain(map(end.window, STEPS), map(end.stiff_window, STEPS[:1])):
         if window is None:
             break
         seen = window.end * end.unit
@@ -102,11 +106,26 @@ class _End:
         """Return the motion over about so many of its last steps."""
         flow = flow_of(self.model)
         constants = flow.constants_of(self.model)
-        last = flow.dense(self.strobe[-2], constants, 1.0, steps)
+        return self._window(flow.dense(self.strobe[-2], constants, 1.0, steps), steps)
+
+    def stiff_window(self, steps: int) -> DenseMotion | None:
+        """Return the same in implicit steps; None where the motion is not stiff."""
+        flow, whole = flow_of(self.model), len(self.strobe) - 1
+        constants, several = flow.constants_of(self.model), min(SEVERAL, whole)
+        for count in range(several, max(several - TRIED, 0), -1):  # in a round it is so at times
+            last = flow.dense(self.strobe[-1 - count], constants, float(count), PROBE)
+            if last is not None and last.implicit:
+                return self._window(last, steps)
+        return None
+
+    def _window(self, last: DenseMotion | None, steps: int) -> DenseMotion | None:
+        """Return so many steps, which are as long as the last ones."""
         if last is None:
             return None
-        count = min(math.ceil(steps / len(last.phases)), len(self.strobe) - 1)
-        return flow.dense(self.strobe[-1 - count], constants, float(count), 4 * steps)
+        flow = flow_of(self.model)
+        count = min(math.ceil(steps * last.end / len(last.phases)), len(self.strobe) - 1)
+        start, constants = self.strobe[-1 - count], flow.constants_of(self.model)
+        return flow.dense(start, constants, float(count), 4 * steps)
 
     def is_whole(self, window: DenseMotion) -> bool:
         """Whether there is no more of the motion."""
@@ -130,18 +149,26 @@ class _End:
         """Return the largest modulus of a cycle's multipliers besides that of its own direction."""
         flow = flow_of(self.model)
         constants = flow.constants_of(self.model)
-        inside = window.phases[(window.phases > begin) & (window.phases < end)][::PIECE]
-        edges = np.concatenate([[begin], inside, [end]])
+        inside = window.phases[(window.phases > begin) & (window.phases < end)]
+        if window.implicit:
+            edges = np.concatenate([[begin], inside, [end]])
+            matrices = Takeover(flow, constants).matrices(window, edges)
+            return _largest_besides_one(reduce(lambda product, matrix: matrix @ product, matrices))
+        edges = np.concatenate([[begin], inside[::PIECE], [end]])
         states, lengths = window.at(edges[:-1]), np.diff(edges)
         still = np.zeros((len(constants.values), 1))
         zero = np.zeros(len(states))
         matrices = flow.linearise(states, zero, lengths, constants, still)[1]
         monodromy = reduce(lambda product, matrix: matrix @ product, matrices)
-        if not np.isfinite(monodromy).all():
-            return math.inf
-        values = np.linalg.eigvals(monodromy * (self.scales / self.scales[:, None]))
-        others = np.delete(values, np.abs(values - 1).argmin())
-        return float(np.abs(others).max(initial=0.0))
+        return _largest_besides_one(monodromy * (self.scales / self.scales[:, None]))
+
+
+def _largest_besides_one(monodromy: Array) -> float:
+    if not np.isfinite(monodromy).all():
+        return math.inf
+    values = np.linalg.eigvals(monodromy)
+    others = np.delete(values, np.abs(values - 1).argmin())
+    return float(np.abs(others).max(initial=0.0))
 
 
 def _at_rest(rest: Equilibrium) -> Settlement:
