@@ -38,7 +38,13 @@ def bristles(law, slip, z):
     return rate, law.s0 * z + (law.s1 * rate if isinstance(law, sf.LuGre) else 0.0)
 
 
-@pytest.mark.parametrize("name", LAWS)
+RARELY = ("atan", "rational")
+
+
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=[pytest.mark.long] * (name in RARELY)) for name in LAWS],
+)
 def test_a_stick_slip_cycle_is_found_followed_and_what_an_implicit_integrator_has(name):
     law, load = LAWS[name], 4.0
     belt = sf.FrictionContact("x", law, load=load, Vd=0.3)

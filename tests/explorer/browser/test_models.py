@@ -10,7 +10,17 @@ UNDER_WAY = "([selector, first]) => document.querySelector(selector).textContent
 """Whether the server has taken the request for the plane: it tells of progress, or is done."""
 
 
-@pytest.mark.parametrize("name", sf.built_in_models())
+OFTEN = ("sliding", "vanderpol", "stuart-landau", "steady-sliding", "chain")
+"""Forced in a plane and on a line, a cycle, an equilibrium that squeals, a chain of masses."""
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[] if name in OFTEN else pytest.mark.long)
+        for name in sf.built_in_models()
+    ],
+)
 def test_every_model_goes_through_every_panel(explorer, name):
     page = explorer.page
     explorer.open(f"model={name}")
