@@ -48,3 +48,28 @@ def test_the_oscillator_doubles_its_period_while_it_sticks():
     assert 0.0725 < point.value < 0.0745
     assert doubled.period == 2
     assert branch.stuck_fraction.min() > 0.05
+
+
+ALONE = sf.Settings(largest_period=1)
+
+
+@pytest.mark.long
+def test_slip_in_the_plane_touches_zero_at_one_place_from_both_sides():
+    found = []
+    for span in ((0.0556, 0.055), (0.055, 0.0556)):
+        orbit = sf.periodic_orbit(sf.SlidingOscillator(f=12.5, Nd=0.3, Vd=span[0]))
+        (branch,) = sf.response(orbit, vary="Vd", span=span, settings=ALONE).branches
+        assert branch.stopped.kind == "span"
+        (point,) = branch.special
+        assert point.type == "GRAZE"
+        assert point.stuck_fraction == pytest.approx(0.0, abs=1e-7)
+        found.append(point)
+        # In slip one perturbation of the velocity is left, in stick none.
+        gone = np.abs(branch.multipliers) < 1e-12
+        ends = sorted((gone[0].sum(), gone[-1].sum()))
+        assert ends[1] == 2
+        assert ends[0] < 2
+    there, back = found
+    assert there.value == pytest.approx(back.value, abs=1e-9)
+    assert abs(there.value - back.value) <= there.uncertainty + back.uncertainty
+    assert there.nodes == pytest.approx(back.nodes, abs=1e-6)

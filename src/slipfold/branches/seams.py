@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from slipfold.continuation.end import End
 from slipfold.continuation.pieces import ahead_of, locate_fold, locate_seam
 from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Sight, Stop, Stretch, Trail
+from slipfold.continuation.vanishing import Vanishing, beyond_vanishing, locate_vanishing
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.switched.mode import Mode, Status
 from slipfold.orbits.orbit_curve import OrbitCurve
@@ -27,6 +29,27 @@ NAMES = {
 }
 
 
+NEAR = 1e-4
+"""Slip in the plane, over its size, or square of a stuck interval, in phases, below which it is
+looked whether it vanishes ahead."""
+
+LEAST = 1e-6
+"""What is left of it where orbits are computed; nearer to zero the equations become stiff."""
+
+AHEAD = 0.02
+"""Arclength within which it vanishes then."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Touch(Found[OrbitPoint]):
+    """A place where slip in the plane touches zero, known from orbits beside it.
+
+    The point is the nearest of them, with the unknown of the place.
+    """
+
+    place: Vanishing[OrbitPoint]
+
+
 class Seams:
     """Ends a smooth piece of a branch where its orbits begin to pass through other modes."""
 
@@ -36,6 +59,9 @@ class Seams:
     def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:
         """Return the last orbit with the modes of the piece, and the first with others."""
         before, after = stretch.before, stretch.point
+        touch = self._touch(stretch)
+        if touch is not None:
+            return touch
         if before.piece == after.piece:
             return Sight()
         seam = locate_seam(self._orbits, stretch.known, before, after)
@@ -43,6 +69,25 @@ class Seams:
         found = Found(kind, seam.before, float("inf"))
         end = _end(kind, self._orbits, seam.before)
         return Sight([found], Stop(seam.before, end, beyond=seam.after))
+
+    def _touch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint] | None:
+        """Return where slip in the plane begins or ceases to touch zero, if that is near."""
+        orbits, before, after = self._orbits, stretch.before, stretch.point
+        if not orbits.by.slips_in_planes:
+            return None
+        start, ahead = before, 2 * (after.arclength - before.arclength)
+        if before.piece == after.piece:
+            start, ahead = after, AHEAD
+            left, was = orbits.left_to_touch(after), orbits.left_to_touch(before)
+            if left is None or was is None or not left < min(was, NEAR):
+                return None
+        place = locate_vanishing(orbits, start, orbits.left_to_touch, LEAST, ahead)
+        if place is None:
+            return None
+        point = replace(place.nearest, z=place.z)
+        found = Touch("GRAZE", point, float("inf"), place=place)
+        end = _end("GRAZE", orbits, point)
+        return Sight([found], Stop(place.nearest, end, beyond=beyond_vanishing(orbits, place)))
 
 
 def _fold(trail: Trail[OrbitPoint]) -> None:
@@ -72,6 +117,8 @@ def beyond_seam(trail: Trail[OrbitPoint]) -> tuple[OrbitCurve, OrbitPoint] | Non
     if trail.end is None or trail.end.kind != SEAM:
         return None
     after = trail.points[-1]
+    if len(trail.points) > 1 and trail.points[-2].piece == after.piece:  # nothing is beyond
+        return None
     curve = after.curve
     found = ahead_of(curve, after)
     if found is None:

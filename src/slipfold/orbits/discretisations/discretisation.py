@@ -38,6 +38,9 @@ class Discretisation(ABC):
     smooth = True
     """Whether orbits are those of one and the same smooth flow."""
 
+    slips_in_planes = False
+    """Whether contacts change what they do on the way and some of them slip in any direction."""
+
     phase = 0.0
     """Phase of the first node."""
 

@@ -11,6 +11,7 @@ from slipfold.flow.equations import Constants
 from slipfold.flow.switched.linearised_motion import linearised_motion
 from slipfold.flow.switched.mode import Mode, Status, shown
 from slipfold.flow.switched.mode_equations import Undetermined
+from slipfold.flow.switched.slow_slip import left_to_touch
 from slipfold.flow.switched.switched_flow import Leg, switched_flow_of
 from slipfold.flow.switched.switched_motion import Broken, first_mode, legs
 from slipfold.flow.switched.transition import Undecided
@@ -56,6 +57,7 @@ class SwitchedShooting(Segments):
         edges: Array = phase + np.arange(segments + 1, dtype=float) * (period / segments)
         super().__init__(model, free, period, edges)
         self.switched = switched_flow_of(model)
+        self.slips_in_planes = any(len(contact.slip) == 2 for contact in self.switched.contacts)
 
     def with_period(self, period: int) -> SwitchedShooting:
         """Return the same for orbits of another period."""
@@ -95,6 +97,19 @@ class SwitchedShooting(Segments):
             _, end, mode = found.pop(0)
             found[-1] = (found[-1][0], end + self.period, mode)
         return found
+
+    def left_to_touch(self, nodes: Array, constants: Constants) -> float | None:
+        """Return what vanishes where slip in the plane begins or ceases to touch zero.
+
+        That is the least speed, over its size, or the square of the shortest stuck interval. None
+        where no slip is slow. Shapes: nodes (m, n).
+        """
+        found = list[float]()
+        for node, begin, end in zip(nodes, self.start, self.end, strict=True):
+            found += left_to_touch(
+                self.switched, node, self.passed(node, begin, end, constants), constants
+            )
+        return min(found, default=None)
 
     def better(self, nodes: Array, constants: Constants) -> SwitchedShooting | None:
         """Return one whose node is far from all changes, None if that of this one is.
