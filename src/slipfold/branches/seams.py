@@ -13,7 +13,7 @@ from slipfold.continuation.trail import Sight, Stop, Stretch, Trail
 from slipfold.continuation.vanishing import Vanishing, beyond_vanishing, locate_vanishing
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.switched.mode import Mode, Status
-from slipfold.orbits.orbit_curve import OrbitCurve
+from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["NAMES", "SEAM", "Seams", "beyond_seam"]
@@ -73,7 +73,7 @@ class Seams:
     def _touch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint] | None:
         """Return where slip in the plane begins or ceases to touch zero, if that is near."""
         orbits, before, after = self._orbits, stretch.before, stretch.point
-        if not orbits.by.slips_in_planes:
+        if not isinstance(orbits, Orbits) or not orbits.by.slips_in_planes:
             return None
         start, ahead = before, 2 * (after.arclength - before.arclength)
         if before.piece == after.piece:
