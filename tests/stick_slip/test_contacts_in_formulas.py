@@ -222,13 +222,3 @@ def test_orbits_are_not_followed_on_a_wall():
     ):
         with pytest.raises(sf.InputError, match="the counter-body of the contact F is at rest"):
             sf.response(model, "mu", (0.1, 0.2))
-
-
-def test_a_belt_whose_speed_varies_is_refused():
-    with pytest.raises(sf.InputError, match="the slip of F depends on the time; make what moves"):
-        sf.System(
-            parameters={"f": 0.2},
-            states={"x": "v", "v": "F - x"},
-            contacts={"F": {"slip": "cos(2*pi*f*t) - v", "normal": "1"}},
-            forcing={"period": "1/f"},
-        )

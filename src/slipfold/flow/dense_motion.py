@@ -53,3 +53,14 @@ class StepPolynomials:
         place = np.minimum(np.maximum(place, 0), len(self.tcs) - 1)
         powers = np.vander(times - self.times[place], self.tcs.shape[2], increasing=True)
         return np.asarray((self.tcs[place] @ powers[:, :, None])[:, :, 0])
+
+    def nodes(self, shares: Array) -> tuple[Array, Array, Array]:
+        """Return states and times after shares of each step, and the rate of time with the share.
+
+        Shapes: shares (p,); returns (m, p, n), (m, p), (m, p).
+        """
+        lengths = np.diff(self.times)[:, None]
+        times = self.times[:-1, None] + lengths * shares
+        powers = np.vander((lengths * shares).ravel(), self.tcs.shape[2], increasing=True)
+        powers = powers.reshape(*times.shape, -1)
+        return np.einsum("ink,ipk->ipn", self.tcs, powers), times, lengths + np.zeros_like(times)

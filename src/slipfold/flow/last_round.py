@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from slipfold.flow.flow import flow_of
 from slipfold.flow.switched.mode import Mode, Status
 from slipfold.flow.switched.sampled import dense_legs
-from slipfold.flow.switched.step_polynomials import SlowPolynomials
+from slipfold.flow.switched.step_polynomials import BegunPolynomials, SlowPolynomials
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.model import Model
 
@@ -134,10 +134,11 @@ def _extrema(polynomials: Iterable[Any], scales: Array) -> tuple[Array, Array]:
     least, most = np.full(n, np.inf), np.full(n, -np.inf)
     for output in polynomials:
         known = [*range(n)]
-        if isinstance(output, SlowPolynomials):
+        if isinstance(output, SlowPolynomials | BegunPolynomials):
             known = [place for place in known if place not in output.held]
+            spread = output.nodes(np.linspace(0.0, 1.0, SPREAD))[0]
             for place in output.held:
-                values = _peaks(output.spread(SPREAD)[:, :, place])
+                values = _peaks(spread[:, :, place])
                 least[place] = min(least[place], values.min())
                 most[place] = max(most[place], values.max())
             output = output.inner

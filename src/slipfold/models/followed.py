@@ -10,7 +10,7 @@ __all__ = ["check_followed"]
 
 
 def check_followed(model: Model) -> None:
-    """Refuse values at which there is motion but no orbit in slip: a counter-body at rest.
+    """Refuse values at which there is motion but no orbit in slip: no counter-body moves on.
 
     >>> from slipfold.models import SlidingOscillator
     >>> check_followed(SlidingOscillator(Vd=0))
@@ -25,6 +25,6 @@ def check_followed(model: Model) -> None:
             raise InputError(f"{error} in all but simulate") from None
     for name in model.resting if isinstance(model, System) else ():
         raise InputError(
-            f"the counter-body of the contact {name} is at rest, so nothing slides on it steadily; "
-            "let it move, or simulate"
+            f"the counter-body of the contact {name} is at rest or swings, so nothing slides on it "
+            "steadily; let it move at a constant speed, or simulate"
         )

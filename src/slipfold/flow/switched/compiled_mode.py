@@ -23,6 +23,7 @@ from slipfold.flow.switched.events import (
     Event,
     events_of,
 )
+from slipfold.flow.switched.linear_symbols import is_zero
 from slipfold.flow.switched.mode import Status
 from slipfold.flow.switched.mode_equations import ANGLE, LOGARITHM, ModeEquations
 from slipfold.flow.switched.slopes import Slopes
@@ -53,14 +54,18 @@ class CompiledMode:
         ]
         self.events = events_of(mode, limits, self._weights[:count])
         self.held = [equations.names.index(name) for name in mode.held]
+        # Whether what contacts hold stays as it is: on counter-bodies at a constant speed
+        self.rests = mode.slow is None and all(
+            is_zero(equations.field[place]) for place in self.held
+        )
         self.slow = mode.mode.index(Status.SLOW) if mode.slow is not None else None
         self.flow = Flow(equations)
         self._key = f"{equations.fingerprint()} {mode.mode} {list(mode.held)}"
         if mode.held:
             slow = [] if mode.slow is None else [LOGARITHM, ANGLE]
-            inputs = [*equations.states, *slow, *equations.coefficients]
+            inputs = [*equations.states, *slow, equations.phase, *equations.coefficients]
             self.holding: Any = cached(
-                f"held {self._key}",
+                f"held at a phase {self._key}",
                 lambda: hy.cfunc(list(mode.held.values()), vars=inputs, compact_mode=True),
             )
 

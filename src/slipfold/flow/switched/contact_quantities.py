@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import heyoka as hy
 import numpy as np
@@ -14,27 +13,31 @@ from numpy.typing import NDArray
 from slipfold.flow.cache import cached
 from slipfold.flow.equations import Constants, Equations
 from slipfold.flow.switched.linear_symbols import rate_along
+from slipfold.flow.switched.mode_equations import rate_of_phase
 from slipfold.models.contact import Contact, normal_name
 from slipfold.models.output import Expression
 
-__all__ = ["ContactQuantities", "ContactsNow"]
+__all__ = ["ContactQuantities", "ContactsNow", "Numbers"]
 
 Array = NDArray[np.float64]
+Numbers = list[float]
 
 
-@dataclass(frozen=True, eq=False)
-class ContactsNow:
-    """All contacts at a state; m components of slip, k contacts, in SI units."""
+class ContactsNow(NamedTuple):
+    """All contacts at a state; m components of slip, k contacts, in SI units.
 
-    slip: Array  # velocity of the counter-bodies relative to the bodies, shape (m,)
-    free: Array  # its rate without any force in a contact, shape (m,)
-    by_friction: Array  # change of that rate with each component of friction, shape (m, m)
-    by_normal: Array  # and with each normal force, shape (m, k)
-    normal: Array  # normal forces, shape (k,)
-    kinetic: Array  # friction in slip at the present speed, shape (k,)
-    starting: Array  # friction in slip at no speed yet, shape (k,)
-    holding: Array  # friction up to which contacts stick, shape (k,)
-    plate: Array  # velocity of the counter-bodies, shape (m,)
+    They are few numbers, of which a list is quicker than an array.
+    """
+
+    slip: Numbers  # velocity of the counter-bodies relative to the bodies, m of them
+    free: Numbers  # its rate without any force in a contact, m
+    by_friction: list[Numbers]  # change of that rate with each component of friction, m rows of m
+    by_normal: list[Numbers]  # and with each normal force, m rows of k
+    normal: Numbers  # normal forces, k
+    kinetic: Numbers  # friction in slip at the present speed, k
+    starting: Numbers  # friction in slip at no speed yet, k
+    holding: Numbers  # friction up to which contacts stick, k
+    plate: Numbers  # velocity of the counter-bodies, m
 
 
 class ContactQuantities:
@@ -45,9 +48,10 @@ class ContactQuantities:
         # Components of each contact
         self.places = tuple(slice(*pair) for pair in pairwise(ends))
         k, m = len(contacts), int(ends[-1])
-        borders = np.cumsum([0, m, m, m * m, m * k, k, k, k, k, m])
+        sizes = [m, m, *[m] * m, *[k] * m, k, k, k, k, m]
+        borders = np.cumsum([0, *sizes])
         self._parts = [slice(*pair) for pair in pairwise(borders.tolist())]
-        self._matrices = ((2, (m, m)), (3, (m, k)))
+        self._components = m
         expressions = _expressions(contacts, equations)
         inputs = [*equations.states, equations.phase, *equations.coefficients]
         key = f"contacts {[str(item) for item in expressions]}\n{equations.fingerprint()}"
@@ -57,18 +61,17 @@ class ContactQuantities:
 
     def at(self, state: Array, phase: float, constants: Constants) -> ContactsNow:
         """Evaluate at a state. Shapes: state (n,)."""
-        values = self._function(np.concatenate([state, [phase], constants.values]))
-        found = [values[part] for part in self._parts]
-        for place, shape in self._matrices:
-            found[place] = found[place].reshape(shape)
-        return ContactsNow(*found)
+        values = self._function(np.concatenate([state, (phase,), constants.values])).tolist()
+        found, m = [values[part] for part in self._parts], self._components
+        matrices = found[2 : 2 + m], found[2 + m : 2 + 2 * m]
+        return ContactsNow(found[0], found[1], *matrices, *found[2 + 2 * m :])
 
 
 def _expressions(contacts: Sequence[Contact], equations: Equations) -> list[Expression]:
     normals = [normal_name(contact.name) for contact in contacts]
     forces = [name for contact in contacts for name in contact.friction_names]
     nothing = dict.fromkeys((*normals, *forces), hy.expression(0.0))
-    rates = dict(zip(equations.names, equations.field, strict=True))
+    rates = dict(zip(equations.names, equations.field, strict=True)) | rate_of_phase(equations)
     slips = [part for contact in contacts for part in contact.slip]
     changes = [rate_along(slip, rates) for slip in slips]
     found = [*slips, *hy.subs(changes, nothing)]

@@ -17,7 +17,7 @@ def is_zero(expression: Expression) -> bool:
 
 
 def rate_along(value: Expression, rates: Mapping[str, Expression]) -> Expression:
-    """Return the rate of a function of the states, by their rates."""
+    """Return the rate of a function of states and phase, by the rates of these."""
     terms = []
     for name, rate in rates.items():
         slope = hy.diff(value, hy.expression(name))

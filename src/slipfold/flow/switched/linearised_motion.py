@@ -66,7 +66,7 @@ def linearised_motion(
     """
     variations, n = _Variations(flow, constants, weights, directions), len(start)
     first = passed[0][0]
-    start = flow.held(_equations_in(first), start, constants)
+    start = flow.held(_equations_in(first), start, first.begin, constants)
     beyond = [variations.beyond(leg, after) for leg, after in passed]
     starts = np.array([start, *_starts(passed, beyond)[:-1]])
     ends, matrices, vectors = variations.carried([leg for leg, _ in passed], starts)
@@ -119,7 +119,7 @@ class _Variations:
             if status is Status.SLOW and _rests(leg, contact):
                 args = self._flow, after, contact, state, leg.end, self._constants
                 slip = BEGUN / self._weights[contact] * direction_of_release(*args)
-                return self._flow.slipping(after, state, slip, self._constants)
+                return self._flow.slipping(after, state, slip, leg.end, self._constants)
         return state
 
     def carried(self, legs: Sequence[Leg], starts: Array) -> tuple[Array, Array, Array]:
@@ -185,7 +185,7 @@ class _Variations:
         assert event is not None
         if event.ending is Ending.STOPS:
             place = flow.quantities.places[event.which]
-            slip = flow.quantities.at(end, leg.end, self._constants).slip[place]
+            slip = np.array(flow.quantities.at(end, leg.end, self._constants).slip[place])
             along = slip / np.linalg.norm(slip) if len(slip) == 2 else np.ones(1)
             found = flow.slips.at(end, leg.end, self._constants, self._directions)
             states, explicit, pulls = (along @ item[place] for item in found)
@@ -213,7 +213,7 @@ class _Variations:
         flow, constants = self._flow, self._constants
         contact = leg.mode.index(Status.SLOW)
         place = flow.quantities.places[contact]
-        slip = flow.quantities.at(leg.state, leg.end, constants).slip[place]
+        slip = np.array(flow.quantities.at(leg.state, leg.end, constants).slip[place])
         # It grows with the square of the time, and the leg is the second half of that.
         rate = slip / (leg.end - leg.begin)
         states = flow.slips.at(leg.state, leg.end, constants, self._directions)[0]

@@ -32,4 +32,7 @@ def shown(mode: Mode) -> Mode:
 
 def status_name(status: Status) -> str:
     """Return what histories say of it."""
-    return {Status.STICK: "stick", Status.OPEN: "free"}.get(status, "slip")
+    return _NAMES.get(status, "slip")
+
+
+_NAMES = {Status.STICK: "stick", Status.OPEN: "free"}

@@ -27,6 +27,7 @@ __all__ = [
     "contacts_of",
     "friction_given",
     "mode_equations",
+    "rate_of_phase",
     "with_given_forces",
 ]
 
@@ -72,6 +73,11 @@ def with_given_forces(model: Model, contacts: Sequence[Contact]) -> Equations:
     return build_equations(model, {name: hy.expression(name) for name in names})
 
 
+def rate_of_phase(equations: Equations) -> dict[str, Expression]:
+    """Return the rate of the phase by its name, beside those of states: slip may depend on it."""
+    return {str(equations.phase): 1.0 / equations.coefficients[-1]}
+
+
 def friction_given(contact: Contact, status: Status) -> dict[str, Expression]:
     """Return the forces in a contact that follow from its state; not what holds it."""
     if status is Status.OPEN:
@@ -112,11 +118,12 @@ def mode_equations(model: Model, mode: Mode) -> ModeEquations:
     if held is None:
         raise Undetermined(" and ".join(contact.name for contact in stuck))
     names = [name for contact in stuck for name in contact.friction_names]
+    clock = rate_of_phase(free)
     rates = dict(zip(free.names, hy.subs(list(free.field), forces), strict=True))
-    forces |= _holding(slips, names, rates)
+    forces |= _holding(slips, names, rates | clock)
     rates = dict(zip(free.names, hy.subs(list(free.field), forces), strict=True))
-    turning = _turning(slow, rates, free, held)
-    rates |= {name: rate_along(value, rates) for name, value in held.items()}
+    turning = _turning(slow, rates | clock, free, held)
+    rates |= {name: rate_along(value, rates | clock) for name, value in held.items()}
     outputs = hy.subs([item for _, item in free.outputs], forces)
     friction = tuple(tuple(forces[name] for name in item.friction_names) for item in contacts)
     normal = tuple(forces[normal_name(item.name)] for item in contacts)

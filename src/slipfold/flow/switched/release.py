@@ -9,16 +9,26 @@ the rest of it follows in the next one.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.flow.dense_motion import StepPolynomials
 from slipfold.flow.equations import Constants
+from slipfold.flow.switched.at_the_limit import unlimited
 from slipfold.flow.switched.events import REST
 from slipfold.flow.switched.mode import Mode, Status
+from slipfold.flow.switched.step_polynomials import BegunPolynomials
 from slipfold.flow.switched.switched_flow import Leg, SwitchedFlow
-from slipfold.flow.switched.transition import Undecided, outward, response
+from slipfold.flow.switched.transition import (
+    SLACK,
+    Undecided,
+    largest,
+    outward,
+    response,
+)
 
 __all__ = ["FIRST", "begins", "direction_of_release", "release"]
 
@@ -27,13 +37,14 @@ Array = NDArray[np.float64]
 AT_ONCE = 1e-3
 """Rate of slip, over what friction can do, that is no small one."""
 
-NOTHING = 2.0**-100
-
 INSTANT, FIRST = 1e-13, 1e-4
 """Phases taken for the beginning of slip: where it grows at once, and where it does not."""
 
 LEAST = 1e-9
 """Phases in which what has begun to slip has not come anywhere yet."""
+
+LEAST_SEEN = 1e-11
+"""Slip over its size that is shown at least where it begins."""
 
 BEGUN = 1e-6
 """Slip over its size, below which it may still be beginning."""
@@ -68,19 +79,18 @@ def release(
     """
     first = _growth(flow, mode, contact, state, phase, constants)
     known, place = flow.quantities.at(state, phase, constants), flow.quantities.places[contact]
-    before = known.slip[place]
+    before = np.array(known.slip[place])
     if first.rate > AT_ONCE * first.most:
         speed = max(first.rate * INSTANT * constants.period, 20 * REST / weights[contact])
         if np.linalg.norm(before) >= speed:  # it has begun already
             return []
-        after = flow.slipping(mode, state, speed * first.along, constants)
+        after = flow.slipping(mode, state, speed * first.along, phase, constants)
         nothing = np.zeros((2, len(flow.contacts)))
         return [Leg(mode, phase, phase, after, nothing, None, released=True)]
     stuck = tuple(Status.STICK if i == contact else item for i, item in enumerate(mode))
     legs, growths = list[Leg](), [first]
     # For this short time the contact is held by more than friction: its limit weighs nothing.
-    weights = weights.copy()
-    weights[len(flow.contacts) + contact] *= NOTHING
+    weights = unlimited(weights, flow, contact)
     length = min(FIRST, end - phase)
     for until in (phase + length / 2, phase + length):
         last = legs[-1] if legs else None
@@ -111,7 +121,9 @@ def release(
     middle, slip = _slips(before, growths, time)
     if not slip @ growths[-1].along > 0:
         raise Undecided("slip begins against its own friction")
-    after = flow.slipping(mode, legs[-1].state, slip, constants)
+    after = flow.slipping(mode, legs[-1].state, slip, legs[-1].end, constants)
+    least = LEAST_SEEN / weights[contact]
+    legs = [_seen(flow, leg, _Slip(before, growths, phase, time, least), constants) for leg in legs]
     energies = legs[1].energies.copy()
     # Friction was less than what would have held by what lets slip grow.
     speeds = [float(np.linalg.norm(item)) for item in (before, middle, slip)]
@@ -119,6 +131,40 @@ def release(
     driven = float(np.linalg.solve(growths[-1].change, slip - before) @ known.plate[place])
     energies[:, contact] += driven - heat, heat
     return [legs[0], replace(legs[1], state=after, energies=energies)]
+
+
+@dataclass(frozen=True, eq=False)
+class _Slip:
+    """Slip while it begins: its rate is a parabola through three that are known."""
+
+    before: Array  # shape (2,)
+    growths: list[_Growth]
+    begin: float  # phase
+    time: float  # in s until the last of them
+    least: float  # slower slip has too few digits for its direction
+
+    def at(self, share: float) -> Array:
+        """Return slip after a share of the time, shape (2,)."""
+        zero, half, whole = (item.rate * item.along for item in self.growths)
+        rises, bends = 4 * half - 3 * zero - whole, zero - 2 * half + whole
+        mean = zero + share * rises / 2 + share**2 * bends / 1.5
+        slip = self.before + self.time * share * mean
+        speed = float(np.linalg.norm(slip))
+        return slip if speed > self.least else self.least * self.growths[0].along
+
+
+def _seen(flow: SwitchedFlow, leg: Leg, slip: _Slip, constants: Constants) -> Leg:
+    """Return a piece, in which the contact is held, with slip in what lies between its ends."""
+    if not isinstance(leg.polynomials, StepPolynomials):
+        return leg
+    unit = constants.period / slip.time
+
+    def placed(scaled: Array, phase: float) -> Array:
+        state, slips = scaled * constants.scales, slip.at((phase - slip.begin) * unit)
+        return flow.slipping(leg.mode, state, slips, phase, constants) / constants.scales
+
+    held = flow.places_held(leg.mode)
+    return replace(leg, polynomials=BegunPolynomials(leg.polynomials, len(leg.state), placed, held))
 
 
 def begins(
@@ -132,9 +178,10 @@ def begins(
 ) -> bool:
     """Whether the slow slip of a contact is still beginning. Shapes: state (n,)."""
     slip = flow.quantities.at(state, phase, constants).slip[flow.quantities.places[contact]]
-    if np.linalg.norm(slip) * weights[contact] > BEGUN:
+    if math.hypot(*slip) * weights[contact] > BEGUN:
         return False
-    return _growth(flow, mode, contact, state, phase, constants).rate > 0
+    growth = _growth(flow, mode, contact, state, phase, constants)
+    return growth.rate > -SLACK * growth.most
 
 
 def _slips(before: Array, growths: list[_Growth], time: float) -> tuple[Array, Array]:
@@ -166,6 +213,6 @@ def _growth(
     now, places = flow.quantities.at(state, phase, constants), flow.quantities.places
     rest = [i for i, status in enumerate(mode) if status is Status.STICK or i == contact]
     alone, change = response(now, places, mode, rest, contact)
-    size = float(now.starting[contact])
+    size = now.starting[contact]
     along, rate = outward(alone, change, size, turn)
-    return _Growth(along, rate, size * float(np.abs(change).max()), size, change)
+    return _Growth(np.array(along), rate, size * largest(change), size, np.array(change))

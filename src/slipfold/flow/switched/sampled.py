@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.flow.flow import flow_of
-from slipfold.flow.switched.mode import Mode, shown
+from slipfold.flow.switched.mode import Mode
 from slipfold.flow.switched.switched_flow import Leg, switched_flow_of
 from slipfold.flow.switched.switched_motion import Broken, legs
 from slipfold.models.model import Model
@@ -69,8 +69,8 @@ def sample_switched(model: Model, state: Array, mode: Mode, phases: Array) -> Sa
                 states[done:upto] = leg.state
             else:
                 states[done:upto] = leg.polynomials(phases[done:upto])[:, : len(state)] * scales
-            modes[done:upto] = [shown(leg.held or leg.mode)] * (upto - done)
-        done, last, doing = max(done, upto), leg.state, shown(leg.held or leg.mode)
+            modes[done:upto] = [leg.seen] * (upto - done)
+        done, last, doing = max(done, upto), leg.state, leg.seen
     # Where the last leg ends in an event at the last of the phases, no other one follows.
     states[done:], modes[done:] = last, [doing] * (len(phases) - done)
     return Samples(model, states, phases, modes)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from slipfold.flow.dense_motion import StepPolynomials
 from slipfold.flow.switched.events import UNIT
 
-__all__ = ["SlowPolynomials", "step_to"]
+__all__ = ["BegunPolynomials", "SlowPolynomials", "step_to"]
 
 Array = NDArray[np.float64]
 
@@ -40,7 +40,7 @@ class SlowPolynomials:
         self,
         inner: StepPolynomials,
         n: int,
-        placed: Callable[[Array, tuple[float, float]], Array],
+        placed: Callable[[Array, tuple[float, float], float], Array],
         held: Sequence[int],
     ) -> None:
         self.held = held  # states that follow from speed and angle
@@ -57,16 +57,22 @@ class SlowPolynomials:
             found[place] = self._state(self.inner.times[step] + self._time_in(step, phase))
         return found
 
-    def spread(self, each: int) -> Array:
-        """Return states all over each step, its ends included, shape (steps, each, n)."""
-        times = self.inner.times
-        places = times[:-1, None] + np.diff(times)[:, None] * np.linspace(0.0, 1.0, each)
-        return np.array([[self._state(time) for time in row] for row in places])
+    def nodes(self, shares: Array) -> tuple[Array, Array, Array]:
+        """Return states and phases after shares of each step, and the rate of the phase with them.
+
+        Shapes: shares (p,); returns (steps, p, n), (steps, p), (steps, p).
+        """
+        n = self._n
+        values, _, lengths = self.inner.nodes(shares)
+        states = np.array([[self._stated(item) for item in row] for row in values])
+        return states, values[..., n + 2], lengths * np.exp(UNIT * values[..., n])
 
     def _state(self, time: float) -> Array:
-        values = self.inner(np.array([time]))[0]
-        logarithm, angle = values[self._n : self._n + 2]
-        return self._placed(values[: self._n], (logarithm * UNIT, angle))
+        return self._stated(self.inner(np.array([time]))[0])
+
+    def _stated(self, values: Array) -> Array:
+        logarithm, angle, phase = values[self._n : self._n + 3]
+        return self._placed(values[: self._n], (logarithm * UNIT, angle), phase)
 
     def _time_in(self, step: int, phase: float) -> float:
         """Return the time in a step at which it comes to a phase, by bisection and Newton."""
@@ -84,3 +90,30 @@ class SlowPolynomials:
                 break
             at = after
         return at
+
+
+class BegunPolynomials:
+    """What lies between the ends of steps in which slip begins and is put on what is held."""
+
+    def __init__(
+        self,
+        inner: StepPolynomials,
+        n: int,
+        placed: Callable[[Array, float], Array],
+        held: Sequence[int],
+    ) -> None:
+        self.held = held  # states that follow from slip
+        self.inner, self._n, self._placed = inner, n, placed
+
+    def __call__(self, phases: Array) -> Array:
+        """Return states at some phases, shape (p, n). Shapes: phases (p,)."""
+        known = self.inner(phases)[:, : self._n]
+        return np.array([self._placed(*item) for item in zip(known, phases, strict=True)])
+
+    def nodes(self, shares: Array) -> tuple[Array, Array, Array]:
+        """Return states and phases after shares of each step, and the rate of the phase with them.
+
+        Shapes: shares (p,); returns (steps, p, n), (steps, p), (steps, p).
+        """
+        _, phases, lengths = self.inner.nodes(shares)
+        return np.array([self(row) for row in phases]), phases, lengths

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import threading
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from threading import Lock
 from typing import Any
 
@@ -24,7 +25,7 @@ from slipfold.flow.switched.events import REST, UNIT, Ending, Event
 from slipfold.flow.switched.mode import Mode, Status, shown
 from slipfold.flow.switched.mode_equations import contacts_of, mode_equations, with_given_forces
 from slipfold.flow.switched.slopes import Slopes
-from slipfold.flow.switched.step_polynomials import SlowPolynomials, step_to
+from slipfold.flow.switched.step_polynomials import BegunPolynomials, SlowPolynomials, step_to
 from slipfold.models.model import Kind, Model
 from slipfold.models.output import Limit
 
@@ -39,9 +40,9 @@ FOREVER = 1e30
 """An end of the time that goes with the speed of slip, which no motion comes to."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False, slots=True)  # frozen ones take three times as long to make
 class Leg:
-    """A piece of motion in one mode."""
+    """A piece of motion in one mode; nothing changes once it is handed on."""
 
     mode: Mode
     begin: float  # phases
@@ -52,7 +53,13 @@ class Leg:
     held: Mode | None = None  # where it is still as in another mode: that one
     released: bool = False  # whether it is the beginning of slip in the plane, taken by itself
     # Maps phases to scaled states, if asked for
-    polynomials: StepPolynomials | SlowPolynomials | None = None
+    polynomials: StepPolynomials | SlowPolynomials | BegunPolynomials | None = None
+
+    @property
+    def seen(self) -> Mode:
+        """What contacts do in it by its polynomials."""
+        slips = self.held is None or isinstance(self.polynomials, BegunPolynomials)
+        return shown(self.mode if slips else self.held)
 
 
 class SwitchedFlow:
@@ -68,33 +75,46 @@ class SwitchedFlow:
             item for item in model.limits if item.name not in beyond
         )
         slips = [part for contact in self.contacts for part in contact.slip]
-        self.slips = Slopes(slips, self._equations)
+        self._slips = slips
         self._integrators = OwnCopies()
         self._last = threading.local()
         self._modes: dict[Mode, CompiledMode] = {}
+
+    @cached_property
+    def slips(self) -> Slopes:
+        """What differentiates slips by states, phase and coefficients."""
+        return Slopes(self._slips, self._equations)
 
     def of(self, mode: Mode) -> Flow:
         """Return the flow of a mode by itself, with its derivatives, as of any model."""
         return self._mode(shown(mode)).flow
 
-    def held(self, mode: Mode, state: Array, constants: Constants) -> Array:
+    def held(self, mode: Mode, state: Array, phase: float, constants: Constants) -> Array:
         """Return a state as the contacts of a mode hold it: what sticks has no slip at all.
 
         Shapes: state (n,).
         """
-        return self._placed(self._mode(shown(mode)), state, (), constants)
+        return self._placed(self._mode(shown(mode)), state, (), phase, constants)
 
-    def slipping(self, mode: Mode, state: Array, slip: Array, constants: Constants) -> Array:
+    def slipping(
+        self, mode: Mode, state: Array, slip: Array, phase: float, constants: Constants
+    ) -> Array:
         """Return a state with some slow slip in m/s in a mode. Shapes: state (n,); slip (2,)."""
-        return self._placed(self._mode(mode), state, _polar(slip, 0.0), constants)
+        return self._placed(self._mode(mode), state, _polar(slip, 0.0), phase, constants)
 
     def _placed(
-        self, compiled: CompiledMode, state: Array, polar: tuple[float, ...], constants: Constants
+        self,
+        compiled: CompiledMode,
+        state: Array,
+        polar: tuple[float, ...],
+        phase: float,
+        constants: Constants,
     ) -> Array:
         if not compiled.held:
             return state
+        known = np.concatenate([state, polar, [phase], constants.values])
         result = state.copy()
-        result[compiled.held] = compiled.holding(np.concatenate([state, polar, constants.values]))
+        result[compiled.held] = compiled.holding(known)
         return result
 
     def places_held(self, mode: Mode) -> list[int]:
@@ -131,10 +151,9 @@ class SwitchedFlow:
     ) -> Leg:
         """Carry a state on in a mode, until it changes. Shapes: state (n,)."""
         compiled, n = self._mode(mode), len(state)
-        integrator = self._given(compiled, constants, weights)
+        integrator, scaled, units = self._given(compiled, constants, weights)
         integrator.time = begin
-        scaled = integrator.state
-        scaled[:n] = state / constants.scales
+        np.divide(state, constants.scales, out=scaled[:n])
         scaled[n:] = 0.0
         until, own = end, 0
         if compiled.slow is not None:
@@ -145,7 +164,7 @@ class SwitchedFlow:
             integrator.time, until, own = 0.0, FOREVER, 3
             scaled[n : n + 3] = logarithm / UNIT, angle, begin
             integrator.pars[-1] = end
-        if integrator.with_events:
+        if compiled.events:
             integrator.reset_cooldowns()
         event: Event | None = None
         polynomials: StepPolynomials | SlowPolynomials | None = None
@@ -159,46 +178,51 @@ class SwitchedFlow:
             event = Event(Ending.STIFF if outcome == STEP_LIMIT else Ending.SINGULAR, 0, None)
         if event is not None and event.ending is Ending.ARRIVES:
             event = None
-        scaled = integrator.state
         final, time = scaled[:n] * constants.scales, integrator.time
         polar: tuple[float, ...] = ()
         if compiled.slow is not None:
             logarithm, angle, time = scaled[n : n + 3]
             polar = (logarithm * UNIT, angle)
-            time = end if event is None else time
+            time = end if event is None else float(time)
             if isinstance(polynomials, StepPolynomials):
                 polynomials = SlowPolynomials(
                     polynomials,
                     n,
-                    lambda y, known: (
-                        self._placed(compiled, y * constants.scales, known, constants)
+                    lambda y, known, phase: (
+                        self._placed(compiled, y * constants.scales, known, phase, constants)
                         / constants.scales
                     ),
                     compiled.held,
                 )
-        energies = scaled[n + own :].reshape(2, -1)
-        units = 1 / (weights[: len(self.contacts)] * weights[len(self.contacts) : energies.size])
         return Leg(
             mode,
             begin,
-            float(time),
-            self._placed(compiled, final, polar, constants),
-            energies * units,
+            time,
+            final if compiled.rests else self._placed(compiled, final, polar, time, constants),
+            scaled[n + own :].reshape(2, -1) * units,
             event,
             polynomials=polynomials,
         )
 
-    def _given(self, compiled: CompiledMode, constants: Constants, weights: Array) -> Any:
-        """Return the integrator of a mode, with what it needs to know of the parameters."""
-        integrator = self._integrators.get(compiled.name, compiled.integrator)
-        last: dict[str, tuple[Constants, Array]] = self._last.__dict__
+    def _given(
+        self, compiled: CompiledMode, constants: Constants, weights: Array
+    ) -> tuple[Any, Array, Array]:
+        """Return the integrator of a mode, which knows the parameters, and its state.
+
+        Last come the units of energies.
+        """
+        last: dict[str, tuple[Constants, Array, Any, Array, Array]] = self._last.__dict__
         before = last.get(compiled.name)
         # Most pieces of a motion differ in nothing but their beginnings.
         if before is None or before[0] is not constants or before[1] is not weights:
+            integrator = self._integrators.get(compiled.name, compiled.integrator)
             known = np.concatenate([constants.values, constants.scales, weights])
             integrator.pars[: len(known)] = known
-            last[compiled.name] = constants, weights
-        return integrator
+            count = len(self.contacts)
+            units = 1 / (weights[:count] * weights[count : 2 * count])
+            before = constants, weights, integrator, integrator.state, units
+            last[compiled.name] = before
+        return before[2:]
 
     def weights(self, state: Array, constants: Constants) -> Array:
         """Return one over the sizes of slips, of frictions, and of what limits watch.
@@ -237,9 +261,9 @@ ARRIVED = int(hy.taylor_outcome.time_limit)
 STEP_LIMIT = int(hy.taylor_outcome.step_limit)
 
 
-def _polar(slip: Array, least: float) -> tuple[float, float]:
+def _polar(slip: Sequence[float] | Array, least: float) -> tuple[float, float]:
     """Return logarithm and angle of slip that is no slower than some speed."""
-    return math.log(max(float(np.hypot(*slip)), least)), math.atan2(slip[1], slip[0])
+    return math.log(max(math.hypot(*slip), least)), math.atan2(slip[1], slip[0])
 
 
 def _over(sizes: Array) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
@@ -11,24 +12,25 @@ from numpy.typing import NDArray
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import Stop
+from slipfold.flow.switched.at_the_limit import AT_REST, let_go
+from slipfold.flow.switched.contact_quantities import Numbers
 from slipfold.flow.switched.events import SLOW, Ending, Event
 from slipfold.flow.switched.history import Recorder
 from slipfold.flow.switched.mode import Mode, Status, shown
 from slipfold.flow.switched.mode_equations import Undetermined
 from slipfold.flow.switched.release import begins, release
 from slipfold.flow.switched.switched_flow import Leg, SwitchedFlow, switched_flow_of
-from slipfold.flow.switched.transition import Undecided, next_mode
+from slipfold.flow.switched.transition import Undecided, holds_alone, next_mode
 from slipfold.models.model import Model
 
 __all__ = ["Broken", "SwitchedMotion", "first_mode", "legs"]
 
 Array = NDArray[np.float64]
 
-AT_REST = 1e-12
-"""Slip, over its size, that is rounding: a contact that comes to rest with another one."""
-
 BACKWARDS = 1e-9
 """Slip against its own direction, over its size, at which a change was missed."""
+
+STUCK = (Status.STICK,)
 
 MOST = 10_000
 """Changes in a forcing period that are followed."""
@@ -53,7 +55,7 @@ class SwitchedMotion:
         self.stopped: Stop | None = None
         mode = first_mode(self.flow, start, self.constants, self.weights)
         self.modes = [shown(mode)]
-        self._states = [self.flow.held(self.modes[0], start, self.constants)]
+        self._states = [self.flow.held(self.modes[0], start, 0.0, self.constants)]
         self.recorder = Recorder([item.name for item in self.flow.contacts], self.modes[0])
 
     @property
@@ -105,7 +107,7 @@ def first_mode(
         slip = now.slip[place]
         if flow.contacts[contact].opens and now.normal[contact] < 0:
             mode.append(Status.OPEN)
-        elif np.linalg.norm(slip) * weights[contact] <= AT_REST:
+        elif math.hypot(*slip) * weights[contact] <= AT_REST:
             mode.append(Status.STICK)
             rest.append(contact)
         else:
@@ -127,29 +129,28 @@ def legs(
     """Carry a state from one phase to another through its modes; with each leg what follows."""
     phase = begin
     mode = _slow_where_slow(flow, mode, state, phase, constants, weights)
-    slow = mode.index(Status.SLOW) if Status.SLOW in mode else None
-    if slow is not None and begins(flow, mode, slow, state, phase, constants, weights):
-        for piece in release(flow, mode, slow, state, phase, constants, weights, end, dense=dense):
-            yield piece, mode
-            state, phase = piece.state, piece.end
-        if phase >= end:
-            return
+    mode, first = _begun(flow, mode, state, phase, constants, weights, end, dense=dense)
+    for piece, after in first:
+        yield piece, after
+        state, phase = piece.state, piece.end
+    if first and phase >= end:
+        return
     for _ in range(MOST):
         beginning = list[Leg]()
         leg = flow.run(mode, state, phase, end, constants, weights, dense=dense)
         try:
-            after, state = mode, leg.state
+            after = mode
             if leg.event is not None:
                 after, resting = _after(flow, leg, constants, weights)
                 if resting != mode:
-                    state = flow.held(resting, state, constants)
+                    leg.state = flow.held(resting, leg.state, leg.end, constants)
                 for contact, status in enumerate(after):
                     if status is Status.SLOW and resting[contact] is Status.STICK:
                         beginning = release(
                             flow,
                             after,
                             contact,
-                            state,
+                            leg.state,
                             leg.end,
                             constants,
                             weights,
@@ -157,14 +158,15 @@ def legs(
                             dense=dense,
                         )
         except Undecided as error:
-            raise Broken(Stop("undecided", f"{error}; start elsewhere", leg.end), leg) from None
+            raise Broken(_undecided(error, leg.end), leg) from None
         except Undetermined as error:
             reason = (
                 f"{error} stick together and hold one motion twice, so what each of them bears is "
                 "not determined; join them to one contact, or put a spring between them"
             )
             raise Broken(Stop("undetermined", reason, phase), leg) from None
-        yield leg if state is leg.state else replace(leg, state=state), after
+        state = leg.state
+        yield leg, after
         if leg.event is None:
             return
         mode, phase = after, leg.end
@@ -180,6 +182,39 @@ def legs(
     raise Broken(Stop("chattering", reason, phase))
 
 
+def _begun(
+    flow: SwitchedFlow,
+    mode: Mode,
+    state: Array,
+    phase: float,
+    constants: Constants,
+    weights: Array,
+    end: float,
+    *,
+    dense: bool,
+) -> tuple[Mode, list[tuple[Leg, Mode]]]:
+    """Return the mode in which a motion goes on, and its first pieces if slip begins at once."""
+    first = list[tuple[Leg, Mode]]()
+    try:
+        slips = let_go(flow, mode, state, phase, constants, weights)
+        if slips != mode:
+            contact = next(i for i, status in enumerate(slips) if status is not mode[i])
+            event = Event(Ending.YIELDS, contact, None, towards=slips[contact])
+            nothing = np.zeros((2, len(mode)))
+            first.append((Leg(mode, phase, phase, state, nothing, event), slips))
+        slow = slips.index(Status.SLOW) if Status.SLOW in slips else None
+        if slow is not None and begins(flow, slips, slow, state, phase, constants, weights):
+            args = flow, slips, slow, state, phase, constants, weights, end
+            first += [(piece, slips) for piece in release(*args, dense=dense)]
+    except Undecided as error:
+        raise Broken(_undecided(error, phase)) from None
+    return slips, first
+
+
+def _undecided(error: Undecided, phase: float) -> Stop:
+    return Stop("undecided", f"{error}; start elsewhere", phase)
+
+
 def _after(flow: SwitchedFlow, leg: Leg, constants: Constants, weights: Array) -> tuple[Mode, Mode]:
     """Return the mode that follows an event, and the one in which all that is at rest sticks."""
     event, mode = leg.event, leg.mode
@@ -190,7 +225,12 @@ def _after(flow: SwitchedFlow, leg: Leg, constants: Constants, weights: Array) -
         return after, after
     if event.ending in (Ending.LIMIT, Ending.STIFF, Ending.SINGULAR):
         raise Broken(_stop(flow, leg, event, constants), leg)
+    straight = len(mode) == 1 and len(flow.contacts[0].slip) == 1
+    if straight and event.ending is Ending.YIELDS:  # nothing else can change
+        return (event.towards,), mode
     now, places = flow.quantities.at(leg.state, leg.end, constants), flow.quantities.places
+    if straight and event.ending is Ending.STOPS and holds_alone(now):
+        return STUCK, STUCK
     wanted: dict[int, Status] = {}
     rest = []
     for contact, (status, place) in enumerate(zip(mode, places, strict=True)):
@@ -209,11 +249,12 @@ def _after(flow: SwitchedFlow, leg: Leg, constants: Constants, weights: Array) -
             rest.append(contact)
             if met and event.ending is Ending.YIELDS:
                 wanted[contact] = event.towards
-        elif np.linalg.norm(slip) * weights[contact] <= AT_REST:
+        elif math.hypot(*slip) * weights[contact] <= AT_REST:
             rest.append(contact)
         elif len(slip) == 1 and float(status) * slip[0] * weights[contact] < -BACKWARDS:
             raise Undecided(f"{flow.contacts[contact].name} slips against its own friction")
     after = next_mode(now, places, mode, rest, wanted)
+    after = let_go(flow, after, leg.state, leg.end, constants, weights, now)
     resting = tuple(
         Status.STICK if contact in rest else status for contact, status in enumerate(after)
     )
@@ -238,7 +279,7 @@ def _slow_where_slow(
     now = flow.quantities.at(state, phase, constants)
     for contact in sliding:
         slip = now.slip[flow.quantities.places[contact]]
-        if np.linalg.norm(slip) * weights[contact] < SLOW:
+        if math.hypot(*slip) * weights[contact] < SLOW:
             return _with(mode, contact, Status.SLOW)
     return mode
 
@@ -247,7 +288,7 @@ def _with(mode: Mode, contact: int, status: Status) -> Mode:
     return (*mode[:contact], status, *mode[contact + 1 :])
 
 
-def _slipping(slip: Array) -> Status:
+def _slipping(slip: Numbers) -> Status:
     return Status.FORTH if len(slip) == 2 or slip[0] > 0 else Status.BACK
 
 

@@ -9,14 +9,20 @@ from functools import cached_property
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
-from slipfold.flow.switched.contact_quantities import ContactsNow
+from slipfold.flow.switched.contact_quantities import ContactsNow, Numbers
 from slipfold.flow.switched.mode import Mode, Status
 
-__all__ = ["Undecided", "next_mode", "outward", "response"]
-
-Array = NDArray[np.float64]
+__all__ = [
+    "SLACK",
+    "Undecided",
+    "friction_in",
+    "holds_alone",
+    "largest",
+    "next_mode",
+    "outward",
+    "response",
+]
 
 TURNS = 50
 """Newton steps to the direction of slip that begins: three are enough."""
@@ -32,7 +38,7 @@ class Undecided(ValueError):
     """No mode agrees with itself."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class _Instant:
     """Contacts at an instant, some of them at rest."""
 
@@ -41,69 +47,71 @@ class _Instant:
     rest: tuple[int, ...]  # contacts without slip, of which it is open what they do
     moving: Mode  # what each contact does; of those at rest it means nothing
 
-    def forces(self, mode: Mode, given: Mapping[int, Array] | None = None) -> tuple[Array, Array]:
+    def forces(
+        self, mode: Mode, given: Mapping[int, Numbers] | None = None
+    ) -> tuple[Numbers, Numbers]:
         """Return friction and rates of slip if the contacts go on in a mode.
 
         Friction in contacts that slip may be given.
         """
-        now = self.now
-        friction = np.zeros(len(now.slip))
+        now, rows = self.now, range(len(self.now.slip))
+        friction, rates = [0.0] * len(rows), list(now.free)
         stuck = list[int]()
         for contact, (status, place) in enumerate(zip(mode, self.places, strict=True)):
+            if status is Status.OPEN:
+                continue
+            for row in rows:
+                rates[row] += now.by_normal[row][contact] * now.normal[contact]
             if status is Status.STICK:
                 stuck += range(place.start, place.stop)
-            elif status is not Status.OPEN:
-                known = (given or {}).get(contact)
-                friction[place] = self._sliding(contact, status, place) if known is None else known
-        normal = now.normal
-        if Status.OPEN in mode:
-            normal = np.array([
-                0.0 if status is Status.OPEN else force
-                for status, force in zip(mode, now.normal, strict=True)
-            ])  # fmt: skip
-        rates = now.free + now.by_normal @ normal + now.by_friction @ friction
+                continue
+            known = (given or {}).get(contact)
+            forces = self._sliding(contact, status, place) if known is None else known
+            friction[place] = forces
+            for column, force in enumerate(forces, place.start):
+                for row in rows:
+                    rates[row] += now.by_friction[row][column] * force
         if stuck:
-            columns = now.by_friction[:, stuck]
-            matrix = columns[stuck]
-            # One component needs no elimination, which takes longer than all else here.
-            if len(stuck) == 1:
-                held = -rates[stuck] / matrix[0]
-            else:
-                held = np.linalg.solve(matrix, -rates[stuck])
-            friction[stuck] = held
-            rates = rates + columns @ held
-            rates[stuck] = 0.0
+            matrix = [[now.by_friction[row][column] for column in stuck] for row in stuck]
+            held = _solved(matrix, [-rates[row] for row in stuck])
+            for column, force in zip(stuck, held, strict=True):
+                friction[column] = force
+                for row in rows:
+                    rates[row] += now.by_friction[row][column] * force
+            for row in stuck:
+                rates[row] = 0.0
         return friction, rates
 
-    def _sliding(self, contact: int, status: Status, place: slice) -> Array:
+    def _sliding(self, contact: int, status: Status, place: slice) -> Numbers:
         """Return the friction of a contact that slips."""
         now, starts = self.now, contact in self.rest
+        size = (now.starting if starts else now.kinetic)[contact]
         if place.stop - place.start == 1:
             forth = status is Status.FORTH if starts else now.slip[place.start] > 0
-            size = (now.starting if starts else now.kinetic)[contact]
-            return np.array([size if forth else -size])
-        if starts:
-            along = self._borne[place]
-            return np.asarray(now.starting[contact] * along / np.linalg.norm(along))
-        slip = now.slip[place]
-        return np.asarray(now.kinetic[contact] * slip / np.linalg.norm(slip))
+            return [size if forth else -size]
+        along = (self._borne if starts else now.slip)[place]
+        length = math.hypot(*along)
+        return [size * part / length if length else math.nan for part in along]
 
     @cached_property
-    def _borne(self) -> Array:
+    def _borne(self) -> Numbers:
         """Friction if all that is at rest sticks."""
         changes = dict.fromkeys(self.rest, Status.STICK)
         return self.forces(_changed(self.moving, changes))[0]
 
-    def response(self, mode: Mode, contact: int) -> tuple[Array, Array]:
+    def response(self, mode: Mode, contact: int) -> tuple[Numbers, list[Numbers]]:
         """Return a contact's rate of slip without its friction, and its change with that.
 
         Others go on in the mode, those that stick with whatever friction it takes.
         """
         place = self.places[contact]
-        size = place.stop - place.start
-        alone = self.forces(mode, {contact: np.zeros(size)})[1][place]
-        columns = [self.forces(mode, {contact: unit})[1][place] - alone for unit in np.eye(size)]
-        return alone, np.array(columns).T
+        size = range(place.stop - place.start)
+        alone = self.forces(mode, {contact: [0.0 for _ in size]})[1][place]
+        columns = [
+            self.forces(mode, {contact: [float(i == axis) for i in size]})[1][place]
+            for axis in size
+        ]
+        return alone, [[column[row] - alone[row] for column in columns] for row in size]
 
     def violations(self, mode: Mode) -> dict[int, Status]:
         """Return the contacts at rest that cannot go on like this, and what they had better do."""
@@ -120,40 +128,72 @@ class _Instant:
                 alone, change = self.response(mode, contact)
                 start = self.now.starting[contact]
                 away = outward(alone, change, start)[1]
-                if away < -SLACK * np.abs(change).max() * most:
+                if away < -SLACK * largest(change) * most:
                     found[contact] = Status.STICK
             else:
-                size = abs(self.now.by_friction[place.start, place.start]) * most
+                size = abs(self.now.by_friction[place.start][place.start]) * most
                 if float(mode[contact]) * rates[place.start] < -SLACK * size:
                     found[contact] = Status.STICK
         return found
 
 
-def outward(alone: Array, change: Array, size: float, turn: float = 0.0) -> tuple[Array, float]:
+def outward(
+    alone: Numbers, change: list[Numbers], size: float, turn: float = 0.0
+) -> tuple[Numbers, float]:
     """Return the direction in which slip in the plane begins, and how fast it grows.
 
     Slip grows along itself, ``s' = k e`` with friction ``size e``, but for what turns it.
-
-    Shapes: alone (2,); change (2, 2); returns e (2,).
     """
-    needed = np.linalg.solve(change, -alone)
-    angle = float(np.arctan2(needed[1], needed[0]))
+    (a, b), (c, d) = change
+    x, y = _solved(change, [-part for part in alone])
+    angle = math.atan2(y, x)
     for _ in range(TURNS):
-        along = np.array([np.cos(angle), np.sin(angle)])
-        across = np.array([-along[1], along[0]])
-        rate = alone + size * change @ along
-        slope = size * across @ change @ across - along @ rate
-        step = (across @ rate - turn) / slope
+        cos, sin = math.cos(angle), math.sin(angle)
+        u, v = alone[0] + size * (a * cos + b * sin), alone[1] + size * (c * cos + d * sin)
+        across = size * (sin * (a * sin - b * cos) - cos * (c * sin - d * cos))
+        step = (cos * v - sin * u - turn) / (across - (cos * u + sin * v))
         angle -= step
         if abs(step) < 1e-15:
             break
-    along = np.array([np.cos(angle), np.sin(angle)])
-    return along, float(along @ (alone + size * change @ along))
+    cos, sin = math.cos(angle), math.sin(angle)
+    u, v = alone[0] + size * (a * cos + b * sin), alone[1] + size * (c * cos + d * sin)
+    return [cos, sin], cos * u + sin * v
+
+
+def largest(matrix: list[Numbers]) -> float:
+    """Return the size of the largest of its entries."""
+    return max(abs(entry) for row in matrix for entry in row)
+
+
+def _solved(matrix: list[Numbers], right: Numbers) -> Numbers:
+    """Solve some equations; a library takes longer for one or two than all else here."""
+    if len(right) == 1:
+        return [right[0] / matrix[0][0]]
+    if len(right) == 2:
+        (a, b), (c, d) = matrix
+        e, f = right
+        size = a * d - b * c
+        return [(d * e - b * f) / size, (a * f - c * e) / size]
+    return [float(part) for part in np.linalg.solve(matrix, right)]
+
+
+def friction_in(
+    now: ContactsNow, places: Sequence[slice], mode: Mode, rest: Sequence[int]
+) -> Numbers:
+    """Return friction if contacts, some of them at rest, go on in a mode."""
+    return _Instant(now, places, tuple(rest), mode).forces(mode)[0]
+
+
+def holds_alone(now: ContactsNow) -> bool:
+    """Whether a contact along a line, the only one, holds clearly within its limit: most do."""
+    (free,), ((by_friction,),), ((by_normal,),) = now.free, now.by_friction, now.by_normal
+    needed = (free + by_normal * now.normal[0]) / by_friction
+    return abs(needed) < now.holding[0] * (1 - SLACK)
 
 
 def response(
     now: ContactsNow, places: Sequence[slice], mode: Mode, rest: Sequence[int], contact: int
-) -> tuple[Array, Array]:
+) -> tuple[Numbers, list[Numbers]]:
     """Return the rate of slip of a contact without its friction, and its change with that."""
     return _Instant(now, places, tuple(rest), mode).response(mode, contact)
 

@@ -84,12 +84,13 @@ def contact_limits(equations: SystemEquations) -> tuple[Limit, ...]:
 
 
 def contacts_at_rest(equations: SystemEquations, values: Mapping[str, float]) -> tuple[str, ...]:
-    """Return the names of contacts whose counter-bodies do not move."""
+    """Return the names of contacts whose counter-bodies do not move steadily."""
     c, still = equations.coefficients(values), dict.fromkeys(equations.rates, 0.0)
     return tuple(
         item.formulas.name
         for item in equations.contacts
-        if not any(equations.value(tree, still, c, 0.0) for tree in item.slip)
+        if not _moves(equations, item)
+        or not any(equations.value(tree, still, c, 0.0) for tree in item.slip)
     )
 
 
@@ -145,9 +146,11 @@ def _ratio(
 
 
 def _moves(equations: SystemEquations, item: ContactEquations) -> bool:
-    """Whether the counter-body moves, at some parameter values."""
-    symbols = _symbols(equations)
-    return any(part != hy.expression(0.0) for part in _plate(equations, item, *symbols[1:]))
+    """Whether the counter-body moves steadily, at some parameter values."""
+    _, c, phase = _symbols(equations)
+    plate = _plate(equations, item, c, phase)
+    steady = str(phase) not in hy.get_variables(list(plate))
+    return steady and any(part != hy.expression(0.0) for part in plate)
 
 
 def _opens(equations: SystemEquations, item: ContactEquations) -> bool:
@@ -183,12 +186,6 @@ def check_contacts(definition: Definition, equations: SystemEquations, source: S
             raise source.error((*path, "friction"), str(error)) from None
         for part in _slip(equations, item, q, c, phase):
             slopes = [hy.diff(part, hy.expression(name)) for name in q]
-            if str(phase) in hy.get_variables(part):
-                raise source.error(
-                    (*path, "slip"),
-                    f"the slip of {own.name} depends on the time; make what moves the counter-body "
-                    "a state, or let its speed be constant",
-                )
             if not all(varying.isdisjoint(hy.get_variables(slope)) for slope in slopes):
                 raise source.error(
                     (*path, "slip"),

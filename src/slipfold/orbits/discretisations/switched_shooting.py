@@ -250,7 +250,7 @@ class SwitchedShooting(Segments):
         weights = flow.weights(start, constants)
         try:
             mode = first_mode(flow, start, constants, weights, begin)
-            state = flow.held(mode, start, constants)
+            state = flow.held(mode, start, begin, constants)
             found = list(legs(flow, mode, state, end, constants, weights, begin=begin))
         except (Broken, Undecided, Undetermined):
             return []

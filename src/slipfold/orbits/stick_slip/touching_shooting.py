@@ -73,7 +73,8 @@ class TouchingShooting(SwitchedShooting):
         flow, mode = self.switched, self.touch.mode
         until = min(end, self._beyond)
         states, span = start[None], (np.array([begin]), np.array([until]))
-        state = flow.held(mode, flow.of(mode).advance(states, *span, constants)[0], constants)
+        ends = flow.of(mode).advance(states, *span, constants)
+        state = flow.held(mode, ends[0], until, constants)
         energies = np.zeros((2, len(flow.contacts)))
         window = Leg(mode, begin, until, state, energies, None), mode
         if end <= self._beyond:
