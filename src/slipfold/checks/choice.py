@@ -14,7 +14,9 @@ from slipfold.checks.orbit_difference import (
     pieces_of,
     retraced_difference,
 )
+from slipfold.checks.switched_difference import switched_difference
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
 
 __all__ = ["Candidate", "check_some", "spread"]
 
@@ -29,8 +31,8 @@ the same is checked on every machine."""
 LOOSEST = 1e-6
 """Difference beyond which results do not agree, however uncertain they say that they are."""
 
-QUICK = 0.1
-"""The same of an equilibrium."""
+QUICK, SWITCHED = 0.1, 1.0
+"""The same of an equilibrium, and of an orbit through stick and slip."""
 
 
 LEVELS = 4
@@ -86,6 +88,9 @@ def _check(candidate: Candidate, left: float, *, first: bool) -> tuple[float, Ch
     orbit = candidate.orbit
     try:
         with np.errstate(all="ignore"):  # numbers of a wrong orbit may overflow
+            if isinstance(orbit, StickSlipOrbit):
+                found = switched_difference(orbit)
+                return SWITCHED, Check(candidate.name, "other steps", found.value, found.allowed)
             pieces = 0 if candidate.resting else pieces_of(orbit)
             each = EACH * (1 + len(orbit.state) / LARGE)
             cost = QUICK if candidate.resting else ONCE + each * pieces if pieces else np.inf

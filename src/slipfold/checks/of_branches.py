@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-import numpy as np
-
 from slipfold.branches.branch import Branch
 from slipfold.branches.progress import Observer, Progress
 from slipfold.branches.special_point import SpecialPoint
@@ -28,10 +26,7 @@ def check_branches(branches: Sequence[Branch], observer: Observer | None = None)
         (rank, branch, point) for branch in branches for rank, point in enumerate(branch.special)
     ]
     ranked.sort(key=lambda item: item[0])
-    # What checks by collocation cannot go through stick.
-    special = (
-        _special(branch, point) for _, branch, point in ranked if np.isnan(point.stuck_fraction)
-    )
+    special = (_special(branch, point) for _, branch, point in ranked)
     ends = (end for branch in branches if len(branch) for end in _ends(branch))
 
     def tell(done: int) -> None:
@@ -57,9 +52,6 @@ def _special(branch: Branch, point: SpecialPoint) -> Candidate:
 def _ends(branch: Branch) -> Iterator[Candidate]:
     """The last point and the first, unless it is the special point at which the branch is born."""
     for index, word in ((-1, "end"), (0, "beginning")):
-        fractions = branch.stuck_fraction
-        if fractions is not None and not np.isnan(fractions[index]):
-            continue
         if index == -1 or (branch.begun.kind != "born" and len(branch) > 1):
             place = _at(branch, float(branch.parameter[index]))
             name = f"{word} of branch {branch.id} at {place}"

@@ -14,6 +14,7 @@ from slipfold.branches import make_branch
 from slipfold.branches.complete import complete_branches
 from slipfold.checks.choice import check_some
 from slipfold.checks.of_motion import check_motion
+from slipfold.checks.of_switched_motion import check_switched_motion
 from slipfold.continuation.atlas import Atlas
 from slipfold.continuation.follow import follow
 from slipfold.flow.simulate import integrated
@@ -37,6 +38,7 @@ KEEPING = (
     map_regions,
     check_some,
     check_motion,
+    check_switched_motion,
     integrated,
     simulate_switched,
 )

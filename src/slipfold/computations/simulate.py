@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from slipfold.checks.checked import Checked
 from slipfold.checks.of_motion import check_motion
+from slipfold.checks.of_switched_motion import check_switched_motion
 from slipfold.computations.given import checked_model
 from slipfold.flow.progress import MotionObserver, MotionProgress
 from slipfold.flow.switched.simulate import simulate_smooth_or_switched
@@ -81,7 +82,6 @@ def simulate(
     found = simulate_smooth_or_switched(
         changed, periods, state, tolerance=tolerance, observer=watch
     )
-    checked = _checked(found, watch) if found.sticking is None else None
     return Simulation(
         model=found.model,
         strobe=found.strobe,
@@ -91,7 +91,7 @@ def simulate(
         asked=found.periods if periods is None else int(periods),
         tolerance=float(tolerance),
         provenance=provenance(perf_counter() - started),
-        checked=checked,
+        checked=_checked(found, watch),
     )
 
 
@@ -107,4 +107,4 @@ def _checked(motion: Trajectory, observer: MotionObserver) -> Checked:
         observer(MotionProgress("checks", motion.periods, motion.periods, motion.duration))
     except KeyboardInterrupt:
         return Checked((), interrupted=True)
-    return check_motion(motion)
+    return check_motion(motion) if motion.sticking is None else check_switched_motion(motion)

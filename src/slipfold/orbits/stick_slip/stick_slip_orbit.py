@@ -115,17 +115,18 @@ class StickSlipOrbit(PeriodicOrbit):
     def _round(self) -> LastRound:
         names = [item.name for item in switched_flow_of(self.model).contacts]
         return round_with_stick(
-            self.model, self.state, self._first_mode, names, self.period, repeats=True
+            self.model, self.state, self.first_mode, names, self.period, repeats=True
         )
 
     @cached_property
-    def _first_mode(self) -> Mode:
+    def first_mode(self) -> Mode:
+        """What its contacts do at phase zero."""
         flow, constants = switched_flow_of(self.model), flow_of(self.model).constants_of(self.model)
         weights = flow.weights(self.state, constants)
         return shown(first_mode(flow, self.state, constants, weights))
 
     def _samples(self, phases: Array) -> Samples:
-        return sample_switched(self.model, self.state, self._first_mode, phases)
+        return sample_switched(self.model, self.state, self.first_mode, phases)
 
 
 def _least(values: Array) -> Array:

@@ -1,0 +1,63 @@
+"""How far an orbit through stick and slip is from what other steps and its equations say."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.checks.elsewhere import elsewhere
+from slipfold.checks.held_legs import FORCES, hold_legs
+from slipfold.checks.orbit_difference import ALLOWED, Difference
+from slipfold.collocation.multipliers import multiplier_difference
+from slipfold.flow.flow import flow_of
+from slipfold.flow.switched.mode import Mode
+from slipfold.flow.switched.sampled import dense_legs
+from slipfold.flow.switched.switched_flow import switched_flow_of
+from slipfold.models.turns import without_turns
+from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
+
+__all__ = ["switched_difference"]
+
+Array = NDArray[np.float64]
+
+STEP = 1e-6
+"""Perturbation of scaled states: smaller ones leave fewer digits, larger ones are not small."""
+
+COARSE = 1e-6
+"""Difference of multipliers from those of perturbed motions that is allowed: differences have no
+more digits, and in the plane nor has the linearisation."""
+
+
+def switched_difference(orbit: StickSlipOrbit) -> Difference:
+    """Return the largest difference in units of what is allowed: of states and of multipliers.
+
+    The orbit is carried round with steps that fall elsewhere and held against equations and
+    friction; so are motions beside it. Where these change in another order, as beside a graze, no
+    multipliers are compared.
+    """
+    flow, model = switched_flow_of(orbit.model), orbit.model
+    constants, scales = flow_of(model).constants_of(model), model.state_scales()
+    weights, end = flow.weights(orbit.state, constants), float(orbit.period)
+
+    def carried(state: Array) -> tuple[Array, list[Mode]]:
+        start = flow.held(orbit.first_mode, state, 0.0, constants)
+        return elsewhere(flow, orbit.first_mode, start, end, constants, weights)
+
+    arrived, order = carried(orbit.state)
+    passed = dense_legs(model, orbit.state, orbit.first_mode, end)
+    held = hold_legs(flow, passed, orbit.state, constants, weights)
+    apart = without_turns(arrived - orbit.state, model.whole_turns) / scales
+    states = max(float(np.abs(apart).max()), held.drift, held.forces * ALLOWED / FORCES)
+    place = Difference(float(states) if np.isfinite(states) else np.inf, ALLOWED)
+    columns = []
+    for one in np.eye(len(scales)):
+        (more, first), (less, second) = (
+            carried(orbit.state + step * one * scales) for step in (STEP, -STEP)
+        )
+        if not order == first == second:
+            return place
+        columns.append((more - less) / scales / (2 * STEP))
+    found = np.linalg.eigvals(np.transpose(columns)).astype(complex)
+    size = max(1.0, float(np.abs(orbit.multipliers).max()))
+    multipliers = Difference(multiplier_difference(orbit.multipliers, found) / size, COARSE)
+    return max(place, multipliers, key=lambda difference: difference.excess)
