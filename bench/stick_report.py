@@ -34,7 +34,7 @@ def section(records: dict[str, dict[str, Any]]) -> list[str]:
         "## Stick and slip",
         f"Den Hartog's oscillator, W = {FREQUENCY:g}, S = {FRICTION:g}, from rest: two stops a "
         "period. Errors are of the last displacement, against the closed form between events. "
-        "slipfold at its own tolerance, with works, heats and intervals; SciPy at rtol 1e-10; "
+        "slipfold at its own tolerance, with works, heats and intervals; SciPy at the rtol named; "
         "solve-nivp, of second order, at rtol 1e-4.",
         table(["", "periods a second", "ratio", "error"], rows),
     ]
