@@ -228,7 +228,7 @@ def _chord_steps(
         if steps:
             step = step / (1 - turned[-1] @ step)
         left = length = length_of(step)
-        if not length <= CHORD_GAIN * moved:
+        if not 0 < length <= CHORD_GAIN * moved:  # nothing is left to do where it is zero
             break
         left *= length / moved if steps else CHORD_GAIN
         z, moved, constraint = z + step, length, 0.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from time import perf_counter
 from typing import Any
 
@@ -31,6 +32,14 @@ __all__ = ["Answering"]
 Emit = Callable[[dict[str, Any]], None]
 
 
+WARMING = 5.0
+"""Seconds after which the first diagram is not waited for."""
+
+
+class _Warm(Exception):
+    """What takes longer is not needed yet."""
+
+
 class Answering:
     """Answers requests, one after the other."""
 
@@ -39,7 +48,16 @@ class Answering:
         self._computing = Computing(catalogue)
 
     def warm_up(self) -> None:
-        """Compile or load the flows of the first model, so that the first request does not wait."""
+        """Compile or load the flows of the first model, so that the first request does not wait.
+
+        A diagram that takes long is left as it is: by then its flows are compiled.
+        """
+        started = perf_counter()
+
+        def check() -> None:
+            if perf_counter() - started > WARMING:
+                raise _Warm
+
         described = self._catalogue.describe()[0]
         default = described["default"]
         request = {
@@ -48,7 +66,8 @@ class Answering:
             "model": described["name"],
             **{name: default[name] for name in ("parameters", "vary", "span", "show")},
         }
-        self.answer(DiagramRequest.model_validate(request), lambda view: None, lambda: None)
+        with suppress(_Warm):
+            self.answer(DiagramRequest.model_validate(request), lambda view: None, check)
 
     def answer(self, request: ViewRequest, emit: Emit, check: Check) -> None:
         """Compute what a request asks for."""
