@@ -2,9 +2,12 @@
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import slipfold as sf
 from helpers.dry_friction import belt
+from slipfold.lines.of_branches import stretches_of
+from slipfold.plots.marks import marks_of
 
 
 @pytest.mark.parametrize("largest", [0.05, 0.2])
@@ -24,6 +27,25 @@ def test_a_stick_slip_cycle_ends_where_it_meets_one_that_slips(largest):
     assert branch.stable[sticks].all()
     assert not branch.stable[-1]
     assert np.abs(branch.multipliers[sticks, 1]).max() < 1e-12
+    assert_drawn(branch)
+
+
+def assert_drawn(branch):
+    """A figure of the stuck fraction falls to zero at GRAZE and stays there."""
+    (point,) = branch.special
+    first, *others = stretches_of(branch, "x", "stuck_fraction")
+    assert first.kind == "stable"
+    assert first.value[0] == branch.stuck_fraction[0]
+    assert first.value[-1] == point.stuck_fraction
+    assert (np.diff(first.value) <= 0).all()
+    assert all(line.value.max() <= point.stuck_fraction for line in others)
+    assert others[-1].value[-1] == 0
+    assert_marked(branch, point)
+
+
+def assert_marked(branch, point):
+    (mark,) = (item for item in marks_of(branch, "x", "stuck_fraction") if item.type == "GRAZE")
+    assert (mark.parameter, mark.value) == (point.value, point.stuck_fraction)
 
 
 def test_a_branch_that_sticks_is_saved_and_loaded(tmp_path):
@@ -33,6 +55,9 @@ def test_a_branch_that_sticks_is_saved_and_loaded(tmp_path):
     (branch,), (copy,) = diagram.branches, sf.load(tmp_path / "cycles.nc").branches
     assert np.array_equal(copy.stuck_fraction, branch.stuck_fraction)
     assert copy.orbit(0).sticking == branch.orbit(0).sticking
+    ax = diagram.plot(measure="stuck_fraction", ax=Figure().add_subplot())
+    assert ax.get_ylabel() == "share of the period in which a contact sticks"
+    assert ax.lines[0].get_ydata()[[0, -1]] == pytest.approx(branch.stuck_fraction[[0, -1]])
     # Stick lasts 2 D/v of each period.
     speeds, stuck = branch.parameter, branch.stuck_fraction * branch.durations
     assert stuck == pytest.approx(2 * 0.5 / speeds, abs=1e-9)

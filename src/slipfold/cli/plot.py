@@ -16,7 +16,7 @@ __all__ = ["plot"]
 
 FORMATS = ("png", "pdf", "svg")
 
-MEASURES = ("max", "min", "peak_to_peak", "modulus")
+MEASURES = ("max", "min", "peak_to_peak", "modulus", "stuck_fraction")
 
 KINDS = (
     *("timeseries", "spectrum", "phase"),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,17 +10,31 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from slipfold.branches.branch import Branch
+from slipfold.branches.special_point import SpecialPoint
 from slipfold.branches.stability import stability_stretches
 from slipfold.errors import InputError
 from slipfold.lines.knots import Knot, arranged, runs
 from slipfold.orbits.extrema import Extrema
 
-__all__ = ["KINDS", "MEASURES", "Stretch", "measure_of", "stretches_of"]
+__all__ = [
+    "KINDS",
+    "MEASURES",
+    "STUCK",
+    "Stretch",
+    "measure_of",
+    "measured_along",
+    "measured_at",
+    "stretches_of",
+]
 
 Array = NDArray[np.float64]
+Line = Callable[[Array], Array]
 
 MEASURES = ("max", "min", "peak_to_peak", "modulus")
 """What a figure may show of an output over an orbit."""
+
+STUCK = "stuck_fraction"
+"""What it may show of its contacts instead, whatever the output."""
 
 PIECES = 8
 """Straight pieces drawn between neighbouring points of a branch."""
@@ -60,6 +74,25 @@ def measure_of(extrema: Extrema, output: str, measure: str) -> Array:
     return high if measure == "max" else low
 
 
+def measured_along(branch: Branch, output: str, measure: str) -> Array:
+    """Return what a figure shows along a branch, shape (n_points,)."""
+    if measure != STUCK:
+        return measure_of(branch.extrema_of(output), output, measure)
+    if branch.stuck_fraction is None:
+        raise InputError(
+            f"no orbit of branch {branch.id} sticks, so it has no {STUCK}; give another measure"
+        )
+    # What is followed in slip alone has no number.
+    return np.nan_to_num(branch.stuck_fraction)
+
+
+def measured_at(point: SpecialPoint, output: str, measure: str) -> float:
+    """Return what a figure shows at a special point."""
+    if measure == STUCK:
+        return float(np.nan_to_num(point.stuck_fraction))
+    return float(measure_of(point.orbit.extrema_of(output), output, measure)[0])
+
+
 def stretches_of(branch: Branch, output: str, measure: str = "max") -> tuple[Stretch, ...]:
     """Cut a branch at its bifurcations and draw smooth lines between them.
 
@@ -70,7 +103,7 @@ def stretches_of(branch: Branch, output: str, measure: str = "max") -> tuple[Str
     if len(knots) < 2:
         return ()
     s = np.array([knot.s for knot in knots])
-    parameter, value = _splines(knots, s)
+    parameter, value = _splines(knots, s, straight=measure == STUCK)
     lines = []
     for kind, first, last in runs(_interval_kinds(branch, s)):
         at = _dense(s[first : last + 1])
@@ -82,9 +115,9 @@ def _knots(branch: Branch, output: str, measure: str) -> list[Knot]:
     special = [item for item in branch.special if item.type != "EVENT"]
     located = []
     for item in special:
-        value = measure_of(item.orbit.extrema_of(output), output, measure)[0]
-        located.append(Knot(item.arclength, (item.value, float(value)), item.type))
-    values = measure_of(branch.extrema_of(output), output, measure)
+        value = measured_at(item, output, measure)
+        located.append(Knot(item.arclength, (item.value, value), item.type))
+    values = measured_along(branch, output, measure)
     # A doubled branch begins, and may end, on its parent, where a multiplier is one.
     begun, closed = branch.begun.kind == BORN, branch.stopped.kind == CLOSED
     on_parent = {index for index, is_one in ((0, begun), (len(branch) - 1, closed)) if is_one}
@@ -109,14 +142,17 @@ def _interval_kinds(branch: Branch, s: Array) -> list[str]:
     return [kinds[i] for i in np.searchsorted(ends, 0.5 * (s[1:] + s[:-1]))]
 
 
-def _splines(knots: Sequence[Knot], s: Array) -> tuple[CubicSpline, CubicSpline]:
-    """Interpolate parameter and value in the arclength."""
+def _splines(knots: Sequence[Knot], s: Array, *, straight: bool) -> tuple[Line, Line]:
+    """Interpolate parameter and value in the arclength, a value with corners straight."""
     # A doubled branch leaves its parent across the parameter, which stands still there.
     ends = [(1, 0.0) if knots[end].type == BORN else "not-a-knot" for end in (0, -1)]
     if len(s) == 2:
         ends = [(2, 0.0), (2, 0.0)]
     parameter, value = np.array([knot.values for knot in knots]).T
-    return CubicSpline(s, parameter, bc_type=ends), CubicSpline(s, value)
+    smooth = CubicSpline(s, parameter, bc_type=ends)
+    if straight:
+        return smooth, lambda at: np.asarray(np.interp(at, s, value))
+    return smooth, CubicSpline(s, value)
 
 
 def _dense(s: Array) -> Array:

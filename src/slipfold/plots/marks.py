@@ -9,7 +9,7 @@ import numpy as np
 
 from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import SpecialPoint
-from slipfold.lines.of_branches import measure_of
+from slipfold.lines.of_branches import measured_along, measured_at
 from slipfold.models.model import Model
 from slipfold.plots.style import MARKERS
 
@@ -47,7 +47,7 @@ def _special(branch: Branch, output: str, measure: str) -> Iterator[Mark]:
         # A branch point lies on two branches; the one met first marks it.
         again = point.type == "BP" and (point.leads_to or branch.id) < branch.id
         if point.type in MARKERS and not again:
-            value = float(measure_of(point.orbit.extrema, output, measure)[0])
+            value = measured_at(point, output, measure)
             hollow = point.criticality == "subcritical"
             yield Mark(point.type, _short_name(point), float(point.value), value, hollow)
 
@@ -55,7 +55,7 @@ def _special(branch: Branch, output: str, measure: str) -> Iterator[Mark]:
 def _end(branch: Branch, output: str, measure: str) -> Iterator[Mark]:
     if len(branch) == 0 or branch.stopped.kind not in ("limit", "failed"):
         return
-    value = float(measure_of(branch.extrema, output, measure)[-1])
+    value = float(measured_along(branch, output, measure)[-1])
     place = float(branch.parameter[-1]), value
     if branch.stopped.kind == "failed":
         yield Mark("FAILED", "", *place)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from slipfold.branches.branch import Branch
 from slipfold.errors import InputError
-from slipfold.lines.of_branches import stretches_of
+from slipfold.lines.of_branches import STUCK, stretches_of
 from slipfold.plots.angles import label_output
 from slipfold.plots.axes import axes_or_new, settle
 from slipfold.plots.labels import Label, place_labels
@@ -72,7 +72,10 @@ def draw_family(
     if not branches:
         raise InputError("the diagram has 0 branches, so there is nothing to draw; give at least 1")
     ax = axes_or_new(ax)
-    label_output(ax, "y", branches[0].model, output, MEASURE_NAMES.get(measure, ""))
+    if measure == STUCK:
+        ax.set_ylabel("share of the period in which a contact sticks")
+    else:
+        label_output(ax, "y", branches[0].model, output, MEASURE_NAMES.get(measure, ""))
     colours = palette(len(diagrams)) if colours is None else colours
     for diagram, colour in zip(diagrams, colours, strict=True):
         for branch in diagram.branches:
