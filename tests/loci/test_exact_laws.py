@@ -16,10 +16,10 @@ def rows(locus, inside):
 
 def check_image(loci, source, values, nodes, multipliers, scales):
     """A point of one locus is mapped onto one of the same kind."""
+    alike = [c for c in loci if (c.type, c.period) == (source.type, source.period)]
     near = [
-        c for c in crossings(loci, 0, values[0])
-        if (c.locus.type, c.locus.period) == (source.type, source.period)
-        and abs(c.values[1] - values[1]) < 1e-9
+        c for c in crossings(alike, 0, values[0])
+        if abs(c.values[1] - values[1]) < 1e-9
         and same_orbit(c.nodes, nodes, scales, source.period) < 1e-7
     ]  # fmt: skip
     assert near, f"{source.type} of period {source.period} has no image at {values}"
