@@ -100,7 +100,7 @@ def _fold(trail: Trail[OrbitPoint]) -> None:
     if seam is None:
         return
     kind = _kind(seam.before.piece, seam.after.piece)
-    trail.found.append(Found(kind, seam.before, float("inf")))
+    trail.found.append(Found(kind, seam.met, float("inf")))
     trail.points += [seam.before, seam.after] if seam.before is not last else [seam.after]
     trail.end = _end(kind, last.curve, seam.before)
 

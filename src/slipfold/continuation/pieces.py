@@ -35,6 +35,7 @@ class Seam(Generic[P]):
 
     before: P
     after: P
+    met: P  # where the pieces meet, as far as it is known: beside, or beyond, the point before
 
 
 def locate_seam(curve: Curve[P], known: list[P], a: P, b: P) -> Seam[P]:
@@ -49,7 +50,7 @@ def locate_seam(curve: Curve[P], known: list[P], a: P, b: P) -> Seam[P]:
             a = middle
         else:
             b = middle
-    return Seam(a, b)
+    return Seam(a, b, a)
 
 
 def _between(curve: Curve[P], own: list[P], a: P, b: P) -> P:
@@ -88,10 +89,11 @@ def locate_fold(curve: Curve[P], last: P) -> Seam[P] | None:
         if across is None:
             break
         last, other = nearer, across
-    _, beyond = _distances(last, other)
+    left, beyond = _distances(last, other)
     other = other if beyond > 0 else curve.turned(other)
     apart = max(float(np.linalg.norm(other.z - last.z)), CLOSE)
-    return Seam(last, replace(other, arclength=last.arclength + apart))
+    met = replace(last, z=last.z + left * last.tangent) if 0 < left < apart else last
+    return Seam(last, replace(other, arclength=last.arclength + apart), met)
 
 
 def _beside(curve: Curve[P], last: P, step: float) -> P | None:
