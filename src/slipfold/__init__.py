@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from slipfold.computations.simulate import simulate as simulate
     from slipfold.computations.threshold_map import threshold_map as threshold_map
     from slipfold.errors import InputError as InputError
+    from slipfold.flow.progress import MotionProgress as MotionProgress
     from slipfold.loci.locus import Locus as Locus
     from slipfold.loci.locus import LocusEnd as LocusEnd
     from slipfold.loci.locus import LocusPoint as LocusPoint
@@ -124,6 +125,7 @@ _HOMES = {
     "slipfold.computations.simulate": ("simulate",),
     "slipfold.computations.threshold_map": ("threshold_map",),
     "slipfold.errors": ("InputError",),
+    "slipfold.flow.progress": ("MotionProgress",),
     "slipfold.loci.locus": (
         "Locus",
         "LocusEnd",

@@ -105,11 +105,12 @@ def radau_points(count: int) -> CollocationPoints:
     >>> radau_points(2).points.round(6)
     array([0.333333, 1.      ])
     """
-    # Zeros of P_m - P_{m-1}, those between the ends as those of a Jacobi polynomial.
-    from scipy.special import roots_jacobi
-
-    inside = roots_jacobi(count - 1, 1.0, 0.0)[0] if count > 1 else np.empty(0)
-    points = np.append(inside, 1.0)
+    series = np.append(np.zeros(count - 1), [-1.0, 1.0])  # P_m - P_{m-1}
+    slope = legendre.legder(series)
+    points = np.sort(legendre.legroots(series))
+    for _ in range(2):  # to the last digit
+        points -= legendre.legval(points, series) / legendre.legval(points, slope)
+    points[-1] = 1.0
     transform = np.linalg.inv(legendre.legvander(points, count - 1).astype(np.float64))
     weights = transform[0].copy()  # the integral is the mean, the first coefficient
     return CollocationPoints((points + 1) / 2, weights, transform)

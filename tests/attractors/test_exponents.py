@@ -12,7 +12,7 @@ from helpers.command_line import run
 from slipfold.attractors.birkhoff import average
 from slipfold.attractors.verdict import verdict_of
 from slipfold.errors import InputError
-from slipfold.flow.flow import flow_of
+from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.settling.settlement import Settlement
 
 MODELS = sf.built_in_models()
@@ -228,4 +228,21 @@ def test_an_interrupted_one_keeps_what_it_knows():
     found = sf.lyapunov(sf.SlidingOscillator(f=12.5, Nd=0.12), observer=interrupt)
     assert found.interrupted
     assert found.periods == 1000
-    assert "interrupted" in found.summary()
+    assert "Interrupted before its exponents were known" in found.summary()
+
+
+def test_lost_derivatives_are_no_verdict(monkeypatch):
+    def lost(self, states, *_):
+        n = states.shape[1]
+        return states, np.full((len(states), n, n), np.nan), np.empty((len(states), n, 0))
+
+    monkeypatch.setattr(Flow, "linearise", lost)
+    with pytest.raises(InputError, match="the derivatives of the motion are lost"):
+        sf.lyapunov(MODELS["duffing"](), periods=10)
+
+
+def test_what_is_undecided_goes_on():
+    errors = np.array([1e-3, 1e-8])
+    found = verdict_of(np.array([1e-3, -0.2]), errors, UNSETTLED, None)
+    assert not found.known
+    assert "exponent 1, 0.001 a period" in found.message

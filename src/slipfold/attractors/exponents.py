@@ -17,7 +17,13 @@ from slipfold.flow.switched.simulate import comes_to_rest
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
 
-__all__ = ["Estimate", "Exponents", "ExponentsProgress", "find_exponents"]
+__all__ = [
+    "Estimate",
+    "Exponents",
+    "ExponentsProgress",
+    "find_exponents",
+    "follow_exponents",
+]
 
 Array = NDArray[np.float64]
 
@@ -80,21 +86,22 @@ def find_exponents(
     Shapes: start (n,).
     """
     try:
-        return _exponents(growth_from(model, start), periods, tolerance, observer)
+        return follow_exponents(growth_from(model, start), periods, tolerance, observer)
     except _Sticks:
-        return _exponents(growth_through_stick(model, start), periods, tolerance, observer)
+        return follow_exponents(growth_through_stick(model, start), periods, tolerance, observer)
 
 
 class _Sticks(Exception):
     """The motion goes on through stick."""
 
 
-def _exponents(
+def follow_exponents(
     growth: Growth,
     periods: int | None,
     tolerance: float,
     observer: Callable[[ExponentsProgress], None] | None,
 ) -> Exponents:
+    """Let a motion go on until its exponents are known; keep what is known if interrupted."""
     most = MOST if periods is None else periods
     ends = _ends(most)
     estimates: list[Estimate] = []

@@ -7,6 +7,7 @@ from abc import ABC, abstractmethod
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.errors import InputError
 from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import Stop
 from slipfold.flow.pace import paced
@@ -145,6 +146,11 @@ class _SmoothGrowth(Growth):
         begin = np.tile(np.arange(parts) / parts, len(starts))
         still = np.zeros((len(constants.values), 0))
         matrices = flow.linearise(states, begin, begin + 1 / parts, constants, still)[1]
+        if not np.isfinite(matrices).all():
+            raise InputError(
+                "the derivatives of the motion are lost, so it has no exponents: it is too stiff, "
+                "or grows too fast; change a parameter"
+            )
         return np.reshape(matrices * (scales / scales[:, None]), (-1, parts, n, n))
 
 

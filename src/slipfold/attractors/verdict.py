@@ -36,7 +36,8 @@ class Verdict:
     @property
     def known(self) -> bool:
         """Whether more periods would tell no more."""
-        return self.kind != "periodic" or (self.period or self.duration) is not None
+        repeats = (self.period or self.duration) is not None
+        return repeats if self.kind == "periodic" else self.kind != "undecided"
 
 
 def verdict_of(
@@ -53,11 +54,12 @@ def verdict_of(
     if exponents[0] > slack[0]:
         return Verdict("chaos", f"chaotic: nearby motions part, {_doubling(exponents[0], seconds)}")
     zero = np.abs(exponents) <= slack
-    if np.any(errors[zero] > ZERO):
+    doubtful = int(np.where(zero, errors, 0.0).argmax())
+    if zero[doubtful] and errors[doubtful] > ZERO:
         return Verdict(
             "undecided",
-            f"undecided: the largest exponent, {exponents[0]:.2g} a period, is known to "
-            f"{errors[0]:.0e} only; give more periods",
+            f"undecided: exponent {doubtful + 1}, {exponents[doubtful]:.2g} a period, is known to "
+            f"{errors[doubtful]:.0e} only; give more periods",
         )
     free = int(zero.sum()) - (seconds is not None)
     if free < 0:

@@ -12,7 +12,7 @@ from slipfold.branches.branch_point import Crossing, find_crossing
 from slipfold.branches.event import Event
 from slipfold.branches.events import Happened
 from slipfold.branches.seams import NAMES as SEAMS
-from slipfold.branches.seams import Touch
+from slipfold.branches.seams import FoundTouch
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.continuation.locate import CLOSE
 from slipfold.continuation.pieces import CLOSE as SEAM_CLOSE
@@ -67,12 +67,12 @@ def describe_bifurcation(orbits: Orbits, found: Found) -> SpecialPoint:
 
 def _describe_seam(orbits: Orbits, found: Found) -> SpecialPoint:
     """Return a place where contacts begin or cease to do something; nothing is critical there."""
-    point = found.place.nearest if isinstance(found, Touch) else found.point
+    point = found.place.nearest if isinstance(found, FoundTouch) else found.point
     again, rounding = computed_anew(orbits, point)
     moved, uncertain = np.inf, np.full(len(point.multipliers), np.inf)
     if again is not None:
         moved = SPREAD * abs(again.z[-1] - point.z[-1]) + rounding + SEAM_CLOSE
-        if isinstance(found, Touch):
+        if isinstance(found, FoundTouch):
             moved += float(found.place.error[-1])
         uncertain = multiplier_change(point.multipliers, again.multipliers, point.monodromy)
     return _uncertain(found, moved * orbits.width, uncertain)
@@ -143,7 +143,7 @@ def bare(found: Found) -> SpecialPoint:
 def _nodes(found: Found) -> Array:
     """Return the states of what was located at equidistant phases, shape (M, n)."""
     point = found.point
-    if not isinstance(found, Touch):
+    if not isinstance(found, FoundTouch):
         return np.asarray(point.curve.orbits.evenly(point.z))
     nodes = [item.curve.orbits.evenly(item.z) for item in found.place.points]
     return np.tensordot(found.place.weights, nodes, 1)
@@ -152,7 +152,7 @@ def _nodes(found: Found) -> Array:
 def _stuck_fraction(found: Found) -> float:
     """Return the share of the period in which a contact sticks: what vanishes there has none."""
     point = found.point
-    if not isinstance(found, Touch):
+    if not isinstance(found, FoundTouch):
         return point.curve.orbits.stuck_fraction(point.z)
     place = found.place
     known = [item.curve.orbits.stuck_fraction(item.z) for item in place.points]

@@ -41,7 +41,7 @@ AHEAD = 0.02
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Touch(Found[OrbitPoint]):
+class FoundTouch(Found[OrbitPoint]):
     """A place where slip in the plane touches zero, known from orbits beside it.
 
     The point is the nearest of them, with the unknown of the place.
@@ -85,7 +85,7 @@ class Seams:
         if place is None:
             return None
         point = replace(place.nearest, z=place.z)
-        found = Touch("GRAZE", point, float("inf"), place=place)
+        found = FoundTouch("GRAZE", point, float("inf"), place=place)
         end = _end("GRAZE", orbits, point)
         return Sight([found], Stop(place.nearest, end, beyond=beyond_vanishing(orbits, place)))
 

@@ -92,7 +92,7 @@ def _forces(flow: SwitchedFlow, leg: Leg, constants: Constants, weights: Array) 
                 found += [math.hypot(*slip) * weights[contact], over * weights[count + contact]]
             elif status is Status.OPEN:
                 found.append(now.normal[contact] * weights[count + contact])
-            elif status is Status.BACK or len(slip) == 1:
+            elif len(slip) == 1:
                 found.append(-float(status) * slip[0] * weights[contact])
     return max(*found, _event(flow, leg, states[-1], constants, weights))
 

@@ -34,7 +34,7 @@ def check_loci(loci: Sequence[Locus], observer: LocusObserver | None = None) -> 
 
 def _candidates(loci: Sequence[Locus]) -> Iterator[Candidate]:
     for index, word in ((-1, "end"), (0, "beginning")):
-        # What checks by collocation cannot go through stick.
+        # An orbit that only just touches changes in another order beside it: nothing to compare.
         for locus in (locus for locus in loci if len(locus) and locus.stuck_fraction is None):
             name = f"{word} of locus {locus.id} at {_at(locus, locus.values[index])}"
             yield Candidate(name, locus.orbit(index), locus.kind == "equilibrium")

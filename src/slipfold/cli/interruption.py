@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
+from slipfold.attractors.exponents import follow_exponents
 from slipfold.branches import make_branch
 from slipfold.branches.complete import complete_branches
 from slipfold.checks.choice import check_some
@@ -29,6 +30,7 @@ GRACE = 0.4
 """Seconds that the next point may take after Ctrl-C."""
 
 KEEPING = (
+    follow_exponents,
     follow,
     Atlas.births_until_interrupted,
     make_branch.describe_in_turn,

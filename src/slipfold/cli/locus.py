@@ -49,10 +49,10 @@ Types = Annotated[
     list[str] | None,
     typer.Option(
         "--type",
-        metavar="LP|PD|NS|HB|GRAZE",
-        help="Type of bifurcation to follow: fold, period doubling, Neimark-Sacker, Hopf of an "
-        "autonomous model, or where contacts begin to stick; all by default. With RESPONSE.nc, "
-        "type of its points to start from. Repeatable.",
+        metavar="LP|PD|NS|BP|HB|GRAZE|LIFT",
+        help="Type of bifurcation to follow: fold, period doubling, Neimark-Sacker, branch point, "
+        "Hopf of an autonomous model; all by default. With RESPONSE.nc, type of its points to "
+        "start from, also where contacts begin to stick or to lift off. Repeatable.",
     ),
 ]
 Periods = Annotated[

@@ -80,7 +80,7 @@ def lyapunov(
             tolerance=parse_number(tolerance, "--tolerance"),
             observer=observe,
         )
-    outputs.write(found)
+        outputs.write(found)
     if found.interrupted:
         note(f"interrupted; {outputs.kept}")
         return INTERRUPTED

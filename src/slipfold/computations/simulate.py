@@ -51,7 +51,7 @@ def simulate(
         settled, in scaled states.
     observer
         Called every few periods and before the checks, with a
-        `slipfold.flow.progress.MotionProgress`. If it raises `KeyboardInterrupt`, or the user does,
+        `slipfold.MotionProgress`. If it raises `KeyboardInterrupt`, or the user does,
         the motion is returned as far as it came, and its `stopped` says so.
     **parameters
         Parameters of the model to change first: numbers in SI units, or text with a unit.

@@ -181,7 +181,7 @@ class GuardedFlow:
             stop = self._stiff(MOST, place, constants, time)
         else:
             stop = self._singular(place, time)
-        return Strobe(np.empty((0, len(met))), stop, 1)
+        return Strobe(np.empty((0, len(met))), stop)
 
     def _margins(self, constants: Constants) -> Watch | None:
         """Return what tells how far scaled states are from the limits; None if there are none."""

@@ -65,7 +65,8 @@ def measure_of(extrema: Extrema, output: str, measure: str) -> Array:
     if output not in extrema.names:
         raise InputError(f"output {output!r} is unknown; give one of {', '.join(extrema.names)}")
     if measure not in MEASURES:
-        raise InputError(f"measure {measure!r} is unknown; give one of {', '.join(MEASURES)}")
+        names = ", ".join((*MEASURES, STUCK))
+        raise InputError(f"measure {measure!r} is unknown; give one of {names}")
     if measure == "peak_to_peak":
         return extrema.peak_to_peak(output)
     if measure == "modulus":

@@ -10,7 +10,6 @@ from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.errors import InputError
 from slipfold.flow.sizes.typical_sizes import measured_within
-from slipfold.flow.switched.mode_equations import contacts_of
 from slipfold.loci.fan import FanLine, follow_fan, follow_settled, largest_period
 from slipfold.loci.follow import LOCUS_TYPES, follow_found
 from slipfold.loci.isolated import follow_isolated
@@ -157,17 +156,15 @@ def _inside(model: Model, plane: tuple[str, str], window: Window) -> bool:
 
 
 def possible_types(model: Model) -> tuple[str, ...]:
-    """Return the types of loci that a model may have.
+    """Return the types of loci in a set of a model: only an autonomous one has equilibria.
 
-    Only an autonomous one has equilibria, and only one with contacts can touch Vrel = 0.
+    Responses are followed in slip, so none begins to touch Vrel = 0.
 
     >>> from slipfold.models import model_named
     >>> possible_types(model_named("lure"))
     ('LP', 'PD', 'NS', 'BP', 'HB')
     """
-    missing = {"HB"} if model.forced else set()
-    if not contacts_of(model):
-        missing |= TOUCHED.keys()
+    missing = {*TOUCHED, *(("HB",) if model.forced else ())}
     return tuple(kind for kind in LOCUS_TYPES if kind not in missing)
 
 
@@ -178,6 +175,11 @@ def _checked(
     types = possible if types is None else types
     for kind in types:
         if kind not in possible:
+            if kind in TOUCHED:
+                raise InputError(
+                    f"responses of a set are followed in slip, so it has no loci of type {kind!r}; "
+                    "start one from a point of a branch that sticks, see slipfold.locus"
+                )
             of = "" if kind not in LOCUS_TYPES else f" of {model.name}, which is forced"
             raise InputError(f"there are no loci of type {kind!r}{of}; give {', '.join(possible)}")
     for period in periods:

@@ -132,15 +132,13 @@ def _born(
     for place, ((before, _), (leg, after)) in enumerate(pairwise(legs), start=1):
         mode = shown(before.mode)
         returns = before.event is not None and shown(after) == mode != shown(leg.mode)
-        if not returns or leg.end - leg.begin > SHORT or place + 1 == len(legs):
+        if not returns or leg.end - leg.begin > SHORT or not 1 < place < len(legs) - 1:
             continue
         event, follows = before.event, legs[place + 1][0]
         assert event is not None
         if event.ending not in TOUCHED[kind]:
             continue
-        start = legs[place - 2][0].state if place > 1 else None
-        if start is None:
-            continue
+        start = legs[place - 2][0].state
         # As if nothing had been met, it turns back a little beyond.
         until = leg.end + CLEAR * (follows.end - follows.begin)
         yield from _minima(flow, mode, event, start, (before.begin, until), constants)

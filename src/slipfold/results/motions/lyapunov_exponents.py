@@ -155,7 +155,8 @@ class LyapunovExponents(OneLine, Result):
         if not model.forced:
             length = f"{self.periods * model.values[DURATION.name]:.6g} s"
             model = model.replace(**{DURATION.name: DURATION.default})
-        stopped = ["interrupted: more periods were asked for"] if self.interrupted else []
+        wanted = "its exponents were known" if self.asked is None else "all periods were done"
+        stopped = [f"Interrupted before {wanted}"] if self.interrupted else []
         lines = [
             f"{model!r} over {length}",
             message[:1].upper() + message[1:],
