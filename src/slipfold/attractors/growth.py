@@ -45,9 +45,11 @@ class Growth(ABC):
     by one another.
     """
 
-    def __init__(self, model: Model, size: int) -> None:
-        self.model = model
-        self._frame: Array = np.eye(size)
+    _motion: Motion | SwitchedMotion
+
+    def __init__(self) -> None:
+        self.model = self._motion.model
+        self._frame: Array = np.eye(self.state.size)
         self._logarithms: list[Array] = []
 
     @property
@@ -61,14 +63,14 @@ class Growth(ABC):
         return sum(len(part) for part in self._logarithms)
 
     @property
-    @abstractmethod
     def stopped(self) -> Stop | None:
         """Why the motion ended, if it did."""
+        return self._motion.stopped
 
     @property
-    @abstractmethod
     def state(self) -> Array:
         """The state that it has come to, shape (n,)."""
+        return self._motion.strobe[-1]
 
     @abstractmethod
     def settlement(self, tolerance: float) -> Settlement:
@@ -100,17 +102,9 @@ class _SmoothGrowth(Growth):
     """That of a motion without events; all periods are linearised side by side."""
 
     def __init__(self, model: Model, start: Array) -> None:
-        super().__init__(model, len(start))
-        self._motion = Motion(model, start)
+        self._motion: Motion = Motion(model, start)
         self._parts = 0
-
-    @property
-    def stopped(self) -> Stop | None:
-        return self._motion.stopped
-
-    @property
-    def state(self) -> Array:
-        return self._motion.strobe[-1]
+        super().__init__()
 
     def settlement(self, tolerance: float) -> Settlement:
         return self._motion.settlement(tolerance)
@@ -158,16 +152,8 @@ class _SwitchedGrowth(Growth):
     """That of a motion through stick and slip: at events perturbations jump, or are lost."""
 
     def __init__(self, motion: SwitchedMotion) -> None:
-        super().__init__(motion.model, len(motion.strobe[0]))
-        self._motion = motion
-
-    @property
-    def stopped(self) -> Stop | None:
-        return self._motion.stopped
-
-    @property
-    def state(self) -> Array:
-        return self._motion.strobe[-1]
+        self._motion: SwitchedMotion = motion
+        super().__init__()
 
     def settlement(self, tolerance: float) -> Settlement:
         return trajectory_of(self._motion, tolerance).settlement

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from slipfold.cli.options import Csv, Friction, Json, ModelName, Out, Sets
+from slipfold.cli.options import Csv, Friction, Json, ModelName, Out, Sets, States
 from slipfold.cli.outputs import Outputs
-from slipfold.cli.parsing import parse_assignments, parse_number, parse_whole
+from slipfold.cli.parsing import parse_assignments, parse_number, parse_states, parse_whole
 from slipfold.cli.status import DONE, INTERRUPTED, note
 
 if TYPE_CHECKING:
@@ -22,14 +22,6 @@ Periods = Annotated[
         metavar="N",
         help="Forcing periods to follow, of an autonomous model intervals of its duration; by "
         "default as many as it takes, 32,000 at most.",
-    ),
-]
-States = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--start",
-        metavar="NAME=VALUE",
-        help="Starting state at phase zero, else the model's own. Repeatable.",
     ),
 ]
 Tolerance = Annotated[
@@ -57,16 +49,11 @@ def lyapunov(
     from slipfold.cli.interruption import deferred_interrupts
     from slipfold.cli.progress import exponents_text, live_line
     from slipfold.computations.lyapunov import lyapunov as compute
-    from slipfold.models.quantity import parse_quantity
 
     outputs = Outputs(json, out, csv)
     outputs.check()
     chosen = find_model(model, parse_assignments(set_), friction)
-    units = {item.name: item.unit for item in chosen.states}
-    start = {
-        name: parse_quantity(value, units.get(name, ""), name)
-        for name, value in parse_assignments(state, "--start").items()
-    }
+    start = parse_states(state, chosen)
     with live_line() as show, deferred_interrupts() as check:
 
         def observe(progress: ExponentsProgress) -> None:
@@ -76,7 +63,7 @@ def lyapunov(
         found = compute(
             chosen,
             None if periods is None else parse_whole(periods, "--periods"),
-            start or None,
+            start,
             tolerance=parse_number(tolerance, "--tolerance"),
             observer=observe,
         )

@@ -16,6 +16,7 @@ __all__ = [
     "Out",
     "Sets",
     "Start",
+    "States",
     "Tolerance",
 ]
 
@@ -77,6 +78,16 @@ Start = Annotated[
         help="Starting state, else the model's own: of a motion; of a response an orbit near it is "
         "followed, with --settled what a motion from it settles to. With a value of the parameter "
         "varied the branch begins there, in both directions. Repeatable.",
+    ),
+]
+
+States = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--start",
+        "--state",
+        metavar="NAME=VALUE",
+        help="Starting state at phase zero, else the model's own. Repeatable.",
     ),
 ]
 

@@ -1,4 +1,4 @@
-"""What stands behind ``--set``, ``--vary`` and ``--event``."""
+"""What stands behind ``--set``, ``--start``, ``--vary`` and ``--event``."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ __all__ = [
     "parse_event",
     "parse_number",
     "parse_span",
+    "parse_states",
     "parse_whole",
     "parse_window",
     "refuse_varied",
@@ -47,6 +48,16 @@ def parse_assignments(texts: Sequence[str] | None, option: str = "--set") -> dic
             )
         found[name] = value
     return found
+
+
+def parse_states(texts: Sequence[str] | None, model: Model) -> dict[str, float] | None:
+    """Read the starting states that are given; None if none is."""
+    from slipfold.models.quantity import parse_quantity
+
+    units = {item.name: item.unit for item in model.states}
+    given = parse_assignments(texts, "--start")
+    found = {name: parse_quantity(given[name], units.get(name, ""), name) for name in given}
+    return found or None
 
 
 def parse_number(text: str, option: str) -> float:

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from slipfold.cli.interruption import deferred_interrupts
-from slipfold.cli.options import Friction, Json, ModelName, Out, Sets
+from slipfold.cli.options import Friction, Json, ModelName, Out, Sets, States
 from slipfold.cli.outputs import Outputs
-from slipfold.cli.parsing import parse_assignments, parse_number, parse_whole
+from slipfold.cli.parsing import parse_assignments, parse_number, parse_states, parse_whole
 from slipfold.cli.progress import live_line, motion_text
 from slipfold.cli.status import DONE, FAILED, INTERRUPTED, note
 
@@ -25,15 +25,6 @@ Periods = Annotated[
         metavar="N",
         help="Forcing periods to integrate, 1000 by default; of an autonomous model seconds, or "
         "what --set duration says, by default as long as it takes to settle.",
-    ),
-]
-States = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--start",
-        "--state",
-        metavar="NAME=VALUE",
-        help="Starting state at phase zero, else the model's own. Repeatable.",
     ),
 ]
 Tolerance = Annotated[
@@ -62,16 +53,11 @@ def simulate(
     """
     from slipfold.cli.case_file import find_model
     from slipfold.computations.simulate import simulate as compute
-    from slipfold.models.quantity import parse_quantity
 
     outputs = Outputs(json, out)
     outputs.check()
     chosen = find_model(model, parse_assignments(set_), friction)
-    units = {item.name: item.unit for item in chosen.states}
-    start = {
-        name: parse_quantity(value, units.get(name, ""), name)
-        for name, value in parse_assignments(state, "--start").items()
-    }
+    start = parse_states(state, chosen)
     each = "forcing period" if chosen.forced else "interval"
     words = motion_text(each)
     with deferred_interrupts() as check:
@@ -84,7 +70,7 @@ def simulate(
             motion = compute(
                 chosen,
                 None if periods is None else parse_whole(periods, "--periods"),
-                start or None,
+                start,
                 tolerance=parse_number(tolerance, "--tolerance"),
                 observer=observer,
             )
