@@ -77,7 +77,7 @@ portable-quick: $(SETUP) ## the same in ten minutes: all special points, some te
 SAME_POINTS = $(BIN)/python -m pytest -q -n 0 -m portable tests/portable
 KERNELS := Nehalem Sandybridge Haswell \
 	$(shell grep -qs avx512f /proc/cpuinfo && echo SkylakeX)
-NUMERICS := $(addprefix tests/,attractors branches collocation flow loci models orbits reference \
+NUMERICS := $(addprefix tests/,branches collocation flow loci long_term models orbits reference \
 	structures thresholds) src/slipfold/collocation src/slipfold/flow src/slipfold/orbits \
 	src/slipfold/branches src/slipfold/loci
 # Where a last digit has decided something before.
@@ -85,9 +85,16 @@ SENSITIVE := $(addprefix tests/,collocation orbits reference structures \
 	branches/test_branch_points.py branches/test_autonomous.py branches/test_homoclinic.py \
 	branches/test_textbook_systems.py loci/test_textbook_systems.py)
 
+# Tests and figures start many processes: what they import is compiled once, also where the
+# environment has Python keep nothing.
+export PYTHONDONTWRITEBYTECODE =
+
 # One thread a process: the matrices are small, and the processes share the cores.
 test long thrown portable portable-quick: export OMP_NUM_THREADS = 1
 test long thrown portable portable-quick: export OPENBLAS_NUM_THREADS = 1
+
+# What runs long runs as it does for users.
+long thrown portable portable-quick: export SLIPFOLD_OPTIMISATION = 3
 
 lint: $(SETUP) ## check style and formatting
 	$(BIN)/ruff check .
@@ -101,9 +108,9 @@ layers: $(SETUP) ## check which layer imports which
 
 check: lint types layers ## lint, types and layers
 
-bench: $(BENCH_INSTALLED) ## compare with other programs (needs gfortran); PARTS="locus size" for some
+bench: $(BENCH_INSTALLED) ## compare with other programs (needs gfortran); PARTS="locus size" for some, PARTS=all for all
 	$(if $(OTHER_PARTS),$(BIN)/python bench/run.py $(OTHER_PARTS),)
-	$(if $(filter latency,$(PARTS)),$(BIN)/python bench/latency.py,)
+	$(if $(filter latency all,$(PARTS)),$(BIN)/python bench/latency.py,)
 	$(if $(PARTS),,$(BIN)/python bench/run.py && $(BIN)/python bench/latency.py)
 
 OTHER_PARTS = $(filter-out latency,$(PARTS))
@@ -113,7 +120,8 @@ docs: $(DOCS_INSTALLED) ## build the documentation into docs/_build/html
 
 lock: $(VENV_MADE) ## resolve the dependencies anew and write the lock files
 	$(PIP) install --quiet "uv>=0.8"
-	$(LOCK) --upgrade pyproject.toml --extra explore --group test --group dev -o requirements.lock
+	$(LOCK) --upgrade pyproject.toml --extra explore --extra cluster --extra sensitivity \
+		--group test --group dev -o requirements.lock
 	$(LOCK) --upgrade -c requirements.lock --group docs -o requirements-docs.lock
 	$(LOCK) --upgrade -c requirements.lock --group bench -o requirements-bench.lock
 	$(LOCK) --upgrade --group pyharm -o requirements-pyharm.lock
@@ -136,6 +144,7 @@ $(LOCK_INSTALLED): requirements.lock $(VENV_MADE)
 
 $(SETUP): pyproject.toml $(LOCK_INSTALLED)
 	$(PIP) install --quiet --no-deps --no-build-isolation -e .
+	@$(BIN)/python -m compileall -q src  # so that no command has to
 	@touch $@
 
 $(DOCS_INSTALLED): requirements-docs.lock $(SETUP)

@@ -15,6 +15,7 @@ import reference
 import size_report
 import stick_report
 import systems_report
+from many_cases import after_the_hopf_report, batch_report, study_report
 from slipfold.paper.tables import table
 from wording import magnitude, milliseconds, task_seconds, verdict
 
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from processes import Usage
     from run import Measured
 
-BEGIN = "<!-- bench: written by `python bench/run.py --readme` -->"
+BEGIN = "<!-- bench: written by `python bench/run.py all --readme` -->"
 END = "<!-- /bench -->"
 
 FASTER = 30
@@ -164,6 +165,9 @@ def parts_of(measured: Measured) -> list[tuple[Any, Any]]:
         (systems_report, measured.systems),
         (cycles_report, measured.cycles),
         (stick_report, measured.stick),
+        (study_report, measured.study),
+        (batch_report, measured.batch),
+        (after_the_hopf_report, measured.after_the_hopf),
     )
     return [(module, record) for module, record in parts if record]
 

@@ -1,8 +1,9 @@
 """slipfold beside other programs: time, memory and error, measured in one run.
 
-    python bench/run.py [PART ...] [--rounds 3] [--write FILE.md] [--readme]
+    python bench/run.py [PART ...] [--rounds 3] [--cases 2000] [--write FILE.md] [--readme]
 
-Parts are named below; without any, all of them. Every program runs in its own process, one after
+Parts are named below. Without any, those of ten minutes are measured in one round; `all` are all of
+them, which takes more than an hour. Every program runs in its own process, one after
 the other, round after round, so that all of them
 see the same machine; figures are medians. What is not installed is named and left out. The report
 is Markdown, on standard output; `--write` keeps it, `--readme` renews the table in README.md.
@@ -86,30 +87,46 @@ STICK_CONTENDERS: dict[str, tuple[str, ...]] = {
 }
 """The same of an oscillator that sticks and slips."""
 
+BATCH_CONTENDERS: dict[str, tuple[str, ...]] = {
+    "slipfold": ("peers/slipfold_batch.py", "--repeat", "3"),
+    "pynamicalsys": ("peers/pynamicalsys_batch.py", "--repeat", "2"),
+    "SciPy": ("peers/scipy_batch.py", "--repeat", "1"),
+}
+"""The same of many motions at once."""
+
 MAP = ("threshold_map.py", "--repeat", "1")
 
 ENSEMBLE = ("ensemble.py", "--repeat", "1")
 
 SIZE = ("size.py", "--repeat", "5")
 
+STUDY = "many_cases/measure.py"
+
+AFTER_THE_HOPF = ("many_cases/after_the_hopf.py", "--repeat", "1")
+
 FEW = 3
 """Rounds of what takes long."""
+
+STUDY_CASES = 2000
+"""Responses of the study."""
 
 CLOCKS = ("seconds", "solver_seconds", "processor_seconds")
 
 
-PARTS = (
+QUICK = (
     "responses",
     "locus",
     "thresholds",
     "ensemble",
     *SYSTEM_CONTENDERS,
-    *CYCLE_CONTENDERS,
     "stick",
-    "size",
+    "batch",
+    "after-the-hopf",
     "commands",
-    "paper",
 )
+"""What is measured where nothing is asked for: one round takes ten minutes of a quiet machine."""
+
+PARTS = (*QUICK, "size", "study", *CYCLE_CONTENDERS, "paper")
 
 
 class Measured(NamedTuple):
@@ -127,6 +144,9 @@ class Measured(NamedTuple):
     size: dict[str, Any]
     ensemble: dict[str, Any]
     stick: dict[str, dict[str, Any]]
+    study: dict[str, Any]
+    batch: dict[str, dict[str, Any]]
+    after_the_hopf: dict[str, Any]
 
 
 def note(sentence: str) -> None:
@@ -189,12 +209,36 @@ def ensemble(rounds: int) -> dict[str, Any]:
     return compete(rounds, {"slipfold": ENSEMBLE}, **processes.ONE_THREAD)[0]["slipfold"]
 
 
+def study(cases: int, responses: Mapping[str, dict[str, Any]]) -> dict[str, Any]:
+    """The record of a study, beside what AUTO's engine takes for one of its cases."""
+    few = () if cases >= STUDY_CASES else ("--largest", str(max(10 * cases, 100)))
+    contender = {"slipfold": (STUDY, "--cases", str(cases), *few)}
+    record = compete(1, contender, **processes.ONE_THREAD)[0]["slipfold"]
+    peers = [times for name, times in responses.items() if name.startswith("AUTO-07p")]
+    each = [
+        sum(median(times["solver_seconds"][task]) for task in ("period1", "period2"))
+        for times in peers
+        if "solver_seconds" in times
+    ]
+    return {**record, "auto": min(each, default=None)}
+
+
 def sizes() -> dict[str, Any]:
     """The record of the cost by size, with an empty cache, so that compiling is seen."""
     with tempfile.TemporaryDirectory() as folder:
         environment = {"SLIPFOLD_CACHE_DIR": folder, **processes.ONE_THREAD}
         records, _ = compete(1, {"slipfold": SIZE}, **environment)
     return records["slipfold"]
+
+
+def after_the_hopf(rounds: int) -> dict[str, Any]:
+    """The record of tori and of a picture of basins."""
+    records: dict[str, Any] = {}
+    for _ in range(rounds):
+        found = compete(1, {"slipfold": AFTER_THE_HOPF}, **processes.ONE_THREAD)[0]["slipfold"]
+        for what, record in found.items():
+            records.setdefault(what, {**record, "seconds": []})["seconds"] += record["seconds"]
+    return records
 
 
 def all_absent(responses: dict[str, str], others: dict[str, dict[str, str]]) -> dict[str, str]:
@@ -226,7 +270,7 @@ def commands(rounds: int) -> tuple[list[Usage], list[Usage]]:
         return first, [processes.response_process(Path(folder)) for _ in range(rounds)]
 
 
-def measure(parts: Collection[str], rounds: int) -> Measured:
+def measure(parts: Collection[str], rounds: int, cases: int = STUDY_CASES) -> Measured:
     """Measure the parts that are asked for."""
     few = min(rounds, FEW)
     empty: tuple[dict[str, dict[str, Any]], dict[str, str]] = ({}, {})
@@ -246,6 +290,9 @@ def measure(parts: Collection[str], rounds: int) -> Measured:
     stick, missing_there["stick"] = (
         compete(few, STICK_CONTENDERS, **processes.ONE_THREAD) if "stick" in parts else empty
     )
+    batch, missing_there["batch"] = (
+        compete(few, BATCH_CONTENDERS, **processes.ONE_THREAD) if "batch" in parts else empty
+    )
     first, cached = commands(rounds) if "commands" in parts else ([], [])
     return Measured(
         records,
@@ -260,23 +307,33 @@ def measure(parts: Collection[str], rounds: int) -> Measured:
         sizes() if "size" in parts else {},
         ensemble(few) if "ensemble" in parts else {},
         stick,
+        study(cases, records) if "study" in parts else {},
+        batch,
+        after_the_hopf(few) if "after-the-hopf" in parts else {},
     )
 
 
 def main() -> None:
     """Measure and report."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("parts", nargs="*", metavar="PART", help=f"some of {', '.join(PARTS)}")
-    parser.add_argument("--rounds", type=int, default=3, help="rounds (default 3)")
+    parser.add_argument(
+        "parts", nargs="*", metavar="PART", help=f"some of {', '.join(PARTS)}; or all"
+    )
+    parser.add_argument("--rounds", type=int, help="rounds (default 3; 1 where no part is named)")
+    parser.add_argument(
+        "--cases", type=int, default=STUDY_CASES, help=f"of the study (default {STUDY_CASES})"
+    )
     parser.add_argument("--write", type=Path, metavar="FILE", help="write the report to a file too")
     parser.add_argument("--readme", action="store_true", help="renew the table in README.md")
     options = parser.parse_args()
-    unknown = [part for part in options.parts if part not in PARTS]
+    unknown = [part for part in options.parts if part not in (*PARTS, "all")]
     if unknown:
         parser.error(f"there is no part {', '.join(unknown)}; there are {', '.join(PARTS)}")
-    if options.readme and options.parts:
-        parser.error("the tables in README.md are renewed as a whole: give --readme no parts")
-    measured = measure(options.parts or PARTS, options.rounds)
+    if options.readme and "all" not in options.parts:
+        parser.error("the tables in README.md are renewed as a whole: name all with --readme")
+    parts = PARTS if "all" in options.parts else options.parts or QUICK
+    rounds = options.rounds or (3 if options.parts else 1)
+    measured = measure(parts, rounds, options.cases)
     # Imported late: a process inherits the memory of the one that starts it as its least.
     from report import brief, renew, report
 

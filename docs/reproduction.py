@@ -39,7 +39,7 @@ def gather(output: Path, folder: Path) -> str:
         shutil.copy(path, folder)
     parts = ["## Figures"]
     for path in figures:
-        number = path.stem.removeprefix("figure")
+        number = path.stem.removeprefix("figure").replace("_", ", ")
         parts.append(f"### Figure {number}")
         # A path from the root of the pages: the text is included from another folder.
         parts.append(f"![Figure {number}](/_build/paper/{path.name})")

@@ -7,21 +7,12 @@ which stick_slip_study.py draws.
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 import slipfold as sf
-from slipfold.continuation.newton import correct
-from slipfold.loci.describe import pair_of
-from slipfold.loci.locus_equations import LocusEquations
-from slipfold.loci.one_locus import trace_locus
-from slipfold.loci.start import regular_start
-from slipfold.orbits.discretisations.switched_shooting import SwitchedShooting
-from slipfold.orbits.kinds import orbits_of
-from slipfold.orbits.stick_slip.touching_shooting import TouchingShooting
 
 FOLDER = Path(__file__).parent
 
@@ -37,25 +28,32 @@ FREQUENCY = 12.5
 BRANCH = 0.3
 """Pulsation at which the response is followed to where stick begins."""
 
-KEPT = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4)
-"""Slip that is kept on the way to the touch, over its size."""
-
 PERIODS, TOLERANCE = 150, 1e-4
 """Forcing periods that a motion is given to settle, and how far from settled it may be."""
+
+LONGER = 400
+"""Forcing periods after which motions under exact and regularised friction are compared."""
+
+SMOOTHED = (1e-2, 1e-3)
+"""Slip speed below which friction is smooth, over the speed of the plate."""
 
 
 def main() -> None:
     """Compute what is not in the files yet."""
     for law in LAWS:
         found = read(law)
-        if "loci" not in found:
-            found["loci"] = where_stick_begins(law)
+        if "locus" not in found:
+            found["locus"] = where_stick_begins(law)
             write(law, found)
     found = read("coulomb")
     for speed in SPEEDS:
         for pulsation in PULSATIONS:
             if key(speed, pulsation) not in found:
                 found[key(speed, pulsation)] = outcome("coulomb", float(speed), float(pulsation))
+                write("coulomb", found)
+            place = found[key(speed, pulsation)]
+            if "off" not in place:
+                place["off"] = off(float(speed), float(pulsation))
                 write("coulomb", found)
 
 
@@ -71,32 +69,14 @@ def write(law: str, found: dict[str, Any]) -> None:
     file.write_text(json.dumps(found, indent=0, sort_keys=True) + "\n")
 
 
-def where_stick_begins(name: str) -> list[list[list[float]]]:
-    """Return the locus of GRAZE of the response of period 1, as two lines from one place.
-
-    The response ends where slip is nearly zero, which is near enough to begin with.
-    """
+def where_stick_begins(name: str) -> list[list[float]]:
+    """Return speeds and pulsations at which the response of period 1 begins to stick."""
     oscillator = sf.SlidingOscillator(friction=LAWS[name], f=FREQUENCY, Nd=BRANCH)
-    branch = sf.response(oscillator, vary="Vd", span=(0.2, SPEEDS[0])).branches[0]
-    model = branch.orbit(-1).model
-    orbits = orbits_of(model, {"Vd": 0.3, "Nd": 0.9}, 1, 1, by=SwitchedShooting)
-    z = orbits.unknown(branch.nodes[-1][:1], model)
-    by = TouchingShooting.at(orbits.by, orbits.nodes(z), orbits.constants(z), "GRAZE")
-    z = orbits.described_by(by).adopt(orbits, z)
-    for kept in KEPT:
-        touch = replace(by.touch, level=kept)
-        nearer = TouchingShooting(by.model, by.free, by.period, touch, by.kind)
-        curve = LocusEquations(orbits.described_by(nearer), "GRAZE")
-        found = correct(curve, z, np.eye(1, len(z), len(z) - 1)[0])
-        if not found.converged:
-            return []
-        z = found.z
-    settings, window = sf.Settings(), ((0.005, 0.2), (0.0, 0.98))
-    trails = [
-        trace_locus(curve, point, window, settings)
-        for point in regular_start(curve, z, settings).points
-    ]
-    return [[pair_of(item.curve, item) for item in trail.points] for trail in trails]
+    alone = sf.Settings(largest_period=1)
+    found = sf.response(oscillator, vary="Vd", span=(0.2, SPEEDS[0]), settings=alone).special
+    graze = next(item.point for item in found if item.point.type == "GRAZE")
+    (locus,) = sf.locus(graze, ("Vd", "Nd"), ((0.005, 0.2), (0.0, 0.98)), switch=False).loci
+    return locus.values.tolist()
 
 
 def key(speed: float, pulsation: float) -> str:
@@ -119,6 +99,23 @@ def outcome(name: str, speed: float, pulsation: float) -> dict[str, float | str 
         "fraction": round(last.fraction, 9),
         "x": float(last.most[[state.name for state in motion.model.states].index("x")]),
     }
+
+
+def off(speed: float, pulsation: float) -> list[float | None]:
+    """Return by how much the largest x/L under regularised friction is off, smoothed less and less.
+
+    None where a motion has not settled, or on another period.
+    """
+    place = {"f": FREQUENCY, "Nd": pulsation, "Vd": speed}
+    exact = sf.simulate(sf.SlidingOscillator(friction=LAWS["coulomb"]), LONGER, **place)
+    found = list[float | None]()
+    for share in SMOOTHED:
+        law = sf.Regularised(LAWS["coulomb"], "sqrt", e=share * speed)
+        smooth = sf.simulate(sf.SlidingOscillator(friction=law), LONGER, **place)
+        alike = exact.settlement.period is not None is not smooth.settlement.period
+        alike = alike and exact.settlement.period == smooth.settlement.period
+        found.append(float(smooth.last_round.most[0] - exact.last_round.most[0]) if alike else None)
+    return found
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ It reads what stick_slip_map.py computes.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +27,8 @@ def main() -> None:
     """Draw the picture and write the table."""
     maps = {law: read(law) for law in LAWS}
     draw(maps)
-    (FOLDER / "stick_slip_motions.md").write_text(motions(maps["coulomb"]) + "\n")
+    (FOLDER / "stick_slip_motions.md").write_text(table(maps["coulomb"], said) + "\n")
+    (FOLDER / "stick_slip_smoothed.md").write_text(table(maps["coulomb"], smoothed) + "\n")
 
 
 def kind_of(place: dict[str, Any]) -> int:
@@ -42,9 +44,8 @@ def draw(maps: dict[str, Any]) -> None:
     with figure_style():
         figure, ax = plt.subplots(figsize=(5.6, 3.6), layout="constrained")
         for law, (name, dashes) in LINES.items():
-            for line, label in zip(maps[law]["loci"], (f"GRAZE, {name}", None), strict=True):
-                values = np.transpose(line)
-                ax.plot(*values, dashes, color="black", linewidth=1.3, label=label, zorder=1)
+            values = np.transpose(maps[law]["locus"])
+            ax.plot(*values, dashes, color="black", linewidth=1.3, label=f"GRAZE, {name}", zorder=1)
         seen = set()
         for v in SPEEDS:
             for n in PULSATIONS:
@@ -72,12 +73,12 @@ def filled(colour: str) -> dict[str, Any]:
     return {"markerfacecolor": colour, "markersize": 6, "zorder": 2, **edge}
 
 
-def motions(places: dict[str, Any]) -> str:
-    """Return what motions do in the end, as Markdown."""
+def table(places: dict[str, Any], says: Callable[[dict[str, Any]], str]) -> str:
+    """Return what is said of each place, as Markdown."""
     heads = ["$N_d$", *(f"$V_d$ = {v:g} m/s" for v in SPEEDS)]
     lines = [f"| {' | '.join(heads)} |", "|---" * len(heads) + "|"]
     for n in PULSATIONS[::-1]:
-        cells = [said(places[key(v, n)]) for v in SPEEDS]
+        cells = [says(places[key(v, n)]) for v in SPEEDS]
         lines.append(f"| {n:g} N | {' | '.join(cells)} |")
     return "\n".join(lines)
 
@@ -86,6 +87,11 @@ def said(place: dict[str, Any]) -> str:
     """Return what a motion does, in a few words."""
     period = "no period" if place["period"] is None else f"period {place['period']}"
     return f"{place['fraction']:.0%} stuck, {period}" if place["stops"] else f"slips, {period}"
+
+
+def smoothed(place: dict[str, Any]) -> str:
+    """Return by how much motions under regularised friction are off."""
+    return ", ".join("-" if item is None else f"{item:.0e}" for item in place["off"])
 
 
 if __name__ == "__main__":

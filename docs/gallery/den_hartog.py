@@ -85,7 +85,7 @@ def misses(unknown: np.ndarray, W: float, S: float) -> list[float]:
 for W, slip in ((0.3, 0.2), (0.6, 0.7)):
     motion, name = settled(W, slip), f"W = {W:g}, S = {slip:g}"
     guess = motion.last_round.most[0] + 1e-3, math.pi / W * (1 - motion.stuck_fraction) + 1e-3
-    x, length = fsolve(misses, guess, (W, slip), xtol=1e-14)
+    x, length = fsolve(misses, guess, (W, slip), xtol=1e-13)
     table.add(f"{name}: largest x", motion.last_round.most[0], x, "closed form", within=1e-10)
     time = motion.stuck_fraction * motion.forcing_period
     exact = 2 * (math.pi / W - length)

@@ -127,6 +127,9 @@ def measured(bench: Bench, records: dict[str, Any], **absent: str) -> Any:
         sizes(2.0),
         ensemble(),
         stick(bench),
+        {},
+        {},
+        {},
     )
 
 

@@ -56,8 +56,7 @@ def test_reference_cases(case):
     check(traced(case))
 
 
-@settings(max_examples=25)
-@given(
+any_parameters = given(
     vary=st.sampled_from(sorted(SPANS)),
     reverse=st.booleans(),
     f=st.floats(7, 15),
@@ -66,7 +65,22 @@ def test_reference_cases(case):
     alpha=st.floats(0, np.pi),
     Vd=st.floats(0.3, 1.2),
 )
+
+
+@settings(max_examples=15)
+@any_parameters
 def test_any_parameters(vary, reverse, f, share, mu, alpha, Vd):
+    check_response(vary, reverse, f, share, mu, alpha, Vd)
+
+
+@pytest.mark.long
+@settings(max_examples=200)
+@any_parameters
+def test_many_more_parameters(vary, reverse, f, share, mu, alpha, Vd):
+    check_response(vary, reverse, f, share, mu, alpha, Vd)
+
+
+def check_response(vary, reverse, f, share, mu, alpha, Vd):
     model = SlidingOscillator(f=f, Nd=share, mu=mu, alpha=alpha, Vd=Vd)
     span = SPANS[vary][::-1] if reverse else SPANS[vary]
     try:

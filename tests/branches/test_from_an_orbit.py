@@ -96,3 +96,12 @@ def test_doublings_do_not_depend_on_how_far_the_span_goes(last):
     diagram = sf.response(cycle, vary="c", span=(2.5, last), settings=settings)
     found = [item.point.value for item in diagram.special]
     assert found == pytest.approx([2.832445027863, 3.837358168410, 4.124214732075], abs=1e-10)
+
+
+@pytest.mark.parametrize("rounds", [2, 3, 7, 25, 48])
+def test_a_cycle_gone_round_several_times_is_the_cycle(rounds):
+    model = sf.built_in_models()["vanderpol-free"]()
+    once = sf.periodic_orbit(model)
+    found = sf.periodic_orbit(model, state=once.state, duration=rounds * once.duration)
+    assert found.duration == pytest.approx(once.duration, rel=1e-11)
+    assert found.multipliers == pytest.approx(once.multipliers, abs=1e-9)

@@ -297,7 +297,7 @@ def test_plot_options_of_another_kind_of_result(tmp_path):
     made_locus_diagram().save(path)
     for option, value, words in (
         ("--output", "y", "--output y is for responses and simulations"),
-        ("--measure", "max", "--measure max is for responses, but"),
+        ("--measure", "max", "--measure max is for responses and sweeps, but"),
         ("--kind", "phase", "x.nc is a bifurcation set; leave it out"),
     ):
         assert_refused(run("plot", str(path), option, value), words)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import pkgutil
 import signal
 from collections.abc import Callable
 from itertools import count
@@ -77,3 +78,9 @@ def test_what_is_put_together_is_not_interrupted(monkeypatch: pytest.MonkeyPatch
 
     assert interrupted(work)
     assert done == [300_000]
+
+
+@pytest.mark.parametrize("name", sorted(interruption.KEEPING))
+def test_what_keeps_what_is_finished_has_the_name_it_is_known_by(name: str) -> None:
+    function = pkgutil.resolve_name(name)
+    assert f"{function.__module__}.{function.__code__.co_qualname}" == name

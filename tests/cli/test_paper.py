@@ -15,8 +15,8 @@ def calls(monkeypatch):
     """Let the command report these instead of computing for half a minute."""
     made = {}
 
-    def reproduce(out, observer=None, *, processes):
-        made["processes"] = processes
+    def reproduce(out, observer=None, *, processes, tori, motions):
+        made.update(processes=processes, tori=tori, motions=motions)
         observer(PaperProgress(1, 30, "Nd_base", ("PD 0.0435789",)))
         return Reproduction(Path(out), (), (), **made.get("outcome", {}))
 
@@ -29,12 +29,17 @@ def test_done(calls):
     result = run("paper", "--out", "here", "--processes", "3")
     assert (result.exit_code, result.stderr) == (0, "")
     assert result.stdout == "0 files are in here; 0 of 0 claims are confirmed\n"
-    assert calls["processes"] == 3
+    assert (calls["processes"], calls["tori"], calls["motions"]) == (3, False, False)
 
 
 def test_one_process_a_processor_by_default(calls):
     run("paper")
     assert calls["processes"] >= 1
+
+
+def test_motions_are_drawn_if_asked_for(calls):
+    run("paper", "--motions")
+    assert calls["motions"]
 
 
 def test_interrupted(calls):

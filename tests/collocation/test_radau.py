@@ -135,3 +135,21 @@ def test_the_locus_of_a_stiff_fold_meets_the_equations_where_its_branch_did(monk
     assert fold.type == "LP"
     assert orbits.by.points.damps
     assert all(item.points.damps for item in schemes)
+
+
+def test_a_mesh_that_no_polynomials_are_found_on_is_not_called_a_lack_of_values():
+    from slipfold.branches.ends import failure_reason
+    from slipfold.continuation.newton import SINGULAR
+    from slipfold.continuation.walk import Failure
+
+    model = forced({"x": "v", "v": "F*cos(t) - 0.1*v - x - x^3"})
+    told = []
+    for by in (Collocation, Shooting):
+        orbits = ForcedOrbits(model, {"F": 1.0}, by=by)
+        row = np.eye(orbits.size + 1)[-1]
+        found = correct(orbits, np.append(np.zeros(orbits.size), 0.1), row, iterations=20)
+        last = orbits.point(found, 0.0)
+        told.append(failure_reason(orbits, last, Failure("failed", SINGULAR)))
+    assert [kind for kind, _ in told] == ["failed", "failed"]
+    assert "turns so sharply" in told[0][1]
+    assert "have no value" in told[1][1]

@@ -16,7 +16,11 @@ def schema(explorer):
     )
 
 
-@pytest.mark.parametrize("operation", [("/api/models", "GET"), ("/api/export", "POST")], ids=str)
+@pytest.mark.parametrize(
+    "operation",
+    [("/api/models", "GET"), ("/api/export", "POST"), ("/api/readings", "POST")],
+    ids=str,
+)
 def test_no_request_that_the_schema_describes_makes_the_server_fail(explorer, schema, operation):
     path, method = operation
 

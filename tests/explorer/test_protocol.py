@@ -258,3 +258,32 @@ def test_what_is_cancelled_is_not_answered(client):
     assert not any(answer["done"] for answer in answers[:-1])
     assert client.ask(diagram(11))["branches"]
     assert not any(answer["kind"] == "simulation" for answer in answers[20:])
+
+
+def test_a_motion_is_judged_as_lyapunov_judges_it_from_where_it_starts(client):
+    values = {"f": 12.5, "Nd": 0.02}
+    motion = {"model": "sliding", "parameters": values, "start": {"x": 0.1}, "nudge": {"vy": 0.5}}
+    client.send({"kind": "exponents", "id": 5, **motion})
+    *progress, last = client.until_done(5)
+    own = sf.lyapunov(sf.SlidingOscillator(**values), state={"x": 0.1, "vy": 0.5}, tolerance=1e-6)
+    assert last["exponents"] == own.exponents.tolist()
+    assert (last["kind_of_motion"], last["period"]) == ("periodic", 1)
+    assert last["message"] == own.verdict.message
+    assert all(answer["periods"] <= answer["total"] for answer in progress)
+
+
+def test_pictures_of_basins_keep_the_numbers_of_attractors(monkeypatch):
+    monkeypatch.setattr("slipfold.explorer.views.basins.FINER", (6, 11))
+    plane = {"x": {"name": "q", "span": [-4, 4]}, "y": {"name": "v", "span": [-4, 4]}}
+    asked = {"kind": "basins", "id": 1, "model": "duffing", "parameters": {"W": 1.2}, **plane}
+    told = []
+    Answering(Catalogue()).answer(parse_request(json.dumps(asked)), told.append, lambda: None)
+    coarse, fine = (answer for answer in told if "labels" in answer)
+    assert [answer["done"] for answer in (coarse, fine)] == [False, True]
+    assert told[-1] is fine
+    # Every other start of the finer picture is one of the coarser.
+    assert [row[::2] for row in fine["labels"][::2]] == coarse["labels"]
+    assert {label for row in fine["labels"] for label in row} == {1, 2}
+    assert [item["name"] for item in fine["attractors"]] == ["period 1", "period 1"]
+    counts = [sum(row.count(number) for row in fine["labels"]) for number in (1, 2)]
+    assert [item["share"] * 121 for item in fine["attractors"]] == pytest.approx(counts)

@@ -33,6 +33,11 @@ def coefficient(law, slip):
 
 
 def bristles(law, slip, z):
+    if isinstance(law, sf.Jenkins):
+        along, width = law.kt / law.mu_k * slip * z, law.kt / law.mu_k * law.e
+        knee = (abs(z) ** (law.exponent - 2) + 1e-4) / (1 + 1e-4)
+        loading = 0.5 * (along + np.hypot(along, width)) * knee
+        return law.kt / law.mu_k * slip - loading * z, law.mu_k * z
     level = 0.3 + 0.2 * np.exp(-((slip / 0.2) ** 2)) if isinstance(law, sf.LuGre) else law.mu_k
     rate = slip - law.s0 * np.hypot(slip, law.e) * z / level
     return rate, law.s0 * z + (law.s1 * rate if isinstance(law, sf.LuGre) else 0.0)
@@ -86,6 +91,36 @@ def test_stiff_bristles_in_large_reversing_slip(law):
     assert motion.stopped is None
     assert motion.strobe[-1] == pytest.approx(other.y[:, -1], rel=1e-6)
     assert motion.checked.agree
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        sf.Jenkins(kt=1e5),
+        pytest.param(sf.LuGre(mu_s=0.5, vs=0.2, s0=1e5), marks=pytest.mark.long),
+        pytest.param(sf.Dahl(s0=1e5), marks=pytest.mark.long),
+    ],
+)
+def test_the_response_of_stiff_friction_in_large_reversing_slip_is_found_and_followed(law):
+    # The slider of the first gives way within a millionth of the period: no response was found.
+    contact = sf.FrictionContact("x", law, load=1.0, Vd=0.0)
+    force = sf.HarmonicForce("x", F=30)
+    model = sf.Structure(
+        [[1.0]], [[0.1]], [[100.0]], names="x", contacts=contact, forcing=force, f=1.0
+    )
+    diagram = sf.response(model, vary="f", span=(1.0, 1.05))
+    (branch,) = diagram.branches
+    assert (branch.stopped.kind, diagram.checked.agree) == ("span", True)
+
+    def rates(t, q):
+        rate, mu = bristles(law, -q[1], q[2])
+        push = 30 * np.cos(2 * np.pi * 1.05 * t)
+        return [q[1], push - 0.1 * q[1] - 100 * q[0] + mu, rate]
+
+    first = branch.nodes[-1, 0]
+    end = solve_ivp(rates, (0, 1 / 1.05), first, method="Radau", rtol=1e-10, atol=1e-12).y[:, -1]
+    assert end == pytest.approx(first, rel=1e-6)
+    assert branch.extrema.of("vx")[1][-1] > 3
 
 
 @pytest.mark.long

@@ -2,6 +2,9 @@
 
 import math
 
+import numpy as np
+from scipy.integrate import solve_ivp
+
 import slipfold as sf
 
 
@@ -40,3 +43,22 @@ def sliding(pulsation, speed, static=0.5, **values):
     """The oscillator at 12.5 Hz with exact planar friction, mu_k = 0.5."""
     law = sf.Coulomb(mu_s=static, mu_k=0.5)
     return sf.SlidingOscillator(friction=law, f=12.5, Nd=pulsation, Vd=speed, **values)
+
+
+def highest_after_a_touch(speed, kinetic):
+    """The next largest velocity of the mass, over the belt's, from a touch of Vrel = 0."""
+
+    def rates(time, state):
+        x, v = state
+        friction = kinetic + (1 - kinetic) * np.exp(-abs((speed - v) / 0.5))
+        return v, friction - 0.1 * v - x
+
+    def turns(time, state):
+        return rates(time, state)[1]
+
+    turns.direction, turns.terminal = -1, True
+    # Friction is 1 at the touch, where the velocity stands still.
+    start, exact = (1 - 0.1 * speed, speed), {"method": "DOP853", "rtol": 1e-13, "atol": 1e-14}
+    first = solve_ivp(rates, (0, 1), start, **exact)
+    motion = solve_ivp(rates, (1, 20), first.y[:, -1], events=turns, **exact)
+    return motion.y[1, -1] - speed

@@ -110,7 +110,7 @@ def drawn_branch(
 
 
 def diagram_of(*branches):
-    return SimpleNamespace(branches=branches, interrupted=False)
+    return SimpleNamespace(branches=branches, tori=(), interrupted=False)
 
 
 def threshold_diagram(doubling, tori=(), *, criticality="supercritical", vary="Nd", slope=1.0):

@@ -24,6 +24,15 @@ def test_a_response_imports_no_loci():
     assert run(text) == "False"
 
 
+def test_no_public_name_imports_what_takes_a_second():
+    text = (
+        "import slipfold, sys\n"
+        "for name in slipfold.__all__: getattr(slipfold, name)\n"
+        "print({'scipy', 'xarray', 'pandas', 'matplotlib'} & set(sys.modules))"
+    )
+    assert run(text) == "set()"
+
+
 def test_type_checkers_find_the_same_names_in_the_same_places():
     tree = ast.parse(Path(slipfold.__file__).read_text())
     (block,) = (node for node in tree.body if isinstance(node, ast.If))

@@ -15,7 +15,7 @@ PARTS = [
     ((12.0, 12.3), (0.05, 0.1)),
     pytest.param(((12.45, 12.55), (0.04, 0.2)), marks=pytest.mark.long),
     pytest.param(((13.0, 13.5), (0.4, 0.9)), marks=pytest.mark.long),
-    ((12.05, 12.35), (0.4, 0.9)),
+    pytest.param(((12.05, 12.35), (0.4, 0.9)), marks=pytest.mark.long),
 ]
 
 

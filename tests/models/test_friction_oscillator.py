@@ -9,6 +9,7 @@ from scipy.integrate import solve_ivp
 
 import slipfold as sf
 from helpers.by_hand.sliding import BASE, rhs
+from slipfold.branches import trace_response
 from slipfold.errors import InputError
 from slipfold.flow.equations import build_equations
 from slipfold.models import SlidingOscillator
@@ -366,10 +367,10 @@ def test_orbit_of_the_base_case_under_regularised_friction():
     assert np.abs(orbit.multipliers + 1).min() < 1e-5
 
 
-def test_where_a_law_would_stick_the_branch_stops_and_a_smooth_one_goes_on():
+def test_where_a_law_would_stick_a_branch_in_slip_stops_and_a_smooth_one_goes_on():
     values = {"f": 7.0, "Vd": 0.1, "kext": 0.0}
     model = SlidingOscillator(friction=Stribeck(), **values)
-    stopped = sf.response(model, vary="Nd", span=(0, 0.6), settings=SINGLE).branches[0].stopped
+    stopped = trace_response(model, "Nd", (0, 0.6), settings=SINGLE)[0].stopped
     assert stopped.kind == "limit"
     assert stopped.reason.startswith("stick: the relative speed fell to 0.01 of Vd")
     smooth = model.replace(friction=Regularised(Coulomb(mu_k=0.5), "tanh", e=0.01))

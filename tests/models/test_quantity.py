@@ -66,6 +66,18 @@ def test_what_is_no_number_is_refused(text):
         parse_quantity(text, "m", "L")
 
 
+def test_a_unit_may_begin_with_one_over_after_a_blank():
+    for text in ("20 1/s", " 2e1\u202f1/s ", "20"):
+        assert parse_quantity(text, "1/s") == 20
+    assert parse_quantity("−0.5 1/m", "1/m") == -0.5
+    with pytest.raises(InputError, match=r"has the unit '/s'; give .* 1/s"):
+        parse_quantity("201/s", "1/s")
+    with pytest.raises(InputError, match="has the unit '1/s'"):
+        parse_quantity("20 1/s", "Hz")
+    with pytest.raises(InputError, match="is not a number"):
+        parse_quantity("20 2/s", "1/s")
+
+
 @pytest.mark.parametrize("value", [None, [1.0, 2.0], {}, 1j, 10**400])
 def test_what_is_no_text_and_no_number_is_refused(value):
     with pytest.raises(InputError, match="is not a number"):

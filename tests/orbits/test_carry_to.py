@@ -8,7 +8,7 @@ from slipfold.continuation.walk import Failure
 from slipfold.flow import patience
 from slipfold.flow.sizes.typical_sizes import measured
 from slipfold.orbits.carry_to import Straight, carry_to
-from slipfold.orbits.find_response import guess_orbit
+from slipfold.orbits.finding.find_response import guess_orbit
 from slipfold.orbits.forced_orbits import ForcedOrbits
 
 

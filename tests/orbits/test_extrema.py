@@ -8,7 +8,7 @@ import slipfold as sf
 from helpers.toy_models import LinearOscillator
 from slipfold.branches import Settings, Steps, trace_response
 from slipfold.models import SlidingOscillator
-from slipfold.orbits import periodic_orbit
+from slipfold.orbits import extrema, periodic_orbit
 
 CASES = [
     ({"f": 12.5, "Nd": 0.05}, 1),
@@ -32,6 +32,18 @@ def test_against_dense_sampling(values, period):
         beyond = 1e-7 * swing + 1e-11 * size
         assert dense.min() - beyond <= low <= dense.min() + 1e-11 * size
         assert dense.max() - 1e-11 * size <= high <= dense.max() + beyond
+
+
+@pytest.mark.parametrize(("values", "period"), CASES)
+def test_closer_looks_change_nothing(values, period, monkeypatch):
+    model = SlidingOscillator(**values)
+    orbit = periodic_orbit(model, period)
+    where = model, model.vector[None], orbit.nodes[None], period
+    found = extrema.find_extrema(*where)
+    monkeypatch.setattr(extrema, "ZOOMS", extrema.ZOOMS + 2)
+    closer = extrema.find_extrema(*where)
+    for one, other in ((found.minimum, closer.minimum), (found.maximum, closer.maximum)):
+        assert one == pytest.approx(other, rel=3e-13, abs=1e-15)
 
 
 def test_linear_response_in_closed_form():

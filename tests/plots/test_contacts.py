@@ -9,9 +9,9 @@ from matplotlib.figure import Figure
 
 import slipfold as sf
 from helpers.dry_friction import belt, den_hartog, sliding, two_masses
-from slipfold.attractors.contacts import find_contacts
 from slipfold.errors import InputError
 from slipfold.flow.switched.mode import Status
+from slipfold.long_term.contacts import find_contacts
 from slipfold.plots import (
     draw_friction_force,
     draw_hysteresis,

@@ -12,9 +12,9 @@ from helpers.hand_drawn import (
     drawn_point,
     threshold_diagram,
 )
-from slipfold.attractors import find_spectrum
 from slipfold.errors import InputError
 from slipfold.flow.simulate import simulate
+from slipfold.long_term import find_spectrum
 from slipfold.plots import (
     draw_family,
     draw_phase,

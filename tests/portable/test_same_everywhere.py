@@ -1,4 +1,4 @@
-"""Special points do not depend on the processor: linear algebra kernels, tolerance, lanes.
+"""Special points do not depend on the processor: linear algebra kernels, tolerance, lanes, code.
 
 The last digits of all numbers do. What is compared is what is stated, within the uncertainties
 stated beside it: the honest test of those.
@@ -28,6 +28,7 @@ ENVIRONMENTS = {
     "loose": {"SLIPFOLD_TOLERANCE": "3e-13"},
     "looser": {"SLIPFOLD_TOLERANCE": "1e-12"},
     "four lanes": {"SLIPFOLD_LANES": "4"},
+    "not optimised": {"SLIPFOLD_OPTIMISATION": "0"},
 }
 
 
@@ -44,7 +45,7 @@ def located(environment):
     """Special points by case and branch, computed by a process of its own."""
     run = subprocess.run(
         [sys.executable, "-W", "error", str(SCRIPT)],
-        env={**os.environ, **ENVIRONMENTS[environment]},
+        env={**os.environ, "SLIPFOLD_OPTIMISATION": "3", **ENVIRONMENTS[environment]},
         capture_output=True,
         text=True,
         check=False,

@@ -5,7 +5,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import slipfold as sf
-from helpers.dry_friction import belt
+from helpers.dry_friction import belt, sliding
 from slipfold.lines.of_branches import stretches_of
 from slipfold.plots.marks import marks_of
 
@@ -100,3 +100,93 @@ def test_slip_in_the_plane_touches_zero_at_one_place_from_both_sides():
     assert there.value == pytest.approx(back.value, abs=1e-9)
     assert abs(there.value - back.value) <= there.uncertainty + back.uncertainty
     assert there.nodes == pytest.approx(back.nodes, abs=1e-6)
+
+
+def test_a_response_goes_on_through_stick_by_itself():
+    model = sf.SlidingOscillator(f=12.5, Nd=0.3)
+    diagram = sf.response(model, vary="Vd", span=(0.06, 0.05), settings=ALONE)
+    (branch,) = diagram.branches
+    assert diagram.checked.checks[0].name.startswith("orbit beside GRAZE")
+    assert all(check.agrees for check in diagram.checked.checks)
+    assert branch.stopped.kind == "span"
+    (point,) = branch.special
+    assert point.type == "GRAZE"
+    assert point.value == pytest.approx(0.0552587111, abs=1e-10)
+    # What a simulated motion settles on.
+    assert branch.stuck_fraction[-1] == pytest.approx(0.053208237, abs=1e-9)
+    assert not branch.stuck_fraction[0] > 0
+
+
+@pytest.mark.parametrize("first", [0.04, 1.0])
+def test_where_a_response_begins_to_stick_does_not_depend_on_the_span(first):
+    # The unknown at which slip vanishes is over the width of the span.
+    model = sf.SlidingOscillator(f=9.0, Nd=0.5)
+    (branch,) = sf.response(model, vary="Vd", span=(first, 0.026), settings=ALONE).branches
+    (point,) = branch.special
+    assert point.type == "GRAZE"
+    assert point.value == pytest.approx(0.02622476638, abs=1e-10)
+    assert branch.stuck_fraction[-1] > 0
+
+
+def test_slip_in_the_plane_that_is_caught_for_good_ends_the_branch():
+    # Slip knows nothing of static friction, so it touches zero where it does above.
+    model = sliding(0.3, 0.06, static=0.6)
+    (branch,) = sf.response(model, vary="Vd", span=(0.06, 0.05), settings=ALONE).branches
+    (point,) = branch.special
+    assert point.type == "GRAZE"
+    assert point.value == pytest.approx(0.0552587111, abs=1e-10)
+    assert branch.stopped.kind == "limit"
+    assert branch.stopped.value == point.value
+    assert "no orbit was found that goes on beyond" in branch.stopped.reason
+
+
+def test_what_motions_settle_on_beyond_is_followed():
+    model = sliding(0.3, 0.05, static=0.6)
+    span = (0.05, 0.0502)
+    (branch,) = sf.response(model, vary="Vd", span=span, settled=True, settings=ALONE).branches
+    # What two other integrators came to, to all digits.
+    assert branch.stuck_fraction[0] == pytest.approx(0.073909323, abs=1e-9)
+    assert branch.stopped.kind == "span"
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("last", [0.056, 0.08])
+def test_the_orbits_that_it_is_caught_on_cease_elsewhere(last):
+    orbit = sf.periodic_orbit(sliding(0.3, 0.055, static=0.6))
+    (branch,) = sf.response(orbit, vary="Vd", span=(0.055, last), settings=ALONE).branches
+    assert branch.stopped.kind in ("limit", "failed")
+    assert "no orbit was found" in branch.stopped.reason or "no other" in branch.stopped.reason
+    end = branch.stopped.value
+    assert end == pytest.approx(0.05535172, abs=2e-8)
+    assert branch.stuck_fraction.min() > 0.018
+    begin = branch.orbit(-1).state
+    sticks, slips = (
+        sf.simulate(sliding(0.3, speed, static=0.6), 300, begin)
+        for speed in (end - 1e-6, end + 1e-6)
+    )
+    assert sticks.stuck_fraction == pytest.approx(branch.stuck_fraction[-1], abs=2e-3)
+    assert slips.stuck_fraction == 0
+
+
+def test_a_response_through_stick_does_not_lose_contact():
+    # Nd = Ns is no value that this model takes: contact is lost there, and not in motion.
+    (branch,) = sf.response(sf.SlidingOscillator(f=9.0), vary="Nd", span=(0, 1.5)).branches
+    assert branch.stopped.kind == "limit"
+    assert "lost contact" in branch.stopped.reason
+
+
+def test_a_response_on_a_belt_goes_through_stick_from_the_hopf_point_on():
+    law = sf.Stribeck(mu_s=1.0, mu_k=0.5, vs=0.5)
+    model = belt(law, 1.5, damping=0.1)
+    still, cycles = sf.response(model, vary="Vd", span=(1.9, 1.0)).branches
+    (hopf,) = still.special
+    assert hopf.value == pytest.approx(0.5 * np.log(10), abs=1e-9)
+    (point,) = cycles.special
+    assert point.type == "GRAZE"
+    # As in the test above, from the other side.
+    assert point.value == pytest.approx(1.836600972207926, abs=point.uncertainty)
+
+
+def test_an_orbit_that_sticks_is_not_taken_for_one_of_twice_its_period():
+    with pytest.raises(sf.InputError, match="the orbit found for period 2 has period 1"):
+        sf.periodic_orbit(sf.SlidingOscillator(f=12.5, Nd=0.9, Vd=0.02), period=2)

@@ -8,6 +8,7 @@ import pytest
 
 import slipfold as sf
 from helpers.command_line import run
+from slipfold.branches import trace_response
 
 BELT = """
 name = "belt"
@@ -203,13 +204,26 @@ def test_values_that_a_law_cannot_have_are_refused():
         model.replace(N=-1.0)
 
 
-def test_orbits_are_followed_in_slip():
-    pushed = BELT.replace("F - x", "F - x - 0.1*v + P*cos(t)").replace(
-        "N = 1.0", "N = 1.0\nP = 0.0"
-    )
-    model = sf.System.from_toml(f'{pushed}[forcing]\nperiod = "2*pi"\nquiet = "P"\n')
-    (branch,) = sf.response(model, "P", (0, 0.1)).branches
+def pushed():
+    """The mass with damping and a force."""
+    text = BELT.replace("F - x", "F - x - 0.1*v + P*cos(t)").replace("N = 1.0", "N = 1.0\nP = 0.0")
+    return sf.System.from_toml(f'{text}[forcing]\nperiod = "2*pi"\nquiet = "P"\n')
+
+
+def test_a_slip_that_touches_zero_is_caught_for_good():
+    (branch,) = sf.response(pushed(), "P", (0, 0.1)).branches
     # Friction that does not vary leaves a linear oscillator, which meets the belt's speed.
+    (point,) = branch.special
+    assert point.type == "GRAZE"
+    assert point.value == pytest.approx(0.3 * 0.1, abs=point.uncertainty)
+    assert point.uncertainty < 1e-11
+    assert branch.stopped.kind == "limit"
+    assert branch.stopped.value == point.value
+    assert "no orbit was found that goes on beyond" in branch.stopped.reason
+
+
+def test_orbits_in_slip_alone_end_at_the_limit_of_a_contact():
+    (branch,) = trace_response(pushed(), "P", (0, 0.1))
     assert branch.stopped.kind == "limit"
     assert branch.stopped.value == pytest.approx(0.99 * 0.3 * 0.1, rel=1e-9)
     assert "orbits are followed in slip" in branch.stopped.reason

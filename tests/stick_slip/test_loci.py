@@ -1,12 +1,14 @@
 """Loci of orbits that stick, and of where they begin to: against branches and other integrators."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import slipfold as sf
-from helpers.dry_friction import belt
+from helpers.dry_friction import belt, highest_after_a_touch
+from slipfold.checks.of_loci import check_loci
 
 ROWS = [0, 3, 6, -4, -1]
 
@@ -65,25 +67,6 @@ def doublings():
     return sf.locus(doubling_of(0.08, 0.5, 0.51), ("Vd", "f"), window, switch=False)
 
 
-def highest_after_a_touch(speed, kinetic):
-    """The next largest velocity of the mass, over the belt's, from a touch of Vrel = 0."""
-
-    def rates(time, state):
-        x, v = state
-        friction = kinetic + (1 - kinetic) * np.exp(-abs((speed - v) / 0.5))
-        return v, friction - 0.1 * v - x
-
-    def turns(time, state):
-        return rates(time, state)[1]
-
-    turns.direction, turns.terminal = -1, True
-    # Friction is 1 at the touch, where the velocity stands still.
-    start, exact = (1 - 0.1 * speed, speed), {"method": "DOP853", "rtol": 1e-13, "atol": 1e-14}
-    first = solve_ivp(rates, (0, 1), start, **exact)
-    motion = solve_ivp(rates, (1, 20), first.y[:, -1], events=turns, **exact)
-    return motion.y[1, -1] - speed
-
-
 def test_the_end_of_stick_is_a_curve(ends):
     (locus,) = ends.loci
     assert locus.type == "GRAZE"
@@ -117,6 +100,20 @@ def test_orbits_that_stick_double_their_period_on_the_curve(doublings, row):
     speed, frequency = locus.values[row]
     found = doubling_of(frequency, 0.99 * speed, 1.01 * speed)
     assert found.value == pytest.approx(speed, abs=1e-8)
+
+
+def test_a_locus_of_orbits_that_stick_is_checked_by_other_steps(doublings):
+    checked = doublings.checked
+    assert checked.count
+    assert {item.method for item in checked.checks} == {"other steps"}
+    assert "of locus 1 at" in checked.checks[0].name
+    assert checked.agree, str(checked)
+    (locus,) = doublings.loci
+    assert not check_loci([replace(locus, values=locus.values + 1e-6)]).agree
+
+
+def test_nothing_is_compared_where_orbits_only_touch(ends):
+    assert ends.checked.count == 0
 
 
 def test_no_orbit_on_the_curve_sticks_and_each_touches(ends):

@@ -63,3 +63,20 @@ def test_its_derivatives_are_those_of_differences(slipping):
         step = 1e-7 * np.eye(1, len(point.z), place)[0]
         apart = curve.defect(point.z + step) - curve.defect(point.z - step)
         assert jacobian[:, place] == pytest.approx(apart / 2e-7, abs=1e-4)
+
+
+def test_where_the_tip_begins_to_stick_is_a_curve_in_a_plane():
+    (graze,) = graze_over_speed(0.3, (0.06, 0.055))
+    window = (0.05, 0.06), (0.25, 0.35)
+    (locus,) = sf.locus(graze, ("Vd", "Nd"), window, switch=False).loci
+    assert (locus.begun.kind, locus.stopped.kind) == ("window", "window")
+    speed, pulsation = locus.values[0]
+    (again,) = graze_over_speed(pulsation, (1.05 * speed, 0.99 * speed))
+    assert speed == pytest.approx(again.value, abs=1e-8)
+
+
+def graze_over_speed(pulsation, span):
+    """Where the response begins to stick."""
+    alone = sf.Settings(largest_period=1)
+    found = sf.response(sliding(pulsation, span[0]), vary="Vd", span=span, settings=alone).special
+    return [item.point for item in found]

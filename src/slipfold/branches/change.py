@@ -1,4 +1,4 @@
-"""Where a branch leaves shooting for collocation: where shooting cannot go on."""
+"""Where a branch leaves shooting in slip: for collocation, or for stick and slip."""
 
 from __future__ import annotations
 
@@ -38,12 +38,13 @@ class _Before:
 
 
 class Change:
-    """Takes a branch up by collocation, once, where shooting had to end it, if settings let it."""
+    """Takes a branch up by other means, once, where shooting had to end it, if settings let it."""
 
     def __init__(self, settings: Settings, *, through_stick: bool = False) -> None:
         self._through_stick = through_stick and settings.discretisation == "automatic"
         self._automatic = settings.discretisation == "automatic"
         self._before: _Before | None = None
+        self._slipped: _Before | None = None
 
     def may_come(self, curve: OrbitCurve) -> bool:
         """Whether a branch may still be taken up."""
@@ -54,8 +55,12 @@ class Change:
         """Return as what a branch that has ended goes on, and from where; None if it does not."""
         end, last = trail.end, trail.points[-1]
         if not last.curve.orbits.by.smooth:
-            return beyond_seam(trail)
+            beyond = beyond_seam(trail)
+            if beyond is None:
+                self._say_of_stick(trail)
+            return beyond
         if end is not None and end.kind == "limit" and self._through_stick:
+            self._slipped = _Before(end, list(trail.points), list(trail.found))
             return through_stick(last.curve, last)
         if end is None or end.kind not in ("failed", "unresolved", GROWS):
             return None
@@ -68,6 +73,18 @@ class Change:
         except BREAKDOWNS:
             found = None
         return (last.curve, last) if found is None and end.kind == GROWS else found
+
+    def _say_of_stick(self, trail: Trail[OrbitPoint]) -> None:
+        """Go back to the limit of slip if nothing was found beyond it."""
+        before, end = self._slipped, trail.end
+        if before is None or end is None or end.kind != "failed":
+            return
+        if len(trail.found) > len(before.found):
+            return
+        reason = f"{before.end.reason}; no orbit was found that goes on into stick"
+        trail.end = End("limit", reason, before.end.values)
+        trail.points, trail.found = before.points, before.found
+        trail.curve = before.points[-1].curve
 
     def _restore(self, trail: Trail[OrbitPoint]) -> None:
         """Go back to what shooting came to, if collocation came no farther."""

@@ -42,6 +42,10 @@ NAMES = {
     "HB": "Hopf",
 }
 
+AT_ONCE = 1e-9
+"""Arclength beside a place where changes meet, or stick begins, within which they are at once: an
+interval between them shorter than 1e-11 of a period is not told from none."""
+
 
 def describe(found: Found) -> SpecialPoint:
     """Return what was located with its normal form and its uncertainties."""
@@ -72,6 +76,8 @@ def _describe_seam(orbits: Orbits, found: Found) -> SpecialPoint:
     moved, uncertain = np.inf, np.full(len(point.multipliers), np.inf)
     if again is not None:
         moved = SPREAD * abs(again.z[-1] - point.z[-1]) + rounding + SEAM_CLOSE
+        if found.type in ("MEET", "STICK"):
+            moved += AT_ONCE
         if isinstance(found, FoundTouch):
             moved += float(found.place.error[-1])
         uncertain = multiplier_change(point.multipliers, again.multipliers, point.monodromy)

@@ -19,6 +19,7 @@ from slipfold.continuation.settings import Stepping
 from slipfold.continuation.trail import Trail
 from slipfold.continuation.walk import Failure, walk
 from slipfold.errors import BREAKDOWNS
+from slipfold.orbits.discretisations.collocation import Collocation
 from slipfold.orbits.limits import limit_margins, loses_equations
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
@@ -34,6 +35,11 @@ LONGEST_OVER = 0.1
 SEVERAL = (
     "several multipliers are critical where it begins, as a symmetry makes them: several branches "
     "begin there, and in the one direction tried there is none"
+)
+
+UNSOLVED = (
+    "the motion turns so sharply that on an interval of the mesh no polynomials were found that "
+    "meet the equations; simulate goes on in implicit steps of any length"
 )
 
 CLOSE_TO_LIMIT = 5.0
@@ -103,7 +109,10 @@ def failure_reason(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[
         if margin < (CLOSE_TO_LIMIT - 1) * limit.bound:
             reason = limit.reason.format(value=margin + limit.bound)
             return "limit", f"{reason} (no orbit was found any nearer to the limit)"
-    if singular or SINGULAR in failure.reason:
+    met = SINGULAR in failure.reason
+    if met and not singular and isinstance(orbits.by, Collocation):
+        return failure.kind, UNSOLVED
+    if singular or met:
         reason = (
             "the orbit comes to where the equations have no value, such as the logarithm or root "
             "of what is negative or a quotient 0/0 (x/(1 - exp(-x)) is written 1/exprel(-x)), and "

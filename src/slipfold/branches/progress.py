@@ -25,9 +25,10 @@ class Progress:
     special
         Names of the special points found so far on it, e.g. ``("PD",)``.
     stage
-        ``"branches"``; once all are followed ``"normal forms"``, then ``"checks"``.
+        ``"branches"``; once all are followed ``"normal forms"``, ``"gradients"`` if they are asked
+        for, then ``"checks"``.
     done
-        How many normal forms or checks are finished.
+        How many normal forms, gradients or checks are finished.
     total
         How many there will be; None while that is not known.
     """

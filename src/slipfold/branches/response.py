@@ -181,7 +181,9 @@ def _begin(
         if not model.forced:
             return equilibrium_start(model, vary, first, last)
         orbits = forced_orbits(model, vary, abs(last - first), settings)
-        return orbits, response_start(orbits, first, math.copysign(1.0, last - first))
+        forward = math.copysign(1.0, last - first)
+        may = settings.discretisation != "shooting"
+        return response_start(orbits, first, forward, implicitly=may)
     except InputError:
         raise
     except BREAKDOWNS as error:

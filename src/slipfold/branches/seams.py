@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
+import numpy as np
+
 from slipfold.continuation.end import End
-from slipfold.continuation.pieces import ahead_of, locate_fold, locate_seam
+from slipfold.continuation.locate import LostCurveError
+from slipfold.continuation.pieces import ahead_of, locate_fold, locate_loss, locate_seam
 from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Sight, Stop, Stretch, Trail
 from slipfold.continuation.vanishing import Vanishing, beyond_vanishing, locate_vanishing
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.switched.mode import Mode, Status
+from slipfold.orbits.discretisations.switched_shooting import SwitchedShooting
 from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
+from slipfold.orbits.stick_slip.touching_shooting import TouchingShooting
 
 __all__ = ["NAMES", "SEAM", "Seams", "beyond_seam"]
 
@@ -33,8 +39,12 @@ NEAR = 1e-4
 """Slip in the plane, over its size, or square of a stuck interval, in phases, below which it is
 looked whether it vanishes ahead."""
 
-LEAST = 1e-6
-"""What is left of it where orbits are computed; nearer to zero the equations become stiff."""
+LEAST = (1e-6, 8e-6, 6.4e-5)
+"""What is left of it where orbits are computed; nearer to zero the equations become stiff: the less
+the nearer, where they can be integrated."""
+
+NEARLY = 1e-6
+"""Arclength beyond the last orbit within which slip that touches zero is why there is no other."""
 
 AHEAD = 0.02
 """Arclength within which it vanishes then."""
@@ -50,11 +60,23 @@ class FoundTouch(Found[OrbitPoint]):
     place: Vanishing[OrbitPoint]
 
 
+APART = 1e-4
+"""Distance of two orbits, where one piece ends and the next begins, that have nothing in common."""
+
+CAUGHT = (
+    "the orbit sticks, and no other was found beyond: a contact only just comes to rest there, "
+    "and static friction that is more than kinetic catches it for good or not at all; simulate "
+    "shows what motions do"
+)
+
+
 class Seams:
     """Ends a smooth piece of a branch where its orbits begin to pass through other modes."""
 
     def __init__(self, orbits: OrbitCurve) -> None:
         self._orbits = orbits
+        by = orbits.orbits.by
+        self._slips_in_planes = isinstance(by, SwitchedShooting) and by.slips_in_planes
 
     def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:
         """Return the last orbit with the modes of the piece, and the first with others."""
@@ -64,16 +86,43 @@ class Seams:
             return touch
         if before.piece == after.piece:
             return Sight()
-        seam = locate_seam(self._orbits, stretch.known, before, after)
+        try:
+            seam = locate_seam(self._orbits, stretch.known, before, after)
+        except LostCurveError:
+            lost = self._lost(stretch)
+            if lost is None:
+                raise
+            return lost
         kind = _kind(seam.before.piece, seam.after.piece)
         found = Found(kind, seam.before, float("inf"))
         end = _end(kind, self._orbits, seam.before)
-        return Sight([found], Stop(seam.before, end, beyond=seam.after))
+        apart = float(np.linalg.norm(seam.after.z - seam.before.z))
+        beyond = seam.after if apart < APART else None
+        return Sight([found], Stop(seam.before, end, beyond=beyond))
+
+    def _lost(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint] | None:
+        """Return where orbits cease in the plane, where ever shorter steps come no farther.
+
+        What follows a stop that only just happens goes as the square root of the way to its end.
+        """
+        if not self._slips_in_planes:
+            return None
+        last = locate_loss(self._orbits, stretch.known, stretch.before, stretch.point)
+        left = None if last is None else self._left(last)
+        if last is None or (left is not None and left < NEAR):  # it vanishes: nearer it is seen
+            return None
+        return Sight(stop=Stop(last, End("failed", CAUGHT, self._orbits.place(last.z))))
+
+    def _left(self, point: OrbitPoint) -> float | None:
+        """Return what is left of slip, or of a stop, that vanishes; None where none is slow."""
+        orbits = point.curve.orbits
+        assert isinstance(orbits, Orbits)
+        return orbits.left_to_touch(point)
 
     def _touch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint] | None:
         """Return where slip in the plane begins or ceases to touch zero, if that is near."""
         orbits, before, after = self._orbits, stretch.before, stretch.point
-        if not isinstance(orbits, Orbits) or not orbits.by.slips_in_planes:
+        if not isinstance(orbits, Orbits) or not self._slips_in_planes:
             return None
         start, ahead = before, 2 * (after.arclength - before.arclength)
         if before.piece == after.piece:
@@ -81,13 +130,20 @@ class Seams:
             left, was = orbits.left_to_touch(after), orbits.left_to_touch(before)
             if left is None or was is None or not left < min(was, NEAR):
                 return None
-        place = locate_vanishing(orbits, start, orbits.left_to_touch, LEAST, ahead)
+        places = (
+            locate_vanishing(orbits, start, orbits.left_to_touch, least, ahead) for least in LEAST
+        )
+        place = next(filter(None, places), None)
         if place is None:
             return None
         point = replace(place.nearest, z=place.z)
         found = FoundTouch("GRAZE", point, float("inf"), place=place)
         end = _end("GRAZE", orbits, point)
-        return Sight([found], Stop(place.nearest, end, beyond=beyond_vanishing(orbits, place)))
+        beyond = beyond_vanishing(orbits, place)
+        left = None if beyond is None else orbits.left_to_touch(beyond)
+        if left is None or left > NEAR:  # it was caught for long: another orbit, apart from this
+            beyond = None
+        return Sight([found], Stop(place.nearest, end, beyond=beyond))
 
 
 def _fold(trail: Trail[OrbitPoint]) -> None:
@@ -98,6 +154,8 @@ def _fold(trail: Trail[OrbitPoint]) -> None:
     except BREAKDOWNS:
         seam = None
     if seam is None:
+        with suppress(*BREAKDOWNS):
+            _last_touch(trail)
         return
     kind = _kind(seam.before.piece, seam.after.piece)
     trail.found.append(Found(kind, seam.met, float("inf")))
@@ -105,8 +163,33 @@ def _fold(trail: Trail[OrbitPoint]) -> None:
     trail.end = _end(kind, last.curve, seam.before)
 
 
+def _last_touch(trail: Trail[OrbitPoint]) -> None:
+    """Note where the branch ends since slip that touches zero there is caught for good."""
+    last = trail.points[-1]
+    orbits = last.curve.orbits
+    nodes, constants = orbits.nodes(last.z), orbits.constants(last.z)
+    if not isinstance(orbits.by, SwitchedShooting) or isinstance(orbits.by, TouchingShooting):
+        return
+    by = TouchingShooting.at(orbits.by, nodes, constants, "GRAZE")
+    if by is None or by.touch.level:  # slip in the plane vanishes in its own way
+        return
+    curve = last.curve.described_by(by)
+    again = curve.retaken(last)
+    if again is None:
+        return
+    value, *slopes = by.touched(curve.orbits.nodes(again.z), curve.orbits.constants(again.z))
+    left = -value / float(np.concatenate(slopes) @ again.tangent)
+    if 0 <= left <= NEARLY:
+        point = replace(again, z=again.z + left * again.tangent, arclength=last.arclength + left)
+        trail.found.append(Found("GRAZE", point, float("inf")))
+        trail.end = _end("GRAZE", curve, point)
+
+
 def _end(kind: str, curve: OrbitCurve, point: OrbitPoint) -> End:
-    reason = f"{NAMES[kind]}; no orbit was found that goes on beyond"
+    reason = (
+        f"{NAMES[kind]}; no orbit was found that goes on beyond; to follow what motions settle on "
+        "there, begin there with settled=True, on the command line with --settled"
+    )
     return End(SEAM, reason, curve.place(point.z))
 
 
@@ -116,11 +199,19 @@ def beyond_seam(trail: Trail[OrbitPoint]) -> tuple[OrbitCurve, OrbitPoint] | Non
         _fold(trail)
     if trail.end is None or trail.end.kind != SEAM:
         return None
+    beyond = _next_piece(trail)
+    if beyond is None:
+        trail.end = End("limit", trail.end.reason, trail.end.values)
+    return beyond
+
+
+def _next_piece(trail: Trail[OrbitPoint]) -> tuple[OrbitCurve, OrbitPoint] | None:
     after = trail.points[-1]
-    if len(trail.points) > 1 and trail.points[-2].piece == after.piece:  # nothing is beyond
+    before = after if len(trail.points) == 1 else trail.points[-2]
+    if len(trail.points) > 1 and before.piece == after.piece:  # nothing is beyond
         return None
     curve = after.curve
-    found = ahead_of(curve, after)
+    found = ahead_of(curve, before, after)
     if found is None:
         return None
     # Nothing is interpolated across the seam: it is another curve.

@@ -34,7 +34,7 @@ class Settings(Stepping):
         adapts itself, for stiff motion and for motion that grows and decays by many orders of
         magnitude within a period. Special points are the same. ``"automatic"`` is shooting, which
         is quicker, and on each branch collocation from where shooting cannot go on; from its
-        beginning where the fastest vibration turns 500 times within a period, of forced orbits if
+        beginning where the fastest vibration turns 200 times within a period, of forced orbits if
         it decays as well.
 
     Examples

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -9,18 +10,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.models.model import Model
+from slipfold.models.parameter import DURATION
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
+from slipfold.orbits.stick_slip.touch import TOUCHED
 from slipfold.text.one_line import OneLine, certain, number_text, parameter_text
 from slipfold.text.printed_table import PrintedTable
 
-__all__ = ["ALIKE", "BIFURCATIONS", "SpecialPoint"]
+__all__ = ["ALIKE", "BIFURCATIONS", "LOCUS_TYPES", "SpecialPoint", "sensitive_to"]
 
 ALIKE = 1e-6
 """Multipliers this near to each other are one that is there more than once."""
 
 BIFURCATIONS = ("LP", "PD", "NS", "BP", "HB")
 """Types of bifurcation: fold, period doubling, Neimark-Sacker, branch point, Hopf."""
+
+LOCUS_TYPES = ("LP", "PD", "NS", "BP", "HB", *TOUCHED)
+"""Types of special points that have a locus in two parameters."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -69,6 +75,10 @@ class SpecialPoint(OneLine):
     stuck_fraction
         Share of the period in which a contact sticks; NaN of an orbit along which contacts slip
         in one direction all the time.
+    gradients
+        Derivatives of `value` with respect to the other parameters of the model, by name, in SI
+        units: NaN where there is none. None of what has no locus, and unless they were asked for,
+        see `slipfold.gradients`.
     """
 
     type: str
@@ -87,6 +97,7 @@ class SpecialPoint(OneLine):
     coefficient: float | None = None
     leads_to: int | None = None
     stuck_fraction: float = np.nan
+    gradients: Mapping[str, float] | None = None
 
     def __post_init__(self) -> None:
         """Lock the arrays."""
@@ -174,3 +185,9 @@ class SpecialPoint(OneLine):
             upper = self.multipliers[self.multipliers.imag > 0]
             return complex(upper[np.argmin(np.abs(np.abs(upper) - 1))])
         return complex(self.multipliers[np.argmin(np.abs(self.multipliers - target))])
+
+
+def sensitive_to(model: Model, vary: str) -> tuple[str, ...]:
+    """Return the parameters with which special points move: all but the one followed."""
+    names = (item.name for item in model.parameters)
+    return tuple(name for name in names if name not in (vary, DURATION.name))

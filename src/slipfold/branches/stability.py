@@ -1,7 +1,8 @@
-"""How the orbits stand on each stretch of a branch between two bifurcations."""
+"""How the orbits stand on each stretch of a branch, and where it first loses its stability."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -12,7 +13,7 @@ from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
 from slipfold.text.stability import outside
 
-__all__ = ["StabilityStretch", "stability_stretches"]
+__all__ = ["StabilityStretch", "loss_of_stability", "stability_stretches"]
 
 Multipliers = NDArray[np.complex128]
 
@@ -70,6 +71,20 @@ def stability_stretches(branch: Branch) -> tuple[StabilityStretch, ...]:
             outside = _behind(marks[i - 1], len(stretches[-1].outside), cycle)
         stretches.append(StabilityStretch(begin, end, outside))
     return tuple(stretches)
+
+
+def loss_of_stability(branch: Branch) -> SpecialPoint | None:
+    """Return the bifurcation by which a branch that begins stable first becomes unstable."""
+    stable = branch.stable
+    if not stable[0]:
+        return None
+    lost = len(stable) if stable.all() else int(stable.argmin())
+    begin = branch.arclength[lost - 1]
+    end = branch.arclength[lost] if lost < len(stable) else math.inf
+    for point in branch.special:
+        if point.type in BIFURCATIONS and begin < point.arclength <= end:
+            return point
+    return None
 
 
 def _outside(multipliers: Multipliers) -> Multipliers:

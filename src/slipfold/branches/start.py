@@ -17,7 +17,7 @@ from slipfold.orbits.discretisations.segments import Cut
 from slipfold.orbits.discretisations.shooting import Shooting
 from slipfold.orbits.discretisations.switched_shooting import SwitchedShooting
 from slipfold.orbits.equilibria import Equilibria
-from slipfold.orbits.find_response import find_response
+from slipfold.orbits.finding.find_response import find_response
 from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.orbits.kinds import orbits_of
 from slipfold.orbits.limits import broken_limit
@@ -54,9 +54,11 @@ class Begin:
         return replace(self, orbit=replace(self.orbit, model=model))
 
 
-def response_start(orbits: ForcedOrbits, value: float, forward: float) -> OrbitPoint:
+def response_start(
+    orbits: ForcedOrbits, value: float, forward: float, *, implicitly: bool
+) -> tuple[ForcedOrbits, OrbitPoint]:
     """Return the response of period 1 at a value of the parameter."""
-    correction = find_response(orbits, value)
+    orbits, correction = find_response(orbits, value, implicitly=implicitly)
     if correction.converged:
         correction = correct(orbits, correction.z, hold_parameter(orbits.size) * forward)
     if not correction.converged:
@@ -64,7 +66,7 @@ def response_start(orbits: ForcedOrbits, value: float, forward: float) -> OrbitP
             f"no response of period 1 was found at {orbits.vary} = {value:g}: "
             f"{correction.failure}; start the span elsewhere"
         )
-    return _first_point(orbits, correction, value)
+    return orbits, _first_point(orbits, correction, value)
 
 
 def equilibrium_start(

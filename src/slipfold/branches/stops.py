@@ -17,8 +17,9 @@ from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["STANDS_STILL", "Families", "Limits", "Undetermined", "Unresolved"]
 
-FAMILY = 200
-"""Orbits with one value of the parameter after which a family is followed no farther."""
+FAMILY = 150
+"""Orbits with one value of the parameter after which a family is followed no farther: round a
+centre they are thirty thousand times as large then, soon beyond what rounding lets be corrected."""
 
 NEUTRAL = 1e-4
 """Test function of a fold below which a multiplier is one: all orbits of a family have one."""

@@ -29,7 +29,8 @@ class Check(OneLine):
         What it is, and where, e.g. ``"PD of branch 1 at Nd = 0.0435789 N"``.
     method
         ``"collocation"``, or ``"quadrature"`` where the motion alone was held against its
-        equations, or ``"other steps"`` where it was integrated again, or ``"forces"`` where
+        equations, or ``"other steps"`` where it was integrated again, ``"implicit
+        steps"`` where that is the only way, or ``"forces"`` where
         what contacts bear and where they change was held against friction.
     difference
         Largest difference: of states in their scales or as a share of the largest of them, of

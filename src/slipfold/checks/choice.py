@@ -102,7 +102,7 @@ def _check(candidate: Candidate, left: float, *, first: bool) -> tuple[float, Ch
                 return cost, Check(candidate.name, "collocation", found.value, allowed)
             if first:
                 found = retraced_difference(orbit)
-                return 0.0, Check(candidate.name, "quadrature", found.value, found.allowed)
+                return 0.0, Check(candidate.name, found.method, found.value, found.allowed)
     except np.linalg.LinAlgError:
         return left, Check(candidate.name, "collocation", np.inf, ALLOWED)
     return 0.0, None

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+
 from slipfold.branches.branch import Branch
 from slipfold.branches.progress import Observer, Progress
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.checks.checked import Checked
 from slipfold.checks.choice import Candidate, check_some
+from slipfold.flow.switched.mode_equations import contacts_of
 from slipfold.text.one_line import parameter_text
 
 __all__ = ["check_branches"]
@@ -46,7 +49,24 @@ def _each(*groups: Iterator[Candidate]) -> Iterator[Candidate]:
 
 def _special(branch: Branch, point: SpecialPoint) -> Candidate:
     name = f"{point.type} of branch {branch.id} at {_at(branch, point.value)}"
+    planar = any(len(each.slip) == 2 for each in contacts_of(branch.model))
+    if point.type == "GRAZE" and planar:
+        return _beside_graze(branch, point, name)
     return Candidate(name, point.orbit, branch.kind == "equilibrium")
+
+
+def _beside_graze(branch: Branch, point: SpecialPoint, name: str) -> Candidate:
+    """Return the orbit beside a graze in the plane, one that always slips if there is one.
+
+    Slip that vanishes there has no direction, so nothing carries a motion through it; and stops
+    that only just happen change as square roots, which differences of motions cannot tell.
+    """
+    away = np.abs(branch.arclength - point.arclength)
+    if branch.stuck_fraction is not None and not (branch.stuck_fraction > 0).all():
+        away[branch.stuck_fraction > 0] = np.inf
+    index = int(away.argmin())
+    place = _at(branch, float(branch.parameter[index]))
+    return Candidate(f"orbit beside {name}, at {place},", branch.orbit(index), False)
 
 
 def _ends(branch: Branch) -> Iterator[Candidate]:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-import numpy as np
-
+from slipfold.branches.seams import NAMES as SEAMS
 from slipfold.checks.checked import Checked
 from slipfold.checks.choice import Candidate, check_some
 from slipfold.loci.locus import Locus
 from slipfold.loci.progress import LocusObserver, LocusProgress
+from slipfold.orbits.stick_slip.touch import TOUCHED
 from slipfold.text.one_line import parameter_text
 
 __all__ = ["check_loci"]
@@ -33,14 +33,15 @@ def check_loci(loci: Sequence[Locus], observer: LocusObserver | None = None) -> 
 
 
 def _candidates(loci: Sequence[Locus]) -> Iterator[Candidate]:
+    # An orbit that only just touches changes in another order beside it: nothing to compare.
+    loci = [locus for locus in loci if len(locus) and locus.type not in TOUCHED]
     for index, word in ((-1, "end"), (0, "beginning")):
-        # An orbit that only just touches changes in another order beside it: nothing to compare.
-        for locus in (locus for locus in loci if len(locus) and locus.stuck_fraction is None):
+        for locus in loci:
             name = f"{word} of locus {locus.id} at {_at(locus, locus.values[index])}"
             yield Candidate(name, locus.orbit(index), locus.kind == "equilibrium")
     ranked = [(rank, locus, point) for locus in loci for rank, point in enumerate(locus.special)]
     for _, locus, point in sorted(ranked, key=lambda item: item[0]):
-        if not np.isnan(point.stuck_fraction):
+        if point.type in SEAMS:
             continue
         name = f"{point.type} of locus {locus.id} at {_at(locus, point.values)}"
         yield Candidate(name, point.orbit, locus.kind == "equilibrium")

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.checks.implicit_drift import implicit_drift
 from slipfold.checks.retraced import SMALL, Motion, Retraced, retrace
 from slipfold.collocation.condensation import Condensed, Iterate, condense
 from slipfold.collocation.multipliers import multiplier_difference, product, without_motion
@@ -36,6 +37,10 @@ Complex = NDArray[np.complex128]
 
 ALLOWED = 1e-8
 """Difference of states (scaled), duration and multipliers (relative) that is allowed."""
+
+INSIDE = 1e-6
+"""The same of states that follow others at once: ends of intervals are then no better than what is
+inside, and for that meshes are made."""
 
 PIECES = 24
 """Pieces of a forcing period at least: each is held against the equations at 12 points."""
@@ -62,6 +67,7 @@ class Difference:
 
     value: float
     allowed: float
+    method: str = "quadrature"
 
     @property
     def excess(self) -> float:
@@ -108,11 +114,18 @@ def _excess(differences: tuple[Difference, Difference]) -> float:
 
 
 def retraced_difference(orbit: PeriodicOrbit) -> Difference:
-    """Return how far an orbit fails to satisfy its equations, which takes no derivatives."""
+    """Return how far an orbit fails to satisfy its equations, which takes no derivatives.
+
+    Where no pieces are short enough for that since something decays too fast, it is how far
+    implicit steps lead beside it.
+    """
     flow = flow_of(orbit.model)
     retraced = retrace(
         flow, orbit.model.state_scales(), motion_of(orbit, flow, PIECES * orbit.period)
     )
+    stiff = None if retraced.resolved else implicit_drift(orbit, flow)
+    if stiff is not None:
+        return Difference(stiff, INSIDE, "implicit steps")
     return Difference(retraced.drift, ALLOWED)
 
 

@@ -7,7 +7,7 @@ on every piece. A step that went over something is seen at the points between it
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,6 +79,7 @@ class Retraced:
     # Whether the pieces cover the motion, rather than a part that satisfies the equations
     whole: bool
     tried: int  # number of pieces that were held against the equations
+    resolved: bool = True  # whether the pieces are short enough for that
 
     @property
     def size(self) -> float:
@@ -146,7 +147,8 @@ def retrace(flow: Flow, scales: Array, motion: Motion) -> Retraced:
         if not len(waiting.ends):
             return _joined(done, motion, scales, end, tried)
         if tried > TRIED or not np.isfinite(waiting.lacking).all():
-            return _joined([first], motion, scales, float(motion.phases[-1]), tried)
+            found = _joined([first], motion, scales, float(motion.phases[-1]), tried)
+            return replace(found, resolved=False)
         if len(waiting.ends) > ABREAST:
             end = float(waiting.pieces.begin[ABREAST])
             waiting = waiting.some(np.arange(len(waiting.ends)) < ABREAST)

@@ -7,15 +7,24 @@ from typing import Annotated
 import typer
 
 from slipfold.cli.commands import Commands
+from slipfold.cli.design_space.design import design
+from slipfold.cli.design_space.uncertainty import uncertainty
 from slipfold.cli.explore import explore
 from slipfold.cli.locus import locus
-from slipfold.cli.lyapunov import lyapunov
+from slipfold.cli.long_term.attractors import attractors
+from slipfold.cli.long_term.basin_fractions import basin_fractions
+from slipfold.cli.long_term.basins import basins
+from slipfold.cli.long_term.lyapunov import lyapunov
+from slipfold.cli.long_term.regimes import regimes
+from slipfold.cli.long_term.sweep import sweep
+from slipfold.cli.measured import fit, measure, plan
 from slipfold.cli.models import models
 from slipfold.cli.paper import paper
 from slipfold.cli.plot import plot
 from slipfold.cli.response import response
 from slipfold.cli.simulate import simulate
 from slipfold.cli.status import say
+from slipfold.cli.studies.study import study
 
 __all__ = ["app"]
 
@@ -44,5 +53,27 @@ def start(context: typer.Context, version: Version = False) -> None:
         raise typer.Exit
 
 
-for command in (response, locus, simulate, lyapunov, paper, models, plot, explore):
+COMMANDS = (
+    response,
+    locus,
+    simulate,
+    lyapunov,
+    attractors,
+    basins,
+    basin_fractions,
+    sweep,
+    regimes,
+    study,
+    uncertainty,
+    design,
+    measure,
+    fit,
+    plan,
+    paper,
+    models,
+    plot,
+    explore,
+)
+
+for command in COMMANDS:
     app.command()(command)

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from importlib.util import find_spec
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from slipfold.cli.case_file import equations_file, find_model
 from slipfold.cli.status import note, say
 from slipfold.errors import InputError
+
+if TYPE_CHECKING:
+    from slipfold.results.studies.study_result import StudyResult
 
 __all__ = ["explore"]
 
@@ -19,7 +22,10 @@ MOST_WORKERS = 64
 
 File = Annotated[
     str | None,
-    typer.Argument(metavar="[FILE]", help="A model of your own to offer first, e.g. case.toml."),
+    typer.Argument(
+        metavar="[FILE]",
+        help="A model of your own to offer first, e.g. case.toml, or a study, e.g. study.nc.",
+    ),
 ]
 Port = Annotated[str, typer.Option(metavar="N", help="Port to listen on; 0 is any free one.")]
 Browser = Annotated[bool, typer.Option("--no-browser", help="Do not open the page.")]
@@ -54,7 +60,8 @@ def explore(
         )
     from slipfold.explorer.serve import default_workers, serve
 
-    given = None if file is None else find_model(file, {})
+    study = _study(file) if file is not None and file.endswith(".nc") else None
+    given = study.model if study else None if file is None else find_model(file, {})
     if public_bind is not None:
         note(
             f"listening on {public_bind} for other machines: whoever has the address with its "
@@ -63,6 +70,7 @@ def explore(
     serve(
         given,
         None if file is None else equations_file(file),
+        study=study,
         port=_whole(port, "--port", 0, 2**16 - 1),
         public=public_bind,
         workers=default_workers()
@@ -71,6 +79,18 @@ def explore(
         browser=not no_browser,
         say=say,
     )
+
+
+def _study(file: str) -> StudyResult:
+    from slipfold.results.load import load
+    from slipfold.results.studies.study_result import StudyResult
+
+    found = load(file)
+    if not isinstance(found, StudyResult):
+        raise InputError(
+            f"{file} holds a result of one case; give one of slipfold study, or a case file"
+        )
+    return found
 
 
 def _whole(text: str, option: str, least: int, most: int) -> int:

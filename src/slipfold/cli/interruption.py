@@ -10,41 +10,33 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-from slipfold.attractors.exponents import follow_exponents
-from slipfold.branches import make_branch
-from slipfold.branches.complete import complete_branches
-from slipfold.checks.choice import check_some
-from slipfold.checks.of_motion import check_motion
-from slipfold.checks.of_switched_motion import check_switched_motion
-from slipfold.continuation.atlas import Atlas
-from slipfold.continuation.follow import follow
-from slipfold.flow.simulate import integrated
-from slipfold.flow.switched.simulate import simulate_switched
-from slipfold.loci import make_locus
-from slipfold.loci.bifurcation_set import found_until_interrupted
-from slipfold.loci.regions import map_regions
-
 __all__ = ["deferred_interrupts"]
 
 GRACE = 0.4
 """Seconds that the next point may take after Ctrl-C."""
 
-KEEPING = (
-    follow_exponents,
-    follow,
-    Atlas.births_until_interrupted,
-    make_branch.describe_in_turn,
-    complete_branches,
-    make_locus.describe_in_turn,
-    found_until_interrupted,
-    map_regions,
-    check_some,
-    check_motion,
-    check_switched_motion,
-    integrated,
-    simulate_switched,
+KEEPING = frozenset(
+    {
+        "slipfold.branches.complete.complete_branches",
+        "slipfold.branches.make_branch.describe_in_turn",
+        "slipfold.checks.choice.check_some",
+        "slipfold.checks.of_motion.check_motion",
+        "slipfold.checks.of_switched_motion.check_switched_motion",
+        "slipfold.continuation.atlas.Atlas.births_until_interrupted",
+        "slipfold.continuation.follow.follow",
+        "slipfold.flow.simulate.integrated",
+        "slipfold.flow.switched.simulate.simulate_switched",
+        "slipfold.loci.bifurcation_set.found_until_interrupted",
+        "slipfold.loci.make_locus.describe_in_turn",
+        "slipfold.loci.regions.map_regions",
+        "slipfold.long_term.exponents.follow_exponents",
+        "slipfold.long_term.search.search",
+        "slipfold.studies.run.first_finished",
+        "slipfold.studies.task.compute",
+    }
 )
-"""Functions that may be interrupted anywhere: what was finished before is kept."""
+"""Functions that may be interrupted anywhere: what was finished before is kept. They are named, so
+that a command imports none that it does not call."""
 
 
 @contextmanager
@@ -109,9 +101,8 @@ class _Deferred:
 
 def _is_kept(frame: FrameType | None) -> bool:
     """Whether a function is at work that keeps what is finished when it is interrupted."""
-    codes = [function.__code__ for function in KEEPING]
     while frame is not None:
-        if frame.f_code in codes:
+        if f"{frame.f_globals.get('__name__')}.{frame.f_code.co_qualname}" in KEEPING:
             return True
         frame = frame.f_back
     return False

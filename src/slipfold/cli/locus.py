@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from slipfold.cli.interruption import deferred_interrupts
+from slipfold.cli.carry_out import carry_out
 from slipfold.cli.options import Csv, Friction, Json, MaxPoints, MaxStep, Out, Sets, Tolerance
 from slipfold.cli.outputs import Outputs
 from slipfold.cli.parsing import (
@@ -17,14 +17,13 @@ from slipfold.cli.parsing import (
     parse_window,
     refuse_varied,
 )
-from slipfold.cli.progress import live_line, locus_text
+from slipfold.cli.progress import locus_text
 from slipfold.cli.settings import parse_settings
 from slipfold.cli.special_points import labelled_points, load_response, matching_points
 from slipfold.cli.status import DONE, FAILED, INTERRUPTED, note
 from slipfold.errors import InputError
 
 if TYPE_CHECKING:
-    from slipfold.loci.progress import LocusProgress
     from slipfold.results.locus_diagram import LocusDiagram
 
 __all__ = ["locus"]
@@ -151,15 +150,9 @@ def locus(
             regions=regions,
         )
     words = locus_text(plane, (chosen.parameter(plane[0]).unit, chosen.parameter(plane[1]).unit))
-    with deferred_interrupts() as check:
-        with live_line() as show:
-
-            def observer(progress: LocusProgress) -> None:
-                show(words(progress))
-                check()
-
-            diagram = compute(settings=settings, observer=observer)
-        outputs.write(diagram)
+    diagram = carry_out(
+        lambda observer: compute(settings=settings, observer=observer), words, outputs
+    )
     return _conclude(diagram, outputs)
 
 

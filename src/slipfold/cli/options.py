@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 __all__ = [
+    "Box",
     "Csv",
     "Friction",
     "Json",
@@ -14,6 +15,7 @@ __all__ = [
     "MaxStep",
     "ModelName",
     "Out",
+    "SearchPeriods",
     "Sets",
     "Start",
     "States",
@@ -88,6 +90,24 @@ States = Annotated[
         "--state",
         metavar="NAME=VALUE",
         help="Starting state at phase zero, else the model's own. Repeatable.",
+    ),
+]
+
+Box = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--box",
+        metavar="NAME=LEAST:LARGEST",
+        help="Starting values of a state at phase zero; other states are at the model's start. "
+        "Repeatable; by default all states, about their typical sizes.",
+    ),
+]
+SearchPeriods = Annotated[
+    str | None,
+    typer.Option(
+        metavar="N",
+        help="Forcing periods after which a motion that came to nothing known is measured by its "
+        "exponents, 1024 by default; of an autonomous model intervals of its pace.",
     ),
 ]
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from slipfold.cli.status import note, say
+from slipfold.cli.status import DONE, INTERRUPTED, note, say
 from slipfold.errors import InputError
 
 if TYPE_CHECKING:
@@ -32,6 +32,13 @@ class Outputs:
         if not files:
             return "what was finished is printed; --out FILE.nc would keep it"
         return f"what was finished is in {' and '.join(map(str, files))}"
+
+    def status(self, interrupted: bool) -> int:
+        """Return the exit status of what cannot stop early but by Ctrl-C, and say so if it did."""
+        if not interrupted:
+            return DONE
+        note(f"interrupted; {self.kept}")
+        return INTERRUPTED
 
     def check(self) -> None:
         """Make sure before computing that all files can be written."""

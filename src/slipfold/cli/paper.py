@@ -20,9 +20,26 @@ Processes = Annotated[
     str | None,
     typer.Option(metavar="N", help="Processes to compute with; one a processor by default."),
 ]
+Tori = Annotated[
+    bool,
+    typer.Option("--tori", help="Follow the tori, too, and draw them in figures 2 and 3."),
+]
+Motions = Annotated[
+    bool,
+    typer.Option(
+        "--motions",
+        help="Draw what motions do, too: figures 2 and 3 with tori and chaos, hysteresis with its "
+        "basins, regimes over the bifurcation set; some ten minutes more.",
+    ),
+]
 
 
-def paper(out: Folder = "paper-output", processes: Processes = None) -> int:
+def paper(
+    out: Folder = "paper-output",
+    processes: Processes = None,
+    tori: Tori = False,
+    motions: Motions = False,
+) -> int:
     """Compute and draw the source paper's figures, thresholds and claims, and bifurcation sets.
 
     Ctrl-C keeps what is finished. Exit status: 0 done, 2 bad input, 3 a branch could not be
@@ -35,6 +52,8 @@ def paper(out: Folder = "paper-output", processes: Processes = None) -> int:
             out,
             observer=lambda progress: show(paper_text(progress)),
             processes=_processors() if processes is None else parse_whole(processes, "--processes"),
+            tori=tori,
+            motions=motions,
         )
     if made.interrupted:
         note(made.message)

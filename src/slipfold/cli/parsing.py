@@ -15,8 +15,12 @@ if TYPE_CHECKING:
 
 __all__ = [
     "parse_assignments",
+    "parse_box",
+    "parse_bounds",
     "parse_event",
     "parse_number",
+    "parse_points",
+    "parse_numbers",
     "parse_span",
     "parse_states",
     "parse_whole",
@@ -60,6 +64,37 @@ def parse_states(texts: Sequence[str] | None, model: Model) -> dict[str, float] 
     return found or None
 
 
+def parse_box(
+    texts: Sequence[str] | None, option: str = "--box"
+) -> dict[str, tuple[str, str]] | None:
+    """Read intervals of states, ``NAME=LEAST:LARGEST``; None if none is given.
+
+    >>> parse_box(["y=-0.5:0.5"])
+    {'y': ('-0.5', '0.5')}
+    """
+    found = {}
+    for name, text in parse_assignments(texts, option).items():
+        least, colon, largest = (part.strip() for part in text.partition(":"))
+        if not (least and colon and largest) or ":" in largest:
+            raise InputError(
+                f"{option} {name}={text} is not of the form NAME=LEAST:LARGEST; write e.g. "
+                f"{option} {name}=-1:1"
+            )
+        found[name] = (least, largest)
+    return found or None
+
+
+def parse_points(text: str) -> tuple[int, int]:
+    """Read the number of points along both axes, or along each.
+
+    >>> parse_points("200"), parse_points("300x200")
+    ((200, 200), (300, 200))
+    """
+    first, times, second = text.partition("x")
+    count = parse_whole(first, "--points", least=2)
+    return count, parse_whole(second, "--points", least=2) if times else count
+
+
 def parse_number(text: str, option: str) -> float:
     """Read a finite number."""
     try:
@@ -71,8 +106,8 @@ def parse_number(text: str, option: str) -> float:
     return value
 
 
-def parse_whole(text: str, option: str) -> int:
-    """Read a whole number of at least 1.
+def parse_whole(text: str, option: str, least: int = 1) -> int:
+    """Read a whole number of at least 1, or what else is the least.
 
     >>> parse_whole("2000", "--periods")
     2000
@@ -80,10 +115,10 @@ def parse_whole(text: str, option: str) -> int:
     try:
         value = int(text)
     except ValueError:
-        value = 0
-    if value < 1:
+        value = least - 1
+    if value < least:
         raise InputError(
-            f"{option} {text} is not a whole number of at least 1; give e.g. {option} 4"
+            f"{option} {text} is not a whole number of at least {least}; give e.g. {option} 4"
         )
     return value
 
@@ -132,14 +167,38 @@ def refuse_varied(given: Mapping[str, str], varied: Sequence[str]) -> None:
             )
 
 
-def _parse_interval(text: str, model: Model) -> tuple[str, tuple[float, float]]:
+def parse_bounds(texts: Sequence[str] | None, model: Model) -> dict[str, tuple[float, float]]:
+    """Read every ``NAME=LEAST:GREATEST``.
+
+    >>> from slipfold.models import SlidingOscillator
+    >>> parse_bounds(["mu=0.3:0.7", "L=40:60mm"], SlidingOscillator())
+    {'mu': (0.3, 0.7), 'L': (0.04, 0.06)}
+    """
+    found: dict[str, tuple[float, float]] = {}
+    for text in texts or ():
+        name, ends = _parse_interval(text, model, "--fit mu=0.3:0.7")
+        if name in found:
+            raise InputError(f"{name} has bounds twice; give --fit {name}= once")
+        found[name] = ends
+    return found
+
+
+def parse_numbers(texts: Sequence[str] | None, option: str) -> list[float]:
+    """Read numbers, one an option."""
+    return [parse_number(text, option) for text in texts or ()]
+
+
+def _parse_interval(
+    text: str, model: Model, example: str = "--vary Nd=0:0.98"
+) -> tuple[str, tuple[float, float]]:
     from slipfold.models.quantity import parse_quantity
 
     name, _, values = (part.strip() for part in text.partition("="))
     first, colon, last = (part.strip() for part in values.partition(":"))
     if not (name and first and colon and last) or ":" in last:
         raise InputError(
-            f"--vary {text!r} is not of the form NAME=FIRST:LAST; write e.g. --vary Nd=0:0.98"
+            f"{example.split()[0]} {text!r} is not of the form NAME=FIRST:LAST; write e.g. "
+            f"{example}"
         )
     unit = model.parameter(name).unit
     suffix = _NUMBER.match(last)

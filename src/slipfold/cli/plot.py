@@ -16,17 +16,34 @@ __all__ = ["plot"]
 
 FORMATS = ("png", "pdf", "svg")
 
-MEASURES = ("max", "min", "peak_to_peak", "modulus", "stuck_fraction")
+MEASURES = ("max", "min", "peak_to_peak", "modulus", "stuck_fraction", "strobe")
 
-KINDS = (
+OF_MOTIONS = (
     *("timeseries", "spectrum", "phase"),
     *("hysteresis", "friction", "path", "track", "timeline"),
 )
 
+KINDS = {
+    "Simulation": OF_MOTIONS,
+    "Sweep": ("points", "section", "waterfall"),
+    "Diagram": ("spectrum",),
+}
+"""What may be drawn of each kind of result."""
+
 OPTIONS: dict[str, tuple[str, tuple[str, ...]]] = {
-    "Diagram": ("response", ("output", "measure")),
+    "Diagram": ("response", ("output", "measure", "measured", "kind", "at")),
     "Simulation": ("simulation", ("output", "kind", "contact")),
     "LocusDiagram": ("bifurcation set", ()),
+    "ThresholdMap": ("threshold map", ()),
+    "Basins": ("picture of basins", ()),
+    "BasinFractions": ("set of shares of basins", ()),
+    "Fit": ("fit", ()),
+    "MeasurementPlan": ("plan of a measurement", ()),
+    "RegimeMap": ("map of regimes", ()),
+    "Sweep": ("sweep", ("output", "measure", "kind", "at")),
+    "StudyResult": ("study", ("quantity",)),
+    "Design": ("design", ()),
+    "ThresholdUncertainty": ("scatter of a threshold", ()),
 }
 """What each kind of result is called, and the options that go with it."""
 
@@ -35,23 +52,44 @@ Output = Annotated[
     str | None,
     typer.Option(
         metavar="NAME",
-        help="Of a response or simulation: what to draw, by default the first state.",
+        help="Of a response, simulation or sweep: what to draw, by default the first state.",
     ),
 ]
 Measure = Annotated[
     str | None,
-    typer.Option(metavar="|".join(MEASURES), help="Of a response: what to show of each orbit."),
+    typer.Option(
+        metavar="|".join(MEASURES),
+        help="Of a response or sweep: what to show of each motion; strobe of sweeps only.",
+    ),
 ]
 Kind = Annotated[
     str | None,
     typer.Option(
-        metavar="|".join(KINDS),
-        help="Of a simulation: what to draw; the last five show contacts.",
+        metavar="|".join((*OF_MOTIONS, *KINDS["Sweep"])),
+        help="What to draw: the last three of a sweep, the others of a simulation, of which five "
+        "show contacts; spectrum of a response is that of a torus.",
     ),
 ]
 Contact = Annotated[
     str | None,
     typer.Option(metavar="NAME", help="Of a simulation: the contact to draw, by default all."),
+]
+Measured = Annotated[
+    str | None,
+    typer.Option(
+        metavar="DATA.csv", help="Of a response: readings to draw with it, see slipfold fit --help."
+    ),
+]
+At = Annotated[
+    str | None,
+    typer.Option(
+        metavar="VALUE",
+        help="Of a section of a sweep, or the spectrum of a torus: the value of the parameter.",
+    ),
+]
+Quantity = Annotated[
+    str | None,
+    typer.Option(metavar="NAME", help="Of a study: what to draw, by default the first number."),
 ]
 Out = Annotated[
     str | None,
@@ -67,10 +105,16 @@ def plot(
     measure: Measure = None,
     kind: Kind = None,
     contact: Contact = None,
+    measured: Measured = None,
+    at: At = None,
+    quantity: Quantity = None,
     out: Out = None,
 ) -> None:
     """Draw a saved result."""
+    from slipfold.models.quantity import parse_quantity
+    from slipfold.results.diagram import Diagram
     from slipfold.results.load import load
+    from slipfold.results.motions.sweep import Sweep
     from slipfold.results.writing import check_writable, write_file
 
     path = Path(result).with_suffix(".png") if out is None else Path(out)
@@ -79,27 +123,57 @@ def plot(
         raise InputError(f"{path} has no ending of a figure; give .png, .pdf or .svg")
     check_writable(path)
     found = load(result)
-    options = {"output": output, "measure": measure, "kind": kind, "contact": contact}
-    given = {name: value for name, value in options.items() if value is not None}
+    options = {
+        "output": output,
+        "measure": measure,
+        "kind": kind,
+        "contact": contact,
+        "measured": measured,
+        "at": at,
+        "quantity": quantity,
+    }
+    given: dict[str, Any] = {name: value for name, value in options.items() if value is not None}
     _check_options(given, type(found).__name__, result)
+    if measured is not None:
+        from slipfold.measured.csv_file import read_measurement
+
+        given["measured"] = read_measurement(measured, found.model)
+    if isinstance(found, (Diagram, Sweep)) and at is not None:
+        given["at"] = parse_quantity(at, found.model.parameter(found.vary).unit, found.vary)
     write_file(path, _draw(found, form, given))
     note(f"wrote {path}")
 
 
 def _check_options(given: Mapping[str, str], kind: str, path: str) -> None:
     """Refuse what goes with another kind of result."""
+    if kind not in OPTIONS:
+        raise InputError(f"{path} holds numbers that no figure shows; give another result")
     name, known = OPTIONS[kind]
-    instead = f"use --{' or --'.join(known)}" if known else "leave it out"
     for option, value in given.items():
-        if option not in known:
-            meant = [f"{other}s" for other, options in OPTIONS.values() if option in options]
+        if not _goes_with(kind, option, value):
+            meant = [
+                f"{OPTIONS[other][0]}s" for other in OPTIONS if _goes_with(other, option, value)
+            ]
+            instead = f"use --{' or --'.join(known)}" if known else "leave it out"
+            if option in known:
+                instead = f"use --kind {' or '.join(KINDS[kind])}"
             raise InputError(
                 f"--{option} {value} is for {' and '.join(meant)}, but {path} is a {name}; "
                 f"{instead}"
             )
 
 
-def _draw(found: Any, form: str, options: Mapping[str, str]) -> bytes:
+def _goes_with(kind: str, option: str, value: str) -> bool:
+    """Whether a kind of result has an option; --kind only with what may be drawn of it.
+
+    What is known of none is told by the drawing.
+    """
+    elsewhere = any(value in kinds for kinds in KINDS.values())
+    of_it = option != "kind" or not elsewhere or value in KINDS.get(kind, ())
+    return option in OPTIONS[kind][1] and of_it
+
+
+def _draw(found: Any, form: str, options: Mapping[str, Any]) -> bytes:
     # A figure of its own needs no window, whatever the environment says.
     from matplotlib.figure import Figure
 

@@ -8,20 +8,29 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from slipfold.attractors.exponents import ExponentsProgress
     from slipfold.branches.progress import Progress
     from slipfold.flow.progress import MotionProgress
+    from slipfold.flow.strobes import StrobeProgress
     from slipfold.loci.progress import LocusProgress
+    from slipfold.long_term.exponents import ExponentsProgress
+    from slipfold.long_term.search import SearchProgress
+    from slipfold.measured.least_squares import FitProgress
     from slipfold.paper.reproduce import PaperProgress
+    from slipfold.studies.run import StudyProgress
 
 __all__ = [
     "done_text",
+    "duration_text",
     "exponents_text",
+    "fit_text",
     "live_line",
     "locus_text",
     "motion_text",
     "paper_text",
     "response_text",
+    "search_text",
+    "strobe_text",
+    "study_text",
 ]
 
 
@@ -83,6 +92,24 @@ def exponents_text(progress: ExponentsProgress) -> str:
     return f"{done}  exponents a period: {known or 'not yet'}"
 
 
+def search_text(progress: SearchProgress) -> str:
+    """Put the state of a search for attractors into words."""
+    done = done_text("starts", progress.done, progress.total)
+    found = ", ".join(progress.found) or "nothing yet"
+    return f"{done}  {progress.periods} periods  found: {found}"
+
+
+def fit_text(progress: FitProgress) -> str:
+    """Put the state of a fit into words."""
+    values = "  ".join(f"{name} = {value:.6g}" for name, value in progress.values.items())
+    return f"round {progress.round}  {values}  distance {progress.distance:.3g}"
+
+
+def strobe_text(progress: StrobeProgress) -> str:
+    """Put the state of many motions into words."""
+    return done_text("forcing periods", progress.periods, progress.total)
+
+
 def motion_text(each: str) -> Callable[[MotionProgress], str]:
     """Return what puts the state of a simulation into words, of forcing periods or intervals."""
 
@@ -102,3 +129,24 @@ def paper_text(progress: PaperProgress) -> str:
     """Put the state of the reproduction of the paper into words."""
     found = f"  found: {', '.join(progress.found)}" if progress.found else ""
     return f"{progress.done} of {progress.total}  {progress.name}{found}"
+
+
+def study_text(progress: StudyProgress) -> str:
+    """Put the state of a study into words."""
+    words = [done_text("cases", progress.done, progress.total), f"{progress.failures} failed"]
+    if progress.rate is not None and progress.remaining is not None:
+        words += [f"{progress.rate:.3g} a second", f"{duration_text(progress.remaining)} to go"]
+    return "  ".join(words)
+
+
+def duration_text(seconds: float) -> str:
+    """Say how long something takes.
+
+    >>> duration_text(42.3), duration_text(4020)
+    ('42 s', '1 h 07 min')
+    """
+    minutes, rest = divmod(round(seconds), 60)
+    if minutes < 1:
+        return f"{rest} s"
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours} h {minutes:02} min" if hours else f"{minutes} min {rest:02} s"

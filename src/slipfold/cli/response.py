@@ -8,6 +8,7 @@ import typer
 
 from slipfold.cli.interruption import deferred_interrupts
 from slipfold.cli.options import (
+    Box,
     Csv,
     Friction,
     Json,
@@ -22,6 +23,7 @@ from slipfold.cli.options import (
 from slipfold.cli.outputs import Outputs
 from slipfold.cli.parsing import (
     parse_assignments,
+    parse_box,
     parse_event,
     parse_span,
     refuse_varied,
@@ -68,12 +70,34 @@ Discretisation = Annotated[
         "shooting cannot go on.",
     ),
 ]
+Gradients = Annotated[
+    bool,
+    typer.Option(
+        "--gradients",
+        help="Tell of every special point how it moves with every other parameter.",
+    ),
+]
+Tori = Annotated[
+    bool,
+    typer.Option(
+        "--tori",
+        help="Follow the quasi-periodic tori born at Neimark-Sacker points, too.",
+    ),
+]
 Settled = Annotated[
     bool,
     typer.Option(
         "--settled",
         help="Follow what a motion settles to at the start of the span, instead of the response "
         "(of an autonomous system: the equilibrium).",
+    ),
+]
+Search = Annotated[
+    bool,
+    typer.Option(
+        "--search",
+        help="Then start motions at four values of the span and follow what they settle on where "
+        "no branch leads to it; of an autonomous system all equilibria, too. From --box if given.",
     ),
 ]
 
@@ -94,6 +118,10 @@ def response(
     largest_period: LargestPeriod = None,
     start: Start = None,
     settled: Settled = False,
+    gradients: Gradients = False,
+    search: Search = False,
+    box: Box = None,
+    tori: Tori = False,
     discretisation: Discretisation = None,
 ) -> int:
     """Follow the periodic response over a parameter; find every bifurcation and go on past it.
@@ -116,6 +144,7 @@ def response(
     settings = parse_settings(max_step, tolerance, max_points, largest_period, discretisation)
     words = response_text(name, chosen.parameter(name).unit)
     begin = parse_assignments(start, "--start") or None
+    where = parse_box(box)
     with deferred_interrupts() as check:
         with live_line() as show:
 
@@ -129,6 +158,9 @@ def response(
                 span,
                 start=begin,
                 settled=settled,
+                gradients=gradients,
+                search=where or search,
+                tori=tori,
                 settings=settings,
                 events=events,
                 observer=observer,
@@ -153,6 +185,9 @@ def _conclude(diagram: Diagram, outputs: Outputs, whole: bool) -> int:
         for end in branch.ends:
             if end.early:
                 note(f"branch {branch.id} stopped early: {end.reason}")
+    for tori in diagram.tori:
+        if tori.stopped.early:
+            note(f"tori {tori.id} stopped early: {tori.stopped.reason}")
     return FAILED if diagram.failed else DONE
 
 
@@ -164,6 +199,9 @@ def _where(diagram: Diagram) -> str:
     number = sum(item.point.interrupted for item in diagram.special)
     if number:
         return f"before the normal forms of {number} of {len(diagram.special)} special points"
+    if any(tori.interrupted for tori in diagram.tori):
+        points = sum(len(tori) for tori in diagram.tori)
+        return f"on tori {diagram.tori[-1].id} after {points} of their points in all"
     if diagram.interrupted:
         return "before all checks were done"
     return f"before the extrema and uncertainties of all {points} points were computed"

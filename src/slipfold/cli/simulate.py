@@ -6,15 +6,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from slipfold.cli.interruption import deferred_interrupts
+from slipfold.cli.carry_out import carry_out
 from slipfold.cli.options import Friction, Json, ModelName, Out, Sets, States
 from slipfold.cli.outputs import Outputs
 from slipfold.cli.parsing import parse_assignments, parse_number, parse_states, parse_whole
-from slipfold.cli.progress import live_line, motion_text
+from slipfold.cli.progress import motion_text
 from slipfold.cli.status import DONE, FAILED, INTERRUPTED, note
 
 if TYPE_CHECKING:
-    from slipfold.flow.progress import MotionProgress
     from slipfold.results.simulation import Simulation
 
 __all__ = ["simulate"]
@@ -59,22 +58,13 @@ def simulate(
     chosen = find_model(model, parse_assignments(set_), friction)
     start = parse_states(state, chosen)
     each = "forcing period" if chosen.forced else "interval"
-    words = motion_text(each)
-    with deferred_interrupts() as check:
-        with live_line() as show:
-
-            def observer(progress: MotionProgress) -> None:
-                show(words(progress))
-                check()
-
-            motion = compute(
-                chosen,
-                None if periods is None else parse_whole(periods, "--periods"),
-                start,
-                tolerance=parse_number(tolerance, "--tolerance"),
-                observer=observer,
-            )
-        outputs.write(motion)
+    count = None if periods is None else parse_whole(periods, "--periods")
+    least = parse_number(tolerance, "--tolerance")
+    motion = carry_out(
+        lambda observer: compute(chosen, count, start, tolerance=least, observer=observer),
+        motion_text(each),
+        outputs,
+    )
     return _conclude(motion, outputs, each)
 
 

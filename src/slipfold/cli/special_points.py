@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from slipfold.branches.special_point import SpecialPoint
     from slipfold.results.diagram import Diagram
 
-__all__ = ["labelled_points", "load_response", "matching_points"]
+__all__ = ["first_point", "labelled_points", "load_response", "matching_points"]
 
 
 def load_response(path: str) -> Diagram:
@@ -51,7 +51,7 @@ def matching_points(
     periods: Collection[int] | None,
 ) -> list[SpecialPoint]:
     """Return the special points inside the window that are of these types and periods."""
-    from slipfold.loci.follow import LOCUS_TYPES
+    from slipfold.branches.special_point import LOCUS_TYPES
 
     for kind in types or ():
         if kind not in LOCUS_TYPES:
@@ -82,8 +82,24 @@ def matching_points(
     return inside
 
 
+def first_point(diagram: Diagram, kind: str | None, period: int | None) -> SpecialPoint:
+    """Return the first special point on the way that is of this type and period."""
+    points = list(_bifurcations(diagram).values())
+    wanted = [
+        point for point in points if kind in (None, point.type) and period in (None, point.period)
+    ]
+    if not wanted:
+        known = ", ".join(f"{point.type} of period {point.period}" for point in points)
+        raise InputError(
+            f"the response has no such special point on the way, but {known or 'none at all'}; "
+            "give another type, period or span"
+        )
+    begin = diagram.span[0]
+    return min(wanted, key=lambda point: abs(point.value - begin))
+
+
 def _bifurcations(diagram: Diagram) -> dict[int, SpecialPoint]:
-    from slipfold.loci.follow import LOCUS_TYPES
+    from slipfold.branches.special_point import LOCUS_TYPES
     from slipfold.results.diagram_summary import points_by_label
 
     points = points_by_label(diagram.branches)

@@ -5,17 +5,22 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from slipfold.branches.settings import Settings
+from slipfold.branches.special_point import LOCUS_TYPES, SpecialPoint
 from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.models.parameter import Parameter
 from slipfold.models.quantity import parse_quantity
+from slipfold.results.diagram import Labelled
 
 __all__ = [
     "Values",
+    "checked_count",
     "checked_model",
+    "checked_point",
     "checked_settings",
     "parse_ends",
     "parse_values",
@@ -31,6 +36,29 @@ def checked_model(model: Any) -> Model:
     if not isinstance(model, Model):
         raise InputError(f"model = {model!r} is not a model; give e.g. SlidingOscillator()")
     return model
+
+
+def checked_point(given: Any) -> SpecialPoint:
+    """Return the special point given, or raise; one without a locus does not move."""
+    point = given.point if isinstance(given, Labelled) else given
+    if not isinstance(point, SpecialPoint):
+        raise InputError(
+            f"point = {given!r} is no special point; give one of a diagram's, e.g. "
+            "diagram.special[0]"
+        )
+    if point.type not in LOCUS_TYPES:
+        raise InputError(
+            f"a special point of type {point.type} has no gradients; give one of type "
+            f"{', '.join(LOCUS_TYPES)}"
+        )
+    return point
+
+
+def checked_count(given: Any, name: str, least: int = 1) -> int:
+    """Return a whole number that is not below the least one, or raise."""
+    if isinstance(given, (int, np.integer)) and not isinstance(given, bool) and given >= least:
+        return int(given)
+    raise InputError(f"{name} = {given!r} is not a whole number of at least {least}; give one")
 
 
 def refuse_varied(names: Iterable[str], parameters: Mapping[str, Any], place: str) -> None:

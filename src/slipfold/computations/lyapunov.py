@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping
 from time import perf_counter
 from typing import TYPE_CHECKING
 
-from slipfold.attractors.exponents import Estimate, ExponentsProgress, find_exponents
 from slipfold.computations.given import checked_model
 from slipfold.flow.simulate import checked_periods, checked_tolerance, initial_state
+from slipfold.long_term.exponents import Estimate, ExponentsProgress, find_exponents
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
 from slipfold.results.motions.lyapunov_exponents import LyapunovExponents

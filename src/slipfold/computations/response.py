@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from time import perf_counter
 
 from slipfold.branches.event import Event
@@ -10,6 +11,7 @@ from slipfold.branches.progress import Observer
 from slipfold.branches.response import measured_over, trace_response
 from slipfold.branches.settings import Settings
 from slipfold.branches.start import Begin
+from slipfold.checks.checked import Checked
 from slipfold.checks.of_branches import check_branches
 from slipfold.computations.given import (
     checked_model,
@@ -28,6 +30,7 @@ from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
 from slipfold.results.diagram import Diagram
 from slipfold.results.provenance import provenance
+from slipfold.tori.torus_branch import TorusBranch
 
 __all__ = ["response"]
 
@@ -39,6 +42,9 @@ def response(
     *,
     start: Mapping[str, float | str] | None = None,
     settled: bool = False,
+    gradients: bool = False,
+    search: bool | Mapping[str, tuple[float | str, float | str]] = False,
+    tori: bool = False,
     settings: Settings | None = None,
     events: Sequence[Event] = (),
     observer: Observer | None = None,
@@ -65,6 +71,17 @@ def response(
         branch begins there, and goes in both directions. What is not given is the model's start.
     settled
         Whether what a motion from there settles on is followed instead.
+    gradients
+        Whether special points are told with their `gradients`: how each moves with every other
+        parameter, see `slipfold.gradients`.
+    search
+        Whether motions are then started at four values of the span, from 32 states each, and what
+        they settle on is followed where no branch leads to it; of an autonomous model all
+        equilibria that Newton's method finds from there, too. The states lie in a box three times
+        as large as the branches, or in one that is given, as for `slipfold.attractors`.
+    tori
+        Whether the quasi-periodic tori are followed, too, that are born at Neimark-Sacker points of
+        responses or cycles: `Diagram.tori`.
     settings
         Options of continuation; the defaults of `slipfold.Settings` if None.
     events
@@ -79,7 +96,8 @@ def response(
     Returns
     -------
     Diagram
-        Branches with their special points. A branch that stops early says why in its `stopped`.
+        Branches with their special points. They go on through stick and slip where contacts come to
+        that. A branch that stops early says why in its `stopped`.
 
     Raises
     ------
@@ -122,17 +140,39 @@ def response(
         begin = _begin(changed, vary, (first, last), start or {}, settled)
     if not sticks:
         changed = measured_over(changed, vary, (first, last), begin)
-    branches = trace_response(
+    follow = partial(
+        trace_response,
         changed,
         vary,
         (first, last),
         settings=chosen,
         events=watched,
         observer=observer,
-        begin=begin,
-        through_stick=sticks,
+        through_stick=True,
     )
-    checked = check_branches(branches, observer)
+    branches, searched = follow(begin=begin), None
+    if search:  # which takes more to import than to follow a branch
+        from slipfold.long_term.box import checked_box
+        from slipfold.long_term.coexisting import find_coexisting
+
+        box = None if search is True else checked_box(changed, search)
+        branches, searched = find_coexisting(
+            changed, vary, (first, last), branches, follow, box, observer
+        )
+    stopped = any(branch.interrupted for branch in branches)
+    stopped |= searched is not None and searched.interrupted
+    whole = True
+    if gradients and not stopped:
+        from slipfold.computations.gradients import with_gradients
+
+        branches, whole = with_gradients(branches, chosen, observer)
+    found: tuple[TorusBranch, ...] = ()
+    if tori and whole and not stopped:
+        from slipfold.tori.of_response import tori_of
+
+        found = tori_of(branches, (first, last), chosen, observer)
+        whole = not any(item.interrupted for item in found)
+    checked = check_branches(branches, observer) if whole else Checked((), interrupted=True)
     return Diagram(
         changed,
         vary,
@@ -142,6 +182,8 @@ def response(
         watched,
         provenance(perf_counter() - started),
         checked,
+        searched,
+        found,
     )
 
 

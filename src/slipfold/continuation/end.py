@@ -22,7 +22,8 @@ class End:
     kind
         One word for programs: ``"span"``, ``"window"``, ``"limit"``, ``"closed"``, ``"event"``,
         ``"failed"``, ``"unresolved"``, ``"points"``, ``"interrupted"``, ``"born"``,
-        ``"codimension-2"``, ``"homoclinic"``, ``"duration"``, ``"family"``.
+        ``"codimension-2"``, ``"homoclinic"``, ``"duration"``, ``"family"``; of tori also
+        ``"birth"``, ``"resonance"``, ``"broken"``, ``"contacts"``.
     reason
         A sentence that says what happened and what can be done.
     values

@@ -31,8 +31,8 @@ STILL = 1e-10
 """Derivatives are those of the solution once it has moved by less than this since they were taken:
 multipliers, which may move a hundred times as far, are then right to 1e-8."""
 
-EXACT = 1e-13
-"""A solution at most this far away by estimate is met: it is rounding that is left."""
+EXACT = 1e-12
+"""A solution at most this far away by estimate is met: what is left comes with new derivatives."""
 
 GROWTH = 10.0
 """A correction this many times the one before means divergence."""

@@ -12,12 +12,15 @@ from slipfold.continuation.locate import LostCurveError, insert, point_at
 from slipfold.continuation.newton import correct
 from slipfold.continuation.point import P
 
-__all__ = ["Seam", "ahead_of", "locate_fold", "locate_seam"]
+__all__ = ["Seam", "ahead_of", "locate_fold", "locate_loss", "locate_seam"]
 
 CLOSE = 1e-11
 """Arclength to which the end of a piece is found, by bisection: nothing is smooth across it."""
 
 HALVINGS = 60
+
+LOST = 1e-6
+"""Arclength to which the place is found where a piece ends and nothing is beyond."""
 
 LOOKS = (1e-6, 1e-5, 1e-4, 1e-3)
 """Steps onto the next piece that tell in which direction of its tangent it lies."""
@@ -51,6 +54,27 @@ def locate_seam(curve: Curve[P], known: list[P], a: P, b: P) -> Seam[P]:
         else:
             b = middle
     return Seam(a, b, a)
+
+
+def locate_loss(curve: Curve[P], known: list[P], a: P, b: P) -> P | None:
+    """Return the last point of a piece that ends before one of another, with nothing between.
+
+    None if it goes on where it was not found at first.
+    """
+    own, end = [point for point in known if point.piece == a.piece], b
+    while end.arclength - a.arclength > LOST:
+        try:
+            middle = _between(curve, own, a, end)
+        except LostCurveError:
+            middle = replace(b, arclength=0.5 * (a.arclength + end.arclength))
+        if middle.piece == a.piece:
+            insert(own, middle)
+            a = middle
+        else:
+            end = middle
+    correction = correct(curve, a.z + 2 * LOST * a.tangent, a.tangent)
+    goes_on = correction.converged and curve.point(correction, 0.0).piece == a.piece
+    return None if goes_on else a
 
 
 def _between(curve: Curve[P], own: list[P], a: P, b: P) -> P:
@@ -116,11 +140,11 @@ def _distances(last: P, other: P) -> tuple[float, float]:
     return float(found[0]), float(found[1])
 
 
-def ahead_of(curve: Curve[P], after: P) -> P | None:
+def ahead_of(curve: Curve[P], before: P, after: P) -> P | None:
     """Return the first point of the next piece with the direction in which that piece lies.
 
-    The tangent jumps, and the parameter may turn there. None where no solution is near on the
-    piece.
+    The tangent jumps, and the parameter may turn there. A piece so thin that the first look is
+    beyond it is passed. None where no solution is near.
     """
     for step in LOOKS:
         for sign in (1.0, -1.0):
@@ -130,7 +154,10 @@ def ahead_of(curve: Curve[P], after: P) -> P | None:
                 continue
             if np.linalg.norm(correction.z - after.z) > 10 * step:
                 continue
-            if curve.point(correction, 0.0).piece == after.piece:
+            point = curve.point(correction, after.arclength + step)
+            if point.piece == after.piece:
                 turned = curve.turned(after) if sign < 0 else after
                 return replace(turned, arclength=after.arclength)
+            if sign > 0 and point.piece != before.piece:
+                return point
     return None

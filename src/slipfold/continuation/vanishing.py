@@ -34,6 +34,9 @@ what is wanted may be left after the last one."""
 AIMS = 2.0 ** np.array([3.0, 2.0, 1.0, 0.0])
 """What is left at the points from which the place follows, in the least that is allowed."""
 
+KNOWN = 3
+"""Points before it from which the next one is guessed."""
+
 LOOKS = 4.0 ** np.arange(6)
 """Distances beyond the place at which the next piece is looked for, in those of the farthest of
 these points."""
@@ -71,16 +74,19 @@ def locate_vanishing(
     Points are computed where no less than `least` is left. None where it does not vanish within
     some arclength.
     """
+    row, passed = start.tangent, [(0.0, start.z)]
 
     def at(place: float) -> tuple[P, float] | None:
         """The point of the piece at a place along the tangent, and what is left there."""
-        row = start.tangent
-        correction = correct(curve, start.z + place * row, row)
+        correction = correct(curve, _extended(passed[-KNOWN:], place, row), row)
         if not correction.converged:
             return None
         point = curve.point(correction, start.arclength + place)
         value = left(point) if point.piece == start.piece else None
-        return None if value is None else (point, value)
+        if value is None:
+            return None
+        passed.append((place, point.z))
+        return point, value
 
     before, here, last = -PROBE, 0.0, left(start)
     probed = at(before)
@@ -102,6 +108,18 @@ def locate_vanishing(
     else:
         return None
     return _expanded([at(zero - aim / rate) for aim in aims])
+
+
+def _extended(passed: Sequence[tuple[float, Array]], place: float, row: Array) -> Array:
+    """Return where the curve leads from some points: a guess that is off may lie beyond its end."""
+    if len(passed) == 1:
+        return passed[0][1] + (place - passed[0][0]) * row
+    places = np.array([there for there, _ in passed])
+    weights = [
+        np.prod([(place - other) / (there - other) for other in places if other != there])
+        for there in places
+    ]
+    return np.asarray(weights @ np.array([z for _, z in passed]))
 
 
 def _expanded(found: Sequence[tuple[P, float] | None]) -> Vanishing[P] | None:

@@ -279,4 +279,4 @@ def _measure(
 def _drift(errors: Array, settings: Stepping) -> float:
     """Return the largest relative error of the expected test functions, relative to its aim."""
     # A function may not be defined everywhere.
-    return float(np.nan_to_num(errors).max()) / (DRIFT * settings.coarse)
+    return float(np.nan_to_num(errors).max(initial=0.0)) / (DRIFT * settings.coarse)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from abc import ABC, abstractmethod
 from functools import cached_property
 from math import log
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from slipfold.continuation.newton import length_of
 
-__all__ = ["LeastSquares", "SquareMatrix", "WholeMatrix"]
+__all__ = ["FactoredMatrix", "LeastSquares", "SquareMatrix", "WholeMatrix"]
 
 Array = NDArray[np.float64]
 
@@ -93,6 +94,46 @@ class WholeMatrix(SquareMatrix):
     def _determinant(self) -> tuple[float, float]:
         sign, logarithm = np.linalg.slogdet(self.matrix)
         return float(sign), float(logarithm)
+
+
+class FactoredMatrix(SquareMatrix):
+    """A full matrix of hundreds of unknowns, factored once, in a third of an inverse's time."""
+
+    def __init__(self, matrix: Array) -> None:
+        self._matrix = matrix
+
+    @property
+    def matrix(self) -> Array:
+        """The whole matrix."""
+        return self._matrix
+
+    @cached_property
+    def _factors(self) -> tuple[Array, Array]:
+        from scipy.linalg import lu_factor
+
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of a singular matrix solutions are not finite
+            found: tuple[Array, Array] = lu_factor(self._matrix, check_finite=False)
+        return found
+
+    def solve(self, right: Array) -> Array:
+        """Return the solution for a right-hand side, not finite if the matrix is singular."""
+        from scipy.linalg import lu_solve
+
+        return np.asarray(lu_solve(self._factors, right, check_finite=False))
+
+    @cached_property
+    def _kernel(self) -> Array:
+        return self.solve(np.eye(1, len(self._matrix), len(self._matrix) - 1)[0])
+
+    @cached_property
+    def _determinant(self) -> tuple[float, float]:
+        factors, pivots = self._factors
+        diagonal = factors.diagonal()
+        swaps = np.count_nonzero(pivots != np.arange(len(pivots)))
+        sign = np.sign(diagonal).prod() * (-1) ** swaps
+        with np.errstate(divide="ignore"):
+            return float(sign), float(np.log(np.abs(diagonal)).sum())
 
 
 class LeastSquares(WholeMatrix):

@@ -13,14 +13,18 @@ from slipfold.explorer.catalogue import Catalogue
 from slipfold.explorer.computing import Check, Computing
 from slipfold.explorer.export.files import export_view
 from slipfold.explorer.messages import (
+    BasinsRequest,
     DiagramRequest,
+    ExponentsRequest,
     ExportRequest,
     OrbitRequest,
     PlaneRequest,
     ViewRequest,
 )
+from slipfold.explorer.views.basins import tell_basins
 from slipfold.explorer.views.diagram import diagram_view
 from slipfold.explorer.views.diagram_progress import DiagramProgress
+from slipfold.explorer.views.exponents import tell_exponents
 from slipfold.explorer.views.labels import axis_of
 from slipfold.explorer.views.orbit import orbit_view
 from slipfold.explorer.views.plane import plane_view
@@ -102,5 +106,9 @@ class Answering:
             tell(orbit_view(self._computing.orbit(request, check), request.vary))
         elif isinstance(request, PlaneRequest):
             tell(plane_view(self._computing.plane(request, check, PlaneProgress(tell))))
+        elif isinstance(request, ExponentsRequest):
+            tell_exponents(asked_model(self._catalogue, request), request, tell, check)
+        elif isinstance(request, BasinsRequest):
+            tell_basins(asked_model(self._catalogue, request), request, tell, check)
         else:
             stream_simulation(asked_model(self._catalogue, request), request, tell)

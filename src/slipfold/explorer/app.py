@@ -19,11 +19,13 @@ from slipfold.explorer.catalogue import Catalogue
 from slipfold.explorer.export.files import MEDIA_TYPES, SUFFIXES
 from slipfold.explorer.job import Job
 from slipfold.explorer.limits import Allowance, Limits
-from slipfold.explorer.messages import ExportRequest, ValuesRequest
+from slipfold.explorer.messages import ExportRequest, ReadingsRequest, ValuesRequest
 from slipfold.explorer.security import Access, Application, Guard
 from slipfold.explorer.session import TRY_AGAIN, Session
+from slipfold.explorer.views.readings import readings_view
 from slipfold.explorer.worker import Reply
 from slipfold.explorer.workers import Workers
+from slipfold.measured.csv_file import parse_measurement
 
 __all__ = ["make_app"]
 
@@ -40,8 +42,14 @@ DAY = "private, max-age=86400"
 TOO_MANY = "too many requests a second; wait a little"
 
 
-def make_app(catalogue: Catalogue, access: Access, workers: Workers, limits: Limits) -> Application:
-    """Return the application, guarded."""
+def make_app(
+    catalogue: Catalogue,
+    access: Access,
+    workers: Workers,
+    limits: Limits,
+    study: dict[str, Any] | None = None,
+) -> Application:
+    """Return the application, guarded; it shows a study if it is given one."""
 
     @asynccontextmanager
     async def running(app: FastAPI) -> AsyncIterator[None]:
@@ -52,7 +60,7 @@ def make_app(catalogue: Catalogue, access: Access, workers: Workers, limits: Lim
     app = FastAPI(title="slipfold explore", docs_url=None, redoc_url=None, lifespan=running)
     app.add_exception_handler(RequestValidationError, _refusal)
     _add_files(app)
-    _add_interface(app, catalogue, workers, limits)
+    _add_interface(app, catalogue, workers, limits, study)
     _add_socket(app, workers, limits)
     return Guard(app, access, limits)
 
@@ -92,7 +100,13 @@ def _fresh() -> dict[str, str]:
     return {"cache-control": "no-cache"}
 
 
-def _add_interface(app: FastAPI, catalogue: Catalogue, workers: Workers, limits: Limits) -> None:
+def _add_interface(
+    app: FastAPI,
+    catalogue: Catalogue,
+    workers: Workers,
+    limits: Limits,
+    study: dict[str, Any] | None,
+) -> None:
     described = catalogue.describe()
     allowance = Allowance(limits.requests_per_second, limits.burst)
     answers: dict[int | str, dict[str, Any]] = {
@@ -105,6 +119,10 @@ def _add_interface(app: FastAPI, catalogue: Catalogue, workers: Workers, limits:
     async def models() -> list[dict[str, Any]]:
         return described
 
+    @app.get("/api/study")
+    async def shown_study() -> dict[str, Any] | None:
+        return study
+
     @app.post("/api/values", response_model=dict[str, str])
     async def values(request: ValuesRequest) -> Response:
         """Tell which values a model cannot have: sentences by parameter."""
@@ -114,6 +132,18 @@ def _add_interface(app: FastAPI, catalogue: Catalogue, workers: Workers, limits:
             return JSONResponse(catalogue.refusals(request.model, request.parameters))
         except InputError as error:
             return PlainTextResponse(str(error), 400)
+
+    @app.post("/api/readings")
+    async def readings(request: ReadingsRequest) -> Response:
+        """Read a measured response with the units of a model."""
+        if not allowance.take():
+            return PlainTextResponse(TOO_MANY, 429)
+        try:
+            model = catalogue.model(request.model, {})
+            found = parse_measurement(request.text, request.name, model)
+        except InputError as error:
+            return PlainTextResponse(str(error), 400)
+        return JSONResponse(readings_view(found))
 
     @app.post("/api/export", responses=answers, response_class=PlainTextResponse)
     async def export(request: ExportRequest) -> Response:

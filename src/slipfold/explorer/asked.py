@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from slipfold.explorer.catalogue import Catalogue
-from slipfold.explorer.messages import PlaneRequest, SimulationRequest, ViewRequest
+from slipfold.explorer.messages import BasinsRequest, MotionRequest, PlaneRequest, ViewRequest
 from slipfold.models.model import Model
 
 __all__ = ["asked_model", "varied"]
@@ -13,7 +13,7 @@ def varied(request: ViewRequest) -> tuple[str, ...]:
     """Return the parameters that a request varies."""
     if isinstance(request, PlaneRequest):
         return request.x.name, request.y.name
-    return () if isinstance(request, SimulationRequest) else (request.vary,)
+    return () if isinstance(request, MotionRequest | BasinsRequest) else (request.vary,)
 
 
 def asked_model(catalogue: Catalogue, request: ViewRequest) -> Model:

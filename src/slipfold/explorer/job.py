@@ -9,10 +9,21 @@ from typing import Protocol
 from slipfold.explorer.messages import DiagramRequest, ExportRequest, ViewRequest
 from slipfold.explorer.worker import Reply
 
-__all__ = ["Job"]
+__all__ = ["SLOW", "Job"]
 
-RANK = {"orbit": 0, "diagram": 1, "simulation": 2, "export": 2, "plane": 3}
+RANK = {
+    "orbit": 0,
+    "diagram": 1,
+    "simulation": 2,
+    "exponents": 2,
+    "export": 2,
+    "plane": 3,
+    "basins": 3,
+}
 """Quick answers first."""
+
+SLOW = ("plane", "basins")
+"""What takes so long that it must not take all workers."""
 
 OVERTAKEN = 40
 """Later jobs that may go before one of the next rank, so that no job waits for ever."""

@@ -23,7 +23,15 @@ class Limits:
     # Time that a worker may take over a request, by kind
     seconds: Mapping[str, float] = field(
         default_factory=lambda: MappingProxyType(
-            {"diagram": 60.0, "orbit": 30.0, "simulation": 120.0, "plane": 600.0, "export": 120.0}
+            {
+                "diagram": 60.0,
+                "orbit": 30.0,
+                "simulation": 120.0,
+                "exponents": 300.0,
+                "plane": 600.0,
+                "basins": 600.0,
+                "export": 120.0,
+            }
         )
     )
     worker_bytes: int = 2**30  # memory beyond which a worker is replaced once it is idle

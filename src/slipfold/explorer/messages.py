@@ -18,14 +18,19 @@ from pydantic import (
 __all__ = [
     "LONGEST_NAME",
     "UNNAMED",
+    "BasinsRequest",
     "CancelRequest",
     "DiagramRequest",
+    "DrawnRequest",
+    "ExponentsRequest",
     "ExportRequest",
+    "MotionRequest",
     "OnBranch",
     "OrbitRequest",
     "OrbitThrough",
     "PlaneAxis",
     "PlaneRequest",
+    "ReadingsRequest",
     "Request",
     "SimulationRequest",
     "ValuesRequest",
@@ -46,7 +51,7 @@ LONGEST_NAME = 200
 UNNAMED = r"/\\\x00-\x1f\x7f-\x9f"
 """Characters, as in a class of a regular expression, that no model's name in a request has."""
 
-KINDS = ("diagram", "orbit", "plane", "simulation", "cancel")
+KINDS = ("diagram", "orbit", "plane", "simulation", "exponents", "basins", "cancel")
 
 LONGEST_SLOT = 8
 
@@ -57,6 +62,9 @@ Name = Annotated[
 
 ModelName = Annotated[str, Field(min_length=1, max_length=LONGEST_NAME, pattern=f"^[^{UNNAMED}]+$")]
 """A model of the catalogue, called as its file says; it is looked up there and nowhere else."""
+
+FileName = Annotated[str, Field(min_length=1, max_length=255, pattern=r"^[^\x00-\x1f\x7f-\x9f]+$")]
+"""A file of the reader's; it is called so in sentences and scripts, and opened nowhere."""
 
 Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False, strict=True)]
 
@@ -123,7 +131,7 @@ class OrbitRequest(_ResponseRequest):
 class PlaneAxis(_Message):
     """One of the two parameters of a plane."""
 
-    name: Name  # the parameter
+    name: Name  # the parameter, or the state
     span: tuple[Number, Number]  # its first and last value
 
 
@@ -141,29 +149,65 @@ class PlaneRequest(_ModelRequest):
         return self
 
 
-class SimulationRequest(_ModelRequest):
-    """A motion from rest or from a state, streamed while it is computed."""
+class MotionRequest(_ModelRequest):
+    """A motion from rest or from a state."""
 
-    kind: Literal["simulation"]
     start: Literal["rest"] | Values = "rest"  # states at phase zero by name
     nudge: Values = {}  # added to the states, by name
+
+
+class SimulationRequest(MotionRequest):
+    """A motion, streamed while it is computed."""
+
+    kind: Literal["simulation"]
     periods: Annotated[int, Field(ge=1, le=20_000, strict=True)] = 400  # of the forcing
+
+
+class ExponentsRequest(MotionRequest):
+    """What a motion comes to, by its Lyapunov exponents."""
+
+    kind: Literal["exponents"]
+
+
+class BasinsRequest(_ModelRequest):
+    """What motions from a plane of two states come to, told finer and finer."""
+
+    kind: Literal["basins"]
+    x: PlaneAxis
+    y: PlaneAxis
 
 
 class CancelRequest(_Request):
     """Stop what is being computed."""
 
     kind: Literal["cancel"]
-    of: Literal["diagram", "orbit", "plane", "simulation"]
+    of: Literal["diagram", "orbit", "plane", "simulation", "exponents", "basins"]
 
+
+DrawnRequest = Annotated[
+    DiagramRequest | OrbitRequest | PlaneRequest | SimulationRequest, Discriminator("kind")
+]
+"""A request that is answered with something that can leave the page."""
 
 ViewRequest = Annotated[
-    DiagramRequest | OrbitRequest | PlaneRequest | SimulationRequest, Discriminator("kind")
+    DiagramRequest
+    | OrbitRequest
+    | PlaneRequest
+    | SimulationRequest
+    | ExponentsRequest
+    | BasinsRequest,
+    Discriminator("kind"),
 ]
 """A request that is answered with something to look at."""
 
 Request = Annotated[
-    DiagramRequest | OrbitRequest | PlaneRequest | SimulationRequest | CancelRequest,
+    DiagramRequest
+    | OrbitRequest
+    | PlaneRequest
+    | SimulationRequest
+    | ExponentsRequest
+    | BasinsRequest
+    | CancelRequest,
     Discriminator("kind"),
 ]
 """Any request over the WebSocket."""
@@ -174,9 +218,10 @@ _ANY: TypeAdapter[Any] = TypeAdapter(Request)
 class ExportRequest(_Message):
     """A view as a file, or as the text that makes it."""
 
-    view: ViewRequest  # the request that made the view
+    view: DrawnRequest  # the request that made the view
     # ``"python"``, ``"toml"``, ``"csv"`` or ``"nc"``
     format: Literal["python", "toml", "csv", "nc"]
+    readings: FileName | None = None  # file whose readings are drawn on the diagram
 
 
 class ValuesRequest(_Message):
@@ -184,6 +229,14 @@ class ValuesRequest(_Message):
 
     model: ModelName  # name of the model
     parameters: Values  # the values, SI units
+
+
+class ReadingsRequest(_Message):
+    """A measured response in the words of its file."""
+
+    model: ModelName  # name of the model whose parameter and outputs it names
+    name: FileName
+    text: str
 
 
 def parse_request(text: str | bytes) -> Request:

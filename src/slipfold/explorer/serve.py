@@ -17,8 +17,10 @@ from slipfold.explorer.app import make_app
 from slipfold.explorer.catalogue import Catalogue
 from slipfold.explorer.limits import Limits
 from slipfold.explorer.security import LOCAL, Access
+from slipfold.explorer.views.study import study_view
 from slipfold.explorer.workers import Workers
 from slipfold.models.model import Model
+from slipfold.results.studies.study_result import StudyResult
 
 __all__ = ["default_workers", "listen", "serve", "settings_of_server"]
 
@@ -39,6 +41,7 @@ def serve(
     given: Model | None,
     file: Path | None = None,
     *,
+    study: StudyResult | None = None,
     port: int,
     public: str | None,
     workers: int,
@@ -47,6 +50,7 @@ def serve(
 ) -> None:
     """Serve the explorer until it is interrupted."""
     catalogue = Catalogue(given, file)
+    described = None if study is None else study_view(study, catalogue.names[0])
     listener = listen(public or "127.0.0.1", port)
     shown = _bracketed(public) if public else "127.0.0.1"
     access = Access(listener.getsockname()[1], (shown,) if public else LOCAL)
@@ -54,7 +58,7 @@ def serve(
     for variable in THREADS:
         os.environ.setdefault(variable, "1")
     pool = Workers(given, workers, limits, file)
-    app = make_app(catalogue, access, pool, limits)
+    app = make_app(catalogue, access, pool, limits, described)
     config = uvicorn.Config(app, **settings_of_server(limits))
     address = f"http://{shown}:{access.port}/?token={access.token}"
     say(address)

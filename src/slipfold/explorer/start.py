@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from slipfold.explorer.messages import SimulationRequest
+from slipfold.explorer.messages import MotionRequest
 from slipfold.flow.pace import paced
 from slipfold.flow.simulate import initial_state
 from slipfold.models.model import Model
@@ -10,8 +10,8 @@ from slipfold.models.model import Model
 __all__ = ["start_of", "timed"]
 
 
-def start_of(model: Model, request: SimulationRequest) -> dict[str, float]:
-    """Return the states that a simulation starts from, nudged."""
+def start_of(model: Model, request: MotionRequest) -> dict[str, float]:
+    """Return the states that a motion starts from, nudged."""
     begin = model.start if request.start == "rest" else initial_state(model, request.start)
     initial_state(model, request.nudge)  # refuses unknown states
     return {
@@ -20,7 +20,7 @@ def start_of(model: Model, request: SimulationRequest) -> dict[str, float]:
     }
 
 
-def timed(model: Model, request: SimulationRequest) -> Model:
+def timed(model: Model, request: MotionRequest) -> Model:
     """Return a model whose periods are forcing periods, or intervals that suit its motion."""
     if model.forced:
         return model

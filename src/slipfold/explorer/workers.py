@@ -7,7 +7,7 @@ import itertools
 import multiprocessing
 from pathlib import Path
 
-from slipfold.explorer.job import Job
+from slipfold.explorer.job import SLOW, Job
 from slipfold.explorer.limits import Limits
 from slipfold.explorer.process import GRACE, WorkerProcess
 from slipfold.explorer.worker import READY, Reply
@@ -96,11 +96,11 @@ class Workers:
         """Return a free worker for a job: that of its client, or any that is not."""
         home = self._workers[job.home % self._count]
         idle = [worker for worker in self._workers if worker.idle]
-        if job.kind == "plane":
-            # Planes take seconds: the client's own worker, and one of all, stay free of them.
+        if job.kind in SLOW:
+            # Such jobs take seconds: the client's own worker, and one of all, stay free of them.
             others = [worker for worker in idle if worker is not home]
             slow = sum(
-                worker.job is not None and worker.job.kind == "plane" for worker in self._workers
+                worker.job is not None and worker.job.kind in SLOW for worker in self._workers
             )
             if self._count > 1:
                 return others[0] if others and slow < self._count - 1 else None

@@ -15,9 +15,10 @@ from slipfold.flow.derivatives import with_derivatives, with_tangent
 from slipfold.flow.equations import Equations
 from slipfold.flow.own_copies import OwnCopies
 from slipfold.flow.perturbed import perturbed_system
-from slipfold.flow.precision import LANES
+from slipfold.flow.precision import LANES, OPTIMISATION
 from slipfold.flow.scaled import Scaled
 from slipfold.flow.sharp_turns import VERSION, SharpTurns, sharp_turns
+from slipfold.models.compiled_function import compiled_function
 from slipfold.models.variations import COLUMNS
 
 __all__ = ["JET_ORDER", "CompiledCode"]
@@ -53,10 +54,12 @@ class CompiledCode:
 
     @property
     def plain(self) -> Any:
-        """Batch of the states alone."""
-        return self._own(
-            "plain", lambda: self._batch(self._plain_system(), self._known, self._places())
-        )
+        """Batch of the states alone, always optimised: searches for motions run long."""
+
+        def build() -> Any:
+            return self._batch(self._plain_system(), self._known, self._places(), level=3)
+
+        return self._own("plain", build)
 
     @property
     def single(self) -> Any:
@@ -67,6 +70,7 @@ class CompiledCode:
                 self._plain_system(),
                 state=[0.0] * self._equations.dimension,
                 tol=self._tolerance,
+                opt_level=OPTIMISATION,
                 t_events=self._turns.events(self._places(), batch=False),
                 nt_events=self._turns.passed(self._places(), batch=False),
             )
@@ -164,15 +168,20 @@ class CompiledCode:
 
     @cached_property
     def coefficients(self) -> Any:
-        """Coefficients, then their derivatives row by row, of the parameters."""
+        """Coefficients, of the parameters."""
+        values = self._equations.coefficient_values
+        return self._kept("coefficient values", lambda: self._of_parameters(values))
+
+    @cached_property
+    def coefficient_slopes(self) -> Any:
+        """Derivatives of the coefficients with respect to the parameters, row by row."""
 
         def build() -> Any:
-            values = list(self._equations.coefficient_values)
-            parameters = list(self._equations.parameters)
+            values, parameters = self._equations.coefficient_values, self._equations.parameters
             slopes = [hy.diff(value, parameter) for value in values for parameter in parameters]
-            return hy.cfunc(values + slopes, vars=parameters, compact_mode=True)
+            return self._of_parameters(slopes)
 
-        return self._kept("coefficients", build)
+        return self._kept("coefficient slopes", build)
 
     @cached_property
     def rates(self) -> Any:
@@ -268,10 +277,10 @@ class CompiledCode:
 
     def _kept(self, kind: str, build: Callable[[], Any]) -> Any:
         options = f"lanes={LANES} tolerance={self._tolerance!r} jets={JET_ORDER, JET_TOLERANCE}"
-        key = f"scaled {kind} {options} {VERSION}\n{self._equations.fingerprint()}"
+        made = f"scaled {kind} {options} level={OPTIMISATION} {VERSION}"
         # heyoka's own disk cache is one for all programs and unchecked: ours takes its place.
         hy.llvm_state.set_diskcache_enabled(False)
-        return cached(key, build)
+        return cached(f"{made}\n{self._equations.fingerprint()}", build)
 
     def _plain_system(self) -> list[tuple[Any, Any]]:
         return self._system(self._places())
@@ -292,6 +301,7 @@ class CompiledCode:
         *,
         tolerance: float | None = None,
         size: int = 1,
+        level: int = OPTIMISATION,
     ) -> Any:
         # Compact mode: compiled in a fifth of the time, and eight lanes hide most of its cost.
         return hy.taylor_adaptive_batch(
@@ -300,6 +310,7 @@ class CompiledCode:
             pars=np.zeros((parameters, LANES)),
             tol=tolerance or self._tolerance,
             compact_mode=True,
+            opt_level=level,
             t_events=self._turns.events(places, batch=True),
             nt_events=self._turns.passed(places, batch=True),
         )
@@ -307,10 +318,13 @@ class CompiledCode:
     def _directions(self, letter: str, symbols: Iterable[Any]) -> list[Any]:
         return [hy.expression(f"{letter}_{symbol}") for symbol in symbols]
 
+    def _of_parameters(self, expressions: Iterable[Any]) -> Any:
+        return compiled_function(expressions, self._equations.parameters)
+
     def _function(self, expressions: Iterable[Any], more: Sequence[Any] = ()) -> Any:
         equations = self._equations
         arguments = [*equations.states, equations.phase, *equations.coefficients, *more]
-        return hy.cfunc(list(expressions), vars=arguments, compact_mode=True)
+        return compiled_function(expressions, arguments)
 
 
 def _slopes(forms: Sequence[Any], symbols: Sequence[Any], direction: Sequence[Any]) -> list[Any]:

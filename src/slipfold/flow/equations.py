@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import pickle
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -124,12 +125,19 @@ class Constants:
     """What a flow needs to know of the parameters, and in which scales it is to be integrated."""
 
     values: Array  # coefficients, shape (n_c,); or (m, n_c), one row for each of m trajectories
-    # Derivative of the coefficients with respect to each parameter, shape (n_c, n_p) or (m, n_c,
-    # n_p)
-    rates: Array
     # Typical sizes of the states, shape (n,) or (m, n). A step may make an error of the tolerance
     # times these. States go in and come out in their own units; powers of two round nothing.
     scales: Array
+    differentiate: Callable[[], Array] | None = None  # gives `rates`; None where they are not known
+
+    @cached_property
+    def rates(self) -> Array:
+        """Derivative of the coefficients with respect to each parameter, (n_c, n_p) or (m, ...).
+
+        Computed where they are asked for: most motions are integrated without derivatives.
+        """
+        assert self.differentiate is not None
+        return self.differentiate()
 
     @property
     def period(self) -> float:
@@ -141,7 +149,7 @@ class Constants:
         if self.values.ndim == 1:
             return self
         scales = self.scales if self.scales.ndim == 1 else self.scales[which]
-        return Constants(self.values[which], self.rates[:0], scales)
+        return Constants(self.values[which], scales)
 
     def repeated(self, count: int) -> Constants:
         """Return each trajectory's coefficients several times, without derivatives."""

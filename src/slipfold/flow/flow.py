@@ -27,6 +27,9 @@ __all__ = ["Flow", "flow_of"]
 
 Array = NDArray[np.float64]
 
+MANY = 8_000
+"""Steps of a motion that is not stiff in its first period, at most."""
+
 TINY = 1e-300
 """Length of a step that is taken for what is known before it."""
 
@@ -56,16 +59,19 @@ class Flow(Evaluated):
         return self.constants(model.vector, power_of_two(model.state_scales()))
 
     def constants(self, parameters: Array, scales: Array | None = None) -> Constants:
-        """Evaluate the coefficients and their derivatives.
+        """Evaluate the coefficients.
 
         Shapes: parameters (n_p,); scales (n,) or (m, n).
         """
-        raw = self._code.coefficients(np.ascontiguousarray(parameters.T)).T
-        count, shape = len(self.equations.coefficients), parameters.shape
-        rates = raw[..., count:].reshape(*shape[:-1], count, shape[-1])
-        return Constants(
-            raw[..., :count], rates, np.ones(self.dimension) if scales is None else scales
-        )
+        columns = np.ascontiguousarray(parameters.T)
+        *rows, width = parameters.shape
+
+        def rates() -> Array:
+            slopes = self._code.coefficient_slopes(columns).T
+            return np.asarray(slopes.reshape(*rows, len(self.equations.coefficients), width))
+
+        values = self._code.coefficients(columns).T
+        return Constants(values, np.ones(self.dimension) if scales is None else scales, rates)
 
     # -- trajectories --------------------------------------------------------------------------
 
@@ -309,13 +315,18 @@ class Flow(Evaluated):
 
         Shapes: state (n,); grid (m,); returns (m, n).
         """
-        single = self._code.single
-        single.time = grid[0]
-        forget(single)
-        single.state[:] = state / constants.scales
-        single.pars[:] = constants.known
+        single = self._set_out(state, constants, grid[0])
         takeover = Takeover(self, constants)
         return pass_through(single, grid, takeover, patient=patient) * constants.scales
+
+    def is_stiff(self, state: Array, constants: Constants) -> bool:
+        """Whether a motion over the first period had better go on in implicit steps.
+
+        Shapes: state (n,).
+        """
+        single = self._set_out(state, constants, 0.0)
+        outcome = int(single.propagate_until(1.0, max_steps=MANY)[0])
+        return outcome == STEP_LIMIT and Takeover(self, constants).is_due(single)
 
     def dense(
         self, state: Array, constants: Constants, end: float, steps: int
@@ -326,11 +337,7 @@ class Flow(Evaluated):
 
         Shapes: state (n,).
         """
-        single = self._code.single
-        single.time = 0.0
-        forget(single)
-        single.state[:] = state / constants.scales
-        single.pars[:] = constants.known
+        single = self._set_out(state, constants, 0.0)
         outcome, *_, output = single.propagate_until(end, max_steps=steps, c_output=True)[:5]
         takeover = Takeover(self, constants)
         if int(outcome) == STEP_LIMIT and takeover.is_due(single):
@@ -340,6 +347,15 @@ class Flow(Evaluated):
                 return None
             return DenseMotion(implicit.times, implicit, constants.scales, implicit=True)
         return output and DenseMotion(np.array(output.times), output, constants.scales)
+
+    def _set_out(self, state: Array, constants: Constants, phase: float) -> Any:
+        """Return the integrator of one motion at its beginning."""
+        single = self._code.single
+        single.time = phase
+        forget(single)
+        single.state[:] = state / constants.scales
+        single.pars[:] = constants.known
+        return single
 
     def _prepare(
         self, batch: Any, states: Array, start: Array, constants: Constants, some: slice

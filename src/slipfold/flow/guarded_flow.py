@@ -19,7 +19,7 @@ from slipfold.flow.implicit.steps import MOST, End, Watch
 from slipfold.flow.implicit.takeover import Takeover
 from slipfold.flow.own_copies import OwnCopies
 from slipfold.flow.patience import CALL, LONGEST, STEEP, STEP_LIMIT, go_on
-from slipfold.flow.precision import TOLERANCE
+from slipfold.flow.precision import OPTIMISATION, TOLERANCE
 from slipfold.flow.scaled import Scaled
 from slipfold.flow.sharp_turns import VERSION, sharp_turns
 from slipfold.models.model import Kind, Model
@@ -238,7 +238,7 @@ class GuardedFlow:
 
     def _compiled(self) -> Any:
         bounds = [(limit.output, limit.bound) for limit in self.limits]
-        options = f"tol={TOLERANCE!r} limits={bounds!r} {VERSION}"
+        options = f"tol={TOLERANCE!r} level={OPTIMISATION} limits={bounds!r} {VERSION}"
         key = f"guarded weighted {options}\n{self._equations.fingerprint()}"
         hy.llvm_state.set_diskcache_enabled(False)
         return cached(key, self._build)
@@ -265,6 +265,7 @@ class GuardedFlow:
             state=[0.0] * equations.dimension,
             pars=[0.0] * (len(symbols) + len(watched)),
             tol=TOLERANCE,
+            opt_level=OPTIMISATION,
             t_events=[*events, *turns.events(known, batch=False)],
             nt_events=turns.passed(known, batch=False),
         )

@@ -25,6 +25,7 @@ from slipfold.models.turns import turns_between, turns_by_name
 from slipfold.text.turns import turns_text
 
 __all__ = [
+    "LARGEST",
     "PERIODS",
     "Motion",
     "checked_periods",
@@ -34,6 +35,7 @@ __all__ = [
     "integrated",
     "interrupted_at",
     "simulate",
+    "unbounded_at",
 ]
 
 Array = NDArray[np.float64]
@@ -177,9 +179,7 @@ class Motion:
         states = np.concatenate(self._pieces[known:])
         size = np.abs(states / self.model.state_scales()).max(initial=0.0)
         if self.stopped is None and size > LARGEST:
-            time = self.time
-            reason = f"the motion grows without bound: after {time:.6g} s it has {size:.0e} scales"
-            self.stopped = Stop("unbounded", reason, time)
+            self.stopped = unbounded_at(self.time, size)
 
     def settlement(self, tolerance: float) -> Settlement:
         """Return whether it has settled, and on what."""
@@ -281,6 +281,12 @@ def checked_tolerance(tolerance: float) -> float:
 def interrupted_at(time: float) -> Stop:
     """Return the end of a motion that was interrupted."""
     return Stop("interrupted", "it was interrupted", time)
+
+
+def unbounded_at(time: float, size: float) -> Stop:
+    """Return the end of a motion that grew to some scales."""
+    reason = f"the motion grows without bound: after {time:.6g} s it has {size:.0e} scales"
+    return Stop("unbounded", reason, time)
 
 
 def cut_short(stop: Stop) -> Settlement:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import SpecialPoint
@@ -145,6 +144,8 @@ def _interval_kinds(branch: Branch, s: Array) -> list[str]:
 
 def _splines(knots: Sequence[Knot], s: Array, *, straight: bool) -> tuple[Line, Line]:
     """Interpolate parameter and value in the arclength, a value with corners straight."""
+    from scipy.interpolate import CubicSpline  # half a second to import, for those who draw alone
+
     # A doubled branch leaves its parent across the parameter, which stands still there.
     ends = [(1, 0.0) if knots[end].type == BORN else "not-a-knot" for end in (0, -1)]
     if len(s) == 2:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from slipfold.lines.knots import Knot, arranged, runs
 from slipfold.loci.locus import Locus, LocusPoint
@@ -144,7 +144,9 @@ def _lines(knots: list[Knot], closed: bool) -> list[Array]:
     return lines
 
 
-def _spline(knots: list[Knot], closed: bool) -> CubicSpline:
+def _spline(knots: list[Knot], closed: bool) -> Callable[[Array], Array]:
+    from scipy.interpolate import CubicSpline  # half a second to import, for those who draw alone
+
     s, values = np.array([knot.s for knot in knots]), np.array([knot.values for knot in knots])
     if closed and knots[0].type not in CUSPS:
         return CubicSpline(s, values, bc_type="periodic")

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from itertools import product
 
 from slipfold.branches.settings import Settings
-from slipfold.branches.special_point import SpecialPoint
+from slipfold.branches.special_point import LOCUS_TYPES, SpecialPoint
 from slipfold.errors import InputError
 from slipfold.flow.sizes.typical_sizes import measured_within
 from slipfold.loci.fan import FanLine, follow_fan, follow_settled, largest_period
-from slipfold.loci.follow import LOCUS_TYPES, follow_found
+from slipfold.loci.follow import follow_found
 from slipfold.loci.isolated import follow_isolated
 from slipfold.loci.locus import Locus
 from slipfold.loci.progress import LocusObserver, LocusProgress
@@ -23,6 +23,7 @@ from slipfold.orbits.stick_slip.touch import TOUCHED
 
 __all__ = [
     "BifurcationSet",
+    "check_asked",
     "find_bifurcation_set",
     "found_until_interrupted",
     "measured_across",
@@ -63,7 +64,7 @@ def find_bifurcation_set(
     its locus is, unless it is known; from points of codimension two those that start there.
     """
     window = check_window(model, plane, window)
-    types, periods = _checked(model, types, periods)
+    types, periods = check_asked(model, types, periods)
     if regions and not model.forced:
         raise InputError(
             f"regions are found for forced models only, and {model.name} is autonomous; ask for "
@@ -168,9 +169,10 @@ def possible_types(model: Model) -> tuple[str, ...]:
     return tuple(kind for kind in LOCUS_TYPES if kind not in missing)
 
 
-def _checked(
+def check_asked(
     model: Model, types: Sequence[str] | None, periods: Sequence[int]
 ) -> tuple[tuple[str, ...], tuple[int, ...]]:
+    """Return the types and periods of a set that is asked for, each once, in their order."""
     possible = possible_types(model)
     types = possible if types is None else types
     for kind in types:

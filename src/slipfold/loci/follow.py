@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.settings import Settings
-from slipfold.branches.special_point import SpecialPoint
+from slipfold.branches.special_point import LOCUS_TYPES, SpecialPoint
 from slipfold.continuation.atlas import Atlas, Chart, Start
 from slipfold.continuation.end import End
 from slipfold.continuation.search import Found
@@ -30,12 +30,8 @@ from slipfold.models.model import Model
 from slipfold.orbits.check import rests
 from slipfold.orbits.crossing import crossing_gap
 from slipfold.orbits.orbit_point import OrbitPoint
-from slipfold.orbits.stick_slip.touch import TOUCHED
 
-__all__ = ["LOCUS_TYPES", "follow_found", "follow_loci"]
-
-LOCUS_TYPES = ("LP", "PD", "NS", "BP", "HB", *TOUCHED)
-"""Types of special points that have a locus in two parameters."""
+__all__ = ["follow_found", "follow_loci"]
 
 CROSSED = 1e-6
 """A branch point at which the other parameter parts the branches is farther from a crossing."""

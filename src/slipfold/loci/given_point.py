@@ -28,6 +28,9 @@ __all__ = ["as_unknown", "on_a_mesh"]
 
 Array = NDArray[np.float64]
 
+GIVING_WAY = (0.0, 1e-4, -1e-4, 3e-4, -3e-4, 1e-3, -1e-3)
+"""Shares by which a parameter is changed to leave slip in the plane."""
+
 
 def as_unknown(
     point: SpecialPoint, model: Model, plane: Mapping[str, float], settings: Settings
@@ -62,18 +65,31 @@ def _through_stick(
     orbits = orbits_of(model, plane, point.period, 1, by=SwitchedShooting)
     z = orbits.unknown(point.nodes[:1], point.model)
     assert isinstance(orbits.by, SwitchedShooting)
-    nodes, constants = orbits.nodes(z), orbits.constants(z)
     by: SwitchedShooting | None
     if point.type in TOUCHED:
-        by = TouchingShooting.at(orbits.by, nodes, constants, point.type)
-        if by is None:
-            raise InputError(f"the orbit at this {point.type} touches nothing; compute it anew")
+        by, z = _touching(orbits, orbits.by, z, point.type)
     else:
-        by = orbits.by.better(nodes, constants)
+        by = orbits.by.better(orbits.nodes(z), orbits.constants(z))
     if by is None:
         return orbits, z
     other = orbits.described_by(by)
     return other, other.adopt(orbits, z)
+
+
+def _touching(
+    orbits: Orbits, known: SwitchedShooting, z: Array, kind: str
+) -> tuple[TouchingShooting, Array]:
+    """Return what passes the touch of an orbit, and the orbit, or one with a little slip left.
+
+    In the plane nothing can be integrated where slip vanishes, so the first parameter gives way.
+    """
+    for share in GIVING_WAY:
+        near = z.copy()
+        near[-2] *= 1 + share
+        by = TouchingShooting.at(known, orbits.nodes(near), orbits.constants(near), kind)
+        if by is not None:
+            return by, near
+    raise InputError(f"the orbit at this {kind} touches nothing; compute it anew")
 
 
 def on_a_mesh(shot: Orbits, point: SpecialPoint) -> tuple[Orbits, Array]:

@@ -20,10 +20,8 @@ from slipfold.loci.stable_spans import ONE_ORBIT, is_among, stable_orbits
 from slipfold.loci.window import Window
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
-from slipfold.orbits.carry_to import hold_parameter
 from slipfold.orbits.find import periodic_orbit
-from slipfold.orbits.forced_orbits import ForcedOrbits
-from slipfold.orbits.many_orbits import correct_orbits
+from slipfold.orbits.many_orbits import orbits_from
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
 __all__ = ["PLACES", "Starts", "follow_isolated", "other_orbits"]
@@ -138,7 +136,7 @@ def other_orbits(
         for period in periods:
             if not len(settled):
                 break
-            orbits = _orbits_from(model, period, settled)
+            orbits = orbits_from(model, period, settled)
             for nodes in orbits:
                 if nodes is None or is_among(model, nodes, period, found[period]):
                     continue
@@ -170,28 +168,6 @@ def _is_near(model: Model, state: Array, found: dict[int, list[Array]], reach: f
             if apart.max(axis=1).min() < reach:
                 return True
     return False
-
-
-def _orbits_from(model: Model, period: int, states: Array) -> list[Array | None]:
-    """Return the nodes of the stable orbits of a period that states nearly repeat on.
-
-    Shapes: states (k, n); returns k times (m, n), None where there is none.
-    """
-    orbits = ForcedOrbits(model, {model.parameters[0].name: 1.0}, period)
-    zero = np.zeros(len(states))
-    constants = orbits.flow.constants_of(model)
-    nodes = orbits.flow.sample(states, zero, zero + period, orbits.segments, constants)
-    found: list[Array | None] = [None] * len(states)
-    passed = np.flatnonzero(np.isfinite(nodes).all(axis=(1, 2)))
-    if not len(passed):
-        return found
-    guesses = np.array([orbits.unknown(item, model) for item in nodes[passed]])
-    rows = np.tile(hold_parameter(orbits.size), (len(passed), 1))
-    corrected = correct_orbits(orbits, guesses, rows)
-    for i, k in enumerate(passed):
-        if corrected.found[i] and np.abs(np.linalg.eigvals(corrected.monodromies[i])).max() < 1:
-            found[k] = orbits.nodes(corrected.z[i])
-    return found
 
 
 def _orbit_from(model: Model, period: int, state: Array) -> PeriodicOrbit | None:

@@ -10,6 +10,7 @@ import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.models.compiled_function import compiled_function
 from slipfold.models.output import Expression, Output, Symbols
 from slipfold.models.parameter import Parameter, State
 
@@ -148,11 +149,8 @@ class Evaluation:
         return entries, self._compile([*rates, *slopes[entries]])
 
     def _compile(self, expressions: Sequence[Expression]) -> Any:
-        # heyoka's own disk cache is unchecked and shared by all programs: keep out of it.
-        hy.llvm_state.set_diskcache_enabled(False)
         arguments = [*self._q.values(), self._phase, *self._p.values()]
-        symbols = [_as_expression(item) for item in expressions]
-        return hy.cfunc(symbols, vars=arguments, compact_mode=True)
+        return compiled_function(map(_as_expression, expressions), arguments)
 
     def _call(self, function: Any, model: Model, states: Array, phases: Array) -> Array:
         shape = np.broadcast_shapes(states.shape[:-1], phases.shape)

@@ -41,7 +41,7 @@ _FACTORS: dict[str, tuple[str, float]] = {
 
 _QUANTITY = re.compile(
     r"\s*([-+−]?(?:[0-9]+\.?[0-9]*(?:e[-+−]?[0-9]+)?|\.[0-9]+(?:e[-+−]?[0-9]+)?|inf|nan))"
-    r"\s*([^0-9.,\s].*?|)\s*",
+    r"(\s*[^0-9.,\s].*?|\s+1/.*?|)\s*",
     re.IGNORECASE,
 )
 """The page reads numbers in the same way: explorer/page/quantity_text.js."""
@@ -84,7 +84,7 @@ def parse_quantity(text: str | float, unit: str, name: str = "value") -> float:
     match = _QUANTITY.fullmatch(text)
     if match is None:
         raise InputError(f"{name} = {text!r} is not a number; give {wanted_text(unit)}")
-    number, suffix = float(match.group(1).replace("−", "-")), match.group(2)
+    number, suffix = float(match.group(1).replace("−", "-")), match.group(2).lstrip()
     factor = units_of(unit).get(suffix) if suffix else 1.0
     if factor is None:
         raise InputError(f"{name} = {text!r} has the unit {suffix!r}; give {wanted_text(unit)}")

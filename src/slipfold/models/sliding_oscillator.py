@@ -326,7 +326,7 @@ class SlidingOscillator(Model):
                 c["Ns"] + c["Nd"] * hy.cos(2 * math.pi * phase),
                 friction=lambda speed: law.formula(speed, own),
                 holding=law.holding(own),
-                limits=("stick", "lost contact"),
+                limits=("stick",),
             ),
         )
 

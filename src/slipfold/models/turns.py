@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from slipfold.models.parameter import State
 
-__all__ = ["NO_TURNS", "TURN", "turns_between", "turns_by_name", "without_turns"]
+__all__ = ["NO_TURNS", "TURN", "mean_state", "turns_between", "turns_by_name", "without_turns"]
 
 Array = NDArray[np.float64]
 
@@ -29,6 +29,18 @@ def without_turns(difference: Array, whole: Array) -> Array:
     array([-0.5,  6. ])
     """
     return difference - turns_between(difference, whole) * whole if whole.any() else difference
+
+
+def mean_state(states: Array, whole: Array) -> Array:
+    """Return the mean of states with angles taken next to the last one.
+
+    Shapes: states (m, n); whole (n,).
+
+    >>> mean_state(np.array([[3.0, 1.0], [-3.0, 3.0]]), np.array([6.5, 0.0]))
+    array([-3.25,  2.  ])
+    """
+    last = states[-1]
+    return np.asarray(last + without_turns(states - last, whole).mean(axis=0))
 
 
 def turns_between(difference: Array, whole: Array) -> Array:

@@ -83,7 +83,7 @@ def normal_form(orbits: Orbits, point: OrbitPoint, kind: str) -> tuple[float, st
 
     An error of linear algebra says that the map is not known well enough.
     """
-    linearisation = orbits.linearise(point.z)
+    linearisation = point.linearisation or orbits.linearise(point.z)
     map_: JetMap | ReturnMap = (
         ReturnMap(orbits, point.z, orbits.scales)
         if orbits.free_phase

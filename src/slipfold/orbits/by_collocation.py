@@ -24,8 +24,10 @@ ROUNDS = 4
 
 
 def by_collocation(curve: C, point: OrbitPoint) -> tuple[C, OrbitPoint] | None:
-    """Return a curve by collocation instead of shooting, and a point of it; None if lost."""
+    """Return a curve by collocation on a mesh that fits, and a point of it; None if lost."""
     orbits = curve.orbits
+    if isinstance(orbits.by, Collocation):
+        return _fitted(curve, point)
     count = FIRST * orbits.period
     assert isinstance(orbits.by, Segments)
     scheme = orbits.by.scheme(orbits.nodes(point.z), orbits.constants(point.z))
@@ -35,14 +37,16 @@ def by_collocation(curve: C, point: OrbitPoint) -> tuple[C, OrbitPoint] | None:
     if orbits.free_phase and size < STANDING:
         return (other, _newborn(other, orbits, point)) if isinstance(other, Orbits) else None
     again = other.retaken(point)
+    return None if again is None else _fitted(other, again)
+
+
+def _fitted(curve: C, point: OrbitPoint) -> tuple[C, OrbitPoint]:
     for _ in range(ROUNDS):
-        if again is None:
-            return None
-        following = other.renewed([again])
+        following = curve.renewed([point])
         if following is None:
             break
-        other, (again,) = following
-    return None if again is None else (other, again)
+        curve, (point,) = following
+    return curve, point
 
 
 def _newborn(other: Orbits, orbits: Orbits, point: OrbitPoint) -> OrbitPoint:

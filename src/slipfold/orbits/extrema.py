@@ -28,12 +28,18 @@ SAMPLES = 64
 ZOOM = 16
 """Samples of each closer look."""
 
-ZOOMS, MORE = 3, 7
-"""Closer looks: the last of three resolves 1e-4 of a forcing period, a parabola then 1e-12 in value
-unless the motion turns more sharply, as a relaxation's speed does."""
+ZOOMS, MORE = 2, 7
+"""Closer looks: the second resolves 1e-3 of a forcing period, a polynomial through `BESIDE` samples
+to either side then 1e-13 in value unless the motion turns more sharply, as a relaxation's speed
+does."""
 
-ROUND = 1e-6
-"""Share of the value by which samples beside a minimum may exceed it for the parabola to do."""
+BESIDE = 3
+
+ROUND = 1e-4
+"""Share of the value by which samples beside a minimum may exceed it for the polynomial to do."""
+
+CORRECTIONS = 3
+"""Newton steps from the lowest sample to where its slope is zero."""
 
 JUMP = 1 / 8
 """Share of its range by which an output changes between samples where peaks may lie unseen."""
@@ -246,7 +252,7 @@ def refine_minimum(
     """Find minima of outputs over continuous orbits, each near the lowest of its samples.
 
     The neighbourhood of each is sampled ever more finely, which finds a minimum as sharp as that
-    of the spring's length near collapse; a parabola through the last three samples gives the rest.
+    of the spring's length near collapse; a polynomial through the last samples gives the rest.
 
     Shapes: states (k, n); start, columns, signs (k,), spacing too or one; returns (k,).
     """
@@ -260,17 +266,42 @@ def refine_minimum(
         flat = flow.outputs(fine.reshape(-1, fine.shape[2]), at.ravel(), own.repeated(ZOOM))
         values = flat.reshape(len(going), ZOOM, -1)[rows, :, columns[going]]
         values = signs[going, None] * values
-        best = np.clip(values.argmin(axis=1), 1, ZOOM - 2)
-        left, middle, right = (values[rows, best + side] for side in (-1, 0, 1))
-        bend = left - 2 * middle + right
-        with np.errstate(divide="ignore", invalid="ignore"):
-            gain = np.where(bend > 0, (right - left) ** 2 / (8 * bend), 0.0)
-        least = np.minimum(left, right)
-        lowest[going] = np.minimum(least, middle - np.minimum(gain, np.abs(bend)))
+        best = np.clip(values.argmin(axis=1), BESIDE, ZOOM - 1 - BESIDE)
+        beside = values[rows[:, None], best[:, None] + _PLACES]
+        lowest[going], bend = _least_between(beside)
         # Each goes on for itself: what is beside it changes no digit of it.
         on = (bend > ROUND * np.abs(values).max(axis=1)) | (zoom < ZOOMS)
         if not on.any():
             break
+        best = np.clip(values.argmin(axis=1), 1, ZOOM - 2)
         going, states, start = going[on], fine[rows, best - 1][on], at[rows, best - 1][on]
         width = (2 * width / ZOOM)[on]
     return lowest
+
+
+_PLACES = np.arange(-BESIDE, BESIDE + 1)
+_ORDERS = np.arange(len(_PLACES))
+_FIT = np.linalg.inv(np.vander(_PLACES.astype(float), increasing=True)).T
+
+
+def _least_between(values: Array) -> tuple[Array, Array]:
+    """Return the minima of polynomials through samples, and how much these bend there.
+
+    Shapes: values (k, 2 BESIDE + 1); returns (k,), (k,).
+    """
+    rows, least = np.arange(len(values)), values.min(axis=1)
+    middle = np.clip(values.argmin(axis=1), 1, len(_PLACES) - 2)
+    left, right = values[rows, middle - 1], values[rows, middle + 1]
+    bend = left - 2 * values[rows, middle] + right
+    coefficients, places = values @ _FIT, _PLACES[middle].astype(float)
+    for _ in range(CORRECTIONS):
+        powers = places[:, None] ** _ORDERS
+        slope = (coefficients[:, 1:] * _ORDERS[1:] * powers[:, :-1]).sum(axis=1)
+        factors = _ORDERS[2:] * _ORDERS[1:-1]
+        curvature = (coefficients[:, 2:] * factors * powers[:, :-2]).sum(axis=1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            step = np.where(curvature > 0, slope / curvature, 0.0)
+        places = np.clip(places - step, _PLACES[middle] - 1, _PLACES[middle] + 1)
+    found = (coefficients * places[:, None] ** _ORDERS).sum(axis=1)
+    # Where the samples lie on no polynomial, it says nothing.
+    return np.clip(found, least - np.abs(bend), least), bend

@@ -10,15 +10,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import InputError
-from slipfold.flow import flow_of
+from slipfold.flow import flow_of, simulate
 from slipfold.flow.sizes.typical_sizes import measured
 from slipfold.flow.switched.mode_equations import contacts_of
+from slipfold.flow.switched.simulate import comes_to_rest, simulate_switched
 from slipfold.models.followed import check_followed
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.orbits.carry_to import hold_parameter
-from slipfold.orbits.find_cycle import find_cycle
-from slipfold.orbits.find_response import find_response
+from slipfold.orbits.finding.find_cycle import find_cycle
+from slipfold.orbits.finding.find_response import find_response
 from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.orbits.kinds import orbits_of
 from slipfold.orbits.limits import broken_limit
@@ -34,6 +35,16 @@ Array = NDArray[np.float64]
 
 LONGEST_PERIOD = 64
 """Longest period that can be asked for, in forcing periods."""
+
+LONGEST_SETTLING = 10**6
+"""Most periods that a motion is given to settle."""
+
+MOST_ROUNDS = 24
+"""Times that a motion may go round a cycle until it is seen to come back, and products of such."""
+
+SAME = 1e-7
+"""Distance of states, in their scales, from which on they differ: orbits close to 1e-10, and what a
+cascade has just doubled is farther apart."""
 
 
 def periodic_orbit(
@@ -97,6 +108,10 @@ def periodic_orbit(
         raise InputError(
             f"period = {period!r} is not a whole number from 1 to {LONGEST_PERIOD}; give e.g. 2"
         )
+    if settle not in range(1, LONGEST_SETTLING + 1):
+        raise InputError(
+            f"settle = {settle!r} is not a whole number from 1 to {LONGEST_SETTLING}; give e.g. 400"
+        )
     on_wall = not _may_slip(model)
     model = model if on_wall else measured(model)
     # Which one may change plays no part, but the duration of a cycle is unknown already.
@@ -110,9 +125,15 @@ def periodic_orbit(
             "forcing periods; leave it out, or give period"
         )
     near = None if state is None else _checked_state(model, state)
-    smooth = partial(_smooth_orbit, model, vary, int(period), near, duration, tolerance, settle)
+    smooth = partial(
+        _smooth_orbit,
+        *(model, vary, int(period)),
+        duration=duration,
+        tolerance=tolerance,
+        settle=settle,
+    )
     if not contacts_of(model):
-        return smooth()
+        return smooth(near)
     through_stick = partial(_stick_slip_orbit, model, vary, int(period), near, tolerance, settle)
     if on_wall:
         return through_stick()
@@ -120,10 +141,16 @@ def periodic_orbit(
         try:
             orbit = through_stick()
         except InputError:
-            return smooth()
-        return orbit if orbit.sticking else smooth()
+            return smooth(near)
+        return orbit if orbit.sticking else smooth(near)
+    if near is not None or period > 1:  # else it is sought by the linear response
+        motion = simulate(model, settle if near is None else int(period), near)
+        if comes_to_rest(motion.stopped, model):
+            orbit = through_stick()
+            return orbit if orbit.sticking else smooth(orbit.state)
+        near = motion.strobe[-1] if near is None else near
     try:
-        slips = smooth()
+        slips = smooth(near)
     except InputError:
         return through_stick()
     return slips if _keeps_limits(slips) else through_stick()
@@ -143,6 +170,7 @@ def _smooth_orbit(
     vary: str,
     period: int,
     state: Array | None,
+    *,
     duration: float | None,
     tolerance: float,
     settle: int,
@@ -152,7 +180,7 @@ def _smooth_orbit(
         return _cycle(model, vary, period, state, duration, tolerance, settle)
     orbits = ForcedOrbits(model, {vary: 1.0}, period)
     if state is None and period == 1:
-        found = find_response(orbits, model.values[vary])
+        orbits, found = find_response(orbits, model.values[vary], implicitly=True)
         if found.converged:  # to the last digit
             found = correct(orbits, found.z, hold_parameter(orbits.size), tolerance=tolerance)
         return _as_orbit(orbits, model, found)
@@ -164,7 +192,8 @@ def _smooth_orbit(
     row = hold_parameter(orbits.size)
     correction = correct(orbits, guess, row, tolerance=tolerance, iterations=20)
     orbit = _as_orbit(orbits, model, correction)
-    _refuse_shorter(orbits, orbit)
+    strobes = orbits.flow.sample(orbit.state[None], zero, zero + period, period, constants)[0]
+    _refuse_shorter(orbit, strobes)
     return orbit
 
 
@@ -188,13 +217,16 @@ def _stick_slip_orbit(
             "nearer to it, e.g. the end of a long simulation"
         )
     monodromy = orbits.linearise(found.z).monodromy
-    return StickSlipOrbit(
+    orbit = StickSlipOrbit(
         orbits.model_at(found.z),
         period,
         orbits.evenly(found.z),
         orbits.spectrum.whole(floquet_multipliers(monodromy)),
         found.residual,
     )
+    if period > 1:
+        _refuse_shorter(orbit, simulate_switched(orbit.model, period, orbit.state, SAME).strobe)
+    return orbit
 
 
 def _cycle(
@@ -213,10 +245,23 @@ def _cycle(
         )
     if duration is not None and not 0 < duration < np.inf:
         raise InputError(f"duration = {duration!r} s is not positive; give the cycle's, about")
-    orbits, correction = find_cycle(
-        model, vary, 1.0, state, duration, tolerance=tolerance, settle=settle
-    )
-    return _as_orbit(orbits, orbits.model_at(correction.z), correction)
+    find = partial(find_cycle, model, vary, 1.0, tolerance=tolerance, settle=settle)
+    orbits, correction = find(state, duration)
+    orbit = _as_orbit(orbits, orbits.model_at(correction.z), correction)
+    while (rounds := _times_round(orbit)) > 1:
+        orbits, correction = find(orbit.state, orbit.duration / rounds)
+        orbit = _as_orbit(orbits, orbits.model_at(correction.z), correction)
+    return orbit
+
+
+def _times_round(cycle: PeriodicOrbit) -> int:
+    """Return how often a cycle comes back to where it began."""
+    flow, model = flow_of(cycle.model), cycle.model
+    phases = np.append(0.0, 1 / np.arange(MOST_ROUNDS, 1, -1))
+    states = flow.trajectory(cycle.state, flow.constants_of(model), phases)[1:]
+    apart = without_turns(states - cycle.state, model.whole_turns) / model.state_scales()
+    back = np.flatnonzero(np.abs(apart).max(axis=1) < SAME)
+    return int(MOST_ROUNDS - back[0]) if len(back) else 1
 
 
 def _checked_state(model: Model, state: ArrayLike | Mapping[str, float]) -> Array:
@@ -247,17 +292,16 @@ def _settled(model: Model, periods: int) -> Array:
     return state
 
 
-def _refuse_shorter(orbits: ForcedOrbits, orbit: PeriodicOrbit) -> None:
-    """Refuse an orbit that repeats within the period asked for."""
-    flow, model = orbits.flow, orbit.model
-    constants = flow.constants_of(model)
-    count = orbit.period
-    zero = np.zeros(1)
-    strobes = flow.sample(orbit.state[None], zero, zero + count, count, constants)[0]
+def _refuse_shorter(orbit: PeriodicOrbit, strobes: Array) -> None:
+    """Refuse an orbit that repeats within the period asked for.
+
+    Shapes: strobes (period, n) or more, its states after whole forcing periods.
+    """
+    count, model = orbit.period, orbit.model
     for shorter in range(1, count):
         apart = without_turns(strobes[shorter] - strobes[0], model.whole_turns)
-        moved = np.abs(apart / orbits.scales).max()
-        if count % shorter == 0 and moved < 1e-7:
+        moved = np.abs(apart / model.state_scales()).max()
+        if count % shorter == 0 and moved < SAME:
             raise InputError(
                 f"the orbit found for period {count} has period {shorter}; give a state nearer to "
                 f"an orbit of period {count}, or ask for period {shorter}"
@@ -275,7 +319,7 @@ def _as_orbit(orbits: Orbits, model: Model, correction: Correction) -> PeriodicO
     return PeriodicOrbit(
         model,
         orbits.period,
-        orbits.nodes(correction.z),
+        orbits.evenly(correction.z),
         orbits.spectrum.whole(floquet_multipliers(monodromy)),
         correction.residual,
     )

@@ -13,11 +13,13 @@ from numpy.typing import NDArray
 from slipfold.continuation.newton import Rule, correct_many, solve_each
 from slipfold.flow import Flow
 from slipfold.flow.scaled import power_of_two
+from slipfold.models.model import Model
 from slipfold.models.turns import NO_TURNS, without_turns
+from slipfold.orbits.carry_to import hold_parameter
 from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.orbits.linearisation import Linearisation
 
-__all__ = ["Corrected", "correct_orbits", "transitions"]
+__all__ = ["Corrected", "correct_orbits", "orbits_from", "transitions"]
 
 Array = NDArray[np.float64]
 
@@ -112,6 +114,28 @@ def correct_orbits(
 
     rule = Rule(close, LONGEST_CORRECTION, iterations=ITERATIONS)
     return Corrected(correct_many(steps, guesses, rule).z, monodromies, tangents)
+
+
+def orbits_from(model: Model, period: int, states: Array) -> list[Array | None]:
+    """Return the nodes of the stable orbits of a period that states nearly repeat on.
+
+    Shapes: states (k, n); returns k times (m, n), None where there is none.
+    """
+    orbits = ForcedOrbits(model, {model.parameters[0].name: 1.0}, period)
+    zero = np.zeros(len(states))
+    constants = orbits.flow.constants_of(model)
+    nodes = orbits.flow.sample(states, zero, zero + period, orbits.segments, constants)
+    found: list[Array | None] = [None] * len(states)
+    passed = np.flatnonzero(np.isfinite(nodes).all(axis=(1, 2)))
+    if not len(passed):
+        return found
+    guesses = np.array([orbits.unknown(item, model) for item in nodes[passed]])
+    rows = np.tile(hold_parameter(orbits.size), (len(passed), 1))
+    corrected = correct_orbits(orbits, guesses, rows)
+    for i, k in enumerate(passed):
+        if corrected.found[i] and np.abs(np.linalg.eigvals(corrected.monodromies[i])).max() < 1:
+            found[k] = orbits.nodes(corrected.z[i])
+    return found
 
 
 def _linearise(orbits: ForcedOrbits, z: Array) -> list[Linearisation]:

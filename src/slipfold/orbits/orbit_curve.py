@@ -165,12 +165,15 @@ class Orbits(OrbitCurve):
     ) -> None:
         self.orbits = self
         self.model = model
-        self.varied = dict(vary)
         self.spectrum = spectrum
+        self._vector = model.vector
+        self._let_vary(vary)
+        self._describe_by(by)
+
+    def _let_vary(self, vary: Mapping[str, float]) -> None:
+        self.varied = dict(vary)
         self.widths = np.array(list(vary.values()), dtype=float)
         self.vary, self.width = list(vary)[-1], float(self.widths[-1])  # of a branch, the one
-        self._vector = model.vector
-        self._describe_by(by)
 
     def _describe_by(self, by: Discretisation) -> None:
         self.by = by
@@ -200,6 +203,22 @@ class Orbits(OrbitCurve):
         other = copy(self)
         other.orbits = other
         other._describe_by(by)
+        return other
+
+    def varying(self, vary: Mapping[str, float]) -> Self:
+        """Return the same orbits where other parameters vary."""
+        own = {name: unit for name, unit in self.by.free.items() if name not in self.varied}
+        other = copy(self)
+        other._let_vary(vary)
+        other.orbits = other
+        other._describe_by(self.by.freeing({**own, **vary}))
+        return other
+
+    def at_values_of(self, model: Model) -> Self:
+        """Return the same orbits where what is not free has the values of a model."""
+        other = copy(self)
+        other.model, other._vector = model, model.vector
+        other.orbits, other._constants = other, (None, None)
         return other
 
     def log_multiplier(self, z: Array) -> float | None:

@@ -12,7 +12,8 @@ from slipfold.errors import InputError
 from slipfold.flow import flow_of
 from slipfold.flow.guarded_flow import guarded_flow_of
 from slipfold.flow.pace import paced
-from slipfold.flow.simulate import initial_state, simulate
+from slipfold.flow.simulate import initial_state
+from slipfold.flow.switched.simulate import simulate_smooth_or_switched
 from slipfold.models.equilibrium_search import search_equilibrium
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
@@ -43,7 +44,7 @@ CLOSED = 0.05
 
 def settled_on(model: Model, state: GivenState = None) -> PeriodicOrbit | Array:
     """Return what a motion from a state settles on."""
-    motion = simulate(model, MOTION if model.forced else None, state)
+    motion = simulate_smooth_or_switched(model, MOTION if model.forced else None, state)
     found, last = motion.settlement, motion.strobe[-1]
     if found.period is None:
         raise InputError(

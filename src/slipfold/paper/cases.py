@@ -21,6 +21,7 @@ __all__ = [
     "Figure",
     "Row",
     "Steady",
+    "changes",
     "equation_text",
     "read_cases",
     "value_text",
@@ -38,7 +39,7 @@ class Curve:
     @property
     def key(self) -> str:
         """Name for files: the parameter followed and what differs from the base case."""
-        return "_".join([self.vary, *_changes(self.model, self.vary)])
+        return "_".join([self.vary, *changes(self.model, self.vary)])
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,7 @@ class Steady:
     @property
     def key(self) -> str:
         """Name for files."""
-        return "_".join(["simulation", *_changes(self.model)])
+        return "_".join(["simulation", *changes(self.model)])
 
 
 Case = Curve | Steady | Plane
@@ -199,7 +200,8 @@ def equation_text(model: SlidingOscillator, name: str) -> str:
     return f"{model.parameter(name).symbol} = {value}{unit}"
 
 
-def _changes(model: SlidingOscillator, without: str = "") -> list[str]:
+def changes(model: SlidingOscillator, without: str = "") -> list[str]:
+    """Return what differs from the base case, for names of files."""
     changed = [parameter for parameter in model.parameters if _changed(model, parameter, without)]
     texts = [(item.name, *value_text(model, item.name)) for item in changed]
     return [f"{name}{value}{'deg' * (unit == '°')}" for name, value, unit in texts] or ["base"]

@@ -12,8 +12,8 @@ from matplotlib.figure import Figure as Canvas
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import MaxNLocator
 
-from slipfold.attractors.spectrum import Spectrum
 from slipfold.branches.special_point import BIFURCATIONS
+from slipfold.long_term.spectrum import Spectrum
 from slipfold.paper.cases import Curve, Figure, Row, Steady, equation_text, value_text
 from slipfold.paper.figure_files import figure_files
 from slipfold.paper.legend import draw_legend

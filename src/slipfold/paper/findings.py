@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from slipfold.attractors.spectrum import Spectrum
 from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.lines.of_branches import stretches_of
+from slipfold.long_term.spectrum import Spectrum
 from slipfold.models.sliding_oscillator import SlidingOscillator
 from slipfold.paper.cases import Cases, Curve, Row, Steady
 from slipfold.plots.response import HasBranches

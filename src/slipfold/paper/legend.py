@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from matplotlib.artist import Artist
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from slipfold.plots.long_term.tori import BREAKS, torus_handles
 from slipfold.plots.marks import marks_of
 from slipfold.plots.response import HasBranches
 from slipfold.plots.style import LINES, MARKERS
@@ -31,24 +33,37 @@ MARKER_NAMES = {
 GREY = "0.2"
 
 
-def draw_legend(figure: Figure, diagrams: Sequence[HasBranches], measure: str = "max") -> None:
-    """Explain lines and markers below the panels of a figure; the colours are named beside them."""
+def draw_legend(
+    figure: Figure,
+    diagrams: Sequence[HasBranches],
+    measure: str = "max",
+    more: Sequence[Artist] | None = None,
+) -> None:
+    """Explain lines and markers below the panels; the colours are named beside them.
+
+    Given `more` it has that instead of the tori.
+    """
     marks = [
         mark
         for diagram in diagrams
         for branch in diagram.branches
         for mark in marks_of(branch, branch.model.states[0].name, measure)
     ]
-    handles = [
+    handles: list[Artist] = [
         Line2D([], [], color=GREY, label=name, **LINES[kind]) for kind, name in LINE_NAMES.items()
     ]
+    tori = [each for diagram in diagrams for each in diagram.tori]
+    broken = any(each.stopped.kind in BREAKS for each in tori)
+    if more is None:
+        handles += torus_handles(tori, GREY)
     handles += [
         _marker(type_, name)
         for type_, name in MARKER_NAMES.items()
-        if any(mark.type == type_ for mark in marks)
+        if any(mark.type == type_ for mark in marks) or (type_ == "FAILED" and broken)
     ]
     if any(mark.hollow for mark in marks):
         handles.append(_marker("PD", "open: subcritical", "white"))
+    handles += more or []
     figure.legend(
         handles=handles, loc="outside lower center", ncols=4, columnspacing=1.4, handlelength=2.6
     )

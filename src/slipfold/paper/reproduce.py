@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from slipfold.attractors.spectrum import Spectrum, find_spectrum
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import BIFURCATIONS
 from slipfold.computations.bifurcation_set import bifurcation_set
@@ -15,17 +14,21 @@ from slipfold.computations.response import response
 from slipfold.errors import InputError
 from slipfold.flow.simulate import simulate
 from slipfold.loci.locus import CODIMENSION_TWO
+from slipfold.long_term.spectrum import Spectrum, find_spectrum
 from slipfold.paper.cases import Case, Cases, Curve, Figure, Steady, read_cases
 from slipfold.paper.claims import Claim, claims_markdown, judge_claims
 from slipfold.paper.computing import Tasks, open_tasks
 from slipfold.paper.drawing import render_figure
 from slipfold.paper.findings import Findings
+from slipfold.paper.motion_drawing import render_motions
+from slipfold.paper.motions import MotionFigure, Motions, motion_figures
 from slipfold.paper.plane_drawing import render_plane
 from slipfold.paper.plane_text import planes_markdown
 from slipfold.paper.planes import Plane, PlaneFigure
 from slipfold.paper.thresholds import thresholds_csv
 from slipfold.results.diagram import Diagram
 from slipfold.results.locus_diagram import LocusDiagram
+from slipfold.results.result import Result
 from slipfold.results.writing import check_writable, write_file
 
 __all__ = ["PaperProgress", "Reproduction", "reproduce"]
@@ -33,8 +36,13 @@ __all__ = ["PaperProgress", "Reproduction", "reproduce"]
 PERIODS = 1500
 """Forcing periods from rest until the response is taken as steady."""
 
+WITH_TORI = (2, 3)
+"""Figures that get the tori that the paper leaves out, if they are asked for."""
+
 ROOM = 16_000_000
 """Bytes that the files may need; twice what they do."""
+
+AnyFigure = Figure | PlaneFigure | MotionFigure
 
 
 @dataclass(frozen=True)
@@ -109,17 +117,23 @@ def reproduce(
     cases: Cases | None = None,
     settings: Settings | None = None,
     measure: str = "max",
+    tori: bool = False,
+    motions: bool = False,
 ) -> Reproduction:
     """Compute and draw what the source paper shows, and judge what it claims.
 
     Writes ``figure2.pdf`` ... ``figure7.png``, ``thresholds.csv``, ``claims.md``, beyond the paper
     ``bifurcation_set_*.pdf`` and ``.png`` with ``bifurcation_sets.md``, and all that was computed,
-    ``data/*.nc``. Ctrl-C ends it with what is finished.
+    ``data/*.nc``. With `tori` figures 2 and 3 have them, too. With `motions` there are figures of
+    tori and of what motions do besides: ``figure2_completed``, ``figure3_completed``,
+    ``hysteresis`` and ``regimes_f_Nd``. Ctrl-C ends it with what is finished.
     """
     if processes < 1:
         raise InputError(f"processes = {processes} is less than 1; give at least 1")
     folder = _prepare(Path(out))
-    run = _Run(folder, read_cases() if cases is None else cases, settings, measure, observer)
+    cases = read_cases() if cases is None else cases
+    beyond = motion_figures(cases) if motions else ()
+    run = _Run(folder, cases, settings, measure, observer, tori or motions, beyond)
     with open_tasks(processes) as tasks:
         try:
             run.compute(tasks)
@@ -158,7 +172,11 @@ class _Run:
         settings: Settings | None,
         measure: str,
         observer: Callable[[PaperProgress], None] | None,
+        tori: bool,
+        beyond: tuple[MotionFigure, ...] = (),
     ) -> None:
+        self.tori = tori
+        self.beyond = beyond
         self.folder = folder
         self.cases = cases
         self.settings = settings
@@ -167,20 +185,34 @@ class _Run:
         self.diagrams: dict[Curve, Diagram] = {}
         self.spectra: dict[Steady, Spectrum] = {}
         self.sets: dict[Plane, LocusDiagram] = {}
-        self.drawn: set[Figure | PlaneFigure] = set()
-        self.queued: set[Figure | PlaneFigure] = set()
+        self.motions: dict[Motions, Result] = {}
+        self.drawn: set[AnyFigure] = set()
+        self.queued: set[AnyFigure] = set()
         self.written: list[Path] = []
 
     def compute(self, tasks: Tasks) -> None:
         """Compute everything; draw each figure as soon as its curves are there."""
-        for case in self.cases.needs:
-            tasks.add(case, _compute, case, self.settings)
+        for case in self.needs:
+            shown = self.cases.shown_in(case) if isinstance(case, Curve) else ()
+            tori = self.tori and not set(WITH_TORI).isdisjoint(shown)
+            tasks.add(case, _compute, case, self.settings, tori)
         for name, result in tasks.finished():
             self.take(name, result)
             for figure in self.complete():
                 if figure not in self.queued:
                     self.queued.add(figure)
                     tasks.add(figure, *self.drawing(figure))
+
+    @property
+    def needs(self) -> tuple[Case | Motions, ...]:
+        """All that is computed, each once."""
+        further = [case for figure in self.beyond for case in figure.needs]
+        return tuple(dict.fromkeys([*self.cases.needs, *further]))
+
+    @property
+    def figures(self) -> tuple[AnyFigure, ...]:
+        """All that are drawn."""
+        return (*self.cases.all_figures, *self.beyond)
 
     def rescue(self, tasks: Tasks) -> None:
         """After Ctrl-C: take what is about to end, and draw what is complete."""
@@ -195,7 +227,7 @@ class _Run:
     def take(self, name: Any, result: Any) -> None:
         """Keep and save one result."""
         found: tuple[str, ...] = ()
-        if isinstance(name, Figure | PlaneFigure):
+        if isinstance(name, AnyFigure):
             for file, content in result.items():
                 self.write(file, content)
             self.drawn.add(name)
@@ -208,22 +240,28 @@ class _Run:
             self.write(f"data/{name.key}.nc", content)
             if isinstance(name, Plane):
                 self.sets[name] = diagram
-            else:
+            elif isinstance(name, Curve):
                 self.diagrams[name] = diagram
+            else:
+                self.motions[name] = diagram
             found = _found(diagram)
         if self.observer is not None:
-            computed = len(self.diagrams) + len(self.spectra) + len(self.sets)
-            total = len(self.cases.needs) + len(self.cases.all_figures)
-            self.observer(PaperProgress(computed + len(self.drawn), total, name.key, found))
+            done = sum(map(self._has, self.needs)) + len(self.drawn)
+            total = len(self.needs) + len(self.figures)
+            self.observer(PaperProgress(done, total, name.key, found))
 
-    def complete(self) -> Iterator[Figure | PlaneFigure]:
+    def complete(self) -> Iterator[AnyFigure]:
         """Yield the figures for which everything is computed."""
-        for figure in self.cases.all_figures:
+        for figure in self.figures:
             if all(map(self._has, figure.needs)):
                 yield figure
 
-    def drawing(self, figure: Figure | PlaneFigure) -> tuple[Any, ...]:
+    def drawing(self, figure: AnyFigure) -> tuple[Any, ...]:
         """Return the function that draws a figure, and its arguments."""
+        if isinstance(figure, MotionFigure):
+            computed: dict[Any, Result] = {**self.diagrams, **self.sets, **self.motions}
+            needed = {case: computed[case] for case in figure.needs}
+            return render_motions, figure, needed, self.measure
         if isinstance(figure, PlaneFigure):
             return render_plane, figure, self.sets[figure.plane]
         diagrams = {curve: self.diagrams[curve] for curve in figure.curves}
@@ -243,8 +281,8 @@ class _Run:
             self.write(
                 "bifurcation_sets.md", planes_markdown(self.cases.planes, self.sets).encode()
             )
-        missing = [case.key for case in self.cases.needs if not self._has(case)]
-        missing += [figure.key for figure in self.cases.all_figures if figure not in self.drawn]
+        missing = [case.key for case in self.needs if not self._has(case)]
+        missing += [figure.key for figure in self.figures if figure not in self.drawn]
         return Reproduction(
             self.folder, tuple(self.written), claims, tuple(sorted(self.stopped())), tuple(missing)
         )
@@ -255,17 +293,21 @@ class _Run:
             for branch in diagram.branches:
                 reasons = [end.reason for end in branch.ends if end.early]
                 yield from (f"{curve.key}, branch {branch.id}: {reason}" for reason in reasons)
+            for tori in diagram.tori:
+                if tori.stopped.early:
+                    yield f"{curve.key}, tori {tori.id}: {tori.stopped.reason}"
         for plane, found in self.sets.items():
             for locus in found.loci:
                 for end in (locus.begun, locus.stopped):
                     if end.early:
                         yield f"{plane.key}, locus {locus.id}: {end.reason}"
 
-    def _has(self, case: Case) -> bool:
-        return case in self.diagrams or case in self.spectra or case in self.sets
+    def _has(self, case: Case | Motions) -> bool:
+        kinds = self.diagrams, self.spectra, self.sets, self.motions
+        return any(case in found for found in kinds)
 
 
-def _found(diagram: Diagram | LocusDiagram) -> tuple[str, ...]:
+def _found(diagram: Result) -> tuple[str, ...]:
     """Return what was found, as progress shows it."""
     if isinstance(diagram, LocusDiagram):
         return tuple(
@@ -273,6 +315,8 @@ def _found(diagram: Diagram | LocusDiagram) -> tuple[str, ...]:
             for _, point in diagram.special
             if point.type in CODIMENSION_TWO
         )
+    if not isinstance(diagram, Diagram):
+        return ()
     return tuple(
         f"{point.type} {point.value:.6g}"
         for _, point in diagram.special
@@ -280,14 +324,17 @@ def _found(diagram: Diagram | LocusDiagram) -> tuple[str, ...]:
     )
 
 
-def _compute(case: Case, settings: Settings | None) -> Any:
-    """Compute one spectrum, or one curve or plane and its file; may run in a process of its own."""
+def _compute(case: Case | Motions, settings: Settings | None, tori: bool) -> Any:
+    """Compute one spectrum, or anything else and its file; may run in a process of its own."""
     if isinstance(case, Steady):
         return find_spectrum(simulate(case.model, PERIODS))
     if isinstance(case, Plane):
         found = bifurcation_set(case.model, case.vary, case.window, settings=settings)
         return found, found._table().to_netcdf()
-    diagram = response(case.model, case.vary, case.span, settings=settings)
+    if not isinstance(case, Curve):
+        motions = case.compute()
+        return motions, motions._table().to_netcdf()
+    diagram = response(case.model, case.vary, case.span, settings=settings, tori=tori)
     # The file asks for extrema and uncertainties, which the branches keep: they are computed here
     # rather than in the process that waits, and once for all drawings.
     return diagram, diagram._table().to_netcdf()

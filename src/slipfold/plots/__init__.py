@@ -9,6 +9,7 @@ from slipfold.plots.phase import draw_phase as draw_phase
 from slipfold.plots.response import draw_family as draw_family
 from slipfold.plots.response import draw_response as draw_response
 from slipfold.plots.spectrum import draw_spectrum as draw_spectrum
+from slipfold.plots.studies.study import draw_study as draw_study
 from slipfold.plots.style import figure_style as figure_style
 from slipfold.plots.threshold_map import draw_threshold_map as draw_threshold_map
 from slipfold.plots.timeline import draw_timeline as draw_timeline

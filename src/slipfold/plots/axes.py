@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.layout_engine import PlaceHolderLayoutEngine
+from numpy.typing import NDArray
 
 from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.models.output import Output
 from slipfold.models.parameter import State
 
-__all__ = ["axes_or_new", "label_of", "settle"]
+__all__ = ["axes_or_new", "cell_edges", "label_of", "settle"]
 
 
 def axes_or_new(ax: Axes | None) -> Axes:
@@ -44,3 +46,14 @@ def settle(ax: Axes) -> None:
     # Limits are computed when they are asked for, and not when a transform uses them.
     ax.set_xlim(ax.get_xlim())
     ax.set_ylim(ax.get_ylim())
+
+
+def cell_edges(places: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return where the cells of increasing places begin and end: halfway to their neighbours.
+
+    The outermost cells end at their places; one place alone gets some room.
+    """
+    if len(places) == 1:
+        room = 0.05 * abs(places[0]) or 0.5
+        return np.array([places[0] - room, places[0] + room])
+    return np.concatenate([places[:1], (places[1:] + places[:-1]) / 2, places[-1:]])

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 
-from slipfold.attractors.contacts import ShownContacts, find_contacts
 from slipfold.errors import InputError
 from slipfold.flow.switched.contact_motion import ContactMotion
 from slipfold.flow.trajectory import Trajectory
+from slipfold.long_term.contacts import ShownContacts, find_contacts
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.plots.axes import axes_or_new
 from slipfold.plots.contact_style import legend, line, readable, with_displacement

@@ -10,9 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from slipfold.attractors.contacts import ShownContacts
 from slipfold.errors import InputError
 from slipfold.flow.switched.mode import Status
+from slipfold.long_term.contacts import ShownContacts
 
 __all__ = ["BANDS", "legend", "line", "readable", "with_displacement"]
 

@@ -9,10 +9,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from slipfold.attractors.contacts import ShownContacts, find_contacts
 from slipfold.flow.switched.contact_motion import ContactPiece
 from slipfold.flow.switched.mode import Status
 from slipfold.flow.trajectory import Trajectory
+from slipfold.long_term.contacts import ShownContacts, find_contacts
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.plots.axes import axes_or_new
 from slipfold.plots.contact_style import legend, line, readable, with_displacement

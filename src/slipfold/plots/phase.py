@@ -13,7 +13,7 @@ from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.plots.angles import label_output, on_circles
 from slipfold.plots.axes import axes_or_new
 
-__all__ = ["draw_phase"]
+__all__ = ["beside", "draw_phase"]
 
 
 def draw_phase(
@@ -32,7 +32,7 @@ def draw_phase(
     """
     names = [item.name for item in motion.model.states]
     output = names[0] if output is None else output
-    against = _beside(names, output) if against is None else against
+    against = beside(names, output) if against is None else against
     if isinstance(motion, Trajectory):
         start = max(motion.periods - periods, 0)
         columns = [motion.output(name, start, None, per_period)[1] for name in (output, against)]
@@ -56,10 +56,10 @@ def draw_phase(
     return ax
 
 
-def _beside(names: Sequence[str], output: str) -> str:
+def beside(names: Sequence[str], output: str) -> str:
     """Return what an output is drawn against: its rate if that has the usual name, or a state.
 
-    >>> _beside(["x", "y", "vx", "vy"], "x"), _beside(["prey", "predator"], "prey")
+    >>> beside(["x", "y", "vx", "vy"], "x"), beside(["prey", "predator"], "prey")
     ('vx', 'predator')
     """
     rate = f"v{output}"

@@ -12,13 +12,17 @@ from numpy.typing import NDArray
 from slipfold.branches.branch import Branch
 from slipfold.errors import InputError
 from slipfold.lines.of_branches import STUCK, stretches_of
+from slipfold.measured.measurement import Measurement
 from slipfold.plots.angles import label_output
 from slipfold.plots.axes import axes_or_new, settle
 from slipfold.plots.labels import Label, place_labels
+from slipfold.plots.long_term.tori import draw_tori, torus_handles
 from slipfold.plots.marks import marks_of
+from slipfold.plots.readings import draw_readings
 from slipfold.plots.style import LINES, MARKERS, palette
+from slipfold.tori.torus_branch import TorusBranch
 
-__all__ = ["HasBranches", "draw_family", "draw_response", "name_family"]
+__all__ = ["MEASURE_NAMES", "HasBranches", "draw_family", "draw_response", "name_family"]
 
 MEASURE_NAMES = {
     "max": "max",
@@ -39,6 +43,11 @@ class HasBranches(Protocol):
         """The branches."""
         ...
 
+    @property
+    def tori(self) -> Sequence[TorusBranch]:
+        """The tori, if they were followed."""
+        ...
+
 
 def draw_response(
     diagram: HasBranches,
@@ -47,14 +56,27 @@ def draw_response(
     ax: Axes | None = None,
     colour: str = "black",
     annotate: bool = True,
+    measured: Measurement | None = None,
 ) -> Axes:
-    """Draw one response diagram.
+    """Draw one response diagram, with what was `measured` if that is given.
 
     Stable orbits are solid, and so are neutral ones, which nothing damps; unstable by period
     doubling dashed; unstable by a fold or a torus dotted. A subcritical PD or NS has an open
-    marker.
+    marker. Tori are drawn lighter.
     """
     ax = draw_family([diagram], output, measure, ax, [colour])
+    handles = torus_handles(diagram.tori, colour) if measure != STUCK else []
+    if handles:
+        ax.legend(handles=handles)
+    if measured is not None:
+        vary = diagram.branches[0].vary
+        if measured.vary != vary:
+            raise InputError(
+                f"{measured.vary} was varied in the measurement but the diagram is over {vary}; "
+                f"follow the response over {measured.vary}"
+            )
+        draw_readings(ax, measured, measure, output)
+        ax.legend()
     if annotate:
         name_family(ax, [diagram], None, output, measure, [colour])
     return ax
@@ -81,6 +103,7 @@ def draw_family(
         for branch in diagram.branches:
             for line in stretches_of(branch, output, measure):
                 ax.plot(line.parameter, line.value, color=colour, **LINES[line.kind])
+        draw_tori(ax, diagram.tori, output, measure, colour)
     # Markers lie on top of all lines.
     for diagram, colour in zip(diagrams, colours, strict=True):
         for branch in diagram.branches:

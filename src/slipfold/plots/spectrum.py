@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 
-from slipfold.attractors.spectrum import Spectrum
+from slipfold.long_term.spectrum import Spectrum
 from slipfold.plots.axes import axes_or_new, label_of, settle
 from slipfold.plots.labels import Label, place_labels
 

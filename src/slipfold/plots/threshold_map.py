@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from slipfold.models.parameter import Parameter
 from slipfold.plots.angles import label_axis, quantity_text
-from slipfold.plots.axes import axes_or_new
+from slipfold.plots.axes import axes_or_new, cell_edges
 from slipfold.thresholds.threshold_map import GridThresholds
 from slipfold.thresholds.threshold_search import INTERRUPTED
 
-__all__ = ["draw_threshold_map"]
+__all__ = ["cells", "draw_threshold_map"]
 
 Array = NDArray[np.float64]
 
@@ -58,7 +58,7 @@ def draw_threshold_map(
     x, y = (values[order] for values, order in zip(found.over.values(), orders, strict=True))
     values = found.values[np.ix_(*orders)].T
     kinds = found.kinds[np.ix_(*orders)].T
-    edges = _edges(x), _edges(y)
+    edges = cell_edges(x), cell_edges(y)
     if np.isfinite(values).any():
         _draw_values(ax, found, (x, y), edges, values, limits, contours, annotate)
     failures = _draw_failures(ax, found, edges, kinds)
@@ -77,17 +77,6 @@ def draw_threshold_map(
             handlelength=2.8,
         )
     return ax
-
-
-def _edges(places: Array) -> Array:
-    """Return where the cells of increasing places begin and end: halfway to their neighbours.
-
-    The outermost cells end at their places; one place alone gets some room.
-    """
-    if len(places) == 1:
-        room = 0.05 * abs(places[0]) or 0.5
-        return np.array([places[0] - room, places[0] + room])
-    return np.concatenate([places[:1], (places[1:] + places[:-1]) / 2, places[-1:]])
 
 
 def _draw_values(
@@ -144,7 +133,7 @@ def _draw_failures(
             "edgecolor": INK,
             "hatch": HATCHES[which] * (turns + 1),
         }
-        area = _cells(edges, kinds == name)
+        area = cells(edges, kinds == name)
         ax.add_patch(PathPatch(area, linewidth=0.0, zorder=0.5, label=name, **style))
         handles.append(Patch(linewidth=0.4, label=name, **style))
     if found.interrupted:
@@ -152,7 +141,7 @@ def _draw_failures(
     return handles
 
 
-def _cells(edges: tuple[Array, Array], mask: NDArray[np.bool_]) -> Path:
+def cells(edges: tuple[Array, Array], mask: NDArray[np.bool_]) -> Path:
     """Return the outline of some cells together, so that a hatch runs on from one to the next."""
     rows, columns = np.nonzero(mask)
     x, y = edges

@@ -5,9 +5,9 @@ from __future__ import annotations
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
-from slipfold.attractors.contacts import find_contacts
 from slipfold.flow.switched.mode import Status
 from slipfold.flow.trajectory import Trajectory
+from slipfold.long_term.contacts import find_contacts
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.plots.axes import axes_or_new
 from slipfold.plots.contact_style import BANDS

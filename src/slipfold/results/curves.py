@@ -135,15 +135,22 @@ class Curves:
         axes: Axes,
         known: Said,
         of_special: Said = lambda curve: {},
+        further: tuple[Table, Sequence[Any]] | tuple[()] = (),
     ) -> str:
-        """Return points and special points in the order of each curve; arclength comes last."""
-        sheet = Sheet(heads, (self.points, self.special), axes)
+        """Return points and special points in the order of each curve; arclength comes last.
+
+        Below may stand the points of further items, of a table of their own.
+        """
+        below, items = further or (self.points, ())
+        sheet = Sheet(heads, (self.points, self.special, below), axes)
         rows = []
         for curve in curves:
             said = known(curve)
             points = sheet.rows(self.points, [curve], said)
             special = sheet.rows(self.special, curve.special, said | of_special(curve))
             rows += sorted([*points, *special], key=lambda row: row[-1])
+        for item in items:
+            rows += sheet.rows(below, [item], known(item))
         return sheet.text(rows)
 
     def read(

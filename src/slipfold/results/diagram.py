@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
@@ -13,21 +14,31 @@ from numpy.typing import NDArray
 from slipfold.branches.branch import Branch
 from slipfold.branches.event import Event
 from slipfold.branches.settings import Settings
-from slipfold.branches.special_point import SpecialPoint
+from slipfold.branches.special_point import LOCUS_TYPES, SpecialPoint, sensitive_to
 from slipfold.checks.checked import Checked
 from slipfold.drawing import draw
+from slipfold.long_term.branch_search import BranchSearch
 from slipfold.models.model import Model
 from slipfold.orbits.extrema import Extrema
 from slipfold.results.column import REAL, TEXT, WHOLE, Column
 from slipfold.results.curves import Curves, sticking
 from slipfold.results.diagram_summary import DiagramSummary
 from slipfold.results.labelled_table import Variable
+from slipfold.results.motions.torus_table import (
+    TORUS_HEADS,
+    read_tori,
+    torus_points,
+    torus_record,
+    torus_sentence,
+    torus_variables,
+)
 from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
 from slipfold.results.saved_table import SavedTable
 from slipfold.results.table import axes_of, meaning_of, names
 from slipfold.text.one_line import headed, listed
 from slipfold.text.stability import outside
+from slipfold.tori.torus_branch import TorusBranch
 
 __all__ = ["Diagram", "Labelled"]
 
@@ -69,6 +80,10 @@ class Diagram(Result):
         Versions and time.
     checked
         Special points and ends that were computed again by other means; None if nothing was.
+    searched
+        Where branches were looked for that nothing leads to; None if nowhere.
+    tori
+        Branches of quasi-periodic tori from its Neimark-Sacker points, if they were asked for.
 
     Notes
     -----
@@ -76,7 +91,9 @@ class Diagram(Result):
     ``branch_of_point`` says whose. Along ``special``: the special points. In the spreadsheet of
     `to_csv`, one row a point, special points among them in their order. In `to_json`,
     schema slipfold.response/1, special points and ends; limits of the model are not among the
-    special points, a branch that meets one says so where it stopped.
+    special points, a branch that meets one says so where it stopped. Tori, if there are any, are
+    along ``torus``, ``torus_point``, ``fold`` and ``resonance``, are rows below those of branches,
+    and branches of ``"kind": "torus"`` with their ``rotation`` and ``values``.
 
     Examples
     --------
@@ -96,6 +113,8 @@ class Diagram(Result):
     events: tuple[Event, ...]
     provenance: Provenance
     checked: Checked | None = None
+    searched: BranchSearch | None = None
+    tori: tuple[TorusBranch, ...] = ()
 
     @property
     def special(self) -> tuple[Labelled, ...]:
@@ -107,13 +126,15 @@ class Diagram(Result):
     @property
     def interrupted(self) -> bool:
         """Whether the computation was interrupted: branches, normal forms or checks are missing."""
-        unchecked = self.checked is not None and self.checked.interrupted
-        return unchecked or any(branch.interrupted for branch in self.branches)
+        parts = (self.checked, self.searched, *self.tori)
+        stopped = any(part is not None and part.interrupted for part in parts)
+        return stopped or any(branch.interrupted for branch in self.branches)
 
     @property
     def failed(self) -> bool:
         """Whether a branch was given up before it came to an end of its own."""
-        return any(branch.failed for branch in self.branches)
+        tori = any(each.stopped.early for each in self.tori)
+        return tori or any(branch.failed for branch in self.branches)
 
     def summary(self, outputs: Sequence[str] | None = None) -> str:
         """Return a table of ends and special points, as AUTO prints it, and why branches stop.
@@ -139,7 +160,9 @@ class Diagram(Result):
         output
             A state or output of the model; the first state if None.
         **options
-            Options of the drawing, e.g. ``measure="peak_to_peak"`` and ``ax=`` the axes to draw in.
+            Options of the drawing, e.g. ``measure="peak_to_peak"``, ``under=`` a `slipfold.Sweep`
+            whose motions are dots under the branches, and ``ax=`` the axes to draw in.
+            ``kind="spectrum"`` draws the lines of the torus nearest to the value ``at=`` instead.
 
         Returns
         -------
@@ -156,6 +179,7 @@ class Diagram(Result):
     def __repr__(self) -> str:
         """One line: what was followed, how far, and what was found."""
         found = listed((point.type for _, point in self.special), "no special points")
+        found += f", {len(self.tori)} branches of tori" * bool(self.tori)
         return (
             f"<Diagram of {self.model.name}: {self.vary} = {self.span[0]:g} to {self.span[1]:g}, "
             f"{len(self.branches)} branches, {found}>"
@@ -164,8 +188,25 @@ class Diagram(Result):
     def _repr_html_(self) -> str:
         return self._summary().html()
 
+    def _remarks(self) -> list[str]:
+        searched = self.searched
+        if searched is None:
+            return super()._remarks()
+        number = len(searched.found)
+        found = f"{number or 'no'} more branch{'' if number == 1 else 'es'}"
+        if number:
+            found += f" ({', '.join(map(str, searched.found))})"
+        places = ", ".join(f"{value:.6g}" for value in searched.values)
+        box = ", ".join(
+            f"{state.name} {low:.4g} to {high:.4g}"
+            for state, low, high in zip(self.model.states, searched.low, searched.high, strict=True)
+        )
+        where = f"{searched.starts} starts each at {self.vary} = {places}"
+        return [f"Searched from {where}: {found}; in {box}", *super()._remarks()]
+
     def _summary(self) -> DiagramSummary:
-        return DiagramSummary(self.model, self.vary, self.span, self.branches, self._remarks())
+        remarks = [*map(torus_sentence, self.tori), *self._remarks()]
+        return DiagramSummary(self.model, self.vary, self.span, self.branches, remarks)
 
     def _title(self) -> str:
         return f"periodic responses of {self.model.name} over {self.vary}"
@@ -179,24 +220,35 @@ class Diagram(Result):
         }
 
     @property
-    def _sticks(self) -> bool:
-        """Whether a branch goes through stick."""
-        return any(branch.stuck_fraction is not None for branch in self.branches)
+    def _curves(self) -> Curves:
+        sticks = any(branch.stuck_fraction is not None for branch in self.branches)
+        return _curves(self.model, self.vary, sticks=sticks, differentiated=self._differentiated)
+
+    @property
+    def _differentiated(self) -> bool:
+        return any(point.gradients is not None for _, point in self.special)
 
     def _attributes(self) -> dict[str, Any]:
-        return {"vary": self.vary, "span": np.array(self.span, dtype=float)}
+        found = {"vary": self.vary, "span": np.array(self.span, dtype=float)}
+        if self.searched is not None:
+            found["searched"] = json.dumps(asdict(self.searched))
+        return found
 
     def _variables(self) -> dict[str, Variable]:
         model = self.model
         labels = names("state", model.states)
         labels |= names("output", [*model.states, *model.outputs()])
-        return labels | _curves(model, self.vary, self._sticks).variables(
-            self.branches, model, [self.vary]
-        )
+        found = self._curves.variables(self.branches, model, [self.vary])
+        if self._differentiated:
+            labels |= names("by_parameter", model.parameters)
+        return labels | found | torus_variables(model, self.vary, self.tori)
 
     def _record(self) -> dict[str, Any]:
-        table = _curves(self.model, self.vary, self._sticks).curves
-        return {"vary": self.vary, "branches": [table.record(each) for each in self.branches]}
+        table = self._curves.curves
+        branches = [table.record(each) for each in self.branches]
+        branches += map(torus_record, self.tori)
+        searched = {} if self.searched is None else {"searched": asdict(self.searched)}
+        return {"vary": self.vary, "branches": branches, **searched}
 
     def _csv(self) -> str:
         heads = {
@@ -212,13 +264,16 @@ class Diagram(Result):
             "unstable": "unstable multipliers",
             "stuck_fraction": "stuck fraction",
             "residual": "residual",
+            **({"gradients": f"d{self.vary}/d"} if self._differentiated else {}),
+            **(TORUS_HEADS if self.tori else {}),
             "arclength": "arclength",
         }
-        return _curves(self.model, self.vary, self._sticks).csv(
+        return self._curves.csv(
             self.branches,
             heads,
             axes_of(self.model),
             lambda branch: {"id": branch.id, "period": branch.period},
+            further=(torus_points(self.model, self.vary), self.tori) if self.tori else (),
         )
 
     @classmethod
@@ -226,9 +281,13 @@ class Diagram(Result):
         model, given, vary = saved.model, saved.given, str(saved.given["vary"])
         names = tuple(saved.columns["output"].tolist())
         branches = []
-        for fields, found in _curves(model, vary, "stuck_fraction" in saved.columns).read(
-            saved, axes_of(model)
-        ):
+        curves = _curves(
+            model,
+            vary,
+            sticks="stuck_fraction" in saved.columns,
+            differentiated="special_gradients" in saved.columns,
+        )
+        for fields, found in curves.read(saved, axes_of(model)):
             special = [_special(model, vary, own) for _, own in found]
             branches.append(_branch(model, vary, names, fields | {"special": tuple(special)}))
         first, last = given["span"]
@@ -241,10 +300,12 @@ class Diagram(Result):
             tuple(Event(**event) for event in given["events"]),
             saved.provenance,
             saved.checked,
+            _searched(saved),
+            read_tori(saved, vary),
         )
 
 
-def _curves(model: Model, vary: str, sticks: bool) -> Curves:
+def _curves(model: Model, vary: str, *, sticks: bool, differentiated: bool) -> Curves:
     parameter = model.parameter(vary)
     meaning, unit = meaning_of(parameter), parameter.unit
     uncertain = "computed uncertainty of the multipliers"
@@ -285,10 +346,20 @@ def _curves(model: Model, vary: str, sticks: bool) -> Curves:
                 for which, about in reached.items()
             ),
             *sticking(sticks, lambda point: point.stuck_fraction, point=True),
+            *(_gradients(model, vary) if differentiated else ()),
         ),
         lasting="of one round",
         amended=_without_duration,
     )  # fmt: skip
+
+
+def _searched(saved: SavedTable) -> BranchSearch | None:
+    text = saved.attributes.get("searched")
+    if text is None:
+        return None
+    given = json.loads(str(text))
+    values, low, high, found = (tuple(given[key]) for key in ("values", "low", "high", "found"))
+    return BranchSearch(values, low, high, int(given["starts"]), found, bool(given["interrupted"]))
 
 
 def _turning(model: Model) -> tuple[Column, ...]:
@@ -301,6 +372,20 @@ def _turning(model: Model) -> tuple[Column, ...]:
                get=lambda branch: [branch.turns.get(item.name, 0) for item in model.states]),
         Column("turns", record=True),
     )  # fmt: skip
+
+
+def _gradients(model: Model, vary: str) -> tuple[Column, ...]:
+    """How special points move with every parameter, if that was asked for."""
+    names = [item.name for item in model.parameters]
+    meaning = f"derivative of {vary} at the point with respect to each parameter; NaN: none"
+
+    def array(point: SpecialPoint) -> list[float]:
+        return [(point.gradients or {}).get(name, np.nan) for name in names]
+
+    return (
+        Column("gradients", record=True),
+        Column("gradients", REAL, meaning, None, ("by_parameter",), get=array),
+    )
 
 
 def _without_duration(branch: Branch, point: SpecialPoint) -> dict[str, Any]:
@@ -329,6 +414,12 @@ def _branch(model: Model, vary: str, names: tuple[str, ...], fields: dict[str, A
 
 
 def _special(model: Model, vary: str, fields: dict[str, Any]) -> SpecialPoint:
+    if "gradients" in fields:
+        found = {
+            name: float(fields["gradients"][model.parameter_index(name)])
+            for name in sensitive_to(model, vary)
+        }
+        fields["gradients"] = found if fields["type"] in LOCUS_TYPES else None
     changes = {vary: fields["value"]}
     if not model.forced:
         changes["duration"] = fields.pop("model_duration")

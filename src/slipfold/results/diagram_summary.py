@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.branch import Branch, End
-from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
+from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint, sensitive_to
 from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.models.suggestion import suggest
 from slipfold.orbits.extrema import Extrema
 from slipfold.results.sentences import uncertain_point, without_defaults
-from slipfold.text.one_line import certain
+from slipfold.text.one_line import certain, headed
 from slipfold.text.printed_table import PrintedTable, html_list, with_unit
 from slipfold.text.stability import stability_word
 from slipfold.text.turns import turns_text
@@ -30,6 +30,8 @@ ROUNDING = 1e-14
 
 WORDS = {"stable": "yes", "unstable": "no", "neutral": "neutral"}
 """What the column that asks whether an orbit is stable says."""
+
+GRADIENTS = "Derivatives of {} at special points (LAB), by each parameter in SI units:"
 
 LOCATED = 1e-9
 """What special points are located to, over the largest value of the span."""
@@ -61,11 +63,17 @@ class DiagramSummary:
     def text(self, outputs: Sequence[str] | None = None) -> str:
         """Return the table as lines of text, with a title above and why branches stop below."""
         cells = self._cells(outputs).text()
-        return "\n".join([self._title(), "", *cells, "", *self._sentences()])
+        lines = [self._title(), "", *cells, "", *self._sentences()]
+        moved = self._gradients()
+        if moved is not None:
+            lines += ["", GRADIENTS.format(self.vary), "", *moved.text()]
+        return "\n".join(lines)
 
     def html(self) -> str:
         """Return the table as HTML, for notebooks."""
-        return self._cells(None).html(self._title()) + html_list(self._sentences())
+        moved = self._gradients()
+        found = self._cells(None).html(self._title()) + html_list(self._sentences())
+        return found if moved is None else found + moved.html(GRADIENTS.format(self.vary))
 
     def _title(self) -> str:
         first, last = self.span
@@ -95,6 +103,20 @@ class DiagramSummary:
                 line += [_shown(value, sizes[name]) for value in (high[0], low[0])]
             lines.append([*line, row.stable, row.note])
         return PrintedTable([*heads, "stable", ""], lines, words=("TY", "stable", ""))
+
+    def _gradients(self) -> PrintedTable | None:
+        """Return how special points move with each parameter, if that was asked for."""
+        points = points_by_label(self.branches).items()
+        known = {label: point for label, point in points if point.gradients}
+        if not known:
+            return None
+        lines = [
+            [headed(self.model.parameter(name))]
+            + [f"{(point.gradients or {})[name]:.8g}" for point in known.values()]
+            for name in sensitive_to(self.model, self.vary)
+        ]
+        heads = [f"{point.type} ({label})" for label, point in known.items()]
+        return PrintedTable(["by", *heads], lines, words=("by",))
 
     def _noise(self) -> float:
         """Return what an end may differ from zero by and be there: branches begin at points."""

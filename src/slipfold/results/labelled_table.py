@@ -87,7 +87,7 @@ def _write_variable(file: Any, name: str, item: Variable) -> None:
 
     values = item.values
     attributes = dict(item.attributes)
-    if values.dtype.kind == "U":
+    if values.dtype.kind in "UO":
         written = file.create_variable(
             name, item.dimensions, dtype=h5py.string_dtype(), data=values.astype(object)
         )

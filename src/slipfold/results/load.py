@@ -8,28 +8,68 @@ from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.results import orbit
+from slipfold.results.design_space.design import Design
+from slipfold.results.design_space.threshold_uncertainty import ThresholdUncertainty
 from slipfold.results.diagram import Diagram
 from slipfold.results.labelled_table import read_netcdf
 from slipfold.results.locus_diagram import LocusDiagram
+from slipfold.results.measured.fit import Fit
+from slipfold.results.measured.measurement_plan import MeasurementPlan
+from slipfold.results.motions.attractors import Attractors
+from slipfold.results.motions.basin_fractions import BasinFractions
+from slipfold.results.motions.basins import Basins
 from slipfold.results.motions.lyapunov_exponents import LyapunovExponents
+from slipfold.results.motions.regime_map import RegimeMap
+from slipfold.results.motions.sweep import Sweep
 from slipfold.results.saved_table import open_table
 from slipfold.results.simulation import Simulation
+from slipfold.results.studies.study_result import StudyResult
 from slipfold.results.threshold_map import ThresholdMap
 
 __all__ = ["load"]
 
-_READERS = {
-    **{
-        kind.schema: kind._read
-        for kind in (Diagram, Simulation, LocusDiagram, ThresholdMap, LyapunovExponents)
-    },
-    orbit.SCHEMA: orbit.read_orbit,
-}
+_KINDS = (
+    Diagram,
+    Simulation,
+    LocusDiagram,
+    ThresholdMap,
+    LyapunovExponents,
+    Attractors,
+    ThresholdUncertainty,
+    Basins,
+    BasinFractions,
+    Design,
+    Sweep,
+    RegimeMap,
+    Fit,
+    MeasurementPlan,
+    StudyResult,
+)
+
+_READERS = {**{kind.schema: kind._read for kind in _KINDS}, orbit.SCHEMA: orbit.read_orbit}
+
+Saved = (
+    Diagram
+    | Simulation
+    | LocusDiagram
+    | ThresholdMap
+    | LyapunovExponents
+    | Attractors
+    | Basins
+    | BasinFractions
+    | Fit
+    | MeasurementPlan
+    | Sweep
+    | StudyResult
+    | ThresholdUncertainty
+    | RegimeMap
+    | Design
+    | PeriodicOrbit
+)
+"""What files hold."""
 
 
-def load(
-    path: str | Path, *, kind: type[Model] | None = None
-) -> Diagram | Simulation | LocusDiagram | ThresholdMap | LyapunovExponents | PeriodicOrbit:
+def load(path: str | Path, *, kind: type[Model] | None = None) -> Saved:
     """Read a result that was saved.
 
     Parameters
@@ -41,8 +81,9 @@ def load(
 
     Returns
     -------
-    Diagram, Simulation, LocusDiagram, ThresholdMap, LyapunovExponents or PeriodicOrbit
-        What was saved, number for number.
+    Saved
+        What was saved, number for number: a `slipfold.Diagram`, `slipfold.Simulation` or whatever
+        else it was.
 
     Raises
     ------

@@ -22,36 +22,41 @@ class Provenance:
     slipfold, heyoka, numpy, python
         Versions.
     computed
-        When the computation ended: UTC, ISO 8601.
+        When the computation ended: UTC, ISO 8601; None of a study, which ends more than once.
     seconds
-        How long it took.
+        How long it took; likewise.
     """
 
     slipfold: str
     heyoka: str
     numpy: str
     python: str
-    computed: str
-    seconds: float
+    computed: str | None = None
+    seconds: float | None = None
 
     def attributes(self) -> dict[str, Any]:
         """Return it as attributes of a file."""
-        return {_attribute(each.name): getattr(self, each.name) for each in fields(self)}
+        known = {_attribute(each.name): getattr(self, each.name) for each in fields(self)}
+        return {name: value for name, value in known.items() if value is not None}
 
     @classmethod
     def from_attributes(cls, attributes: Mapping[str, Any]) -> Provenance:
         """Make it again from the attributes of a file."""
-        found = {each.name: attributes[_attribute(each.name)] for each in fields(cls)}
-        seconds = float(found.pop("seconds"))
-        return cls(**{name: str(value) for name, value in found.items()}, seconds=seconds)
+        names = ("slipfold", "heyoka", "numpy", "python")
+        versions: dict[str, Any] = {name: str(attributes[_attribute(name)]) for name in names}
+        if "computed" not in attributes:
+            return cls(**versions)
+        return cls(
+            **versions, computed=str(attributes["computed"]), seconds=float(attributes["seconds"])
+        )
 
 
 def _attribute(name: str) -> str:
     return name if name in ("computed", "seconds") else f"{name}_version"
 
 
-def provenance(seconds: float) -> Provenance:
-    """Describe a computation that has just ended."""
+def provenance(seconds: float | None = None) -> Provenance:
+    """Describe a computation that has just ended after some seconds, or one without a time."""
     import heyoka
     import numpy
 
@@ -60,6 +65,6 @@ def provenance(seconds: float) -> Provenance:
         heyoka=heyoka.__version__,
         numpy=numpy.__version__,
         python=platform.python_version(),
-        computed=datetime.now(UTC).isoformat(timespec="seconds"),
+        computed=None if seconds is None else datetime.now(UTC).isoformat(timespec="seconds"),
         seconds=seconds,
     )

@@ -40,17 +40,21 @@ class Sheet:
         count = len(next(iter(found.values())))
         for slot, value in known.items():
             found[slot] = [[each] for each in ([value] * count if np.isscalar(value) else value)]
-        parts = [found.get(slot, [[""]] * count) for slot in self.heads]
+        blank = {slot: [[""] * len(heads)] * count for slot, heads in self._heads().items()}
+        parts = [found.get(slot, blank[slot]) for slot in self.heads]
         return [[cell for part in line for cell in part] for line in zip(*parts, strict=True)]
 
     def text(self, rows: Iterable[Sequence[Any]]) -> str:
         """Return heads and lines as text."""
+        return csv_text([head for heads in self._heads().values() for head in heads], rows)
+
+    def _heads(self) -> dict[str, list[str]]:
+        """Return the heads of each slot."""
         columns = {slot: each for table in self.tables for slot, each in _slots(table).items()}
-        heads: list[str] = []
-        for slot, head in self.heads.items():
-            column = columns.get(slot)
-            heads += [head] if column is None else _heads(column, head, self.axes)
-        return csv_text(heads, rows)
+        return {
+            slot: _heads(columns[slot], head, self.axes) if slot in columns else [head]
+            for slot, head in self.heads.items()
+        }
 
 
 def _slots(table: Table) -> dict[str, Column]:

@@ -34,7 +34,7 @@ from slipfold.results.stick_table import (
 from slipfold.results.table import Table, axes_of, names
 
 if TYPE_CHECKING:
-    from slipfold.attractors.spectrum import Spectrum
+    from slipfold.long_term.spectrum import Spectrum
 
 __all__ = ["Simulation"]
 
@@ -159,7 +159,7 @@ class Simulation(Trajectory, Result):
         InputError
             If the run is shorter than one response, or a number is less than 1.
         """
-        from slipfold.attractors.spectrum import find_spectrum
+        from slipfold.long_term.spectrum import find_spectrum
 
         return find_spectrum(self, periods, per_period)
 

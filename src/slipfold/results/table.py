@@ -118,6 +118,7 @@ def axes_of(model: Model, vary: Sequence[str] = (), nodes: int = 0) -> dict[str,
         "state": states,
         "output": [*states, *(headed(item) for item in model.outputs())],
         "multiplier": [str(number) for number in range(1, len(states) + 1)],
+        "by_parameter": [headed(item) for item in model.parameters],
         "parameter": [headed(model.parameter(name)) for name in vary],
     }
     return found | ({"node": [""] * nodes} if nodes else {})

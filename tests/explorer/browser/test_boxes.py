@@ -10,7 +10,7 @@ from slipfold.errors import InputError
 from slipfold.models.parameter import Parameter
 from slipfold.models.quantity import parse_quantity, units_of, wanted_text
 
-UNITS = ("N", "rad", "m/s", "", "Hz", "Pa/m")
+UNITS = ("N", "rad", "m/s", "", "Hz", "Pa/m", "1/s")
 
 READ = """
 async (cases) => {

@@ -46,9 +46,11 @@ def export_view(
     view = request.view
     if request.format in ("python", "toml"):
         orbit = computing.orbit(view, check) if isinstance(view, OrbitRequest) else None
-        text = python_text if request.format == "python" else toml_text
         model = asked_model(catalogue, view)
-        return text(model, view, orbit, catalogue.file(model)).encode()
+        file = catalogue.file(model)
+        if request.format == "toml":
+            return toml_text(model, view, orbit, file).encode()
+        return python_text(model, view, orbit, file, request.readings).encode()
     if isinstance(view, OrbitRequest):
         found = computing.orbit(view, check)
         csv = request.format == "csv"

@@ -8,9 +8,9 @@ from pathlib import Path
 from slipfold.explorer.export.described_model import changed_values, filed_model, is_built_in
 from slipfold.explorer.messages import (
     DiagramRequest,
+    DrawnRequest,
     PlaneRequest,
     SimulationRequest,
-    ViewRequest,
 )
 from slipfold.explorer.start import start_of, timed
 from slipfold.models.model import Model
@@ -27,9 +27,13 @@ _CLASS, _PUBLIC = re.compile(r"\b([A-Z]\w*)\("), r"sf.\1("
 
 
 def python_text(
-    model: Model, view: ViewRequest, orbit: PeriodicOrbit | None, file: Path | None = None
+    model: Model,
+    view: DrawnRequest,
+    orbit: PeriodicOrbit | None,
+    file: Path | None = None,
+    readings: str | None = None,
 ) -> str:
-    """Return a script that computes and draws what a view shows.
+    """Return a script that computes and draws what a view shows; a diagram with readings of a file.
 
     >>> from slipfold.explorer.messages import parse_request
     >>> view = parse_request(
@@ -50,19 +54,23 @@ def python_text(
         "import slipfold as sf",
         "",
         f"model = {_model(shown, file)}",
-        *_steps(shown, view, orbit),
+        *_steps(shown, view, orbit, readings),
     ]
     return "\n".join(lines) + "\n"
 
 
-def _steps(model: Model, view: ViewRequest, orbit: PeriodicOrbit | None) -> list[str]:
+def _steps(
+    model: Model, view: DrawnRequest, orbit: PeriodicOrbit | None, readings: str | None
+) -> list[str]:
     if isinstance(view, DiagramRequest):
         span = f"({view.span[0]!r}, {view.span[1]!r})"
+        read = f"measured = sf.read_measurement({readings!r}, model)"
         return [
             f'diagram = sf.response(model, vary="{view.vary}", span={span})',
             "print(diagram.summary())",
-            f'diagram.plot("{view.show}", measure="{view.statistic}")'
-            '.figure.savefig("diagram.svg")',
+            *([read] if readings else []),
+            f'diagram.plot("{view.show}", measure="{view.statistic}"'
+            f'{", measured=measured" if readings else ""}).figure.savefig("diagram.svg")',
         ]
     if isinstance(view, PlaneRequest):
         window = (

@@ -9,10 +9,10 @@ from slipfold.errors import InputError
 from slipfold.explorer.export.described_model import changed_values, filed_model, is_built_in
 from slipfold.explorer.messages import (
     DiagramRequest,
+    DrawnRequest,
     OrbitRequest,
     PlaneRequest,
     SimulationRequest,
-    ViewRequest,
 )
 from slipfold.explorer.start import start_of
 from slipfold.models.definitions.toml_writer import toml_value
@@ -27,7 +27,7 @@ __all__ = ["toml_text"]
 
 
 def toml_text(
-    model: Model, view: ViewRequest, orbit: PeriodicOrbit | None, file: Path | None = None
+    model: Model, view: DrawnRequest, orbit: PeriodicOrbit | None, file: Path | None = None
 ) -> str:
     """Return a case file; its first line is the command that computes what the view shows.
 
@@ -70,7 +70,7 @@ def toml_text(
     return f"# {command}\n{lines}" + (f"\n[parameters]\n{values}" if values else "")
 
 
-def _command(model: Model, view: ViewRequest) -> str:
+def _command(model: Model, view: DrawnRequest) -> str:
     if isinstance(view, DiagramRequest):
         return f"slipfold response case.toml --vary {_span(view.vary, view.span)}"
     if isinstance(view, PlaneRequest):

@@ -3,6 +3,7 @@
 import { addressOf } from "./session/address.js";
 import { readAddress } from "./session/address_reader.js";
 import { Announcer } from "./controls/announcer.js";
+import { BasinsPanel } from "./basins/basins_panel.js";
 import { Connection } from "./session/connection.js";
 import { DiagramControls } from "./diagram/diagram_controls.js";
 import { DiagramPlot } from "./diagram/diagram_plot.js";
@@ -15,11 +16,15 @@ import { Pins } from "./diagram/pins.js";
 import { PlaneControls } from "./plane/plane_controls.js";
 import { PlanePlot } from "./plane/plane_plot.js";
 import { PlaneSwitch } from "./plane/plane_switch.js";
+import { Readings } from "./readings/readings.js";
+import { ReadingsControl } from "./readings/readings_control.js";
 import { Refusals } from "./session/refusals.js";
 import { Session } from "./session/session.js";
 import { Simulation } from "./orbit/simulation.js";
 import { SimulationPanel } from "./orbit/simulation_panel.js";
 import { SpecialPoints } from "./diagram/special_points.js";
+import { Study } from "./study/study.js";
+import { StudyPanel } from "./study/study_panel.js";
 import { StatusLine } from "./controls/status_line.js";
 import { pictureOf, sheetOf } from "./plots/svg_file.js";
 import { TextDialog } from "./controls/text_dialog.js";
@@ -35,13 +40,14 @@ start();
 async function start() {
   apply();
   forgetToken();
-  const response = await fetch("/api/models");
-  if (!response.ok) {
+  const answers = await Promise.all(["/api/models", "/api/study"].map((address) => fetch(address)));
+  const refused = answers.find(({ ok }) => !ok);
+  if (refused) {
     document.getElementById("page").replaceChildren(
-      element("p", { class: "notice failure", role: "alert" }, await response.text()));
+      element("p", { class: "notice failure", role: "alert" }, await refused.text()));
     return;
   }
-  build(await response.json());
+  build(...await Promise.all(answers.map((answer) => answer.json())));
 }
 
 /** The token has done its work; it must not stay in the address that people copy. */
@@ -51,7 +57,7 @@ function forgetToken() {
   history.replaceState(null, "", address);
 }
 
-function build(models) {
+function build(models, study) {
   if (!window.Plotly) throw new Error("/plotly.min.js could not be loaded");
   const { view: given, sentence } = readAddress(location.hash.slice(1), models);
   const socket = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws`;
@@ -63,7 +69,8 @@ function build(models) {
   const dialog = new TextDialog();
   const announcer = new Announcer(session);
   const say = (sentence) => notices.say(sentence);
-  const diagram = new DiagramPlot(session);
+  const readings = new Readings(session);
+  const diagram = new DiagramPlot(session, readings);
   const orbits = new OrbitPanel(session);
   const plane = new PlanePlot(session);
   const simulation = new Simulation(session);
@@ -74,6 +81,7 @@ function build(models) {
     diagram: new ExportMenu("diagram", {
       request: () => session.diagram && diagramRequest(session.view),
       picture: (format) => plotted(diagram, format),
+      readings: () => (readings.of(session.view) ? readings.file.name : null),
     }, page),
     plane: new ExportMenu("plane", {
       request: () => session.view.plane && planeRequest(session.view),
@@ -88,20 +96,24 @@ function build(models) {
       picture: (format) => drawn(simulation.title, simulations.figures, format),
     }, page),
   };
+  const diagramControls = new DiagramControls(session);
+  diagramControls.node.append(new ReadingsControl(session, readings).node);
   const planeControls = new PlaneControls(session);
   const planeSwitch = new PlaneSwitch(session);
   const panels = {
     parameters: panel("parameters", "Parameters", [], new ParameterPanel(session, refusals).node),
     diagram: panel("diagram", "Response", [new Pins(session).node, planeSwitch.node, menus.diagram.node],
-      new DiagramControls(session).node, diagram.node, new SpecialPoints(session).node, keyHelp()),
+      diagramControls.node, diagram.node, new SpecialPoints(session).node, keyHelp()),
     plane: panel("plane", "Plane", [menus.plane.node],
       planeControls.node, plane.node, plane.legend.node, plane.checked.node,
       planeControls.progress),
     orbit: panel("orbit", "Orbit", [orbits.title, menus.orbit.node], orbits.node),
     simulation: panel("simulation", "Simulation", [menus.simulation.node],
       simulations.node),
+    basins: panel("basins", "Basins", [], new BasinsPanel(session, simulation).node),
   };
-  const main = element("main", {}, panels.diagram, panels.plane, panels.orbit, panels.simulation);
+  const studies = study ? [studyPanel(session, new Study(study))] : [];
+  const main = element("main", {}, ...studies, panels.diagram, panels.plane, panels.orbit, panels.simulation, panels.basins);
   document.getElementById("page").replaceChildren(
     new Toolbar(session, { status: status.node, say, tour }).node, notices.node, panels.parameters, main,
     tour.node, dialog.node, announcer.node);
@@ -119,6 +131,11 @@ function build(models) {
   refusals.ask();
   if (!given && isFirstVisit() && session.view.model === TOLD_OF) tour.start({ isFirst: true });
   document.getElementById("page").dataset.started = "";
+}
+
+function studyPanel(session, study) {
+  const { title, nodes } = new StudyPanel(session, study);
+  return panel("study", "Study", [title], ...nodes);
 }
 
 function panel(id, title, tools, ...children) {

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from slipfold.attractors.contacts import ShownContacts, find_contacts
 from slipfold.errors import InputError
 from slipfold.explorer.views.numbers import short
 from slipfold.flow import flow_of
@@ -15,6 +14,7 @@ from slipfold.flow.switched.contact_motion import ContactPiece
 from slipfold.flow.switched.mode import Status
 from slipfold.flow.switched.mode_equations import contacts_of
 from slipfold.flow.trajectory import Trajectory
+from slipfold.long_term.contacts import ShownContacts, find_contacts
 from slipfold.models.sliding_oscillator import SlidingOscillator
 
 __all__ = ["contacts_view"]

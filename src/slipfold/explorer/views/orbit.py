@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.attractors.spectrum import find_spectrum
 from slipfold.explorer.views.numbers import number, short
 from slipfold.flow import flow_of
+from slipfold.long_term.spectrum import find_spectrum
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.sliding_oscillator import SlidingOscillator
 from slipfold.models.turns import TURN

@@ -12,7 +12,7 @@ from slipfold.flow.equations import Constants
 from slipfold.flow.evaluated import Evaluated
 from slipfold.flow.implicit.intervals import Field, solve_intervals
 from slipfold.flow.implicit.stage_equations import LinearPart
-from slipfold.flow.implicit.steps import MOST, POINTS, ImplicitMotion, Watch, implicit_motion
+from slipfold.flow.implicit.steps import MOST, POINTS, End, ImplicitMotion, Watch, implicit_motion
 
 __all__ = ["Takeover"]
 
@@ -46,6 +46,17 @@ class Takeover:
         """Return the rest of a motion up to an end."""
         state, phase = np.array(single.state), float(single.time)
         return implicit_motion(self.field, state, phase, end, watch=watch, most=most)
+
+    def period(self, state: Array) -> DenseMotion | None:
+        """Return a motion over the first period, None where it does not come to its end.
+
+        Shapes: state (n,).
+        """
+        known = implicit_motion(self.field, state / self.field.scales, 0.0, 1.0)
+        if known.end is not End.ARRIVED or known.polynomials is None:
+            return None
+        times = known.polynomials.times
+        return DenseMotion(times, known.polynomials, self.field.scales, implicit=True)
 
     def through(self, single: Any, times: Array) -> Array:
         """Return the states of the rest of a motion at some times, NaN where it does not come.

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.flow.equations import Equations
+from slipfold.models.compiled_function import compiled_function
 from slipfold.models.output import Expression
 
 __all__ = ["FASTER", "relative_sizes", "unfed_groups"]
@@ -42,7 +43,7 @@ def relative_sizes(equations: Equations) -> list[Expression]:
     they have it leave errors that are small beside a state that is itself small.
     """
     arguments = [*equations.states, equations.phase, *equations.coefficients]
-    compiled = hy.cfunc(list(equations.rates), vars=arguments, compact_mode=True, opt_level=0)
+    compiled = compiled_function(equations.rates, arguments)
     more = len(arguments) - equations.dimension
     rest = np.random.default_rng(1).uniform(0.5, 1.5, more)
 

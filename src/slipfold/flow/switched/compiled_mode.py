@@ -10,7 +10,7 @@ import heyoka as hy
 
 from slipfold.flow.cache import cached
 from slipfold.flow.flow import Flow
-from slipfold.flow.precision import TOLERANCE
+from slipfold.flow.precision import OPTIMISATION, TOLERANCE
 from slipfold.flow.scaled import Scaled
 from slipfold.flow.sharp_turns import VERSION, SharpTurns, sharp_turns
 from slipfold.flow.switched.events import (
@@ -27,6 +27,7 @@ from slipfold.flow.switched.linear_symbols import is_zero
 from slipfold.flow.switched.mode import Status
 from slipfold.flow.switched.mode_equations import ANGLE, LOGARITHM, ModeEquations
 from slipfold.flow.switched.slopes import Slopes
+from slipfold.models.compiled_function import compiled_function
 from slipfold.models.output import Expression, Limit
 
 __all__ = ["BEYOND", "CompiledMode"]
@@ -66,7 +67,7 @@ class CompiledMode:
             inputs = [*equations.states, *slow, equations.phase, *equations.coefficients]
             self.holding: Any = cached(
                 f"held at a phase {self._key}",
-                lambda: hy.cfunc(list(mode.held.values()), vars=inputs, compact_mode=True),
+                lambda: compiled_function(mode.held.values(), inputs),
             )
 
     @cached_property
@@ -83,8 +84,8 @@ class CompiledMode:
         """Return the integrator of states and energies."""
         bounds = [(item.output, item.bound) for item in self._limits]
         hy.llvm_state.set_diskcache_enabled(False)
-        options = f"tol={TOLERANCE!r} limits={bounds!r} {BEYOND, REST, SLOW, UNIT} {VERSION}"
-        return cached(f"switched {options}\n{self._key}", self._build)
+        made = f"tol={TOLERANCE!r} level={OPTIMISATION} {BEYOND, REST, SLOW, UNIT} {VERSION}"
+        return cached(f"switched {made} limits={bounds!r}\n{self._key}", self._build)
 
     def _build(self) -> Any:
         mode, equations = self._mode, self._mode.equations
@@ -122,6 +123,7 @@ class CompiledMode:
             state=[0.0] * len(rates),
             pars=[0.0] * len(symbols),
             tol=TOLERANCE,
+            opt_level=OPTIMISATION,
             t_events=[*events, *turns_sharply.events(known, batch=False)],
             nt_events=turns_sharply.passed(known, batch=False),
         )

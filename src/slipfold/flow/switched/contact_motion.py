@@ -20,6 +20,7 @@ from slipfold.flow.switched.mode_equations import mode_equations
 from slipfold.flow.switched.sampled import dense_legs
 from slipfold.flow.switched.switched_flow import Leg, switched_flow_of
 from slipfold.flow.switched.switched_motion import first_mode
+from slipfold.models.compiled_function import compiled_function
 from slipfold.models.contact import Contact
 from slipfold.models.model import Kind, Model
 from slipfold.models.output import Expression
@@ -136,7 +137,7 @@ def _evaluated(kind: Kind, mode: Mode) -> Any:
     inputs = [*equations.states, equations.phase, *equations.coefficients]
     return cached(
         f"contact motion {equations.fingerprint()} {mode}",
-        lambda: hy.cfunc(expressions, vars=inputs, compact_mode=True),
+        lambda: compiled_function(expressions, inputs),
     )
 
 

@@ -14,6 +14,7 @@ from slipfold.flow.cache import cached
 from slipfold.flow.equations import Constants, Equations
 from slipfold.flow.switched.linear_symbols import rate_along
 from slipfold.flow.switched.mode_equations import rate_of_phase
+from slipfold.models.compiled_function import compiled_function
 from slipfold.models.contact import Contact, normal_name
 from slipfold.models.output import Expression
 
@@ -55,9 +56,7 @@ class ContactQuantities:
         expressions = _expressions(contacts, equations)
         inputs = [*equations.states, equations.phase, *equations.coefficients]
         key = f"contacts {[str(item) for item in expressions]}\n{equations.fingerprint()}"
-        self._function: Any = cached(
-            key, lambda: hy.cfunc(expressions, vars=inputs, compact_mode=True)
-        )
+        self._function: Any = cached(key, lambda: compiled_function(expressions, inputs))
 
     def at(self, state: Array, phase: float, constants: Constants) -> ContactsNow:
         """Evaluate at a state. Shapes: state (n,)."""

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from slipfold.flow.cache import cached
 from slipfold.flow.equations import Constants, Equations
+from slipfold.models.compiled_function import compiled_function
 from slipfold.models.output import Expression
 
 __all__ = ["Slopes"]
@@ -30,16 +31,15 @@ class Slopes:
         key = f"slopes {[str(item) for item in functions]}\n{equations.fingerprint()}"
         self._function: Any = cached(
             key,
-            lambda: hy.cfunc(
+            lambda: compiled_function(
                 hy.diff_tensors(list(functions), diff_args=inputs, diff_order=1).jacobian.ravel(),
-                vars=inputs,
-                compact_mode=True,
+                inputs,
             ),
         )
 
     @cached_property
     def _values(self) -> Any:
-        return hy.cfunc(self._functions, vars=self._inputs)
+        return compiled_function(self._functions, self._inputs)
 
     def values(self, states: Array, phases: Array, constants: Constants) -> Array:
         """Return the functions themselves. Shapes: states (p, n); phases (p,); returns (p, q)."""

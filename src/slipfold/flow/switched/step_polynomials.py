@@ -40,7 +40,7 @@ class SlowPolynomials:
         self,
         inner: StepPolynomials,
         n: int,
-        placed: Callable[[Array, tuple[float, float], float], Array],
+        placed: Callable[[Array, Array, Array], Array],
         held: Sequence[int],
     ) -> None:
         self.held = held  # states that follow from speed and angle
@@ -50,12 +50,10 @@ class SlowPolynomials:
 
     def __call__(self, phases: Array) -> Array:
         """Return states at some phases, shape (p, n). Shapes: phases (p,)."""
-        found = np.empty((len(phases), self._n))
-        for place, phase in enumerate(phases):
-            step = int(np.searchsorted(self.times, phase, side="right")) - 1
-            step = min(max(step, 0), len(self.inner.tcs) - 1)
-            found[place] = self._state(self.inner.times[step] + self._time_in(step, phase))
-        return found
+        steps = np.searchsorted(self.times, phases, side="right") - 1
+        steps = np.clip(steps, 0, len(self.inner.tcs) - 1)
+        within = [self._time_in(*item) for item in zip(steps.tolist(), phases, strict=True)]
+        return self._stated(self.inner(self.inner.times[steps] + within))
 
     def nodes(self, shares: Array) -> tuple[Array, Array, Array]:
         """Return states and phases after shares of each step, and the rate of the phase with them.
@@ -64,15 +62,13 @@ class SlowPolynomials:
         """
         n = self._n
         values, _, lengths = self.inner.nodes(shares)
-        states = np.array([[self._stated(item) for item in row] for row in values])
+        states = self._stated(values.reshape(-1, values.shape[-1])).reshape(*values.shape[:2], n)
         return states, values[..., n + 2], lengths * np.exp(UNIT * values[..., n])
 
-    def _state(self, time: float) -> Array:
-        return self._stated(self.inner(np.array([time]))[0])
-
     def _stated(self, values: Array) -> Array:
-        logarithm, angle, phase = values[self._n : self._n + 3]
-        return self._placed(values[: self._n], (logarithm * UNIT, angle), phase)
+        """Return the states that integrated variables mean. Shapes: values (p, n + 3 or more)."""
+        n = self._n
+        return self._placed(values[:, :n], values[:, n : n + 2] * [UNIT, 1.0], values[:, n + 2])
 
     def _time_in(self, step: int, phase: float) -> float:
         """Return the time in a step at which it comes to a phase, by bisection and Newton."""

@@ -117,6 +117,21 @@ class SwitchedFlow:
         result[compiled.held] = compiled.holding(known)
         return result
 
+    def _all_placed(
+        self,
+        compiled: CompiledMode,
+        states: Array,
+        polar: Array,
+        phases: Array,
+        constants: Constants,
+    ) -> Array:
+        """Do so with many states. Shapes: states (p, n); polar (p, 2); phases (p,)."""
+        values = np.repeat(constants.values[:, None], len(states), axis=1)
+        result = states.copy()
+        known = np.concatenate([states.T, polar.T, phases[None], values])
+        result[:, compiled.held] = compiled.holding(known).T
+        return result
+
     def places_held(self, mode: Mode) -> list[int]:
         """Return which states follow from the others in a mode."""
         return self._mode(mode).held
@@ -188,8 +203,8 @@ class SwitchedFlow:
                 polynomials = SlowPolynomials(
                     polynomials,
                     n,
-                    lambda y, known, phase: (
-                        self._placed(compiled, y * constants.scales, known, phase, constants)
+                    lambda y, known, phases: (
+                        self._all_placed(compiled, y * constants.scales, known, phases, constants)
                         / constants.scales
                     ),
                     compiled.held,

@@ -69,7 +69,7 @@ _TAKEN = frozenset(
             "settings",
         ),
         *("observer", "plane", "window", "types", "regions", "periods", "state", "tolerance"),
-        "settled",
+        *("settled", "search", "tori", "gradients"),
     )
 )
 

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipfold.drawing import draw
 from slipfold.errors import InputError
+from slipfold.models.compiled_function import compiled_function
 from slipfold.models.friction.contact_state import ContactState
 from slipfold.models.friction.functions import is_symbolic, sqrt
 from slipfold.models.friction.quantities import declared
@@ -418,6 +419,4 @@ def _slope_function(kind: FrictionLaw) -> Any:
     p = {parameter.name: hy.expression(f"p_{parameter.name}") for parameter in kind.parameters}
     mu = kind.formula(speed, p)
     slope = hy.diff(mu, speed) if is_symbolic(mu) else hy.expression(0.0)
-    # heyoka's own disk cache is unchecked and shared by all programs: keep out of it.
-    hy.llvm_state.set_diskcache_enabled(False)
-    return hy.cfunc([slope], vars=[speed, *p.values()], compact_mode=True)
+    return compiled_function([slope], [speed, *p.values()])

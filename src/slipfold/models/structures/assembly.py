@@ -266,7 +266,7 @@ class Assembly:
             if isinstance(item.component, FrictionContact):
                 motion, own = self.motion(item, q), self.own_coefficients(item, c)
                 contact = item.component.contact(motion, own, phase)
-                titles = tuple(_titled(item.component, limit) for limit in item.component.limits())
+                titles = tuple(_titled(item.component, limit) for limit in item.component.passed())
                 found += [] if contact is None else [replace(contact, limits=titles)]
         return tuple(found)
 

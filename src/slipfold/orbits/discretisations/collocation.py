@@ -134,7 +134,10 @@ class Collocation(Segments):
         self.lengths = np.diff(edges)
         self._linear = LinearPart()
         self._latest: _Known | None = None
-        self._slopes: _Slopes | None = None
+
+    def _free(self, free: Mapping[str, float]) -> None:
+        super()._free(free)
+        self._slopes: _Slopes | None = None  # those of other parameters serve no more
 
     def on(self, edges: Array, scheme: Scheme | None = None) -> Collocation:
         """Return the same on another mesh over the whole period. Shapes: edges (m + 1,)."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Hashable, Mapping
+from copy import copy
 from typing import Self
 
 import numpy as np
@@ -48,14 +49,24 @@ class Discretisation(ABC):
         self, model: Model, free: Mapping[str, float], period: int = 1, segments: int = 1
     ) -> None:
         self.model = model
-        self.free = dict(free)
         self.period = period
         self.segments = segments
-        self.units = np.array(list(free.values()), dtype=float)
-        self.indices = [model.parameter_index(name) for name in free]
+        self._free(free)
         self.flow: Flow = flow_of(model)
         self.measure_in(model.state_scales())
         self.flow_scales = power_of_two(self.scales)
+
+    def _free(self, free: Mapping[str, float]) -> None:
+        self.free = dict(free)
+        self.units = np.array(list(free.values()), dtype=float)
+        self.indices = [self.model.parameter_index(name) for name in free]
+
+    def freeing(self, free: Mapping[str, float]) -> Self:
+        """Return the same with other free parameters."""
+        other = copy(self)
+        other._free(free)
+        other.measure_in(self.scales)
+        return other
 
     def measure_in(self, scales: Array) -> None:
         """Take scales of the states, shape (n,)."""

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.attractors.exponents import Estimate
-from slipfold.attractors.verdict import Verdict
+from slipfold.long_term.exponents import Estimate
+from slipfold.long_term.verdict import Verdict
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
 from slipfold.results.column import WHOLE, Column

@@ -10,6 +10,7 @@ const TYPES = { csv: "CSV", nc: "netCDF" };
  * @typedef {object} Source
  * @property {() => object|null} request what made the view; null if there is nothing yet
  * @property {(format: "png"|"svg") => Promise<Blob>} picture
+ * @property {() => string|null} [readings] name of the file whose readings are drawn
  */
 
 export class ExportMenu {
@@ -62,7 +63,8 @@ export class ExportMenu {
   }
 
   async #text(format, language) {
-    const text = await (await exported(this.#source.request(), format)).text();
+    const readings = this.#source.readings?.() ?? null;
+    const text = await (await exported(this.#source.request(), format, readings)).text();
     const isCopied = await copy(text);
     this.#dialog.show(`The ${this.#name} in ${language}`, text, isCopied);
   }

@@ -32,15 +32,23 @@ export async function copy(text) {
  * Ask the server for a view in another form.
  * @param {object} view the request that made it
  * @param {"python"|"toml"|"csv"|"nc"} format
+ * @param {string|null} [readings] name of the file whose readings are drawn on it
  * @returns {Promise<Response>}
  * @throws {Error} with the server's sentence
  */
-export async function exported(view, format) {
-  const response = await fetch("/api/export", {
-    method: "POST",
-    headers: { "Content-Type": "application/json" },
-    body: JSON.stringify({ view: { id: 0, ...view }, format }),
-  });
+export async function exported(view, format, readings = null) {
+  return posted("/api/export", JSON.stringify({ view: { id: 0, ...view }, format, readings }));
+}
+
+/**
+ * Send JSON to the server.
+ * @param {string} address
+ * @param {string} body
+ * @returns {Promise<Response>}
+ * @throws {Error} with the server's sentence
+ */
+export async function posted(address, body) {
+  const response = await fetch(address, { method: "POST", headers: { "Content-Type": "application/json" }, body });
   if (!response.ok) throw new Error(await sentenceOf(response));
   return response;
 }

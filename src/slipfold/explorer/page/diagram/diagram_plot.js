@@ -9,6 +9,7 @@ import { element } from "../controls/dom.js";
 import { labelPlaces } from "../plots/label_places.js";
 import { CONFIG, frame, layout, mapping } from "../plots/plot_frame.js";
 import { axisTitle, display, formatted, withUnit } from "../parameters/quantities.js";
+import { readingTraces, readingValues } from "../readings/reading_traces.js";
 import { roundStep, stepped } from "../plots/steps.js";
 import { colours, themeChanged } from "../style/theme.js";
 import { STATISTICS, inside } from "../session/view.js";
@@ -36,6 +37,7 @@ export class DiagramPlot {
   #waiting = element("p", { class: "waiting" }, this.#words, this.#progress);
   #draft = element("p", { class: "draft-mark", hidden: true }, "draft");
   #session;
+  #readings;
   #drawn = null;
   #sight = { key: "", y: [0, 1] };
   #simulated = null;
@@ -46,14 +48,19 @@ export class DiagramPlot {
   #painted = 0;
   #pressed = null;
 
-  /** @param {import("../session/session.js").Session} session */
-  constructor(session) {
+  /**
+   * @param {import("../session/session.js").Session} session
+   * @param {import("../readings/readings.js").Readings} readings
+   */
+  constructor(session, readings) {
     this.#session = session;
+    this.#readings = readings;
     this.node.append(this.#canvas, this.#cursor, this.#chosen, this.#hovered, this.#tip,
       this.#waiting, this.#draft);
     this.#tellBusy();
     session.diagramArrived.subscribe(() => this.#schedule());
     session.pinsChanged.subscribe(() => this.#schedule());
+    readings.changed.subscribe(() => this.#schedule());
     session.progressed.subscribe((far) => { this.#progress.textContent = far ? this.#told(far) : ""; });
     session.placeChanged.subscribe(() => this.#place());
     session.failed.subscribe(({ sentence }) => sentence && this.#tellBusy());
@@ -83,13 +90,13 @@ export class DiagramPlot {
   figure() {
     const { diagram, names } = this.#drawn;
     const traces = this.#traces(diagram, (name) => LIGHT[name] ?? "#000000");
-    for (const trace of traces) trace.showlegend = trace.mode === "lines" && trace.x.length > 0;
+    for (const trace of traces) trace.showlegend = Boolean(trace.name) && trace.x.length > 0;
     const sheet = structuredClone(this.#canvas.layout);
     const axes = { gridcolor: LIGHT.grid, linecolor: LIGHT.axis, tickcolor: LIGHT.axis };
     return {
       data: traces,
       layout: {
-        ...sheet, showlegend: names.length > 0, paper_bgcolor: "#ffffff", plot_bgcolor: "#ffffff",
+        ...sheet, showlegend: names.length > 0 || this.#measured(diagram) !== null, paper_bgcolor: "#ffffff", plot_bgcolor: "#ffffff",
         font: { ...sheet.font, color: LIGHT.ink },
         xaxis: { ...sheet.xaxis, ...axes }, yaxis: { ...sheet.yaxis, ...axes },
       },
@@ -148,6 +155,7 @@ export class DiagramPlot {
     return [
       ...pinned, ...this.#simulatedTraces(colour),
       ...faint([...lineTraces(diagram, live, "live"), marks], this.#isDrawnFaint),
+      ...readingTraces(this.#measured(diagram), factors(diagram), colour("readings")),
     ];
   }
 
@@ -168,6 +176,11 @@ export class DiagramPlot {
       { ...trace, x: y.map(() => x * fx), y: y.map((value) => value * fy), marker: dots },
       { ...trace, x: y.slice(-1).map(() => x * fx), y: y.slice(-1).map((v) => v * fy), marker: last },
     ];
+  }
+
+  /** What was measured of what a diagram shows. */
+  #measured({ x, y }) {
+    return this.#readings.of({ vary: x.name, show: y.name, statistic: y.statistic });
   }
 
   #positions(diagram) {
@@ -199,6 +212,7 @@ export class DiagramPlot {
       for (const branch of answer.branches) yield* branch.y;
     }
     yield* this.#simulated?.y ?? [];
+    yield* readingValues(this.#measured(diagram), this.#session.view.span);
   }
 
   /** Whether what is drawn is still to be replaced; what is of another model is not shown. */
@@ -355,7 +369,7 @@ function faint(traces, isFaint = false) {
 /** Colours of figures that go into files. */
 const LIGHT = {
   ink: "#1a1c20", panel: "#ffffff", live: "#0d0887", grid: "#ececea", axis: "#55585e",
-  simulation: "#00695c", "pin-1": "#a72197", "pin-2": "#d8576b", "pin-3": "#f0843c",
+  simulation: "#00695c", readings: "#c2410c", "pin-1": "#a72197", "pin-2": "#d8576b", "pin-3": "#f0843c",
   "pin-4": "#6400a7", "pin-5": "#4d7a86", "pin-6": "#8a6d1b",
 };
 

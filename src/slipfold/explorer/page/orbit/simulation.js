@@ -34,13 +34,27 @@ export class Simulation {
     const { view, verdict } = this.state;
     const vary = this.#session.quantity(view.vary);
     const at = `${vary.label ?? vary.name} = ${withUnit(vary, view.parameters[view.vary])}`;
-    const from = this.request.start === "rest" ? "rest" : "an orbit, nudged off it";
+    const { start, nudge } = this.request;
+    const states = Object.entries(start).map(([name, value]) => `${name} = ${formatted(value)}`).join(", ");
+    const from = start === "rest" ? "rest" : nudge ? "an orbit, nudged off it" : states;
     return `${at}, simulated from ${from}: ${verdict}`;
+  }
+
+  /** How the motion began: as it was simulated last, else from rest. */
+  get start() {
+    if (this.state.view === null) return { start: "rest" };
+    const { start, nudge = {} } = this.request;
+    return { start, nudge };
   }
 
   /** From rest, at the working point. */
   fromRest() {
     this.#run({ start: "rest", periods: PERIODS });
+  }
+
+  /** From some states, the others being the model's own. */
+  fromStates(start) {
+    this.#run({ start, periods: PERIODS });
   }
 
   /**

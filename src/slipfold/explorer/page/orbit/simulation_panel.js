@@ -1,6 +1,7 @@
 /** Starting and stopping a simulation, and how it goes, period by period. */
 
 import { ContactPanel } from "./contact_panel.js";
+import { Exponents } from "./exponents.js";
 import { element } from "../controls/dom.js";
 import { valueTitle } from "../diagram/diagram_plot.js";
 import { SmallPlot } from "../plots/small_plot.js";
@@ -44,7 +45,7 @@ export class SimulationPanel {
         button("From rest", () => simulation.fromRest()), this.#fromOrbit,
         element("label", { class: "choice" }, element("span", {}, "nudged by"), this.#nudge),
         this.#stop, this.#clear),
-      this.#verdict, this.#plot.node, this.#contacts.node);
+      this.#verdict, new Exponents(session, simulation).node, this.#plot.node, this.#contacts.node);
     simulation.changed.subscribe(() => this.#show(diagram));
     session.store.changed.subscribe(({ view, before }) => {
       if (view.model !== before.model || view.show !== before.show || view.statistic !== before.statistic) this.#show(diagram);

@@ -4,7 +4,7 @@
  */
 
 const QUANTITY =
-  /^\s*([-+−]?(?:[0-9]+\.?[0-9]*(?:e[-+−]?[0-9]+)?|\.[0-9]+(?:e[-+−]?[0-9]+)?|inf|nan))\s*([^0-9.,\s].*?|)\s*$/i;
+  /^\s*([-+−]?(?:[0-9]+\.?[0-9]*(?:e[-+−]?[0-9]+)?|\.[0-9]+(?:e[-+−]?[0-9]+)?|inf|nan))(\s*[^0-9.,\s].*?|\s+1\/.*?|)\s*$/i;
 
 /**
  * Read a quantity.
@@ -17,7 +17,8 @@ const QUANTITY =
 export function parsed(text, { name, units, wanted, bounds }, usual = 1) {
   const match = QUANTITY.exec(text);
   if (!match) return { sentence: `${name} = '${text}' is not a number; give ${wanted}` };
-  const [, digits, unit] = match;
+  const digits = match[1];
+  const unit = match[2].trimStart();
   if (unit && !Object.hasOwn(units, unit)) {
     return { sentence: `${name} = '${text}' has the unit '${unit}'; give ${wanted}` };
   }

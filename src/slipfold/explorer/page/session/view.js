@@ -118,6 +118,25 @@ export function simulationRequest(view, how) {
   return { kind: "simulation", model: view.model, parameters: view.parameters, ...how };
 }
 
+/**
+ * The request for the exponents of a motion at the working point of a view.
+ * @param {View} view
+ * @param {{start: "rest"|Record<string, number>, nudge?: Record<string, number>}} how
+ */
+export function exponentsRequest(view, how) {
+  return { kind: "exponents", model: view.model, parameters: view.parameters, ...how };
+}
+
+/**
+ * The request for the basins of attraction at the working point of a view.
+ * @param {View} view
+ * @param {Axis} x of a state
+ * @param {Axis} y of another
+ */
+export function basinsRequest({ model, parameters }, x, y) {
+  return { kind: "basins", model, parameters, x, y };
+}
+
 /** A value, or the nearest one in a span. */
 export function inside(value, [a, b]) {
   return Math.min(Math.max(value, Math.min(a, b)), Math.max(a, b));

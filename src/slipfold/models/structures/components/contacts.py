@@ -315,9 +315,15 @@ class FrictionContact(Component):
 
     def limits(self) -> tuple[Limit, ...]:
         """Return the limits at which it sticks or opens."""
+        return (*self._stick(), *self.load.limits())
+
+    def passed(self) -> tuple[Limit, ...]:
+        """Return those of its limits that a motion through stick and free flight passes."""
+        return self.limits() if self.load.opens else self._stick()
+
+    def _stick(self) -> tuple[Limit, ...]:
         reason = (
             "stick: the relative speed fell to {value:.3g} of Vd; the sliding model ends here, "
             "raise Vd or stay below this value"
         )
-        stick = (Limit("stick", "Vrel_ratio", STICK, reason),) if self.law.sticks else ()
-        return (*stick, *self.load.limits())
+        return (Limit("stick", "Vrel_ratio", STICK, reason),) if self.law.sticks else ()

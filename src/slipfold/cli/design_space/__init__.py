@@ -1,0 +1,1 @@
+"""Commands about thresholds where parameters scatter, and where they are chosen."""

@@ -1,0 +1,1 @@
+"""Commands about what motions do in the long run."""

@@ -1,0 +1,55 @@
+"""``slipfold attractors``: everything that motions from a box of starts settle on."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from slipfold.cli.carry_out import carry_out
+from slipfold.cli.options import Box, Csv, Friction, Json, ModelName, Out, SearchPeriods, Sets
+from slipfold.cli.outputs import Outputs
+from slipfold.cli.parsing import parse_assignments, parse_box, parse_whole
+from slipfold.cli.progress import search_text
+
+__all__ = ["attractors"]
+
+Starts = Annotated[str, typer.Option(metavar="N", help="Number of starts in the box.")]
+Seed = Annotated[str, typer.Option(metavar="N", help="Seed of the starts.")]
+
+
+def attractors(
+    model: ModelName,
+    box: Box = None,
+    starts: Starts = "256",
+    seed: Seed = "0",
+    periods: SearchPeriods = None,
+    set_: Sets = None,
+    friction: Friction = None,
+    json: Json = None,
+    out: Out = None,
+    csv: Csv = None,
+) -> int:
+    """Find all responses, cycles, equilibria, tori and chaos that a box of starts leads to.
+
+    Exit status: 0 done, 2 bad input, 130 interrupted; what was found by then is kept.
+    """
+    from slipfold.cli.case_file import find_model
+    from slipfold.computations.attractors import attractors as compute
+
+    outputs = Outputs(json, out, csv)
+    outputs.check()
+    chosen = find_model(model, parse_assignments(set_), friction)
+    found = carry_out(
+        lambda observer: compute(
+            chosen,
+            parse_box(box),
+            starts=parse_whole(starts, "--starts"),
+            seed=parse_whole(seed, "--seed", least=0),
+            periods=None if periods is None else parse_whole(periods, "--periods"),
+            observer=observer,
+        ),
+        search_text,
+        outputs,
+    )
+    return outputs.status(found.interrupted)

@@ -1,0 +1,75 @@
+"""``slipfold basin-fractions``: which share of starts each attractor wins along a parameter."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from slipfold.cli.carry_out import carry_out
+from slipfold.cli.options import Box, Csv, Friction, Json, ModelName, Out, SearchPeriods, Sets
+from slipfold.cli.outputs import Outputs
+from slipfold.cli.parsing import (
+    parse_assignments,
+    parse_box,
+    parse_span,
+    parse_whole,
+    refuse_varied,
+)
+from slipfold.cli.progress import search_text
+
+__all__ = ["basin_fractions"]
+
+Vary = Annotated[
+    list[str],
+    typer.Option("--vary", metavar="NAME=FIRST:LAST", help="Parameter and its ends."),
+]
+Points = Annotated[str, typer.Option(metavar="N", help="Values of the parameter.")]
+Starts = Annotated[str, typer.Option(metavar="N", help="Number of starts at each value.")]
+Seed = Annotated[str, typer.Option(metavar="N", help="Seed of the starts.")]
+
+
+def basin_fractions(
+    model: ModelName,
+    vary: Vary,
+    box: Box = None,
+    points: Points = "20",
+    starts: Starts = "256",
+    seed: Seed = "0",
+    periods: SearchPeriods = None,
+    set_: Sets = None,
+    friction: Friction = None,
+    json: Json = None,
+    out: Out = None,
+    csv: Csv = None,
+) -> int:
+    """Tell which share of a box of starts each response, torus or chaos wins along a parameter.
+
+    Draw the result with slipfold plot. Exit status: 0 done, 2 bad input, 130 interrupted; the
+    values finished by then are kept.
+    """
+    from slipfold.cli.case_file import find_model
+    from slipfold.computations.basin_fractions import basin_fractions as compute
+
+    outputs = Outputs(json, out, csv)
+    outputs.check()
+    given = parse_assignments(set_)
+    chosen = find_model(model, given, friction)
+    name, span = parse_span(vary, chosen)
+    refuse_varied(given, [name])
+    found = carry_out(
+        lambda observer: compute(
+            chosen,
+            name,
+            span,
+            parse_box(box),
+            points=parse_whole(points, "--points", least=2),
+            starts=parse_whole(starts, "--starts"),
+            seed=parse_whole(seed, "--seed", least=0),
+            periods=None if periods is None else parse_whole(periods, "--periods"),
+            observer=observer,
+        ),
+        search_text,
+        outputs,
+    )
+    return outputs.status(found.interrupted)

@@ -1,0 +1,106 @@
+"""``slipfold sweep``: motions at many values of a parameter, once a forcing period."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from slipfold.cli.carry_out import carry_out
+from slipfold.cli.options import Csv, Friction, Json, ModelName, Out, Sets, States
+from slipfold.cli.outputs import Outputs
+from slipfold.cli.parsing import (
+    parse_assignments,
+    parse_box,
+    parse_span,
+    parse_states,
+    parse_whole,
+    refuse_varied,
+)
+from slipfold.cli.progress import strobe_text
+from slipfold.errors import InputError
+
+__all__ = ["sweep"]
+
+RUNS = {"both": ("up", "down"), "up": ("up",), "down": ("down",), "none": ()}
+
+Vary = Annotated[
+    list[str],
+    typer.Option("--vary", metavar="NAME=FIRST:LAST", help="Parameter and its ends."),
+]
+Points = Annotated[str, typer.Option(metavar="N", help="Values of the parameter.")]
+Runs = Annotated[
+    str,
+    typer.Option(
+        metavar="|".join(RUNS),
+        help="Sweeps, in which each value begins with the last state of the one before.",
+    ),
+]
+Starts = Annotated[
+    str, typer.Option(metavar="N", help="Motions that begin anew at each value, from a box.")
+]
+Box = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--box",
+        metavar="NAME=LEAST:LARGEST",
+        help="Values of a state in that box; other states are at the model's start. Repeatable; by "
+        "default all states, about their typical sizes.",
+    ),
+]
+Seed = Annotated[str, typer.Option(metavar="N", help="Seed of these starts.")]
+Transient = Annotated[str, typer.Option(metavar="N", help="Forcing periods left out first.")]
+Periods = Annotated[str, typer.Option(metavar="N", help="Forcing periods kept after them.")]
+
+
+def sweep(
+    model: ModelName,
+    vary: Vary,
+    points: Points = "200",
+    runs: Runs = "both",
+    starts: Starts = "8",
+    box: Box = None,
+    seed: Seed = "0",
+    transient: Transient = "500",
+    periods: Periods = "64",
+    set_: Sets = None,
+    friction: Friction = None,
+    state: States = None,
+    json: Json = None,
+    out: Out = None,
+    csv: Csv = None,
+) -> int:
+    """Sweep a parameter up and down, and start anew at each value; keep a state each period.
+
+    Exit status: 0 done, 2 bad input, 130 interrupted; what was finished by then is kept.
+    """
+    from slipfold.cli.case_file import find_model
+    from slipfold.computations.sweep import sweep as compute
+
+    outputs = Outputs(json, out, csv)
+    outputs.check()
+    given = parse_assignments(set_)
+    chosen = find_model(model, given, friction)
+    name, span = parse_span(vary, chosen)
+    refuse_varied(given, [name])
+    if runs not in RUNS:
+        raise InputError(f"--runs {runs} is unknown; give {', '.join(RUNS)}")
+    found = carry_out(
+        lambda observer: compute(
+            chosen,
+            name,
+            span,
+            points=parse_whole(points, "--points", least=2),
+            runs=RUNS[runs],
+            starts=parse_whole(starts, "--starts", least=0),
+            box=parse_box(box),
+            seed=parse_whole(seed, "--seed", least=0),
+            state=parse_states(state, chosen),
+            transient=parse_whole(transient, "--transient", least=0),
+            periods=parse_whole(periods, "--periods", least=2),
+            observer=observer,
+        ),
+        strobe_text,
+        outputs,
+    )
+    return outputs.status(found.interrupted)

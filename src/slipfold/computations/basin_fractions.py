@@ -1,0 +1,115 @@
+"""The share of starts that each attractor wins along a parameter, in one call."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from time import perf_counter
+
+import numpy as np
+
+from slipfold.computations.given import checked_count, checked_model, parse_ends, refuse_varied
+from slipfold.errors import InputError
+from slipfold.flow.simulate import checked_periods
+from slipfold.flow.sizes.typical_sizes import measured
+from slipfold.long_term.basin_fractions import find_fractions
+from slipfold.long_term.box import box_around, checked_box
+from slipfold.long_term.search import SearchProgress
+from slipfold.models.model import Model
+from slipfold.results.motions.basin_fractions import BasinFractions
+from slipfold.results.provenance import provenance
+
+__all__ = ["basin_fractions"]
+
+
+def basin_fractions(
+    model: Model,
+    vary: str,
+    span: tuple[float | str, float | str],
+    box: Mapping[str, tuple[float | str, float | str]] | None = None,
+    *,
+    points: int = 20,
+    starts: int = 256,
+    seed: int = 0,
+    periods: int | None = None,
+    observer: Callable[[SearchProgress], None] | None = None,
+    **parameters: float | str,
+) -> BasinFractions:
+    """Tell which share of the starts in a box each attractor wins, along a parameter.
+
+    At each value attractors are found and verified as by `slipfold.attractors`, from the same
+    starts, and from the attractors of the value before. One that motions come to from there, and
+    that is of the same kind and period, has the same number.
+
+    Parameters
+    ----------
+    model
+        The model, e.g. ``SlidingOscillator()``.
+    vary
+        Name of the parameter.
+    span
+        Its ends: numbers in SI units, or text with a unit.
+    box
+        Least and largest value of some states at phase zero, by name: numbers in the unit of the
+        state, or text with a unit; others are those of the model's start. If None all states, by
+        one and a half times their typical sizes about the start in the middle of the span.
+    points
+        Number of values, evenly spread.
+    starts
+        How many motions at each value.
+    seed
+        Of the starts; the same one gives the same starts.
+    periods
+        Forcing periods, of an autonomous model intervals of its pace, after which a motion that
+        has come to nothing known is measured by its exponents; 1024 if None.
+    observer
+        Called every 16 periods and after each find with a `slipfold.SearchProgress` of all values.
+        If it raises `KeyboardInterrupt`, or the user does, the values finished by then are
+        returned.
+    **parameters
+        Parameters of the model to change first: numbers in SI units, or text with a unit.
+
+    Returns
+    -------
+    BasinFractions
+        The attractors at each value, and the shares of the starts with their bounds.
+
+    Raises
+    ------
+    InputError
+        If a name, the box or a number cannot be used.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> duffing, box = sf.built_in_models()["duffing"](), {"q": (-3, 3), "v": (-3, 3)}
+    >>> found = sf.basin_fractions(duffing, "W", (1, 1.4), box, points=3, starts=64)
+    >>> [len(items) for items in found.attractors]
+    [1, 2, 1]
+    """
+    refuse_varied((vary,), parameters, "span")
+    changed = checked_model(model).replace(**parameters)
+    parameter = changed.variable_parameter(vary)
+    low, high = sorted(parameter.check(end) for end in parse_ends(parameter, span))
+    if low == high:
+        raise InputError(f"the span of {vary} from {low:g} to {high:g} is empty; give two values")
+    values = np.linspace(low, high, checked_count(points, "points", least=2))
+    changed = measured(changed.replace(**{vary: 0.5 * (low + high)}))
+    where = box_around(changed) if box is None else checked_box(changed, box)
+    count, most = checked_count(starts, "starts"), checked_periods(periods)
+    places = where.starts(count, checked_count(seed, "seed", least=0))
+    begun = perf_counter()
+    found = find_fractions(changed, vary, values, places, most, observer)
+    return BasinFractions(
+        model=changed,
+        vary=vary,
+        values=values,
+        box=where,
+        seed=int(seed),
+        asked=most,
+        starts=places,
+        labels=found.labels,
+        attractors=found.attractors,
+        ends=found.ends,
+        interrupted=found.interrupted,
+        provenance=provenance(perf_counter() - begun),
+    )

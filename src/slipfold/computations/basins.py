@@ -1,0 +1,113 @@
+"""Basins of attraction on a plane of initial states, in one call."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from time import perf_counter
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from slipfold.computations.given import checked_count, checked_model
+from slipfold.errors import InputError
+from slipfold.flow.simulate import checked_periods, initial_state
+from slipfold.flow.sizes.typical_sizes import measured
+from slipfold.long_term.box import checked_box
+from slipfold.long_term.search import SearchProgress, search
+from slipfold.models.model import Model
+from slipfold.results.motions.basins import Basins
+from slipfold.results.provenance import provenance
+
+__all__ = ["basins"]
+
+
+def basins(
+    model: Model,
+    plane: Mapping[str, tuple[float | str, float | str]],
+    state: ArrayLike | Mapping[str, float] | None = None,
+    *,
+    points: int | tuple[int, int] = 200,
+    periods: int | None = None,
+    observer: Callable[[SearchProgress], None] | None = None,
+    **parameters: float | str,
+) -> Basins:
+    """Tell what motions from a plane of starting states settle on.
+
+    A grid of starts, each labelled with the attractor that its motion comes to. Attractors are
+    found and verified on the way, as by `slipfold.attractors`.
+
+    Parameters
+    ----------
+    model
+        The model, e.g. ``SlidingOscillator()``.
+    plane
+        Least and largest value of two states at phase zero, by name: numbers in the unit of the
+        state, or text with a unit. The first goes to the right.
+    state
+        The other states at phase zero: shape (n_states,), or some by name; what is not given is the
+        model's start.
+    points
+        Starts along both states, or along each.
+    periods
+        Forcing periods, of an autonomous model intervals of its pace, after which a motion that has
+        come to nothing known is measured by its exponents; 1024 if None.
+    observer
+        Called every 16 periods and after each find with a `slipfold.SearchProgress`. If it raises
+        `KeyboardInterrupt`, or the user does, what was found by then is returned.
+    **parameters
+        Parameters of the model to change first: numbers in SI units, or text with a unit.
+
+    Returns
+    -------
+    Basins
+        The grid with its labels, the attractors and their shares.
+
+    Raises
+    ------
+    InputError
+        If the plane, a number or a parameter cannot be used.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> plane = {"x": (-0.5, 0.5), "y": (-0.5, 0.5)}
+    >>> found = sf.basins(sf.SlidingOscillator(), plane, points=(12, 8), f=12.2, Nd=0.1)
+    >>> found.labels.shape, sorted(item.period for item in found)
+    ((8, 12), [1, 2])
+    """
+    changed = measured(checked_model(model).replace(**parameters))
+    start = initial_state(changed, state)
+    box = checked_box(changed, plane)
+    names = tuple(plane)
+    if len(names) != 2:
+        raise InputError(
+            f"plane = {plane!r} does not name two states; give two, each with its ends"
+        )
+    counts = points if isinstance(points, tuple) else (points, points)
+    if len(counts) != 2:
+        raise InputError(f"points = {points!r} are not one or two numbers; give e.g. (300, 200)")
+    known = [item.name for item in changed.states]
+    places = [known.index(name) for name in names]
+    axes = [
+        np.linspace(box.low[place], box.high[place], checked_count(count, "points", least=2))
+        for place, count in zip(places, counts, strict=True)
+    ]
+    grid = np.meshgrid(*axes)
+    starts = np.tile(start, (grid[0].size, 1))
+    for place, values in zip(places, grid, strict=True):
+        starts[:, place] = values.ravel()
+    most, started = checked_periods(periods), perf_counter()
+    found = search(changed, starts, most, observer)
+    return Basins(
+        model=changed,
+        plane=(names[0], names[1]),
+        first=axes[0],
+        second=axes[1],
+        state=start,
+        labels=found.labels.reshape(grid[0].shape),
+        attractors=found.attractors,
+        ends=found.ends,
+        asked=most,
+        interrupted=found.interrupted,
+        provenance=provenance(perf_counter() - started),
+    )

@@ -1,0 +1,114 @@
+"""One computation for many cases, from a file, so that nothing that is finished is lost."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping
+from concurrent.futures import Executor
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+from slipfold.results.model_record import structure_record
+from slipfold.results.provenance import provenance
+from slipfold.results.studies.study_result import StudyResult, study_result
+from slipfold.studies.cases import digest, total
+from slipfold.studies.executors import open_place
+from slipfold.studies.plan import Plan, read_plan
+from slipfold.studies.run import StudyObserver, run_cases
+from slipfold.studies.store import Store
+from slipfold.studies.task import versions
+
+__all__ = ["study"]
+
+
+def study(
+    given: str | Path | Mapping[str, Any],
+    store: str | Path | None = None,
+    *,
+    executor: Executor | int | str | None = None,
+    resume: bool = False,
+    retry_failed: bool = False,
+    observer: StudyObserver | None = None,
+) -> StudyResult:
+    """Compute the same thing for many cases, on one core or many.
+
+    A case that fails is kept with the reason and stops no others. The result does not depend on
+    where cases are computed, nor on whether the study was interrupted.
+
+    Parameters
+    ----------
+    given
+        The study: the name of a TOML file, or the same as a mapping. Besides what a case file
+        holds (``model``, ``parameters``, ``friction``) it has ``compute``, what is computed, and
+        ``cases``, for what. The page on studies lists what there is. In a mapping ``model`` may be
+        a `slipfold.Model`.
+    store
+        Folder in which finished cases are kept, made if there is none. Without one, they are lost
+        with the process.
+    executor
+        Where cases are computed: None for this process, a number of processes, the address of a
+        Dask scheduler such as ``"tcp://127.0.0.1:8786"``, or any executor of `concurrent.futures`.
+        A script that asks for processes needs ``if __name__ == "__main__":``.
+    resume
+        Whether to go on with the cases in the store; one that has some is refused otherwise.
+    retry_failed
+        Whether cases that failed are computed again, too; implies `resume`.
+    observer
+        Called whenever cases are finished, with a `slipfold.StudyProgress`. If it raises
+        `KeyboardInterrupt`, or the user does, what is finished is returned, and kept in the store.
+
+    Returns
+    -------
+    StudyResult
+        One labelled dataset of all cases.
+
+    Raises
+    ------
+    InputError
+        If the study has something that is unknown or cannot be used, or the store holds another
+        one, is in use, or cannot be written.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> found = sf.study({
+    ...     "model": sf.SlidingOscillator(f=12.5),
+    ...     "compute": {"what": "threshold", "vary": "Nd", "span": [0, "900mN"]},
+    ...     "cases": {"list": [{"Vd": 0.6, "mu": 0.5}, {"Vd": "500mm/s", "mu": 0.4}]},
+    ... })
+    >>> found.values["threshold"].round(6).tolist(), found.values["outcome"].tolist()
+    ([0.043579, 0.049686], ['PD', 'PD'])
+    """
+    plan = read_plan(given)
+    with ExitStack() as stack:
+        temporary = store is None
+        if store is None:
+            store = stack.enter_context(tempfile.TemporaryDirectory(prefix="slipfold-study-"))
+        head = {"versions": versions(), **_head(plan)}
+        again = resume or retry_failed
+        kept = stack.enter_context(
+            Store.open(Path(store), total(plan.cases), head, again, temporary)
+        )
+        stopped = False
+        try:
+            if retry_failed or kept.done < kept.total:
+                with open_place(executor) as place:
+                    run_cases(plan, kept, place, observer, retry_failed)
+        except KeyboardInterrupt:
+            stopped = True  # what is finished is in the store
+        return study_result(plan, kept.records(), provenance(), stopped)
+
+
+def _head(plan: Plan) -> dict[str, Any]:
+    """Return what tells one study from another."""
+    head = {
+        "model": plan.model.name,
+        "structure": structure_record(plan.model),
+        "parameters": dict(plan.model.values),
+        "compute": plan.work.record(),
+        "quantities": [item.name for item in plan.work.quantities(plan.model)],
+        "cases": plan.cases.record(),
+    }
+    draws = digest(plan.cases)
+    return head if draws is None else {**head, "draws": draws}

@@ -1,0 +1,1 @@
+"""What thresholds do where parameters scatter, and where they are chosen."""

@@ -1,0 +1,96 @@
+"""Which scatter matters: indices of Sobol, by SALib."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.design_space.drawn import quantiles
+from slipfold.design_space.scatter import Scatter
+from slipfold.errors import InputError
+
+__all__ = ["SobolIndices", "index_design", "indices_of", "sobol_indices"]
+
+Array = NDArray[np.float64]
+
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True, eq=False)
+class SobolIndices:
+    """Shares of a variance that scattered parameters account for; frozen.
+
+    Parameters
+    ----------
+    names
+        The parameters.
+    first
+        Share that each accounts for by itself, shape (d,).
+    total
+        Share that it takes part in, together with others as well, shape (d,).
+    first_error, total_error
+        Half the widths of their intervals of 95 % confidence, shape (d,).
+    """
+
+    names: tuple[str, ...]
+    first: Array
+    total: Array
+    first_error: Array
+    total_error: Array
+
+
+def sobol_indices(
+    function: Callable[[Array], Array], scatters: Sequence[Scatter], count: int, seed: int = 0
+) -> SobolIndices:
+    """Return the indices of a function of scattered parameters.
+
+    Shapes: function (n, d) -> (n,). It is evaluated `count` (d + 2) times; a power of two.
+
+    >>> flat = [Scatter(name, "uniform", 0.0, 1.0) for name in "ab"]
+    >>> sobol_indices(lambda x: 2 * x[:, 0] + x[:, 1], flat, 256).first.round(2).tolist()
+    [0.8, 0.2]
+    """
+    return indices_of(function(index_design(scatters, count, seed)), scatters, seed)
+
+
+def index_design(scatters: Sequence[Scatter], count: int, seed: int) -> Array:
+    """Return where to evaluate a function for its indices, shape (count (d + 2), d)."""
+    sample, _ = _salib()
+    shares = sample.sample(_problem(scatters), count, calc_second_order=False, seed=seed)
+    return quantiles(scatters, shares)
+
+
+def indices_of(values: Array, scatters: Sequence[Scatter], seed: int) -> SobolIndices:
+    """Return the indices from the values of a function there. Shapes: values (count (d + 2),)."""
+    _, analyze = _salib()
+    found = analyze.analyze(
+        _problem(scatters),
+        values,
+        calc_second_order=False,
+        conf_level=CONFIDENCE,
+        seed=seed + 1,  # SALib takes 0 for none
+    )
+    names = tuple(item.name for item in scatters)
+    keys = ("S1", "ST", "S1_conf", "ST_conf")
+    return SobolIndices(names, *(np.asarray(found[key], dtype=float) for key in keys))
+
+
+def _problem(scatters: Sequence[Scatter]) -> dict[str, Any]:
+    """Say to SALib that shares are uniform: their quantiles are taken here."""
+    names = [item.name for item in scatters]
+    return {"num_vars": len(names), "names": names, "bounds": [[0.0, 1.0]] * len(names)}
+
+
+def _salib() -> tuple[Any, Any]:
+    try:
+        from SALib.analyze import sobol as analyze
+        from SALib.sample import sobol as sample
+    except ImportError:
+        raise InputError(
+            "Sobol indices need SALib, which is not installed; pip install slipfold[sensitivity]"
+        ) from None
+    return sample, analyze

@@ -1,0 +1,115 @@
+"""What motions settle on, as data: an orbit, a cycle, an equilibrium, a torus or chaos."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.flow.flow import flow_of
+from slipfold.flow.switched.simulate import simulate_smooth_or_switched
+from slipfold.long_term.exponents import Exponents
+from slipfold.models.evaluation import evaluation_of
+from slipfold.models.model import Model
+from slipfold.orbits.periodic_orbit import PeriodicOrbit
+
+__all__ = ["Attractor", "at_rest", "of_exponents", "of_orbit", "strobes_of"]
+
+Array = NDArray[np.float64]
+
+SHOWN, PER_PERIOD = 400, 64
+"""Periods of a torus or of chaos whose outputs are seen, and samples in each."""
+
+
+@dataclass(frozen=True, eq=False)
+class Attractor:
+    """Something that motions settle on; frozen.
+
+    Parameters
+    ----------
+    id
+        Its number, from 1 in the order in which they were found.
+    kind
+        ``"periodic"``, ``"torus"``, ``"chaos"``, or of an autonomous model ``"cycle"`` and
+        ``"equilibrium"``.
+    state
+        A state on it, at phase zero, shape (n_states,).
+    minimum, maximum
+        Least and largest value of every output, the states first, shape (n_outputs,).
+    period
+        Period in forcing periods; None where nothing repeats with the forcing.
+    duration
+        Seconds that a cycle takes; None for others.
+    multipliers
+        Floquet multipliers, the largest first, complex, shape (n_states,); of an equilibrium its
+        eigenvalues in 1/s; NaN of a torus or chaos.
+    exponents
+        Lyapunov exponents, the largest first, shape (n_states,), a forcing period each, of an
+        autonomous model 1/s; NaN of what repeats.
+    """
+
+    id: int
+    kind: str
+    state: Array
+    minimum: Array
+    maximum: Array
+    period: int | None
+    duration: float | None
+    multipliers: NDArray[np.complex128]
+    exponents: Array
+
+
+def of_orbit(orbit: PeriodicOrbit, number: int) -> Attractor:
+    """Return an orbit or cycle as what motions settle on."""
+    extrema, forced = orbit.extrema, orbit.model.forced
+    return Attractor(
+        number,
+        "periodic" if forced else "cycle",
+        orbit.state,
+        extrema.minimum[0],
+        extrema.maximum[0],
+        orbit.period if forced else None,
+        None if forced else orbit.duration,
+        orbit.multipliers,
+        np.full(len(orbit.state), np.nan),
+    )
+
+
+def at_rest(model: Model, state: Array, number: int) -> Attractor:
+    """Return an equilibrium as what motions settle on."""
+    functions = evaluation_of(model)
+    values = functions.outputs(model, state, np.zeros(()))
+    eigenvalues = np.linalg.eigvals(functions.jacobian(model, state)).astype(complex)
+    order = np.argsort(-eigenvalues.real, kind="stable")
+    nothing = np.full(len(state), np.nan)
+    return Attractor(
+        number, "equilibrium", state, values, values, None, None, eigenvalues[order], nothing
+    )
+
+
+def of_exponents(found: Exponents, number: int) -> Attractor:
+    """Return a torus or chaos as what motions settle on."""
+    model, state = found.model, found.state
+    motion = simulate_smooth_or_switched(model, SHOWN, state)
+    states = motion.sample(per_period=PER_PERIOD)[1]
+    flow, phases = flow_of(motion.model), np.arange(len(states)) % PER_PERIOD / PER_PERIOD
+    values = flow.outputs(states, phases, flow.constants_of(motion.model))
+    unit = 1.0 if model.forced else model.values["duration"]
+    return Attractor(
+        number,
+        found.verdict.kind,
+        state,
+        np.nanmin(values, axis=0),
+        np.nanmax(values, axis=0),
+        None,
+        None,
+        np.full(len(state), complex(np.nan, np.nan)),
+        found.estimates[-1].exponents / unit,
+    )
+
+
+def strobes_of(orbit: PeriodicOrbit) -> Array:
+    """Return the states of an orbit at the start of its forcing periods, shape (period, n)."""
+    each = len(orbit.nodes)
+    return orbit.sample(each * orbit.period)[1][::each]

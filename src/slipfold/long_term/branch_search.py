@@ -1,0 +1,33 @@
+"""Where branches were looked for that nothing leads to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+__all__ = ["BranchSearch"]
+
+
+@dataclass(frozen=True)
+class BranchSearch:
+    """Where branches were looked for that nothing leads to; frozen.
+
+    Parameters
+    ----------
+    values
+        Values of the parameter at which motions were started.
+    low, high
+        Least and largest starting value of each state.
+    starts
+        Motions at each value.
+    found
+        Ids of the branches that were found.
+    interrupted
+        Whether the search was interrupted.
+    """
+
+    values: tuple[float, ...]
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+    starts: int
+    found: tuple[int, ...]
+    interrupted: bool = False

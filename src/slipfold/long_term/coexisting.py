@@ -1,0 +1,206 @@
+"""Branches that nothing leads to: what motions find at some places of a span, followed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.branches.branch import Branch
+from slipfold.branches.orbit_between import orbit_between
+from slipfold.branches.progress import Observer, Progress
+from slipfold.branches.start import Begin
+from slipfold.errors import InputError
+from slipfold.long_term.attractor import Attractor, strobes_of
+from slipfold.long_term.box import Box, box_around
+from slipfold.long_term.branch_search import BranchSearch
+from slipfold.long_term.cycle_line import CycleLine
+from slipfold.long_term.equilibria import equilibria_in
+from slipfold.long_term.search import SearchProgress, search
+from slipfold.models.model import Model
+from slipfold.models.turns import without_turns
+from slipfold.orbits.find import periodic_orbit
+from slipfold.orbits.periodic_orbit import PeriodicOrbit
+
+__all__ = ["find_coexisting"]
+
+Array = NDArray[np.float64]
+
+PLACES = 4
+"""Places on the span, evenly spaced, at which motions are started."""
+
+STARTS = 32
+"""Motions at each of them; starts of Newton's method for equilibria."""
+
+PERIODS = 256
+"""Periods of a motion."""
+
+FARTHER = 2.0
+"""Times of the box of motions that nobody gives: isolas lie beyond what branches reach."""
+
+STAGE = "search for others"
+
+ONE = 1e-4
+"""Distance, in scaled states, of two orbits that are one: those of branches are interpolated."""
+
+
+class Follow(Protocol):
+    """What follows a branch, and all that leave it, from where it begins."""
+
+    def __call__(self, *, begin: Begin) -> tuple[Branch, ...]: ...
+
+
+def find_coexisting(
+    model: Model,
+    vary: str,
+    span: tuple[float, float],
+    branches: tuple[Branch, ...],
+    follow: Follow,
+    box: Box | None = None,
+    observer: Observer | None = None,
+) -> tuple[tuple[Branch, ...], BranchSearch]:
+    """Look for what coexists with branches at some places of their span, and follow it.
+
+    Returns all branches, those found behind those known, and where they were looked for. An
+    interruption keeps the branches that are followed by then, and follows no more.
+    """
+    box = box or box_around(model, _reached(model, branches))
+    values = tuple(span[0] + (i + 0.5) / PLACES * (span[1] - span[0]) for i in range(PLACES))
+    found: list[int] = []
+    known, interrupted = branches, any(branch.interrupted for branch in branches)
+    for place, value in enumerate(values):
+        if interrupted:
+            break
+
+        tell = None if observer is None else _Tells(observer, len(known), place, value)
+        try:
+            at = model.replace(**{vary: value})
+            seen = _seen(at, value, box, tell)
+            interrupted = seen.interrupted
+            for begin in () if interrupted else seen.begins:
+                if not _is_on_branch(begin, known, value):
+                    new = _numbered(_followed(follow, begin), len(known))
+                    known, found = (*known, *new), [*found, *(branch.id for branch in new)]
+            interrupted |= any(branch.interrupted for branch in known)
+        except InputError:  # parameters contradict each other there
+            continue
+        except KeyboardInterrupt:
+            interrupted = True
+    low, high = tuple(box.low.tolist()), tuple(box.high.tolist())
+    return known, BranchSearch(values, low, high, STARTS, tuple(found), interrupted)
+
+
+@dataclass(frozen=True)
+class _Tells:
+    """Tells whoever watches how far the search at one place has come."""
+
+    observer: Observer
+    branches: int
+    place: int
+    value: float
+
+    def __call__(self, progress: SearchProgress) -> None:
+        done, total = self.place * STARTS + progress.done, PLACES * STARTS
+        self.observer(Progress(self.branches, 1, 0, self.value, (), STAGE, done, total))
+
+
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """Where branches may begin at a value of the parameter."""
+
+    begins: list[Begin]
+    interrupted: bool
+
+
+def _seen(
+    model: Model, value: float, box: Box, tell: Callable[[SearchProgress], None] | None
+) -> _Seen:
+    starts = box.starts(STARTS, 0)
+    searched = search(model, starts, PERIODS, tell, measure=False)
+    begins = [begin for item in searched.attractors if (begin := _begin(model, value, item))]
+    if not model.forced:
+        resting = equilibria_in(model, starts)
+        begins += [Begin(value, state=state) for state in resting]
+    return _Seen(begins, searched.interrupted)
+
+
+def _begin(model: Model, value: float, item: Attractor) -> Begin | None:
+    try:
+        if item.kind == "periodic":
+            return Begin(value, periodic_orbit(model, item.period or 1, item.state))
+        if item.kind == "cycle":
+            return Begin(value, periodic_orbit(model, state=item.state, duration=item.duration))
+    except InputError:
+        return None
+    return Begin(value, state=item.state) if item.kind == "equilibrium" else None
+
+
+def _followed(follow: Follow, begin: Begin) -> tuple[Branch, ...]:
+    """Follow what was found; nothing where it cannot be taken up."""
+    try:
+        return follow(begin=begin)
+    except InputError:
+        return ()
+
+
+def _numbered(branches: Sequence[Branch], before: int) -> tuple[Branch, ...]:
+    """Return branches with numbers behind those that there are."""
+
+    def moved(number: int | None) -> int | None:
+        return None if number is None else number + before
+
+    return tuple(
+        replace(
+            branch,
+            id=branch.id + before,
+            parent=moved(branch.parent),
+            special=tuple(replace(p, leads_to=moved(p.leads_to)) for p in branch.special),
+        )
+        for branch in branches
+    )
+
+
+def _reached(model: Model, branches: Sequence[Branch]) -> Array:
+    """Return how far orbits of branches reach from the model's start, shape (n,)."""
+    away = [np.abs(branch.nodes - model.start) for branch in branches if len(branch)]
+    reached = [each.max(axis=(0, 1)) for each in away]
+    return np.asarray(FARTHER * np.max([model.state_scales(), *reached], axis=0))
+
+
+def _is_on_branch(begin: Begin, branches: Sequence[Branch], value: float) -> bool:
+    return any(
+        _is_one(begin, orbit, branch) for branch in branches for orbit in _orbits_at(branch, value)
+    )
+
+
+def _orbits_at(branch: Branch, value: float) -> Iterator[PeriodicOrbit]:
+    """Return the orbits of a branch at a value of its parameter."""
+    away = branch.parameter - value
+    for i in np.flatnonzero(away[:-1] * away[1:] <= 0):
+        share = away[i] / (away[i] - away[i + 1]) if away[i] != away[i + 1] else 0.0
+        arclength = branch.arclength[i] + share * (branch.arclength[i + 1] - branch.arclength[i])
+        try:
+            yield orbit_between(branch, float(arclength), value)
+        except InputError:
+            continue
+
+
+def _is_one(begin: Begin, orbit: PeriodicOrbit, branch: Branch) -> bool:
+    """Whether an orbit of a branch is the one that was found."""
+    model, resting = orbit.model, branch.kind == "equilibrium"
+    if begin.orbit is None or resting:
+        if begin.orbit is not None or not resting or begin.state is None:
+            return False
+        apart = without_turns(begin.state - orbit.state, model.whole_turns)
+        return bool(np.abs(apart / model.state_scales()).max() < ONE)
+    if orbit.period != begin.orbit.period:
+        return False
+    if model.forced:
+        apart = without_turns(strobes_of(begin.orbit) - orbit.state, model.whole_turns)
+        return bool(np.abs(apart / model.state_scales()).max(axis=1).min() < ONE)
+    same = abs(orbit.duration / begin.orbit.duration - 1) < ONE
+    line = CycleLine(begin.orbit, begin.orbit.model.state_scales())
+    return same and bool(line.distance(orbit.state) < ONE)

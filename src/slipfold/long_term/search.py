@@ -1,0 +1,238 @@
+"""All attractors that motions from many starts come to, each verified."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.flow.pace import paced
+from slipfold.flow.sizes.typical_sizes import measured
+from slipfold.long_term.attractor import Attractor
+from slipfold.long_term.known import Known
+from slipfold.long_term.motions import Motions
+from slipfold.long_term.verified import Verified
+from slipfold.models.model import Model
+from slipfold.models.parameter import DURATION
+
+__all__ = ["ENDED", "UNDECIDED", "UNFINISHED", "SearchProgress", "Searched", "search"]
+
+Array = NDArray[np.float64]
+
+UNDECIDED, ENDED, UNFINISHED = 0, -1, -2
+"""What a start came to that came to no attractor."""
+
+CHUNK = 16
+"""Periods between looks at which motions have come near to what is known."""
+
+KEPT = 33
+"""States of each motion that these looks see."""
+
+FIRST_LOOK = 32
+"""Periods after which motions are first looked at closely; from then on each time twice as many."""
+
+PERIODS = 1024
+"""Periods of a motion unless somebody says otherwise."""
+
+SCOUTS = 256
+"""Starts, of more, that go ahead: the others then mostly come to what is known."""
+
+SURELY = 256
+"""Periods in which a motion on a torus or in chaos passes most of what it passes at all."""
+
+PACED = 7
+"""Motions whose paces are looked at."""
+
+LOOKED_AT = 48
+"""Motions that are looked at closely at a time, of more."""
+
+TRIALS = 4
+"""Motions in turn that may be measured in vain."""
+
+
+@dataclass(frozen=True, eq=False)
+class SearchProgress:
+    """State of a search for attractors.
+
+    Parameters
+    ----------
+    done, total
+        Motions whose end is known, and all of them; of many starts some go ahead, and count again.
+    periods
+        Forcing periods so far, of an autonomous model intervals.
+    found
+        What was found so far, in words.
+    """
+
+    done: int
+    total: int
+    periods: int
+    found: tuple[str, ...]
+
+
+Observer = Callable[[SearchProgress], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Searched:
+    """What was found."""
+
+    model: Model
+    attractors: tuple[Attractor, ...]
+    labels: NDArray[np.int64]  # of each start: number of an attractor, or what else it came to
+    ends: dict[str, int]  # how many motions ended early, by the kind of their end
+    interrupted: bool
+
+
+def search(
+    model: Model,
+    starts: Array,
+    periods: int | None = None,
+    observer: Observer | None = None,
+    *,
+    measure: bool = True,
+) -> Searched:
+    """Let motions from many starts go on until each is near something known and verified.
+
+    What comes to nothing that repeats is measured by its exponents, or else undecided. An
+    interruption keeps what is found.
+
+    Shapes: starts (k, n).
+    """
+    work, interrupted, most = None, False, periods or PERIODS
+    some = np.random.default_rng(0).permutation(len(starts))[:SCOUTS]
+    ahead = starts[some] if len(starts) > 2 * SCOUTS else starts[:0]
+    try:
+        model = measured(model)
+        if not model.forced:
+            model = _paced(model, starts)
+        verified = Verified(model)
+        total = len(ahead) + len(starts)
+        work = _Search(verified, starts, most, _counted(observer, len(ahead), total))
+        if len(ahead):
+            first = _Search(verified, ahead, most, _counted(observer, 0, total))
+            first.run(measure=measure)
+        work.run(measure=measure)
+    except KeyboardInterrupt:
+        interrupted = True
+    if work is None:
+        return Searched(model, (), np.full(len(starts), UNFINISHED), {}, interrupted)
+    return work.result(interrupted)
+
+
+class _Search:
+    """The motions, and what they have come to so far."""
+
+    def __init__(
+        self, verified: Verified, starts: Array, most: int, observer: Observer | None
+    ) -> None:
+        self._verified = verified
+        self._motions = Motions(verified.model, starts)
+        self._labels = np.full(len(starts), UNFINISHED)
+        self._last = np.repeat(starts[:, None], KEPT, axis=1)
+        self._most, self._periods = most, 0
+        self._observer = observer
+
+    def run(self, *, measure: bool) -> None:
+        """Let all motions go on, and look closely at them now and then."""
+        look = FIRST_LOOK
+        while len(self._open) and self._periods < self._most:
+            self._go_on(min(CHUNK, self._most - self._periods))
+            if self._periods >= look:
+                look *= 2
+                self._look_at_open()
+        self._look_at_open()
+        if measure:
+            self._measure_open()
+
+    def result(self, interrupted: bool) -> Searched:
+        """Return what was found."""
+        if not interrupted:
+            self._labels[self._labels == UNFINISHED] = UNDECIDED
+        ends = Counter(stop.kind for stop in self._motions.stops.values())
+        found = tuple(known.attractor for known in self._verified.known)
+        return Searched(self._verified.model, found, self._labels, dict(ends), interrupted)
+
+    @property
+    def _open(self) -> NDArray[np.intp]:
+        return np.flatnonzero(self._labels == UNFINISHED)
+
+    def _go_on(self, periods: int) -> None:
+        which = self._open
+        states = self._motions.go_on(which, periods)
+        self._last[which] = np.concatenate([self._last[which, periods:], states[:, 1:]], axis=1)
+        self._periods += periods
+        self._labels[[place for place in which if place in self._motions.stops]] = ENDED
+        for known in self._verified.known:
+            self._catch(known)
+        self._tell()
+
+    def _tell(self) -> None:
+        if self._observer is not None:
+            found = tuple(_words(known.attractor) for known in self._verified.known)
+            done = int((self._labels != UNFINISHED).sum())
+            self._observer(SearchProgress(done, len(self._labels), self._periods, found))
+
+    def _catch(self, known: Known) -> None:
+        """Label the motions that have come near it."""
+        which = self._open
+        if len(which):
+            self._labels[which[known.catches(self._last[which])]] = known.attractor.id
+
+    def _add(self, known: Known) -> None:
+        self._verified.known.append(known)
+        self._catch(known)
+        self._tell()
+
+    def _look_at_open(self) -> None:
+        """Correct what motions nearly repeat on to what they settle on."""
+        which = self._open
+        for place in which[:: -(-len(which) // LOOKED_AT) or 1]:
+            if self._labels[place] == UNFINISHED:
+                sticks = bool(self._motions.stuck[place])
+                known = self._verified.settling(self._last[place], sticks)
+                if known is not None:
+                    self._add(known)
+
+    def _measure_open(self) -> None:
+        """Tell tori and chaos by their exponents."""
+        trials = 0
+        for place in self._open:
+            if self._labels[place] != UNFINISHED or trials == TRIALS:
+                continue
+            sticks = bool(self._motions.stuck[place])
+            known = self._verified.measured(self._motions.states[place], sticks)
+            trials = 0 if known is not None else trials + 1
+            self._labels[place] = UNDECIDED if known is None else known.attractor.id
+            if known is not None and known not in self._verified.known:
+                self._verified.known.append(known)
+                self._catch_later(known)
+                self._tell()
+
+    def _catch_later(self, known: Known) -> None:
+        """Label the motions that come to it within as many periods as tell surely."""
+        which = self._open
+        if len(which):
+            states = self._motions.go_on(which, SURELY)
+            self._labels[which[known.catches(states)]] = known.attractor.id
+
+
+def _counted(observer: Observer | None, before: int, total: int) -> Observer | None:
+    """Return who is told of motions besides those `before`, as part of all of them."""
+    if observer is None:
+        return None
+    return lambda progress: observer(replace(progress, done=before + progress.done, total=total))
+
+
+def _paced(model: Model, starts: Array) -> Model:
+    """Return an autonomous model whose ``duration`` suits its slowest motions: others may end."""
+    some = starts[:: max(len(starts) // PACED, 1)][:PACED]
+    durations = [paced(model, start, None)[0].values[DURATION.name] for start in some]
+    return model.replace(**{DURATION.name: max(durations)})
+
+
+def _words(attractor: Attractor) -> str:
+    return attractor.kind if attractor.period is None else f"period {attractor.period}"

@@ -1,0 +1,158 @@
+"""Points of motions over a parameter: swept up and down, and from many starts at each value."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.flow.flow import flow_of
+from slipfold.flow.strobes.own_motion import OwnMotion
+from slipfold.flow.strobes.strobe_many import StrobeProgress, models_with, strobe_many
+from slipfold.models.model import Model
+
+__all__ = ["DOWN", "NOT_DONE", "UP", "Swept", "find_sweep"]
+
+Array = NDArray[np.float64]
+
+UP, DOWN = "up", "down"
+
+NOT_DONE = "not done"
+"""Why a run has no points where an interruption came before."""
+
+TOGETHER = 512
+"""Motions from starts that are followed together: between them an interruption loses nothing."""
+
+
+@dataclass(frozen=True, eq=False)
+class Swept:
+    """What was found; a run is a sweep up or down, or all values from one start."""
+
+    model: Model
+    runs: tuple[str, ...]
+    states: Array  # at phase zero, shape (n_runs, n_values, kept, n); NaN where there are none
+    stuck: NDArray[np.bool_]  # whether a contact stuck at the end, shape (n_runs, n_values)
+    reasons: NDArray[np.object_]  # why there are no points, shape (n_runs, n_values)
+    interrupted: bool
+
+
+def find_sweep(
+    model: Model,
+    vary: str,
+    values: Array,
+    runs: tuple[str, ...],
+    start: Array,
+    starts: Array,
+    transient: int,
+    kept: int,
+    observer: Callable[[StrobeProgress], None] | None = None,
+) -> Swept:
+    """Sweep up, then down from where that came to, each value from the state of the one before.
+
+    Shapes: values (m,), increasing; start (n,); starts (k, n), each for all values.
+    """
+    work = _Sweep(model, vary, values, runs, start, starts, transient, kept, observer)
+    interrupted = False
+    try:
+        work.run()
+    except KeyboardInterrupt:
+        interrupted = True
+    return work.result(interrupted)
+
+
+class _Sweep:
+    """What is done so far."""
+
+    def __init__(
+        self,
+        model: Model,
+        vary: str,
+        values: Array,
+        runs: tuple[str, ...],
+        start: Array,
+        starts: Array,
+        transient: int,
+        kept: int,
+        observer: Callable[[StrobeProgress], None] | None,
+    ) -> None:
+        self.vary, self.values, self.runs = vary, values, runs
+        self.models = models_with(model, len(values), {vary: values})
+        self.model = model.measured_in(self.models[0].found_sizes)
+        self.start, self.starts = start, starts
+        self.transient, self.kept, self.observer = transient, kept, observer
+        names = (*runs, *(f"start {number}" for number in range(1, len(starts) + 1)))
+        shape = len(names), len(values)
+        self.names = names
+        self.states = np.full((*shape, kept, len(start)), np.nan)
+        self.stuck = np.zeros(shape, bool)
+        self.reasons = np.full(shape, NOT_DONE, object)
+        self.total = shape[0] * shape[1] * (transient + kept - 1)
+        self.done = 0
+
+    def run(self) -> None:
+        state = self.start
+        for run, name in enumerate(self.runs):
+            order = list(range(len(self.values)))
+            if name == DOWN:
+                order.reverse()
+                if run:  # only from where the sweep up came to
+                    order = [place for place in order if not self.reasons[0, place]]
+            state = self._sweep(run, order, state)
+        some = max(TOGETHER // len(self.values), 1)
+        for first in range(0, len(self.starts), some):
+            self._from_starts(len(self.runs) + first, self.starts[first : first + some])
+
+    def _sweep(self, run: int, order: list[int], state: Array) -> Array:
+        reason = ""
+        for place in order:
+            if not reason:
+                reason, state = self._at(run, place, state)
+                self._tell(self.transient + self.kept - 1)
+            self.reasons[run, place] = reason
+        return state
+
+    def _at(self, run: int, place: int, state: Array) -> tuple[str, Array]:
+        """Follow a motion at a value; return why it stopped, if it did, and where it came to."""
+        model, periods = self.models[place], self.transient + self.kept - 1
+        motion = OwnMotion(model, flow_of(model).constants_of(model), state)
+        found = np.concatenate([state[None], motion.go_on(state, periods)])
+        if motion.stopped is not None:
+            return motion.stopped.reason, state
+        self.states[run, place] = found[-self.kept :]
+        self.stuck[run, place] = motion.stuck
+        return "", found[-1]
+
+    def _from_starts(self, first: int, starts: Array) -> None:
+        """Follow motions from some starts, whose runs are those from `first` on."""
+        before, count = self.done, len(starts)
+
+        def tell(progress: StrobeProgress) -> None:
+            self.done = before
+            self._tell(progress.periods)
+
+        points = strobe_many(
+            self.models[0],
+            np.repeat(starts, len(self.values), axis=0),
+            {self.vary: np.tile(self.values, count)},
+            self.kept - 1,
+            tell if self.observer is not None else None,
+            transient=self.transient,
+        )
+        if points.interrupted:
+            raise KeyboardInterrupt
+        shape, rows = (count, len(self.values)), slice(first, first + count)
+        self.states[rows] = points.states.reshape(*shape, self.kept, -1)
+        self.stuck[rows] = points.stuck[:, -1].reshape(shape)
+        reasons = ["" if stop is None else stop.reason for stop in points.stopped]
+        self.reasons[rows] = np.array(reasons, object).reshape(shape)
+
+    def _tell(self, periods: int) -> None:
+        self.done += periods
+        if self.observer is not None:
+            self.observer(StrobeProgress(self.done, self.total))
+
+    def result(self, interrupted: bool) -> Swept:
+        """Return what is done."""
+        return Swept(self.model, self.names, self.states, self.stuck, self.reasons, interrupted)

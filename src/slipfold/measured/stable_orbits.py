@@ -1,0 +1,211 @@
+"""The stable orbits of a response at given values of its parameter, and at other parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.branches.branch import Branch
+from slipfold.branches.response import measured_over, trace_response
+from slipfold.branches.settings import Settings
+from slipfold.continuation.interpolation import polynomial
+from slipfold.errors import InputError
+from slipfold.measured.quantity import Quantity, read_off
+from slipfold.models.model import Model
+from slipfold.orbits.carry_to import hold_parameter
+from slipfold.orbits.extrema import find_extrema
+from slipfold.orbits.forced_orbits import ForcedOrbits
+from slipfold.orbits.many_orbits import correct_orbits
+from slipfold.orbits.spectrum.floquet import floquet_multipliers
+from slipfold.text.stability import outside
+
+__all__ = ["StableOrbit", "orbits_at", "stable_orbits"]
+
+Array = NDArray[np.float64]
+
+FINE = 65
+"""Places between two points of a branch among which a value of the parameter is looked for."""
+
+CLOSE = 1e-9
+"""Correction of an orbit that is the last: readings are then exact to rounding."""
+
+MARGIN = 0.02
+"""Share of the span by which branches are followed beyond it, so that its ends lie inside."""
+
+SAME = 1e-7
+"""Difference of readings, over their size, of one orbit found twice."""
+
+
+@dataclass(frozen=True, eq=False)
+class StableOrbit:
+    """A stable orbit at a value of the parameter, and what is read off it."""
+
+    value: float
+    period: int
+    nodes: Array  # shape (m, n)
+    read: Array  # shape (q,)
+
+
+def stable_orbits(
+    model: Model, vary: str, values: Array, quantities: Sequence[Quantity]
+) -> list[list[StableOrbit]]:
+    """Return the stable orbits of the response at each of some values of its parameter.
+
+    Orbits that stick are left out. Shapes: values (k,).
+    """
+    if not model.forced:
+        raise InputError(
+            f"{model.name} has no forcing, so that no response is measured over a parameter; give "
+            "a forced model"
+        )
+    wanted = np.unique(values)
+    span = _span(model, vary, float(wanted[0]), float(wanted[-1]))
+    model = measured_over(model, vary, span)
+    found: dict[float, list[StableOrbit]] = {float(value): [] for value in wanted}
+    for branch in trace_response(model, vary, span, settings=Settings()):
+        if branch.interrupted:  # half of the orbits would be taken for all
+            raise KeyboardInterrupt
+        for orbit in _stable_on(branch, wanted, quantities):
+            known = found[orbit.value]
+            if not any(_same(orbit, other) for other in known):
+                known.append(orbit)
+    return [found[float(value)] for value in values]
+
+
+def _span(model: Model, vary: str, low: float, high: float) -> tuple[float, float]:
+    """Return a span about values of a parameter, as far as its bounds allow."""
+    parameter = model.parameter(vary)
+    margin = MARGIN * ((high - low) or abs(high) or 1.0)
+    ends = []
+    for end, wider in ((low, low - margin), (high, high + margin)):
+        try:
+            model.replace(**{vary: wider})
+            ends.append(wider)
+        except InputError:
+            ends.append(parameter.check(end))
+    return ends[0], ends[1]
+
+
+def _same(one: StableOrbit, other: StableOrbit) -> bool:
+    size = np.abs(one.read) + np.abs(other.read)
+    return bool((np.abs(one.read - other.read) <= SAME * size).all())
+
+
+def _stable_on(branch: Branch, values: Array, quantities: Sequence[Quantity]) -> list[StableOrbit]:
+    """Return the stable orbits of a branch at some values of its parameter."""
+    line = _line_of(branch)
+    places = [(value, place) for value in values for place in _places(line, float(value))]
+    if not places:
+        return []
+    guesses = np.array([_between(line, place) for _, place in places])
+    at = np.array([value for value, _ in places])
+    nodes, read, stable = orbits_at(
+        branch.model, branch.vary, branch.period, guesses, at, quantities
+    )
+    return [
+        StableOrbit(float(at[row]), branch.period, nodes[row], read[row])
+        for row in np.flatnonzero(stable)
+    ]
+
+
+def orbits_at(
+    model: Model,
+    vary: str,
+    period: int,
+    guesses: Array,
+    values: Array,
+    quantities: Sequence[Quantity],
+) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Return orbits near guesses at values of a parameter, what is read off them, which are stable.
+
+    What is not found is NaN, and not stable.
+
+    Shapes: guesses (k, m, n), values (k,); returns (k, m, n), (k, q), (k,).
+    """
+    width = float(np.ptp(values)) or abs(float(values[0])) or 1.0
+    orbits = ForcedOrbits(model, {vary: width}, period, guesses.shape[1])
+    z = np.array([orbits.pack(*item) for item in zip(guesses, values, strict=True)])
+    rows = np.tile(hold_parameter(orbits.size), (len(z), 1))
+    corrected = correct_orbits(orbits, z, rows, CLOSE)
+    there = np.flatnonzero(corrected.found)
+    nodes = np.full(guesses.shape, np.nan)
+    read = np.full((len(z), len(quantities)), np.nan)
+    stable = np.zeros(len(z), dtype=bool)
+    if len(there):
+        nodes[there] = [orbits.nodes(item) for item in corrected.z[there]]
+        multipliers = floquet_multipliers(corrected.monodromies[there])
+        stable[there] = ~outside(multipliers).any(axis=1)
+        vectors = np.tile(model.vector, (len(there), 1))
+        vectors[:, model.parameter_index(vary)] = values[there]
+        names = list(dict.fromkeys(item.output for item in quantities))
+        read[there] = read_off(
+            find_extrema(model, vectors, nodes[there], period, names), quantities
+        )
+    return nodes, read, stable
+
+
+@dataclass(frozen=True, eq=False)
+class _Line:
+    """The orbits of a branch in order; folds among them, so that between two it does not turn."""
+
+    arclength: Array  # shape (k,)
+    parameter: Array  # shape (k,)
+    nodes: Array  # shape (k, m, n)
+    slips: NDArray[np.bool_]  # whether contacts slip all the time, shape (k,)
+
+    def near(self, first: int) -> slice:
+        """Return the four orbits about an interval."""
+        begin = max(min(first - 1, len(self.arclength) - 4), 0)
+        return slice(begin, begin + 4)
+
+
+def _line_of(branch: Branch) -> _Line:
+    forced = branch.kind == "periodic" and branch.durations is None
+    stuck = np.zeros(len(branch)) if branch.stuck_fraction is None else branch.stuck_fraction
+    folds = [
+        item
+        for item in branch.special
+        if item.type == "LP" and item.nodes.shape == branch.nodes.shape[1:]
+    ]
+    arclength = np.append(branch.arclength, [item.arclength for item in folds])
+    order = np.argsort(arclength, kind="stable")
+    order = order[np.append(True, np.diff(arclength[order]) > 0)]
+    slips = np.append(~(np.nan_to_num(stuck) > 0), np.ones(len(folds), dtype=bool)) & forced
+    return _Line(
+        arclength[order],
+        np.append(branch.parameter, [item.value for item in folds])[order],
+        np.concatenate([branch.nodes, *(item.nodes[None] for item in folds)])[order],
+        slips[order],
+    )
+
+
+def _places(line: _Line, value: float) -> list[float]:
+    """Return the arclengths at which orbits that slip have a value of the parameter."""
+    found = []
+    for first in np.flatnonzero(line.slips[:-1] & line.slips[1:]).tolist():
+        ends = line.parameter[first : first + 2] - value
+        if ends[0] * ends[1] > 0 or (ends[1] == 0 and first + 2 < len(line.parameter)):
+            continue
+        near = line.near(first)
+        low, high = line.arclength[first : first + 2].tolist()
+        fine = np.linspace(low, high, FINE)
+        along = polynomial(line.arclength[near], line.parameter[near], fine) - value
+        along[[0, -1]] = ends
+        crossing = np.flatnonzero(along[:-1] * along[1:] <= 0)
+        for place in crossing:
+            step = along[place + 1] - along[place]
+            share = 0.0 if step == 0 else -along[place] / step
+            found.append(float(fine[place] + share * (fine[place + 1] - fine[place])))
+    return found
+
+
+def _between(line: _Line, place: float) -> Array:
+    """Return the orbit that neighbours make likely at a place, shape (m, n)."""
+    first = int(np.clip(np.searchsorted(line.arclength, place) - 1, 0, len(line.arclength) - 2))
+    near = line.near(first)
+    nodes = line.nodes[near]
+    flat = polynomial(line.arclength[near], nodes.reshape(len(nodes), -1), np.array([place]))
+    return np.asarray(flat[0]).reshape(nodes.shape[1:])

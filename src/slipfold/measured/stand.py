@@ -1,0 +1,101 @@
+"""What a test stand would see: a parameter swept in steps, each time until the motion settles."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.errors import InputError
+from slipfold.flow.switched.simulate import simulate_smooth_or_switched
+from slipfold.flow.trajectory import Trajectory
+from slipfold.measured.measurement import Measurement
+from slipfold.measured.quantity import Quantity, read_off
+from slipfold.models.model import Model
+from slipfold.orbits.steady_extrema import steady_extrema
+
+__all__ = ["StandProgress", "swept"]
+
+Array = NDArray[np.float64]
+
+EACH = 500
+"""Forcing periods after which a motion is looked at."""
+
+MOST = 16
+"""Times that it is looked at before it is read as it is."""
+
+
+@dataclass(frozen=True)
+class StandProgress:
+    """State of a sweep.
+
+    Parameters
+    ----------
+    done, total
+        Readings done, and how many there will be.
+    """
+
+    done: int
+    total: int
+
+
+def swept(
+    model: Model,
+    vary: str,
+    values: Sequence[float],
+    ways: Sequence[str],
+    quantities: tuple[Quantity, ...],
+    errors: Array,
+    seed: int,
+    observer: Callable[[StandProgress], None] | None = None,
+) -> Measurement:
+    """Sweep a parameter through values in their order and read the motion at each.
+
+    Noise of standard deviations `errors` is added, one for each quantity; 0 adds none. Interrupted,
+    or where the motion ends at a limit, it returns what was read. Shapes: errors (q,).
+    """
+    noise = np.random.default_rng(seed)
+    state, rows, stopped = model.start, list[Array](), None
+    try:
+        for value in values:
+            if observer is not None:
+                observer(StandProgress(len(rows), len(values)))
+            motion = _settled(model.replace(**{vary: value}), state)
+            if motion.stopped is not None:
+                stopped = f"the motion ends at {motion.model!r}: {motion.stopped.reason}"
+                break
+            names = tuple(dict.fromkeys(item.output for item in quantities))
+            rows.append(read_off(steady_extrema(motion, names), quantities)[0])
+            state = motion.strobe[-1]
+    except KeyboardInterrupt:
+        if not rows:
+            raise
+    if not rows:
+        raise InputError(f"{stopped}; nothing was read, so begin within the limits of the model")
+    count = len(rows)
+    readings = np.array(rows) + noise.standard_normal((count, len(quantities))) * errors
+    known = np.where(errors > 0, errors, np.nan)
+    return Measurement(
+        vary,
+        model.parameter(vary).unit,
+        np.array(values[:count], dtype=float),
+        quantities,
+        readings,
+        np.tile(known, (count, 1)),
+        tuple(ways[:count]),
+        stopped,
+    )
+
+
+def _settled(model: Model, state: Array) -> Trajectory:
+    """Return the end of a motion that was given time to settle, or that ended early."""
+    for _ in range(MOST):
+        motion = simulate_smooth_or_switched(model, EACH, state)
+        if motion.stopped is not None and motion.stopped.kind == "interrupted":
+            raise KeyboardInterrupt
+        if motion.stopped is not None or motion.settlement.settled:
+            break
+        state = motion.strobe[-1]
+    return motion

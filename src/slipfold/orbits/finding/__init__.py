@@ -1,0 +1,1 @@
+"""First orbits: cycles, forced responses, stiff ones."""

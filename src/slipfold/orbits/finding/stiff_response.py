@@ -1,0 +1,101 @@
+"""The response of stiff motion: Newton's method on what implicit steps make of a forcing period."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.continuation.newton import Correction, correct
+from slipfold.flow.dense_motion import DenseMotion
+from slipfold.flow.implicit.takeover import Takeover
+from slipfold.flow.simulate import simulate
+from slipfold.flow.sizes.typical_sizes import measured
+from slipfold.models.model import Model
+from slipfold.models.turns import without_turns
+from slipfold.orbits.carry_to import hold_parameter
+from slipfold.orbits.discretisations.collocation import Collocation
+from slipfold.orbits.forced_orbits import ForcedOrbits
+
+__all__ = ["is_stiff", "stiff_response"]
+
+Array = NDArray[np.float64]
+
+SETTLING = (2, 20, 80)
+"""Further forcing periods after which Newton's method is begun: two are half a second."""
+
+ITERATIONS = 12
+
+CLOSED = 1e-9
+"""A motion is an orbit if it misses where it began by no more than this, in scaled states."""
+
+
+def is_stiff(orbits: ForcedOrbits, value: float) -> bool:
+    """Whether motion from rest decays so fast that it takes implicit steps.
+
+    Not where it leaves the model before a period has passed.
+    """
+    model = orbits.model.replace(**{orbits.vary: value})
+    if model.limits and simulate(model, 1).stopped is not None:
+        return False
+    constants = orbits.flow.constants(model.vector, orbits.flow_scales)
+    return orbits.flow.is_stiff(model.start, constants)
+
+
+def stiff_response(orbits: ForcedOrbits, value: float) -> tuple[ForcedOrbits, Correction] | None:
+    """Return a response of period 1 by collocation, None if motion from rest leads to none.
+
+    The mesh has the steps of the motion, which are short where states turn sharply: of a knee that
+    lasts a millionth of the period an even one knows nothing.
+    """
+    model = orbits.model.replace(**{orbits.vary: value})
+    constants = orbits.flow.constants(model.vector, orbits.flow_scales)
+    motion = _closed_motion(Takeover(orbits.flow, constants), model)
+    if motion is None:
+        return None
+    edges = motion.phases
+    nodes = motion.at(edges[:-1])
+    sized = measured(model, motion=nodes)  # what shooting was measured by may be far too small
+    free = {orbits.vary: orbits.width}
+    even = Collocation(sized, free, edges=edges)
+    by = even.on(edges, even.scheme(nodes, constants))
+    other = ForcedOrbits(sized, free, by=lambda *_: by)
+    return other, correct(other, other.pack(nodes, value), hold_parameter(other.size))
+
+
+def _closed_motion(takeover: Takeover, model: Model) -> DenseMotion | None:
+    """Return a motion that ends where it began after a period."""
+    state = model.start
+    for periods in SETTLING:
+        for _ in range(periods):
+            settling = takeover.period(state)
+            if settling is None:
+                return None
+            state = _end(settling, model)
+        found = _closed_near(takeover, model, state)
+        if found is not None:
+            return found
+    return None
+
+
+def _closed_near(takeover: Takeover, model: Model, state: Array) -> DenseMotion | None:
+    """Correct where a motion begins by Newton's method."""
+    scales = takeover.field.scales
+    for _ in range(ITERATIONS):
+        motion = takeover.period(state)
+        if motion is None:
+            return None
+        gap = without_turns(_end(motion, model) - state, model.whole_turns)
+        if np.abs(gap / scales).max() < CLOSED:
+            return motion
+        monodromy = np.eye(len(state))
+        for matrix in takeover.matrices(motion, motion.phases):
+            monodromy = matrix @ monodromy
+        try:
+            state = state + scales * np.linalg.solve(np.eye(len(state)) - monodromy, gap / scales)
+        except np.linalg.LinAlgError:
+            return None
+    return None
+
+
+def _end(motion: DenseMotion, model: Model) -> Array:
+    return without_turns(motion.at(motion.phases[-1:])[0], model.whole_turns)

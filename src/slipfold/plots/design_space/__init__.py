@@ -1,0 +1,1 @@
+"""Figures of thresholds where parameters scatter, and where they are chosen."""

@@ -1,0 +1,1 @@
+"""Figures of what motions do in the long run."""

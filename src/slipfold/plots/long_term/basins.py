@@ -1,0 +1,77 @@
+"""Basins of attraction: the plane of starts, a colour for each attractor."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from slipfold.long_term.attractor import Attractor
+from slipfold.long_term.search import ENDED, UNDECIDED, UNFINISHED
+from slipfold.plots.axes import axes_or_new, label_of
+from slipfold.plots.region_colours import OTHERS
+from slipfold.results.motions.basins import Basins
+from slipfold.results.motions.found_attractors import in_words
+
+__all__ = ["COLOURS", "draw_basins"]
+
+Array = NDArray[np.float64]
+
+NOTHING = {
+    UNFINISHED: ("white", "not finished"),
+    ENDED: ("0.35", "ended"),
+    UNDECIDED: ("0.75", "undecided"),
+}
+"""Colours and names of starts that came to no attractor."""
+
+
+COLOURS = ("#c3ded6", "#0d0887", *OTHERS)
+"""Of basins, in the order of their attractors: the first two differ most in lightness."""
+
+
+def draw_basins(found: Basins, ax: Axes | None = None, *, legend: bool = True) -> Axes:
+    """Draw each start in the colour of the attractor that its motion came to."""
+    ax = axes_or_new(ax)
+    colours = [colour for colour, _ in NOTHING.values()]
+    own = [COLOURS[number % len(COLOURS)] for number in range(len(found))]
+    colours += own
+    shown = found.labels - UNFINISHED  # from zero
+    ax.imshow(
+        shown,
+        cmap=ListedColormap(colours),
+        vmin=-0.5,
+        vmax=len(colours) - 0.5,
+        origin="lower",
+        extent=(*_ends(found.first), *_ends(found.second)),
+        aspect="auto",
+        interpolation="nearest",
+    )
+    ax.set_xlabel(label_of(found.model, found.plane[0]))
+    ax.set_ylabel(label_of(found.model, found.plane[1]))
+    if legend:
+        handles = [
+            Patch(facecolor=colour, label=_text(found, item))
+            for colour, item in zip(own, found, strict=True)
+        ]
+        handles += [
+            Patch(facecolor=colour, edgecolor="0.55", linewidth=0.4, label=name)
+            for label, (colour, name) in NOTHING.items()
+            if (found.labels == label).any()
+        ]
+        ax.legend(
+            handles=handles, loc="upper center", bbox_to_anchor=(0.5, 0.0), borderaxespad=4.0,
+            ncols=min(len(handles), 3),
+        )  # fmt: skip
+    return ax
+
+
+def _ends(values: Array) -> tuple[float, float]:
+    """Return where the outermost cells end: half a step beyond their starts."""
+    half = 0.5 * (values[-1] - values[0]) / (len(values) - 1)
+    return float(values[0] - half), float(values[-1] + half)
+
+
+def _text(found: Basins, item: Attractor) -> str:
+    return f"{in_words(item)}: {100 * found.share(item).value:.3g} %"

@@ -1,0 +1,1 @@
+"""Results about thresholds where parameters scatter, and where they are chosen."""

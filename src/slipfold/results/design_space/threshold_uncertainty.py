@@ -1,0 +1,437 @@
+"""A threshold where parameters scatter as a result: bands, probabilities, indices."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.design_space.sampling import INTERRUPTED
+from slipfold.design_space.scatter import Scatter, scatter_text
+from slipfold.design_space.sobol_indices import SobolIndices
+from slipfold.drawing import draw
+from slipfold.errors import InputError
+from slipfold.models.model import Model
+from slipfold.results.column import REAL, TEXT, Column
+from slipfold.results.design_space.parameter_table import ENDS, INDICES, parameter_table
+from slipfold.results.labelled_table import Variable
+from slipfold.results.provenance import Provenance
+from slipfold.results.result import Result
+from slipfold.results.saved_table import SavedTable
+from slipfold.results.sheet import Sheet
+from slipfold.results.table import Table
+from slipfold.text.one_line import OneLine, headed, parameter_text
+from slipfold.text.printed_table import PrintedTable, with_unit
+
+__all__ = ["ThresholdUncertainty"]
+
+Array = NDArray[np.float64]
+
+LEVEL = 0.95
+"""Probability of the bands that summaries and records tell."""
+
+WAYS = ("samples", "gradients")
+
+
+def _of_samples(model: Model, vary: str) -> Table:
+    """What is said of each sample."""
+    unit = model.parameter(vary).unit
+    columns = (
+        Column("samples", REAL, "values of the parameters", None, ("scattered",),
+               name="sample_values"),
+        Column("thresholds", REAL, "the same special point, even if another bifurcation comes "
+               "before it; NaN: vanished or not found, left out of probabilities",
+               unit, name="threshold"),
+        Column("linear", REAL, "threshold from the gradients", unit, name="linear_threshold",
+               derived=True),
+        Column("reasons", TEXT, "why there is no threshold", name="reason"),
+    )  # fmt: skip
+    return Table(("sample",), columns, joined=True)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ThresholdUncertainty(OneLine, Result):
+    """A threshold where parameters scatter; frozen.
+
+    Made by `slipfold.uncertainty` and `slipfold.load`. What is told by samples is of those that
+    have the threshold.
+
+    Parameters
+    ----------
+    model
+        The model with the values about which its parameters scatter, at the threshold.
+    type
+        Type of the special point, e.g. ``"PD"``.
+    vary
+        Parameter of which it is a value.
+    value
+        The threshold at these values.
+    period
+        Period of its orbit in forcing periods.
+    scatters
+        How each parameter scatters.
+    gradient
+        Derivative of the threshold by each of them, in SI units, shape (d,).
+    samples
+        Values of the scattered parameters, shape (n, d).
+    thresholds
+        Threshold at each sample, shape (n,); NaN where there is none.
+    reasons
+        Why there is none, shape (n,); empty where there is one.
+    seed
+        Seed of the samples.
+    loads
+        Values of `vary` of which summaries tell the probability of being quiet.
+    indices
+        Sobol's indices; None if they were not asked for or cannot be told.
+    no_indices
+        Why they cannot be told although they were asked for; empty otherwise.
+    interrupted
+        Whether the computation was interrupted, so that samples are missing.
+    provenance
+        Versions and time.
+
+    Notes
+    -----
+    In the dataset of `to_xarray`, along ``scattered``: the parameters with their scatter and
+    gradients; along ``sample``: values and thresholds. In the spreadsheet of `to_csv` a sample is
+    a row. In `to_json`, schema slipfold.uncertainty/1, bands of 95 %.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> diagram = sf.response(sf.SlidingOscillator(), vary="Nd", span=(0, 0.05), f=12.5)
+    >>> found = sf.uncertainty(diagram.special[0], {"Vd": "normal 1%"}, samples=64)
+    >>> round(found.quiet(0.0434), 2), round(found.quiet(0.0434, by="gradients"), 2)
+    (0.77, 0.77)
+    """
+
+    schema = "slipfold.uncertainty/1"
+
+    model: Model
+    type: str
+    vary: str
+    value: float
+    period: int
+    scatters: tuple[Scatter, ...]
+    gradient: Array
+    samples: Array
+    thresholds: Array
+    reasons: NDArray[np.str_]
+    seed: int
+    loads: tuple[float, ...]
+    indices: SobolIndices | None
+    no_indices: str
+    interrupted: bool
+    provenance: Provenance
+
+    def __post_init__(self) -> None:
+        """Lock the arrays."""
+        for values in (self.gradient, self.samples, self.thresholds, self.reasons):
+            values.setflags(write=False)
+
+    @property
+    def linear(self) -> Array:
+        """The threshold at each sample as its gradients have it, shape (n,)."""
+        means = np.array([self.model.values[item.name] for item in self.scatters])
+        return np.asarray(self.value + (self.samples - means) @ self.gradient)
+
+    @property
+    def lost(self) -> int:
+        """How many samples have no threshold: it has vanished there, or was not found."""
+        return len(self._why_lost())
+
+    @property
+    def shares(self) -> Array:
+        """Share of the variance that each parameter accounts for by the gradients, shape (d,)."""
+        parts = (self.gradient * [item.deviation for item in self.scatters]) ** 2
+        return np.asarray(parts / parts.sum())
+
+    def deviation(self, by: str = "samples") -> float:
+        """Return the standard deviation of the threshold, in its unit.
+
+        Parameters
+        ----------
+        by
+            ``"samples"`` or ``"gradients"``.
+        """
+        if _checked(by) == "gradients":
+            return float(np.linalg.norm(self.gradient * [item.deviation for item in self.scatters]))
+        return float(np.nanstd(self.thresholds, ddof=1))
+
+    def band(self, level: float = LEVEL, by: str = "samples") -> tuple[float, float]:
+        """Return the interval that holds the threshold with some probability, as much on each side.
+
+        Parameters
+        ----------
+        level
+            The probability.
+        by
+            ``"samples"``: thresholds located anew; ``"gradients"``: those that are linear in the
+            parameters, at the same samples.
+
+        Returns
+        -------
+        tuple of float
+            Its ends, in the unit of the threshold.
+
+        Raises
+        ------
+        InputError
+            If `level` is not between 0 and 1, or `by` is unknown.
+        """
+        if not 0 < level < 1:
+            raise InputError(f"level = {level!r} is no probability; give one between 0 and 1")
+        values = self._known(by)
+        if not len(values):
+            return np.nan, np.nan
+        low, high = np.quantile(values, [(1 - level) / 2, (1 + level) / 2])
+        return float(low), float(high)
+
+    def quiet(self, load: float, by: str = "samples") -> float:
+        """Return the probability that a value of the parameter is below the threshold.
+
+        Parameters
+        ----------
+        load
+            The value, in SI units.
+        by
+            ``"samples"`` or ``"gradients"``.
+
+        Returns
+        -------
+        float
+            The share of samples whose threshold is larger, of those that have it: samples without
+            it (see `lost`) are left out, since they may be quiet at any load or at none. Whether
+            another bifurcation comes before the threshold is not asked.
+        """
+        values = self._known(by)
+        return float((values > load).mean()) if len(values) else np.nan
+
+    def _known(self, by: str) -> Array:
+        values = self.linear if _checked(by) == "gradients" else self.thresholds
+        return values[np.isfinite(values)]
+
+    def summary(self) -> str:
+        """Return deviations, bands and probabilities by both ways, and what accounts for them."""
+        return "\n".join(
+            [
+                f"{self._title()}, {self._size()}",
+                "",
+                *self._ways().text(),
+                "",
+                *self._rows().text(),
+                *self._said(),
+            ]
+        )
+
+    def plot(self, **options: Any) -> Any:
+        """Draw the probability that the response is quiet over the parameter that was followed.
+
+        Parameters
+        ----------
+        **options
+            Options of the drawing, e.g. ``ax=`` the axes to draw in.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            The axes.
+        """
+        return draw(self, **options)
+
+    def _line(self) -> str:
+        low, high = self.band()
+        ends = parameter_text(self.model.parameter(self.vary), low, high)
+        return f"{self._title()}: {LEVEL:.0%} within {ends}"
+
+    def _size(self) -> str:
+        lost = f", {self.lost} of them without it" if self.lost else ""
+        return f"{len(self.samples)} samples{lost}"
+
+    def _ways(self) -> PrintedTable:
+        unit = self.model.parameter(self.vary).unit
+        heads = ["", "deviation", f"{LEVEL:.0%} from", "to"]
+        heads += [with_unit(f"quiet at {load:g}", unit) for load in self.loads]
+        rows = [
+            [
+                f"by {way}",
+                *(f"{value:.6g}" for value in (self.deviation(way), *self.band(by=way))),
+                *(f"{self.quiet(load, way):.2%}" for load in self.loads),
+            ]
+            for way in WAYS
+        ]
+        return PrintedTable(heads, rows, words=("",))
+
+    def _rows(self) -> PrintedTable:
+        heads = ["parameter", "scatter", "gradient", "share"]
+        found = self.indices
+        if found is not None:
+            heads += ["first index", "total index"]
+        rows = []
+        for place, item in enumerate(self.scatters):
+            name = headed(self.model.parameter(item.name))
+            words = scatter_text(item, self.model.values[item.name])
+            row = [name, words, f"{self.gradient[place]:.6g}"]
+            row.append(f"{self.shares[place]:.2%}")
+            if found is not None:
+                row += [
+                    f"{found.first[place]:.3f} +- {found.first_error[place]:.3f}",
+                    f"{found.total[place]:.3f} +- {found.total_error[place]:.3f}",
+                ]
+            rows.append(row)
+        return PrintedTable(heads, rows, words=("parameter", "scatter"))
+
+    def _said(self) -> list[str]:
+        said, lost = [], self._why_lost()
+        if missing := int((self.reasons == INTERRUPTED).sum()):
+            said.append(f"Interrupted: {missing} samples are missing.")
+        if lost:
+            said.append(
+                f"No threshold at {len(lost)} samples, which bands and probabilities leave out; "
+                f"first: {lost[0]}"
+            )
+        if self.no_indices:
+            said.append(f"No indices: {self.no_indices}")
+        return [*said, *self._remarks()]
+
+    def _why_lost(self) -> list[str]:
+        return [reason for reason in self.reasons.tolist() if reason not in ("", INTERRUPTED)]
+
+    @property
+    def _cut(self) -> bool:
+        """Whether any distribution is cut off."""
+        return any(np.isfinite((item.low, item.high)).any() for item in self.scatters)
+
+    def _title(self) -> str:
+        at = parameter_text(self.model.parameter(self.vary), self.value)
+        return f"scatter of {self.type} of {self.model.name} at {at}"
+
+    def _given(self) -> dict[str, Any]:
+        return {"seed": self.seed, "loads": list(self.loads)}
+
+    def _attributes(self) -> dict[str, Any]:
+        return {
+            "type": self.type,
+            "vary": self.vary,
+            "value": self.value,
+            "period": self.period,
+            "no_indices": self.no_indices,
+            "interrupted": int(self.interrupted),
+        }
+
+    def _items(self) -> list[Any]:
+        """What is known of each parameter."""
+        return [
+            _Scattered(
+                **asdict(item),
+                gradient=float(self.gradient[place]),
+                **self._indices(place),
+            )
+            for place, item in enumerate(self.scatters)
+        ]
+
+    def _indices(self, place: int) -> dict[str, Any]:
+        """What indices say of a parameter."""
+        found = self.indices
+        return {} if found is None else {key: float(getattr(found, key)[place]) for key in INDICES}
+
+    def _variables(self) -> dict[str, Variable]:
+        axes = {"scattered": [item.name for item in self.scatters]}
+        table = parameter_table(self.indices is not None, self._cut)
+        rows = _of_samples(self.model, self.vary)
+        return table.variables(self._items(), axes) | rows.variables([self], axes)
+
+    def _record(self) -> dict[str, Any]:
+        return {
+            "type": self.type,
+            "vary": self.vary,
+            "value": self.value,
+            "period": self.period,
+            "samples": len(self.samples),
+            "lost": self.lost,
+            "interrupted": self.interrupted,
+            "no_indices": self.no_indices or None,
+            "level": LEVEL,
+            **{
+                f"by_{way}": {
+                    "deviation": self.deviation(way),
+                    "band": self.band(by=way),
+                    "quiet": [[load, self.quiet(load, way)] for load in self.loads],
+                }
+                for way in WAYS
+            },
+            "scatter": {
+                item.name: {
+                    "kind": item.kind,
+                    "mean": item.mean,
+                    "size": item.size,
+                    **({key: getattr(item, key) for key in ENDS} if self._cut else {}),
+                    "gradient": self.gradient[place],
+                    "share": self.shares[place],
+                    **self._indices(place),
+                }
+                for place, item in enumerate(self.scatters)
+            },
+        }
+
+    def _csv(self) -> str:
+        axes = {"scattered": [headed(self.model.parameter(item.name)) for item in self.scatters]}
+        unit = headed(self.model.parameter(self.vary))
+        heads = {
+            "samples": "",
+            "thresholds": unit,
+            "linear": f"{unit} by gradients",
+            "reasons": "no threshold",
+        }
+        table = _of_samples(self.model, self.vary)
+        sheet = Sheet(heads, (table,), axes)
+        return sheet.text(sheet.rows(table, [self], {}))
+
+    @classmethod
+    def _read(cls, saved: SavedTable) -> ThresholdUncertainty:
+        names = tuple(saved.columns["scattered"].tolist())
+        axes = {"scattered": names}
+        indexed = "scatter_first" in saved.columns
+        cut = "scatter_low" in saved.columns
+        table, attributes = parameter_table(indexed, cut), saved.attributes
+        items = [table.read(saved, axes, row) for row in range(len(names))]
+        fields = ("name", "kind", "mean", "size", *(ENDS if cut else ()))
+        scatters = tuple(Scatter(*(item[key] for key in fields)) for item in items)
+        found = {key: np.array([item[key] for item in items]) for key in INDICES if indexed}
+        vary = saved.model.parameter(str(attributes["vary"])).name
+        return cls(
+            model=saved.model,
+            type=str(attributes["type"]),
+            vary=vary,
+            value=float(attributes["value"]),
+            period=int(attributes["period"]),
+            scatters=scatters,
+            gradient=np.array([item["gradient"] for item in items]),
+            seed=int(saved.given["seed"]),
+            loads=tuple(float(load) for load in saved.given["loads"]),
+            indices=SobolIndices(names, **found) if indexed else None,
+            no_indices=str(attributes.get("no_indices", "")),
+            interrupted=bool(attributes["interrupted"]),
+            provenance=saved.provenance,
+            **_of_samples(saved.model, vary).read(saved, axes, ...),
+        )
+
+
+@dataclass(frozen=True)
+class _Scattered(Scatter):
+    """A scattered parameter with what is known of the threshold."""
+
+    gradient: float = np.nan
+    first: float = np.nan
+    total: float = np.nan
+    first_error: float = np.nan
+    total_error: float = np.nan
+
+
+def _checked(by: str) -> str:
+    if by not in WAYS:
+        raise InputError(f"by = {by!r} is unknown; give {' or '.join(map(repr, WAYS))}")
+    return by

@@ -1,0 +1,160 @@
+"""Basins of attraction on a plane as a result: saved, printed, drawn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.drawing import draw
+from slipfold.models.parameter import State
+from slipfold.results.labelled_table import Variable
+from slipfold.results.motions.found_attractors import FoundAttractors, in_words
+from slipfold.results.saved_table import SavedTable
+from slipfold.results.sheet import csv_text
+from slipfold.text.one_line import headed, listed, number_text
+
+__all__ = ["Basins"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Basins(FoundAttractors):
+    """Which attractor the motion from each state of a plane comes to; frozen.
+
+    Made by `slipfold.basins` and `slipfold.load`. It is a sequence of `slipfold.Attractor`.
+
+    Parameters
+    ----------
+    model
+        The model with its parameter values.
+    plane
+        Names of the two states that span the plane.
+    first, second
+        Their values, shapes (n_first,) and (n_second,).
+    state
+        Starting state whose other components all starts have, shape (n_states,).
+    labels
+        Number of the attractor that each start came to, shape (n_second, n_first); 0 where that is
+        undecided, -1 where the motion ended before, -2 where it was not finished.
+    attractors
+        What was found, each verified.
+    ends
+        How many motions ended before they came to anything, by the limit of the model they met.
+    asked
+        Periods that were asked for; None if none were.
+    interrupted
+        Whether the computation was interrupted.
+    provenance
+        Versions and time.
+
+    Notes
+    -----
+    In the dataset of `to_xarray`, along ``attractor``: as of `slipfold.Attractors`; ``reached``
+    along ``second`` and ``first``, which label the starts; ``starting_state``. In the spreadsheet
+    of `to_csv` a start is a row. In `to_json`, schema slipfold.basins/1.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> duffing = sf.built_in_models()["duffing"](W=1.2)
+    >>> found = sf.basins(duffing, {"q": (-4, 4), "v": (-4, 4)}, points=16)
+    >>> len(found), bool(sum(found.share(item).value for item in found) == 1)
+    (2, True)
+    """
+
+    schema = "slipfold.basins/1"
+
+    plane: tuple[str, str]
+    first: Array
+    second: Array
+    state: Array
+
+    def summary(self) -> str:
+        """Return what was found, with shares of the plane, and what came to nothing."""
+        ends = [
+            f"{name} {number_text(values[0])} to {number_text(values[-1])}"
+            for name, values in zip(self.plane, (self.first, self.second), strict=True)
+        ]
+        others = [
+            f"{state.name} = {number_text(value)}"
+            for state, value in zip(self.model.states, self.state, strict=True)
+            if state.name not in self.plane
+        ]
+        grid = f"{len(self.first)} x {len(self.second)} starts"
+        at = f" at {listed(others)}" if others else ""
+        head = f"{self.model!r} from {grid}: {listed(ends)}{at}"
+        return "\n".join([head, *self._rows().text(), *self._rest(), *self._remarks()])
+
+    def plot(self, **options: Any) -> Any:
+        """Draw the plane, a colour for each attractor.
+
+        Parameters
+        ----------
+        **options
+            Options of the drawing, e.g. ``legend=False`` and ``ax=`` the axes to draw in.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            The axes.
+        """
+        return draw(self, **options)
+
+    def _line(self) -> str:
+        found = listed(f"{in_words(item)} {self.share(item).value:.3f}" for item in self)
+        return f"Basins of {self.model.name} in {' and '.join(self.plane)}: {found or 'none'}"
+
+    def _title(self) -> str:
+        return f"basins of attraction of {self.model.name} in {' and '.join(self.plane)}"
+
+    def _given(self) -> dict[str, Any]:
+        return {"plane": list(self.plane), "state": self.state.tolist(), "periods": self.asked}
+
+    @property
+    def _states(self) -> list[State]:
+        known = {state.name: state for state in self.model.states}
+        return [known[name] for name in self.plane]
+
+    def _variables(self) -> dict[str, Variable]:
+        found = super()._variables()
+        for name, state, values in zip(
+            ("first", "second"), self._states, (self.first, self.second), strict=True
+        ):
+            attributes = {"long_name": f"{state.name}: {state.doc}", "units": state.unit or "1"}
+            found[name] = Variable((name,), values, attributes, True)
+        told = "number of the attractor that the motion came to; 0 undecided, -1 ended before, "
+        about = {"long_name": f"{told}-2 not finished", "units": "1"}
+        found["reached"] = Variable(("second", "first"), self.labels, about, False)
+        about = {"long_name": "starting state whose other components all starts have"}
+        found["starting_state"] = Variable(("state",), self.state, about, False)
+        return found
+
+    def _record(self) -> dict[str, Any]:
+        return {
+            "plane": self.plane,
+            "first": self.first,
+            "second": self.second,
+            "state": self.state,
+            "labels": self.labels,
+            **super()._record(),
+        }
+
+    def _csv(self) -> str:
+        first, second = (values.ravel().tolist() for values in np.meshgrid(self.first, self.second))
+        heads = [*(headed(state) for state in self._states), "reached"]
+        return csv_text(heads, zip(first, second, self.labels.ravel().tolist(), strict=True))
+
+    @classmethod
+    def _read(cls, saved: SavedTable) -> Basins:
+        first, second = saved.given["plane"]
+        return cls(
+            plane=(str(first), str(second)),
+            first=saved.columns["first"],
+            second=saved.columns["second"],
+            state=np.array(saved.given["state"]),
+            **cls._fields(saved),
+        )

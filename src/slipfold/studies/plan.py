@@ -1,0 +1,195 @@
+"""A study as it is asked for, in a file or as a mapping, checked before anything starts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
+
+from slipfold.design_space.drawn import drawn
+from slipfold.design_space.scatter_given import parse_scatter
+from slipfold.errors import InputError
+from slipfold.models.case_file import model_of_case, read_case_file
+from slipfold.models.definitions.source import source_of_tables
+from slipfold.models.model import Model
+from slipfold.models.parameter import Parameter
+from slipfold.models.quantity import parse_quantity
+from slipfold.studies.cases import Cases, Grid, Rows
+from slipfold.studies.work.kinds import WORK
+from slipfold.studies.work.work import Work
+from slipfold.text.validated import validated
+
+__all__ = ["Plan", "read_plan"]
+
+TABLES = ("compute", "cases")
+"""What the file of a study has besides what a case file has."""
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """What is to be computed for which cases."""
+
+    model: Model  # the base case
+    work: Work
+    cases: Cases
+
+
+class _Steps(BaseModel):
+    """Values of a grid from one to another."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    first: float | str = Field(alias="from")
+    last: float | str = Field(alias="to")
+    count: int = Field(ge=1)
+    spacing: Literal["linear", "logarithmic"] = "linear"
+
+
+class _Given(BaseModel):
+    """The table of cases."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    grid: dict[str, Any] | None = None
+    rows: list[dict[str, float | str]] | None = Field(None, alias="list")
+    sample: Literal["latin hypercube", "sobol", "random"] | None = None
+    count: int | None = Field(None, ge=1)
+    seed: int = Field(0, ge=0)
+    scatter: dict[str, Any] = Field(default_factory=dict)
+
+
+def read_plan(given: str | Path | Mapping[str, Any]) -> Plan:
+    """Read and check what a study is to compute."""
+    if isinstance(given, Mapping):
+        return _plan(given, "the study", Path())
+    source = read_case_file(str(given))
+    return _plan(source.tables, str(given), Path(given).parent)
+
+
+def _plan(tables: Mapping[str, Any], label: str, folder: Path) -> Plan:
+    missing = [name for name in TABLES if not isinstance(tables.get(name), Mapping)]
+    if missing:
+        raise InputError(
+            f"{label} has no table [{missing[0]}]; a study has [compute], with e.g. "
+            'what = "threshold", vary = "Nd", span = [0, 0.98], and [cases], with e.g. '
+            "grid = {Vd = [0.5, 0.6]}"
+        )
+    model = _model(tables, label, folder)
+    try:
+        work = validated(WORK.validate_python, tables["compute"], "compute", "what").checked(model)
+        cases = _cases(validated(_Given.model_validate, tables["cases"], "cases"), model)
+        clash = [name for name in cases.names if name in work.varied()]
+        if clash:
+            raise InputError(
+                f"{clash[0]} is varied by each case itself, so cases cannot differ in it; leave it "
+                "out of cases"
+            )
+    except InputError as error:
+        raise InputError(f"{label}: {error}") from None
+    return Plan(model, work, cases)
+
+
+def _model(tables: Mapping[str, Any], label: str, folder: Path) -> Model:
+    given = tables.get("model")
+    if isinstance(given, Model):
+        unknown = sorted(set(tables) - {"model", "parameters", *TABLES})
+        if unknown:
+            raise InputError(
+                f"{label} has the entry {unknown[0]!r} beside a slipfold.Model, which has all that "
+                "belongs to it but parameters; leave it out"
+            )
+        return given.replace(**tables.get("parameters", {}))
+    return model_of_case(source_of_tables(tables, label), folder, {}, others=TABLES)
+
+
+def _cases(given: _Given, model: Model) -> Cases:
+    kinds = {"grid": given.grid, "list": given.rows, "sample": given.sample}
+    chosen = [name for name, value in kinds.items() if value is not None]
+    if len(chosen) != 1:
+        raise InputError(
+            f"cases has {' and '.join(chosen) or 'none of grid, list and sample'}; give one of "
+            "grid, list and sample"
+        )
+    if given.sample is None and (given.scatter or given.count is not None):
+        raise InputError(f"cases.{chosen[0]} is no sample; leave out scatter and count")
+    if given.grid is not None:
+        return _grid(given.grid, model)
+    if given.rows is not None:
+        return _listed(given.rows, model)
+    return _drawn(given, model)
+
+
+def _grid(given: Mapping[str, Any], model: Model) -> Grid:
+    if not given:
+        raise InputError("cases.grid names no parameter; give e.g. grid = {Vd = [0.5, 0.6]}")
+    axes = {}
+    for name, values in given.items():
+        parameter = model.variable_parameter(name)
+        found = _axis(values, parameter, f"cases.grid.{name}")
+        for value in found:
+            parameter.check(value)
+        if len(np.unique(found)) < len(found):
+            raise InputError(f"cases.grid.{name} has a value twice; give each once")
+        axes[name] = found
+    return Grid(axes)
+
+
+def _axis(given: Any, parameter: Parameter, place: str) -> NDArray[np.float64]:
+    if isinstance(given, Mapping):
+        steps = validated(_Steps.model_validate, given, place)
+        first, last = (_number(end, parameter) for end in (steps.first, steps.last))
+        if steps.spacing == "linear":
+            return np.linspace(first, last, steps.count)
+        if not first * last > 0:
+            raise InputError(f"{place} has logarithmic steps; give both ends above zero")
+        return np.geomspace(first, last, steps.count)
+    if not isinstance(given, list | tuple | np.ndarray) or not len(given):
+        raise InputError(
+            f"{place} = {given!r} is no list of values; give e.g. [0.5, 0.6] or "
+            "{from = 0.5, to = 1, count = 6}"
+        )
+    return np.array([_number(value, parameter) for value in given])
+
+
+def _listed(given: list[dict[str, float | str]], model: Model) -> Rows:
+    names = tuple(given[0]) if given else ()
+    if not names:
+        raise InputError('cases.list holds no cases; give e.g. [{Vd = 0.5, alpha = "60deg"}]')
+    for number, row in enumerate(given):
+        if set(row) != set(names):
+            raise InputError(
+                f"cases.list.{number} gives {', '.join(row)}, the first case {', '.join(names)}; "
+                "give the same parameters in each"
+            )
+    parameters = [model.variable_parameter(name) for name in names]
+    rows = [[_number(row[item.name], item) for item in parameters] for row in given]
+    return Rows(names, np.array(rows))
+
+
+def _drawn(given: _Given, model: Model) -> Rows:
+    assert given.sample is not None
+    if given.count is None or not given.scatter:
+        lacks = "count" if given.count is None else "scatter"
+        raise InputError(
+            f"cases.{lacks} is missing; a sample has e.g. count = 256 and "
+            'scatter = {mu = "normal 5%"}'
+        )
+    scatters = [
+        parse_scatter(
+            item, model.variable_parameter(name), model.values[name], f"cases.scatter.{name}"
+        )
+        for name, item in given.scatter.items()
+    ]
+    rows = drawn(given.sample, given.count, given.seed, scatters, "cases.count")
+    how = {"sample": given.sample, "count": given.count, "seed": given.seed}
+    scattered = {item.name: item.record() for item in scatters}
+    return Rows(tuple(given.scatter), rows, {**how, "scatter": scattered})
+
+
+def _number(given: Any, parameter: Parameter) -> float:
+    return parse_quantity(given, parameter.unit, parameter.name)

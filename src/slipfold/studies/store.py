@@ -1,0 +1,286 @@
+"""Finished cases on disk, each of them safe once it is reported, whatever happens then.
+
+The file ``cases.jsonl`` of a store's folder is only ever appended to. A line is the checksum of a
+text in JSON and that text: the first one says what the study is, each other is a finished case. A
+line that was cut short does not fit its checksum and counts as never written; the last line of a
+case counts.
+"""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+from array import array
+from collections.abc import Iterable, Iterator, Mapping
+from io import FileIO
+from pathlib import Path
+from types import TracebackType
+from typing import IO, Any, Self
+from zlib import crc32
+
+from slipfold.errors import InputError
+from slipfold.studies.lock import hold
+from slipfold.studies.task import Record
+
+__all__ = ["Store"]
+
+SCHEMA = "slipfold.study_store/1"
+
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+
+MISSING = -1
+
+
+class Store:
+    """The finished cases of one study; a process that writes has it for itself.
+
+    Made by `Store.open`; a context in which it is held.
+    """
+
+    def __init__(
+        self, folder: Path, total: int, head: Mapping[str, Any], temporary: bool = False
+    ) -> None:
+        self.folder, self.total = folder, total
+        self._head = {"schema": SCHEMA, **head}
+        self._temporary = temporary  # the folder goes with the process
+        # Where the line of each case begins: eight bytes a case, and no more in memory.
+        self._places = array("q", [MISSING]) * total
+        self._failed = bytearray(total)
+        self._size = 0  # bytes up to the end of the last whole line
+        self._done = self._failures = 0
+        self._lock: IO[str] | None = None
+        self._file: FileIO | None = None
+        self._unwritable: OSError | None = None  # why nothing can be added
+
+    @classmethod
+    def open(
+        cls,
+        folder: Path,
+        total: int,
+        head: Mapping[str, Any],
+        resume: bool,
+        temporary: bool = False,
+    ) -> Store:
+        """Open a store for a study, or begin it; one that has cases is not used unawares."""
+        store = cls(folder, total, head, temporary)
+        try:
+            store._open(resume)
+        except BaseException:
+            store.close()
+            raise
+        return store
+
+    @property
+    def done(self) -> int:
+        """How many cases are finished."""
+        return self._done
+
+    @property
+    def failures(self) -> int:
+        """How many of them failed."""
+        return self._failures
+
+    def missing(self, failed: bool = False) -> Iterator[int]:
+        """Yield the numbers of cases not finished; of those that failed, too, if asked for."""
+        for number in range(self.total):
+            if self._places[number] == MISSING or (failed and self._failed[number]):
+                yield number
+
+    def add(self, records: Iterable[Record]) -> None:
+        """Keep some finished cases: when this returns, no power failure loses them."""
+        known = list(records)
+        if not known:
+            return
+        lines = [_line(record) for record in known]
+        if self._unwritable is not None:
+            raise InputError(self._cannot(self._unwritable))
+        try:
+            self._write(b"".join(lines))
+            for record, line in zip(known, lines, strict=True):
+                self._note(record, self._size)
+                self._size += len(line)
+        except OSError as error:
+            self._drop_torn()
+            raise InputError(self._cannot(error)) from error
+        except KeyboardInterrupt:
+            self._scan()  # none, some or all of them may be in the file
+            # Counts lag behind places if they were interrupted between the two.
+            self._done = self.total - self._places.count(MISSING)
+            self._failures = sum(self._failed)
+            raise
+
+    def records(self) -> Iterator[Record]:
+        """Yield finished cases in the order of their numbers."""
+        with open(self._path, "rb") as file:
+            for number in range(self.total):
+                place = self._places[number]
+                if place != MISSING:
+                    file.seek(place)
+                    record = _content(file.readline())
+                    assert record is not None
+                    yield record
+
+    def prospect(self, cure: str = "") -> str:
+        """Return what becomes of finished cases where a study cannot go on, and what to do."""
+        cases, first = f"the {self.done} cases finished before are", f"{cure} and " if cure else ""
+        if self._temporary:
+            return f"{cases} lost: {first}name a folder to keep them in, store="
+        return f"{cases} kept: {first}go on with --resume (resume=True)"
+
+    def close(self) -> None:
+        """Let others have it."""
+        for file in (self._file, self._lock):
+            if file is not None:
+                file.close()
+        self._file = self._lock = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    @property
+    def _path(self) -> Path:
+        return self.folder / "cases.jsonl"
+
+    def _open(self, resume: bool) -> None:
+        try:
+            self.folder.mkdir(exist_ok=True)
+            self._lock = hold(self.folder / "lock", str(self.folder))
+            self._file = FileIO(self._path, "a")
+        except OSError as error:
+            self._unwritable = error
+            if not self._path.is_file():
+                raise InputError(self._cannot(error)) from error
+        self._scan()
+        if self._size and not resume:
+            raise InputError(
+                f"{self.folder} holds {self.done} of {self.total} cases of this study; "
+                "go on with them by --resume (resume=True), or give another --out"
+            )
+        if self._unwritable is not None:
+            if self.done < self.total:
+                raise InputError(self._cannot(self._unwritable))
+            return
+        self._drop_torn()
+        if not self._size:
+            self._begin()
+
+    def _scan(self) -> None:
+        """Find all lines that are whole, beyond those that are known."""
+        with open(self._path, "rb") as file:
+            file.seek(self._size)
+            for line in file:
+                content = _content(line)
+                if not self._size:
+                    if content is None and not line.endswith(b"\n"):
+                        return  # killed while it was begun
+                    self._check_head(content)
+                elif content is not None:
+                    self._note(content, file.tell() - len(line))
+                if line.endswith(b"\n"):
+                    self._size = file.tell()
+
+    def _check_head(self, found: Mapping[str, Any] | None) -> None:
+        if found is None:
+            raise InputError(
+                f"the first line of {self._path} is damaged, so nobody can tell which study it "
+                "holds; restore it, or give another --out"
+            )
+        wanted = json.loads(json.dumps(self._head))
+        if found == wanted:
+            return
+        differs = [key for key in wanted if found.get(key) != wanted[key]]
+        if differs == ["versions"]:
+            raise InputError(self._other_versions(found["versions"]))
+        if differs == ["draws"]:
+            raise InputError(
+                f"{self.folder} was begun when the same seed drew other cases, which cannot be "
+                "mixed with those of today; give another --out, or remove that folder"
+            )
+        raise InputError(
+            f"{self.folder} holds another study, which differs in its {', '.join(differs)}; give "
+            "another --out, or remove that folder"
+        )
+
+    def _other_versions(self, found: Mapping[str, str]) -> str:
+        here = self._head["versions"]
+        differs = [name for name in {**found, **here} if found.get(name) != here.get(name)]
+        begun, present = (
+            ", ".join(f"{name} {known.get(name, 'unknown')}" for name in differs)
+            for known in (found, here)
+        )
+        return (
+            f"{self.folder} was begun with {begun}, this is {present}, and last digits would "
+            "differ; install what it was begun with, or give another --out"
+        )
+
+    def _begin(self) -> None:
+        line = _line(self._head)
+        try:
+            self._write(line)
+            _sync_folder(self.folder)
+        except OSError as error:
+            raise InputError(self._cannot(error)) from error
+        self._size = len(line)
+
+    def _write(self, content: bytes) -> None:
+        """Append something without buffers, so that nothing comes later that was given up."""
+        assert self._file is not None
+        rest = memoryview(content)
+        while rest:
+            rest = rest[self._file.write(rest) :]
+        os.fsync(self._file.fileno())
+
+    def _note(self, record: Record, place: int) -> None:
+        number, failed = record["case"], "failed" in record
+        new, worse = self._places[number] == MISSING, failed - self._failed[number]
+        self._places[number], self._failed[number] = place, failed
+        self._done += new
+        self._failures += worse
+
+    def _drop_torn(self) -> None:
+        """Cut off what follows the last whole line: others would be joined to it."""
+        try:
+            os.truncate(self._path, self._size)
+        except OSError as error:
+            raise InputError(self._cannot(error)) from error
+
+    def _cannot(self, error: OSError) -> str:
+        why = (error.strerror or str(error)).lower()
+        cure = "free some space" if error.errno in FULL else "make it writable"
+        return f"{self.folder} cannot be written ({why}); {self.prospect(cure)}"
+
+
+def _line(content: Mapping[str, Any]) -> bytes:
+    text = json.dumps(content, separators=(",", ":")).encode()
+    return b"%08x %s\n" % (crc32(text), text)
+
+
+def _content(line: bytes) -> dict[str, Any] | None:
+    """Return what a line holds; None if it is not whole."""
+    checksum, text = line[:8], line[9:-1]
+    if not line.endswith(b"\n") or checksum != b"%08x" % crc32(text):
+        return None
+    found: dict[str, Any] = json.loads(text)
+    return found
+
+
+def _sync_folder(folder: Path) -> None:
+    """Make the names of new files safe as well, where a system can."""
+    for path in (folder, folder.parent):
+        try:
+            descriptor = os.open(path, os.O_RDONLY)
+        except OSError:  # Windows has no such thing
+            return
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)

@@ -1,0 +1,1 @@
+"""What a study computes of every case: one kind of computation a file."""

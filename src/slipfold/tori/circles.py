@@ -1,0 +1,320 @@
+"""Circles that the flow over a fixed time maps onto themselves: curves of them in a parameter."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.continuation.curve import Curve
+from slipfold.continuation.interpolation import POINTS
+from slipfold.continuation.newton import Correction, correct
+from slipfold.continuation.point import Point
+from slipfold.continuation.whole_matrix import FactoredMatrix
+from slipfold.errors import BREAKDOWNS
+from slipfold.flow.equations import Constants
+from slipfold.flow.flow import flow_of
+from slipfold.flow.scaled import power_of_two
+from slipfold.models.model import Model
+from slipfold.models.parameter import DURATION
+from slipfold.tori.harmonics import resampled, slopes, tail, turned, turning
+
+__all__ = ["MOST", "RESONANCES", "STRONG", "TAIL", "CirclePoint", "Circles"]
+
+Array = NDArray[np.float64]
+
+TAIL = 1e-9
+"""Size of the last harmonics, of the largest, above which there are too few of them."""
+
+PLENTY = 1e-13
+"""The same below which there are more than needed."""
+
+FEWEST, MOST = 21, 201
+"""Angles at which a circle is described."""
+
+MORE = 1.5
+"""Factor by which angles become more, or fewer."""
+
+STRONG = 4
+"""Largest denominator of a strong resonance: circles may break there."""
+
+RESONANCES = tuple(
+    sorted({Fraction(p, q) for q in range(2, 13) for p in range(1, q) if 2 * p <= q})
+)
+"""Rotation numbers at which a circle may be locked, up to a denominator of 12."""
+
+
+@dataclass(frozen=True, eq=False)
+class CirclePoint(Point):
+    """A circle of the curve, with the derivatives of the map at its angles, shape (m, n, n)."""
+
+    matrices: Any = None
+
+
+class Circles(Curve[CirclePoint]):
+    r"""Circles that the flow over k periods turns by a part of a turn.
+
+    .. math:: P(u(\theta_j)) = u(\theta_j + \rho), \qquad j = 1, \ldots, m
+
+    for the trigonometric polynomial u through states at m equidistant angles, m odd. Which of its
+    states has the angle zero is free; it is held as near as it can be to that of `reference`. Of an
+    autonomous model the duration of a period is unknown as well, and so is when the circle is
+    passed: on the torus the circle may be shifted along the flow, and is held likewise. An unknown
+    has the states, over their scales and :math:`\sqrt m`, the duration over that of `model` if it
+    is unknown, the rotation number :math:`\rho` in turns and the parameter over its width.
+
+    Shapes: reference (m, n); `constants` are those at `reference`, of `model` if None.
+    """
+
+    odd = ("LP",)
+
+    def __init__(
+        self,
+        model: Model,
+        vary: str,
+        width: float,
+        period: int,
+        reference: Array,
+        constants: Constants | None = None,
+    ) -> None:
+        self.model, self.vary, self.width, self.period = model, vary, width, period
+        self.reference, self.count = reference, len(reference)
+        self.flow = flow_of(model)
+        self._scales = model.state_scales()
+        self._sizes = self._scales * np.sqrt(self.count)
+        free = {} if model.forced else {DURATION.name: model.values[DURATION.name]}
+        self._indices = [model.parameter_index(name) for name in (*free, vary)]
+        self._units = np.array([*free.values(), width])
+        self.size = reference.size
+        kept = [slopes(reference)]
+        if free:
+            constants = constants or self.flow.constants_of(model)
+            kept.append(self.flow.rates(reference, np.zeros(self.count), constants))
+        directions = (np.array(kept) / self._sizes).reshape(len(kept), -1)
+        self._kept = directions / np.linalg.norm(directions, axis=1)[:, None]
+
+    def described_at(self, z: Array, count: int) -> Self:
+        """Return the same at as many angles, with a circle as its reference."""
+        reference = resampled(self.states(z), count)
+        own = self.model, self.vary, self.width, self.period
+        return type(self)(*own, reference, self.constants(z))
+
+    # -- what z means --------------------------------------------------------------------------
+
+    def join(self, states: Array, others: Array) -> Array:
+        """Return the unknown of a circle and what is unknown besides. Shapes: states (m, n)."""
+        return np.concatenate([(states / self._sizes).ravel(), others])
+
+    def others(self, rotation: float, model: Model) -> Array:
+        """Return what is unknown besides a circle."""
+        *duration, value = model.vector[self._indices] / self._units
+        return np.array([*duration, rotation, value])
+
+    def states(self, z: Array) -> Array:
+        """Return the states at the angles, shape (m, n)."""
+        return z[: self.size].reshape(self.count, -1) * self._sizes
+
+    def rotation(self, z: Array) -> float:
+        """Return the rotation number in turns."""
+        return float(z[-2])
+
+    def value(self, z: Array) -> float:
+        """Return the value of the parameter."""
+        return float(z[-1] * self.width)
+
+    def model_at(self, z: Array) -> Model:
+        """Return the model with the parameter, and the duration if it is unknown."""
+        names = [self.model.parameters[index].name for index in self._indices]
+        free = map(float, self._free(z))
+        return self.model.replace(**dict(zip(names, free, strict=True)))
+
+    def place(self, z: Array) -> tuple[float, ...]:
+        """Return the value of the parameter."""
+        return (self.value(z),)
+
+    def constants(self, z: Array) -> Constants:
+        """Evaluate the coefficients of the flow."""
+        vector = self.model.vector.copy()
+        vector[self._indices] = self._free(z)
+        return self.flow.constants(vector, power_of_two(self._scales))
+
+    def _free(self, z: Array) -> Array:
+        """Return the parameters that are unknown."""
+        return np.delete(z[self.size :], -2) * self._units
+
+    # -- equations -----------------------------------------------------------------------------
+
+    def defect(self, z: Array) -> Array:
+        """Return by how much the map leads beside the circle, and how far its angles have moved."""
+        zero = np.zeros(self.count)
+        ends = self.flow.advance(self.states(z), zero, zero + self.period, self.constants(z))
+        return self._apart(z, ends)
+
+    def linearise(self, z: Array) -> _Linearised:
+        """Return the same with its derivatives."""
+        zero, states, turns = np.zeros(self.count), self.states(z), self.rotation(z)
+        constants = self.constants(z)
+        along = constants.rates[:, self._indices]
+        ends, matrices, pulls = self.flow.linearise(
+            states, zero, zero + self.period, constants, along
+        )
+        by_turns = -(slopes(turned(states, turns)) / self._sizes).ravel()
+        by_free = (pulls * self._units / self._sizes[:, None]).reshape(self.size, -1)
+        return _Linearised(self._apart(z, ends), matrices, turns, by_turns, by_free, self)
+
+    def blended(self, known: Sequence[_Linearised | None], weights: Array) -> _Linearised | None:
+        """Return a weighted sum of derivatives at several circles."""
+        whole = [item for item in known if item is not None and item.circles is self]
+        if len(whole) < len(known):
+            return None
+
+        def mixed(name: str) -> Any:
+            return sum(w * getattr(item, name) for w, item in zip(weights, whole, strict=True))
+
+        return _Linearised(
+            whole[-1].defect,
+            mixed("matrices"),
+            mixed("turns"),
+            mixed("by_turns"),
+            mixed("by_free"),
+            self,
+        )
+
+    def jacobian(self, matrices: Array, turns: float, by_turns: Array, by_free: Array) -> Array:
+        """Return all derivatives of the equations, shape (m n + k, m n + k + 1)."""
+        (m, n), size = self.reference.shape, self.size
+        jacobian = np.zeros((size + len(self._kept), size + len(self._kept) + 1))
+        circle, place = jacobian[:size, :size].reshape(m, n, m, n), np.arange(m)
+        circle[:] = -turning(m, turns)[:, None, :, None] * np.eye(n)[:, None, :]
+        circle[place, :, place, :] += matrices * (self._scales / self._scales[:, None])
+        jacobian[:size, size:] = np.insert(by_free, -1, by_turns, axis=1)
+        jacobian[size:, :size] = self._kept
+        return jacobian
+
+    def residual(self, defect: Array) -> float:
+        """Return the largest mismatch, in scaled states."""
+        return float(np.abs(defect).max()) * float(np.sqrt(self.count))
+
+    def point(self, correction: Correction, arclength: float) -> CirclePoint:
+        """Return a converged correction as a point."""
+        z, bordered = correction.z, correction.bordered
+        tangent = bordered.tangent()
+        tests = {"LP": float(tangent[-1]), "size": self._size(z)}
+        strong = [ratio for ratio in RESONANCES if ratio.denominator <= STRONG]
+        tests |= {str(ratio): self.rotation(z) - float(ratio) for ratio in strong}
+        return CirclePoint(
+            z,
+            tangent,
+            arclength,
+            tests,
+            bordered.sign,
+            correction.residual,
+            bordered.volume,
+            curve=self,
+            linearisation=correction.linearisation,
+            matrices=correction.linearisation.matrices,
+        )
+
+    def renewed(self, points: Sequence[CirclePoint]) -> tuple[Any, list[CirclePoint]] | None:
+        """Return the last points at as many angles as the last one needs."""
+        last = points[-1]
+        count = self.needed(last.z)
+        if count == self.count:
+            return None
+        other = self.described_at(last.z, count)
+        again = other.retaken(last)
+        if again is None:
+            return None
+        same = last.orientation * again.orientation
+        earlier = [item for item in points[-POINTS:-1] if item.curve is self]
+        return other, [*(other.redescribed(item, same) for item in earlier), again]
+
+    def redescribed(self, point: CirclePoint, same: int) -> CirclePoint:
+        """Return a point of a curve of circles at other angles, as it is but for harmonics.
+
+        `same` is -1 if orientations change their sign from there.
+        """
+        z, tangent = self._resampled(point)
+        matrices = resampled(point.matrices.reshape(len(point.matrices), -1), self.count)
+        return replace(
+            point,
+            z=z,
+            tangent=tangent,
+            tests=point.tests | {"size": self._size(z)},
+            orientation=same * point.orientation,
+            curve=self,
+            linearisation=None,
+            matrices=matrices.reshape(self.count, *point.matrices.shape[1:]),
+        )
+
+    def retaken(self, point: CirclePoint) -> CirclePoint | None:
+        """Return the same corrected; None if it is lost."""
+        z, row = self._resampled(point)
+        try:
+            correction = correct(self, z, row)
+        except BREAKDOWNS:
+            return None
+        return self.point(correction, point.arclength) if correction.converged else None
+
+    def _resampled(self, point: CirclePoint) -> tuple[Array, Array]:
+        """Return unknown and tangent of a point of a curve of circles at other angles."""
+        known = point.curve
+        states, along = (
+            resampled(known.states(part), self.count) for part in (point.z, point.tangent)
+        )
+        z = self.join(states, point.z[known.size :])
+        row = self.join(along, point.tangent[known.size :])
+        return z, row / np.linalg.norm(row)
+
+    def needed(self, z: Array) -> int:
+        """Return at how many angles a circle should be described."""
+        size = tail(self.states(z))
+        if size > TAIL:
+            return min(int(MORE * self.count) | 1, MOST)
+        if size < PLENTY:
+            return max(int(self.count / MORE) | 1, FEWEST)
+        return self.count
+
+    def truncation(self, z: Array) -> float:
+        """Return how far a circle fails to be invariant between its angles, in scaled states."""
+        half, zero = 0.5 / self.count, np.zeros(self.count)
+        states, turns = self.states(z), self.rotation(z)
+        between = turned(states, half)
+        ends = self.flow.advance(between, zero, zero + self.period, self.constants(z))
+        return float(np.abs((ends - turned(states, turns + half)) / self._scales).max())
+
+    def _apart(self, z: Array, ends: Array) -> Array:
+        apart = (ends - turned(self.states(z), self.rotation(z))) / self._sizes
+        moved = self._kept @ (z[: self.size] - (self.reference / self._sizes).ravel())
+        return np.append(apart.ravel(), moved)
+
+    def _size(self, z: Array) -> float:
+        """Return how large the first harmonic is; below zero beyond where it vanishes."""
+        parts = (self.reference / self._scales, self.states(z) / self._scales)
+        known, first = (np.fft.rfft(part, axis=0)[1] / self.count for part in parts)
+        return float((known.conj() @ first).real / np.linalg.norm(known))
+
+
+@dataclass(frozen=True, eq=False)
+class _Linearised:
+    """Mismatch and Jacobian, with the derivatives of the map at the angles."""
+
+    defect: Array
+    matrices: Array
+    turns: float
+    by_turns: Array
+    by_free: Array
+    circles: Circles
+
+    @property
+    def is_finite(self) -> bool:
+        parts = (self.defect, self.matrices, self.by_turns, self.by_free)
+        return all(np.isfinite(part).all() for part in parts)
+
+    def bordered(self, row: Array) -> FactoredMatrix:
+        parts = (self.matrices, self.turns, self.by_turns, self.by_free)
+        return FactoredMatrix(np.vstack([self.circles.jacobian(*parts), row]))

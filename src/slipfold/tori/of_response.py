@@ -1,0 +1,233 @@
+"""The tori that are born along a response."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.branches.branch import Branch
+from slipfold.branches.progress import Observer, Progress
+from slipfold.branches.settings import Settings
+from slipfold.branches.special_point import SpecialPoint
+from slipfold.continuation.end import End
+from slipfold.continuation.trail import Trail
+from slipfold.flow.flow import flow_of
+from slipfold.models.model import Model
+from slipfold.models.parameter import DURATION
+from slipfold.orbits.extrema import Extrema
+from slipfold.tori.birth import born
+from slipfold.tori.circles import CirclePoint
+from slipfold.tori.one_torus_branch import Tori, follow_tori
+from slipfold.tori.stability import growth_across
+from slipfold.tori.surface import surface_of
+from slipfold.tori.torus_branch import Locked, TorusBranch
+
+__all__ = ["INVARIANT", "tori_of"]
+
+Array = NDArray[np.float64]
+
+INVARIANT = 1e-8
+"""How far a circle may fail to be invariant; what is known less well is left out."""
+
+SAME = 1e-6
+"""Distance, in spans, within which tori that shrink to an orbit do so at a known point."""
+
+CHANGES = "contacts stick, turn or open on the orbit, and tori of such orbits are not followed"
+
+
+def tori_of(
+    branches: Sequence[Branch],
+    span: tuple[float, float],
+    settings: Settings,
+    observer: Observer | None = None,
+) -> tuple[TorusBranch, ...]:
+    """Follow the tori from every Neimark-Sacker point of responses, or of cycles.
+
+    Of orbits on which contacts change only the births are known. Tori that shrink to an orbit again
+    are not followed from there as well.
+    """
+    places = [
+        (branch, point)
+        for branch in branches
+        for point in branch.special
+        if point.type == "NS" and not point.interrupted
+    ]
+    found: list[TorusBranch] = []
+    for done, (branch, point) in enumerate(places):
+        if any(_ends_at(each, point, span) for each in found):
+            continue
+        number = len(branches) + len(found) + 1
+        teller = _Teller(observer, number, point, done, len(places))
+        found.append(_tori_from(branch, point, span, settings, teller))
+        if found[-1].interrupted:
+            break
+    return tuple(found)
+
+
+@dataclass(frozen=True)
+class _Teller:
+    """Tells whoever watches how far tori have come."""
+
+    observer: Observer | None
+    number: int
+    point: SpecialPoint
+    done: int
+    total: int
+
+    def tell(self, trail: Trail[CirclePoint]) -> None:
+        if self.observer is None:
+            return
+        last = trail.points[-1]
+        value, names = last.curve.value(last.z), tuple(item.type for item in trail.found)
+        at = Progress(self.number, self.point.period, len(trail.points), value, names)
+        self.observer(replace(at, stage="tori", done=self.done, total=self.total))
+
+
+def _ends_at(tori: TorusBranch, point: SpecialPoint, span: tuple[float, float]) -> bool:
+    """Whether tori shrink to an orbit at a Neimark-Sacker point."""
+    near = abs(tori.stopped.value - point.value) < SAME * abs(span[1] - span[0])
+    return tori.stopped.kind == "birth" and tori.period == point.period and near
+
+
+def _tori_from(
+    branch: Branch,
+    point: SpecialPoint,
+    span: tuple[float, float],
+    settings: Settings,
+    teller: _Teller,
+) -> TorusBranch:
+    model, vary = point.model, point.vary
+    at_birth = _at_birth(point)
+    if not np.isnan(point.stuck_fraction):
+        return _branch_of([at_birth], branch, point, teller, End("contacts", CHANGES, point.value))
+    start = born(model, vary, abs(span[1] - span[0]), point.state, point.period)
+    if start is None:
+        reason = (
+            "no circle was found beside the Neimark-Sacker point, which turns by "
+            f"{at_birth.rotation:.6g} of a turn; look whether it is at a strong resonance"
+        )
+        return _branch_of([at_birth], branch, point, teller, End("failed", reason, point.value))
+    tori = follow_tori(start, span, settings, teller.tell)
+    rows, end = [at_birth], tori.trail.end
+    assert end is not None
+    try:
+        for each in tori.trail.points:
+            row, broken = _described(each)
+            if broken:
+                end = End("limit", broken, rows[-1].value)
+                break
+            if row.truncation <= INVARIANT:
+                rows.append(row)
+            else:
+                rows[-1] = replace(rows[-1], omitted=rows[-1].omitted + 1)
+            if end.kind != "interrupted":  # whoever watches would interrupt again
+                teller.tell(tori.trail)
+        if end.kind in ("broken", "homoclinic"):  # where they are last known
+            end = End(end.kind, end.reason, rows[-1].value)
+    except KeyboardInterrupt:
+        end = End("interrupted", "interrupted; what was found before is kept", rows[-1].value)
+    return _branch_of(rows, branch, point, teller, end, tori)
+
+
+@dataclass(frozen=True, eq=False)
+class _Row:
+    """One torus with what is told of it."""
+
+    arclength: float
+    value: float
+    rotation: float
+    circle: Array
+    low: Array
+    high: Array
+    growth: float
+    growth_error: float
+    truncation: float
+    duration: float
+    omitted: int = 0
+
+
+def _at_birth(point: SpecialPoint) -> _Row:
+    """Return the orbit as a torus without thickness."""
+    extrema, critical = point.orbit.extrema, point.critical_multiplier
+    assert critical is not None
+    turns = float(np.angle(critical)) / (2 * np.pi)
+    ends = extrema.minimum[0], extrema.maximum[0]
+    known = point.residual, _round_of(point.model)
+    return _Row(-np.inf, point.value, turns, point.state[None], *ends, 0.0, 0.0, *known)
+
+
+def _round_of(model: Model) -> float:
+    """Return how long a round of an autonomous model lasts, NaN of a forced one."""
+    return np.nan if model.forced else model.values[DURATION.name]
+
+
+def _described(point: CirclePoint) -> tuple[_Row, str]:
+    """Return a torus with what is told of it, and the sentence of a limit if it breaks one."""
+    circles = point.curve
+    value, rotation = circles.value(point.z), circles.rotation(point.z)
+    states, at = circles.states(point.z), circles.model_at(point.z)
+    low, high = surface_of(at, states, rotation, circles.period).extremes()
+    flow = flow_of(at)
+    broken = [
+        limit.reason.format(value=low[flow.output_index(limit.output)])
+        for limit in at.limits
+        if low[flow.output_index(limit.output)] <= limit.bound
+    ]
+    rates = None
+    if not at.forced:
+        rates = flow.rates(states, np.zeros(len(states)), flow.constants_of(at))
+    across = growth_across(point.matrices, states, rotation, at.state_scales(), rates)
+    growth = float(across.values[0]), float(across.errors[0])
+    apart = circles.truncation(point.z)
+    known = apart, _round_of(at)
+    row = _Row(point.arclength, value, rotation, states, low, high, *growth, *known)
+    return row, broken[0] if broken else ""
+
+
+def _branch_of(
+    rows: Sequence[_Row],
+    branch: Branch,
+    point: SpecialPoint,
+    teller: _Teller,
+    end: End,
+    tori: Tori | None = None,
+) -> TorusBranch:
+    count = max(len(row.circle) for row in rows)
+    circles = np.full((len(rows), count, len(point.state)), np.nan)
+    for own, row in zip(circles, rows, strict=True):
+        own[: len(row.circle)] = row.circle
+
+    def column(name: str) -> Array:
+        return np.array([getattr(row, name) for row in rows])
+
+    values = column("value")
+    folds: tuple[float, ...] = ()
+    locked: tuple[Locked, ...] = ()
+    if tori is not None:
+        last = rows[-1].arclength
+        items = [item.point for item in tori.trail.found if item.type == "LP"]
+        folds = tuple(item.curve.value(item.z) for item in items if item.arclength <= last)
+        places = {each.curve.value(each.z): each.arclength for each in tori.trail.points[::-1]}
+        locked = tuple(item for item in tori.locked if places[item.last] <= last)
+    return TorusBranch(
+        id=teller.number,
+        period=point.period,
+        parent=branch.id,
+        model=branch.model,
+        vary=point.vary,
+        parameter=values,
+        rotation=column("rotation"),
+        circles=circles,
+        extrema=Extrema(flow_of(point.model).output_names, column("low"), column("high")),
+        growth=column("growth"),
+        growth_error=column("growth_error"),
+        truncation=column("truncation"),
+        omitted=np.array([row.omitted for row in rows]),
+        folds=folds,
+        locked=locked,
+        stopped=end,
+        durations=None if point.model.forced else column("duration"),
+    )

@@ -1,0 +1,213 @@
+"""A branch of tori as data."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.continuation.end import End
+from slipfold.models.evaluation import evaluation_of
+from slipfold.models.model import Model
+from slipfold.models.parameter import DURATION
+from slipfold.orbits.extrema import Extrema
+from slipfold.text.one_line import OneLine, headed, listed, number_text, parameter_text
+from slipfold.text.printed_table import PrintedTable
+from slipfold.tori.surface import surface_of
+from slipfold.tori.torus_spectrum import TorusSpectrum, spectrum_of
+
+__all__ = ["Locked", "TorusBranch"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, repr=False)
+class Locked(OneLine):
+    """A resonance that a branch of tori passes, where motion may be locked to an orbit; frozen.
+
+    Parameters
+    ----------
+    ratio
+        The rotation number p/q: a locked orbit closes after q returns of the map.
+    first, last
+        Values of the parameter at the last torus before it and at the first one after it. If motion
+        is locked, then in an interval between them, which may be much too narrow to be seen.
+    """
+
+    ratio: Fraction
+    first: float
+    last: float
+
+    def _line(self) -> str:
+        return (
+            f"resonance {self.ratio} between {number_text(self.first)} and {number_text(self.last)}"
+        )
+
+    def _rows(self) -> PrintedTable:
+        row = [str(self.ratio), number_text(self.first), number_text(self.last)]
+        return PrintedTable(["rotation", "from", "to"], [row])
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TorusBranch(OneLine):
+    """Quasi-periodic tori followed in one parameter; frozen, one row a torus.
+
+    The first row is the Neimark-Sacker point at which they are born: a torus without thickness.
+
+    Parameters
+    ----------
+    id
+        Number within the diagram; those of tori come after those of branches.
+    period
+        Forcing periods after which the circle is mapped onto itself: the period of the orbit that
+        the tori are born from. Of an autonomous model rounds, which last `durations`.
+    parent
+        Id of the branch with the Neimark-Sacker point.
+    model
+        The model; the value of `vary` is replaced by `parameter`.
+    vary
+        Name of the parameter followed.
+    parameter
+        Its values, shape (n_points,).
+    rotation
+        Rotation numbers, shape (n_points,): by which part of a turn the circle turns over `period`
+        forcing periods. It begins between 0 and 1/2, and is negative once the circle has come to
+        turn the other way.
+    circles
+        States at phase zero at equidistant angles of the circle, shape (n_points, m, n_states); of
+        a circle with fewer angles NaN follows. See `circle`.
+    extrema
+        Minimum and maximum of every output over the whole torus: the envelope.
+    growth
+        Largest exponent of perturbations across the torus over `period` forcing periods, shape
+        (n_points,). The torus attracts if it is negative.
+    growth_error
+        Estimated errors of `growth`, shape (n_points,).
+    truncation
+        How far circles fail to be invariant between the angles at which they are made so, in scaled
+        states, shape (n_points,).
+    omitted
+        Numbers of circles that were followed after each torus but left out since they fail to be by
+        more than 1e-8, shape (n_points,). Lines are not drawn across them.
+    folds
+        Values of the parameter at which the tori turn round.
+    locked
+        Resonances that they pass, in order.
+    stopped
+        Why the branch ends where it ends.
+    durations
+        Of tori of an autonomous model after how many seconds each circle has come round the torus
+        and lies on itself again, over `period`, shape (n_points,); None where the model is forced.
+    """
+
+    id: int
+    period: int
+    parent: int
+    model: Model
+    vary: str
+    parameter: Array
+    rotation: Array
+    circles: Array
+    extrema: Extrema
+    growth: Array
+    growth_error: Array
+    truncation: Array
+    omitted: NDArray[np.int64]
+    folds: tuple[float, ...]
+    locked: tuple[Locked, ...]
+    stopped: End
+    durations: Array | None = None
+
+    def __post_init__(self) -> None:
+        """Lock the arrays."""
+        names = ("parameter", "rotation", "circles", "growth", "growth_error", "truncation")
+        durations = () if self.durations is None else ("durations",)
+        for name in (*names, "omitted", *durations):
+            getattr(self, name).setflags(write=False)
+
+    def __len__(self) -> int:
+        """Number of points."""
+        return len(self.parameter)
+
+    def _line(self) -> str:
+        ends = (float(self.parameter[0]), float(self.parameter[-1]))
+        turns = f"rotation {self.rotation[0]:.6g} to {self.rotation[-1]:.6g}"
+        parts = [f"period {self.period}", f"{len(self)} points"]
+        parts += [parameter_text(self.model.parameter(self.vary), *ends), turns]
+        parts.append(listed(f"fold at {number_text(value)}" for value in self.folds))
+        found = ", ".join(part for part in [*parts, self.stopped.kind] if part)
+        return f"Tori {self.id} of {self.model.name}: {found}"
+
+    def _rows(self) -> PrintedTable:
+        rows = [
+            [number_text(value, 10), f"{turns:.8g}", f"{hertz:.6g}", f"{growth:.3g}"]
+            for value, turns, hertz, growth in zip(
+                self.parameter, self.rotation, self.frequency, self.growth, strict=True
+            )
+        ]
+        vary = headed(self.model.parameter(self.vary))
+        return PrintedTable([vary, "rotation", "modulation (Hz)", "growth across"], rows)
+
+    @property
+    def begun(self) -> End:
+        """Where it begins: at a Neimark-Sacker point."""
+        reason = f"born at a Neimark-Sacker point of branch {self.parent}"
+        return End("born", reason, float(self.parameter[0]))
+
+    @property
+    def frequency(self) -> Array:
+        """Modulation frequencies in Hz with the sign of `rotation`, shape (n_points,)."""
+        models = map(self.model_at, range(len(self)))
+        periods = [evaluation_of(model).period(model) for model in models]
+        return np.asarray(self.rotation / (self.period * np.array(periods)))
+
+    @property
+    def stable(self) -> NDArray[np.bool_]:
+        """Whether each torus attracts for certain, shape (n_points,); at the birth none does."""
+        return np.asarray(self.growth < -self.growth_error)
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether whoever watched stopped it."""
+        return self.stopped.kind == "interrupted"
+
+    @property
+    def angles(self) -> NDArray[np.int64]:
+        """Number of angles at which each circle is described, shape (n_points,)."""
+        return np.asarray(np.isfinite(self.circles[:, :, 0]).sum(axis=1))
+
+    def model_at(self, index: int) -> Model:
+        """Return the model with the parameters of one torus.
+
+        Parameters
+        ----------
+        index
+            Row of the branch.
+        """
+        own = {self.vary: self.parameter[index]}
+        if self.durations is not None:
+            own[DURATION.name] = self.durations[index]
+        return self.model.replace(**{name: float(value) for name, value in own.items()})
+
+    def circle(self, index: int) -> Array:
+        """Return the circle of one torus: states at equidistant angles, shape (m, n_states).
+
+        Parameters
+        ----------
+        index
+            Row of the branch.
+        """
+        return self.circles[index, : self.angles[index]]
+
+    def spectrum(self, index: int) -> TorusSpectrum:
+        """Return the lines of all outputs on one torus.
+
+        Parameters
+        ----------
+        index
+            Row of the branch.
+        """
+        model, turns = self.model_at(index), float(self.rotation[index])
+        return spectrum_of(model, surface_of(model, self.circle(index), turns, self.period))

@@ -1,0 +1,109 @@
+"""Every part of the benchmarks can be chosen by name, and what slipfold does in it runs."""
+
+import importlib
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+BENCH = Path(__file__).parents[2] / "bench"
+
+AFTER = {
+    "tori": {"points": 40, "branches": 2, "seconds": [1.0, 1.2, 1.4]},
+    "basins": {"points": 200, "cores": 2, "periods": [1, 2], "seconds": [30.0]},
+}
+
+
+@pytest.fixture
+def run(monkeypatch):
+    monkeypatch.syspath_prepend(str(BENCH))
+    return importlib.import_module("run")
+
+
+@pytest.fixture
+def asked(run, monkeypatch):
+    """Scripts that are asked for, none of which runs."""
+    scripts = []
+
+    def ask(script, *_, **__):
+        scripts.append(script)
+        return AFTER if "after_the_hopf" in script else {"seconds": {}}
+
+    monkeypatch.setattr(run.processes, "ask", ask)
+    for command in ("response_process", "paper_process"):
+        monkeypatch.setattr(
+            run.processes, command, lambda folder: scripts.append(f"{folder}") or (1.0, 1)
+        )
+    return scripts
+
+
+def test_each_part_is_measured_alone_by_scripts_that_exist(run, asked):
+    everything = set()
+    for part in run.PARTS:
+        asked.clear()
+        measured = run.measure([part], 1)
+        assert asked
+        if part not in ("commands", "paper"):
+            assert all((BENCH / script).exists() for script in asked)
+            everything |= set(asked)
+        assert sum(map(bool, measured)) == (2 if part == "commands" else 1)
+    peers = {str(path.relative_to(BENCH)) for path in (BENCH / "peers").glob("*_*.py")}
+    assert peers <= everything
+
+
+def test_ten_minutes_are_some_of_all(run):
+    assert set(run.QUICK) < set(run.PARTS)
+    assert len(set(run.PARTS)) == len(run.PARTS)
+    assert {"beam", "study", "paper"}.isdisjoint(run.QUICK)
+
+
+def test_tori_and_basins_are_told_and_judged(monkeypatch):
+    monkeypatch.syspath_prepend(str(BENCH))
+    report = importlib.import_module("many_cases.after_the_hopf_report")
+    section = "\n".join(report.section(AFTER))
+    assert "40 tori on 2 branches" in section
+    assert "30 ms each" in section
+    assert "basins of 200 x 200 starts, f = 12.2 Hz, 2 cores" in section
+    assert [row[1:] for row in report.aim_rows(AFTER)] == [
+        ["30 ms", "met"],
+        ["30.0 s", "falls short"],
+    ]
+    small = {**AFTER, "basins": {**AFTER["basins"], "points": 8}}
+    assert len(list(report.aim_rows(small))) == 1
+
+
+SMALLEST = {
+    "responses": ("ours.py", "--repeat", "1"),
+    "locus": ("ours_locus.py", "--repeat", "1"),
+    "thresholds": ("threshold_map.py", "--repeat", "1", "--size", "4", "--sample", "1"),
+    "ensemble": ("ensemble.py", "--repeat", "1", "--cases", "2"),
+    "study": ("many_cases/measure.py", "--cases", "2", "--largest", "10"),
+    "size": ("size.py", "--repeat", "1"),
+    "stick": ("peers/slipfold_stick.py", "--repeat", "1"),
+    "batch": ("peers/slipfold_batch.py", "--repeat", "1"),
+    "after-the-hopf": ("many_cases/after_the_hopf.py", "--repeat", "1", "--points", "4"),
+    **{
+        system: ("ours_systems.py", "--repeat", "1", "--system", system)
+        for system in ("duffing", "vanderpol", "chain")
+    },
+    **{
+        system: ("ours_cycles.py", "--repeat", "1", "--system", system)
+        for system in ("canards", "relaxation", "beam")
+    },
+}
+
+
+def test_each_part_has_a_smallest_size(run):
+    assert set(SMALLEST) == set(run.PARTS) - {"commands", "paper"}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("part", SMALLEST)
+def test_what_slipfold_does_in_a_part_runs(part):
+    script, *arguments = SMALLEST[part]
+    command = [sys.executable, str(BENCH / script), *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)

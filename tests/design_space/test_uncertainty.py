@@ -1,0 +1,285 @@
+"""Thresholds where parameters scatter: by gradients and by samples; Sobol's indices."""
+
+import csv
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import slipfold as sf
+from helpers.command_line import run
+from slipfold.design_space.drawn import drawn
+from slipfold.design_space.placed import Lost
+from slipfold.design_space.placed_point import PlacedPoint
+from slipfold.design_space.scatter import Scatter, scatter_text
+from slipfold.design_space.scatter_given import parse_scatter
+from slipfold.design_space.sobol_indices import sobol_indices
+
+SMALL = {"Vd": "normal 0.2%", "alpha": "uniform 0.2deg", "mu": "normal 0.002"}
+
+
+@pytest.fixture(scope="module")
+def sliding():
+    return sf.response(sf.SlidingOscillator(), "Nd", (0, 0.98), f=12.5).special
+
+
+@pytest.fixture(scope="module")
+def doubling(sliding):
+    return sliding[0].point
+
+
+@pytest.fixture(scope="module")
+def small(doubling):
+    return sf.uncertainty(doubling, SMALL, samples=64, loads=(0.0435, "43.6mN"))
+
+
+def test_bands_by_both_ways_agree_where_scatter_is_small(small):
+    width = small.deviation("gradients")
+    assert small.deviation() == pytest.approx(width, rel=0.01)
+    by_samples, by_gradients = small.band(), small.band(by="gradients")
+    assert by_samples == pytest.approx(by_gradients, abs=0.02 * width)
+    assert small.quiet(small.value) == pytest.approx(
+        small.quiet(small.value, "gradients"), abs=0.02
+    )
+    # Independent scatter: variances add up.
+    sizes = [0.002 * 0.6, np.radians(0.2) / np.sqrt(3), 0.002]
+    slopes = [-0.041609200963, -0.074329849432, -0.01021911064]
+    assert width == pytest.approx(np.linalg.norm(np.multiply(sizes, slopes)), rel=1e-9)
+
+
+def test_samples_are_thresholds_of_their_responses(sliding):
+    point = sliding[2].point
+    found = sf.uncertainty(point, {"Vd": "normal 3%", "L": "normal 0.2%"}, samples=8, seed=3)
+    for row in (0, 5):
+        changed = dict(zip(("Vd", "L"), found.samples[row].tolist(), strict=True))
+        model = sf.SlidingOscillator(f=12.5, **changed)
+        located = [item.point.value for item in sf.response(model, "Nd", (0, 0.98)).special]
+        assert found.thresholds[row] == pytest.approx(located[2], abs=1e-10)
+
+
+def test_a_point_that_vanishes_is_lost(sliding):
+    # The two NS points of the period-2 branch meet at alpha = 58.576197729 deg (beyond.md).
+    placed = PlacedPoint.at(sliding[2].point, ("alpha",))
+    # Beside a fold of the locus slopes go with the inverse root of the distance.
+    angles = [58.577, 58.5763]
+    found = [placed.moved_to({"alpha": np.radians(angle)}).gradient[0] ** 2 for angle in angles]
+    meeting = np.dot(angles, np.array(found) * [-1, 1]) / (found[1] - found[0])
+    assert meeting == pytest.approx(58.576197729, abs=2e-5)
+    with pytest.raises(Lost):
+        placed.moved_to({"alpha": np.radians(58.57)})
+    found = sf.uncertainty(sliding[2], {"alpha": "normal 2deg"}, samples=4, seed=1)
+    gone = found.samples[:, 0] < np.radians(58.5)
+    assert 0 < found.lost == gone.sum() < 4
+    assert np.isnan(found.thresholds[gone]).all()
+    assert f"No threshold at {found.lost} samples" in found.summary()
+    assert "which bands and probabilities leave out" in found.summary()
+    assert found.quiet(0.0) == 1.0
+    labels = found.plot(ax=Figure().add_subplot()).get_legend_handles_labels()[1]
+    assert f"by samples, {found.lost} left out" in labels
+
+
+def test_indices_of_the_ishigami_function():
+    # Ishigami and Homma (1990), a = 7, b = 0.1: variances in closed form.
+    a, b = 7.0, 0.1
+    alone = 0.5 * (1 + b * np.pi**4 / 5) ** 2, a**2 / 8, 0.0
+    both = 8 * b**2 * np.pi**8 / 225
+    whole = sum(alone) + both
+    scatters = [Scatter(name, "uniform", 0.0, np.pi) for name in ("x", "y", "z")]
+
+    def ishigami(at):
+        x, y, z = at.T
+        return np.sin(x) + a * np.sin(y) ** 2 + b * z**4 * np.sin(x)
+
+    found = sobol_indices(ishigami, scatters, 2**13)
+    assert found.first == pytest.approx(np.divide(alone, whole), abs=5e-3)
+    expected = np.add(alone, (both, 0, both)) / whole
+    assert found.total == pytest.approx(expected, abs=5e-3)
+
+
+def test_errors_of_indices_are_the_same_again():
+    scatters = [Scatter(name, "uniform", 0.0, 1.0) for name in ("x", "y")]
+    one, two = (sobol_indices(lambda at: at[:, 0] * at[:, 1], scatters, 64) for _ in range(2))
+    assert np.array_equal(one.first_error, two.first_error)
+    assert np.array_equal(one.total_error, two.total_error)
+
+
+def test_indices_that_cannot_be_told_say_why(sliding, tmp_path):
+    found = sf.uncertainty(sliding[2], {"alpha": "normal 2deg"}, samples=4, seed=1, indices=True)
+    assert found.indices is None
+    assert " of 12 samples have no threshold; first: " in found.no_indices
+    assert f"No indices: {found.no_indices}" in found.summary()
+    assert found.to_json()["no_indices"] == found.no_indices
+    found.save(tmp_path / "u.nc")
+    assert sf.load(tmp_path / "u.nc").no_indices == found.no_indices
+
+
+def test_an_interruption_of_the_indices_leaves_the_samples(doubling):
+    def observer(progress):
+        if progress.done == 6:
+            raise KeyboardInterrupt
+
+    scatter = {"Vd": "normal 0.5%"}
+    found = sf.uncertainty(doubling, scatter, samples=4, indices=True, observer=observer)
+    assert found.interrupted
+    assert np.isfinite(found.thresholds).all()
+    assert "samples are missing" not in found.summary()
+    assert "No indices: interrupted before all of their samples were reached" in found.summary()
+
+
+def test_indices_of_a_threshold_are_shares_of_its_gradients_where_scatter_is_small(doubling):
+    scatter = {"Vd": "normal 0.5%", "alpha": "normal 0.2deg"}
+    found = sf.uncertainty(doubling, scatter, samples=32, indices=True)
+    assert found.indices.names == ("Vd", "alpha")
+    assert found.indices.total == pytest.approx(found.shares, abs=0.1)
+
+
+def test_equilibria_have_uncertain_hopf_points():
+    model = sf.built_in_models()["lorenz"]()
+    start = {"x": 7, "y": 7, "z": 19}
+    diagram = sf.response(model, "rho", (20, 28), start=start)
+    (point,) = (item.point for item in diagram.special if item.point.type == "HB")
+    found = sf.uncertainty(point, {"sigma": "uniform 10%", "beta": "uniform 10%"}, samples=16)
+    sigma, beta = found.samples.T
+    expected = sigma * (sigma + beta + 3) / (sigma - beta - 1)
+    assert found.thresholds == pytest.approx(expected, rel=1e-9)
+
+
+def test_saved_exported_and_drawn(small, tmp_path):
+    small.save(tmp_path / "u.nc")
+    copy = sf.load(tmp_path / "u.nc")
+    assert copy.scatters == small.scatters
+    assert copy.to_json() == small.to_json()
+    for name in ("gradient", "samples", "thresholds", "reasons"):
+        assert np.array_equal(getattr(copy, name), getattr(small, name))
+    small.to_csv(tmp_path / "u.csv")
+    heads, *rows = csv.reader((tmp_path / "u.csv").read_text().splitlines())
+    assert [float(row[heads.index("Nd (N)")]) for row in rows] == small.thresholds.tolist()
+    ax = small.plot(ax=Figure().add_subplot())
+    line, _ = ax.lines[:2]
+    assert np.interp(small.value, *line.get_data()) == pytest.approx(
+        small.quiet(small.value), abs=0.05
+    )
+    record = small.to_json()
+    assert record["by_samples"]["quiet"][1] == [0.0436, small.quiet(0.0436)]
+    assert record["scatter"]["Vd"]["gradient"] == pytest.approx(-0.041609200963)
+
+
+def test_interruption_keeps_what_is_known(doubling):
+    def observer(progress):
+        if progress.done == 3:
+            raise KeyboardInterrupt
+
+    found = sf.uncertainty(doubling, SMALL, samples=8, observer=observer)
+    assert found.interrupted
+    assert np.isfinite(found.thresholds).sum() == 3
+    assert found.lost == 0
+    assert "Interrupted: 5 samples are missing" in found.summary()
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "size"),
+    [
+        ("normal 5%", "normal", 0.03),
+        ("uniform:20mm/s", "uniform", 0.02),
+        ("normal 0.1", "normal", 0.1),
+        ("lognormal 2%", "lognormal", 0.02),
+        ("uniform 550mm/s:0.65", "uniform", 0.05),
+        ("uniform 95%:105%", "uniform", 0.03),
+        ({"distribution": "normal", "deviation": "5%"}, "normal", 0.03),
+        ({"distribution": "uniform", "half_width": "20mm/s"}, "uniform", 0.02),
+        ({"distribution": "normal", "relative": 0.05, "mean": 0.6}, "normal", 0.03),
+    ],
+)
+def test_scatter_is_read(text, kind, size):
+    parameter = sf.SlidingOscillator().parameter("Vd")
+    read = parse_scatter(text, parameter, 0.6)
+    assert read == Scatter("Vd", kind, pytest.approx(0.6), pytest.approx(size))
+    assert parse_scatter(read.record(), parameter, 1.0) == Scatter(
+        "Vd", kind, pytest.approx(0.6), pytest.approx(size)
+    )
+
+
+@pytest.mark.parametrize(
+    "text", ["normal 5%:0.5:0.61", "normal:5%::610mm/s", "uniform 2%", "lognormal 10%"]
+)
+def test_a_scatter_has_the_deviation_of_what_is_drawn(text):
+    read = parse_scatter(text, sf.SlidingOscillator().parameter("Vd"), 0.6)
+    values = drawn("sobol", 2**14, 1, [read])
+    assert values.std() == pytest.approx(read.deviation, rel=2e-3)
+    assert values.max() <= read.high
+    assert values.min() >= read.low
+
+
+def test_ends_in_percent_are_of_the_value():
+    parameter = sf.SlidingOscillator().parameter("mu")
+    read = parse_scatter("normal:5%:90%:110%", parameter, 0.5)
+    assert (read.low, read.high) == pytest.approx((0.45, 0.55))
+    read = parse_scatter("uniform:95%:105%", parameter, 0.5)
+    assert (read.mean, read.size) == pytest.approx((0.5, 0.025))
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("normal 5%", "normal 0.025"),
+        ("normal 5%:0.4:0.52", "normal 0.025 from 0.4 to 0.52"),
+        ("normal 5%::0.52", "normal 0.025 to 0.52"),
+        ("uniform 0.4:0.6", "uniform 0.1"),
+        ("uniform 0.4:0.7", "uniform from 0.4 to 0.7"),
+        ({"distribution": "lognormal", "median": 0.6, "deviation": 0.1}, "lognormal 0.1 about 0.6"),
+    ],
+)
+def test_a_scatter_is_shown_with_ends_where_it_has_them(text, shown):
+    read = parse_scatter(text, sf.SlidingOscillator().parameter("mu"), 0.5)
+    assert scatter_text(read, 0.5) == shown
+
+
+def test_cut_scatter_is_saved(doubling, tmp_path):
+    scatter = {"mu": "normal 5%:0.4:0.52", "Vd": {"distribution": "lognormal", "deviation": 0.01}}
+    found = sf.uncertainty(doubling, scatter, samples=4)
+    found.save(tmp_path / "u.nc")
+    copy = sf.load(tmp_path / "u.nc")
+    assert copy.scatters == found.scatters
+    assert copy.to_json() == found.to_json()
+    assert found.to_json()["scatter"]["mu"]["high"] == 0.52
+    assert "normal 0.025 from 0.4 to 0.52" in found.summary()
+
+
+@pytest.mark.parametrize(
+    ("scatter", "options", "said"),
+    [
+        ({}, {}, "no parameter scatters"),
+        ({"mu": "wide"}, {}, "give normal or uniform and a size"),
+        ({"mu": "normal 5%:0.4"}, {}, "give normal or uniform and a size"),
+        ({"mu": "uniform 0.6:0.4"}, {}, "scattered from 0.6 to 0.4; give from below to"),
+        ({"mu": "normal 5%:0.6:0.4"}, {}, "cut off at 0.6 and 0.4; give from below to"),
+        ({"mu": "normal 5%:0.6:0.7"}, {}, "cut off below 0.6, which leaves out its mean 0.5; give"),
+        ({"mu": "uniform 5%:0.6"}, {}, "the ends 5% and 0.6, of which one is in percent"),
+        ({"mu": "uniform 1%:3%"}, {}, "since percent are of mu = 0.5; give ends on both sides"),
+        ({"mu": "uniform 0.4:"}, {}, "the scatter of mu has one end, the other is missing"),
+        ({"mu": "uniform :0.4"}, {}, "the scatter of mu has one end, the other is missing"),
+        ({"mu": "lognormal 30"}, {}, "the deviation 30 of its logarithm, .* give e.g. 5%"),
+        ({"mu": 5}, {}, "the scatter of mu = 5 cannot be used"),
+        ({"mu": {"distribution": "beta"}}, {}, "distribution = 'beta' is unknown"),
+        ({"mu": "normal 0%"}, {}, "has the size 0 about mu = 0.5"),
+        ({"Nd": "normal 5%"}, {}, "Nd cannot scatter, since the threshold is a value of Nd"),
+        ({"m": "normal 5%"}, {}, "no parameter 'm'"),
+        ({"mu": "normal 5%"}, {"samples": 100}, "samples = 100 is not a power of 2"),
+    ],
+)
+def test_bad_input(doubling, scatter, options, said):
+    with pytest.raises(sf.InputError, match=said):
+        sf.uncertainty(doubling, scatter, **options)
+
+
+def test_command():
+    result = run(
+        "uncertainty", "sliding", "--vary", "Nd=0:0.05", "--set", "f=12.5",
+        "--scatter", "mu=normal:5%", "--samples", "8", "--quiet", "43mN",
+    )  # fmt: skip
+    assert result.exit_code == 0
+    assert "scatter of PD of sliding at Nd = 0.0435789 N, 8 samples" in result.stdout
+    assert "quiet at 0.043 N" in result.stdout
+    wrong = run("uncertainty", "sliding", "--vary", "Nd=0:0.02", "--scatter", "mu=normal:5%")
+    assert wrong.exit_code == 2
+    assert "no such special point on the way, but none at all" in wrong.stderr

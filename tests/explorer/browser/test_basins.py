@@ -1,0 +1,57 @@
+"""Basins of attraction become finer while one looks; a click lets a motion go from there."""
+
+import re
+
+import pytest
+from playwright.sync_api import expect
+
+LINK = "model=duffing&p.W=1.2&span=1.1~1.3"
+
+
+NOTE = """
+() => {
+  const plot = document.querySelector(".basins-plot");
+  window.sizes = [];
+  new MutationObserver(() => sizes.push(plot.dataset.points))
+    .observe(plot, { attributeFilter: ["data-points"] });
+}
+"""
+"""Note how fine pictures are that come."""
+
+
+@pytest.fixture(autouse=True)
+def at_the_top(explorer):
+    """The tab is left as it was found: other tests point at the diagram."""
+    yield
+    explorer.page.evaluate("scrollTo(0, 0)")
+
+
+def test_the_picture_becomes_finer_and_a_click_lets_a_motion_go(explorer):
+    page = explorer.open(LINK).page
+    explorer.orbit_shown(1)
+    page.evaluate(NOTE)
+    page.get_by_role("button", name="Compute the basins").click()
+    plot = page.locator(".basins-plot")
+    expect(plot).to_have_attribute("data-points", "48")
+    assert page.evaluate("sizes.filter(Boolean).slice(0, 2)") == ["16", "48"]
+    shares = page.locator(".basins-legend li").all_inner_texts()
+    assert len(shares) == 2
+    found = [float(re.search(r"([\d.]+) %", text)[1]) for text in shares]
+    assert abs(sum(found) - 100) < 0.2
+    plot.click(position={"x": 200, "y": 100})
+    verdict = page.locator("#simulation .verdict")
+    expect(verdict).to_have_text(re.compile("^settled on a response of 1"))
+    # What is of other values is neither shown nor computed.
+    explorer.type("F", 0.19)
+    expect(plot).to_be_hidden()
+    expect(page.locator("#basins .basins-words")).to_be_empty()
+
+
+def test_it_can_be_stopped(explorer):
+    explorer.open("model=sliding&p.f=12.2&p.Nd=0.1&span=0.09~0.11")
+    explorer.orbit_shown(1)
+    page = explorer.page
+    page.get_by_role("button", name="Compute the basins").click()
+    page.get_by_role("button", name="Stop computing").click()
+    expect(page.locator("#basins .basins-words")).to_have_text("Stopped.")
+    expect(page.get_by_role("button", name="Stop computing")).to_be_hidden()

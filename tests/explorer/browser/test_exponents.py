@@ -1,0 +1,54 @@
+"""The motion at the working point is judged by its Lyapunov exponents."""
+
+import re
+
+import pytest
+from playwright.sync_api import expect
+
+
+@pytest.fixture(autouse=True)
+def at_the_top(explorer):
+    """The tab is left as it was found: other tests point at the diagram."""
+    yield
+    explorer.page.evaluate("scrollTo(0, 0)")
+
+
+def judged(explorer):
+    explorer.page.get_by_role("button", name="Torus or chaos?").click()
+    return explorer.page.locator("#exponents")
+
+
+def test_a_torus_tells_how_far_it_is_known_and_is_forgotten_when_the_point_moves(explorer):
+    explorer.open("model=sliding&p.Nd=0.06&span=0~0.07")
+    told = judged(explorer)
+    stop = explorer.page.get_by_role("button", name="Stop judging")
+    expect(told).to_have_text(re.compile(r"^After \d+ of at most 32000 periods"))
+    expect(stop).to_be_visible()
+    expect(told).to_have_text(
+        "Torus: quasi-periodic, on a torus of 2 frequencies. "
+        "Exponents per forcing period: 0, −0.005012, −0.1171, −0.2698."
+    )
+    expect(stop).to_be_hidden()
+    explorer.type("Nd", 0.061)
+    expect(told).to_be_empty()
+
+
+def test_what_moves_on_is_not_judged(explorer):
+    explorer.open("model=sliding&p.Nd=0.13&span=0.1~0.14")
+    told = judged(explorer)
+    expect(told).to_have_text(re.compile("^After"))
+    explorer.type("Nd", 0.12)
+    expect(told).to_be_empty()
+    expect(explorer.page.get_by_role("button", name="Stop judging")).to_be_hidden()
+
+
+@pytest.mark.parametrize(
+    ("link", "words"),
+    [
+        ("model=sliding&p.Nd=0.3&span=0.29~0.31", "Period 2: settled on a response of 2"),
+        ("model=vanderpol-free&p.mu=1", "Periodic: settled on a cycle of 6.663"),
+    ],
+)
+def test_what_repeats(explorer, link, words):
+    explorer.open(link)
+    expect(judged(explorer)).to_contain_text(words)

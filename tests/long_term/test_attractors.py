@@ -1,0 +1,261 @@
+"""Attractors of systems with known coexistence: all are found, none is invented."""
+
+import json
+
+import numpy as np
+import pytest
+
+import slipfold as sf
+from helpers.command_line import run
+from slipfold.long_term.box import checked_box
+
+MODELS = sf.built_in_models()
+
+WHOLE_BOX = {"x": (-0.5, 0.5), "y": (-0.5, 0.5), "vx": (-20, 20), "vy": (-20, 20)}
+
+
+def kinds(found):
+    """Return what was found, in an order that does not hang on starts."""
+    return sorted((item.kind, item.period or 0) for item in found)
+
+
+def system(text):
+    return sf.System.from_toml(text)
+
+
+DOUBLE_WELL = """
+name = "double well"
+parameters = { d = 0.2 }
+[states]
+x = "v"
+v = "x - x^3 - d*v"
+"""
+
+FORCED_WELL = """
+name = "forced double well"
+parameters = { W = 1.0, F = 0.05 }
+forcing = { period = "2*pi/W", quiet = "F" }
+[states]
+x = "v"
+v = "x - x^3 - 0.2*v + F*cos(W*t)"
+"""
+
+PENDULUM = """
+name = "pendulum"
+parameters = { W = 0.67, F = 1.3 }
+forcing = { period = "2*pi/W" }
+[states]
+a = { rate = "v", angle = true }
+v = "-sin(a) - 0.5*v + F*cos(W*t)"
+"""
+
+# Stuart and Landau's amplitude with r' = r (r^2 - 1) (2 - r^2) - rest and a cycle of radius
+# sqrt(2) attract, one of radius 1 does not.
+HARD = """
+name = "hard onset"
+parameters = { w = 1.0 }
+[states]
+x = "(x^2 + y^2 - 1)*(2 - x^2 - y^2)*x - w*y"
+y = "(x^2 + y^2 - 1)*(2 - x^2 - y^2)*y + w*x"
+"""
+
+
+# -- those of the sliding oscillator -------------------------------------------------------------
+
+
+def test_both_responses_at_12_2_hz_with_their_shares():
+    found = sf.attractors(sf.SlidingOscillator(f=12.2, Nd=0.1), WHOLE_BOX, starts=96)
+    assert kinds(found) == [("periodic", 1), ("periodic", 2)]
+    (double,) = (item for item in found if item.period == 2)
+    share = found.share(double)
+    # shared/reference/beyond.md: 0.712 +- 0.010 of starts uniform in this box.
+    assert share.low <= 0.712 <= share.high
+    assert share.value == pytest.approx(0.712, abs=0.07)
+    orbit = sf.periodic_orbit(found.model, 2, double.state)
+    assert double.multipliers == pytest.approx(orbit.multipliers, abs=1e-8)
+    assert found.share(0).value == 0
+
+
+@pytest.mark.long
+def test_every_start_is_where_a_long_motion_ends():
+    found = sf.attractors(sf.SlidingOscillator(f=12.2, Nd=0.1), WHOLE_BOX, starts=4096)
+    assert kinds(found) == [("periodic", 1), ("periodic", 2)]
+    (double,) = (item for item in found if item.period == 2)
+    # shared/reference/beyond.md, 0.712 with a standard error of 0.010: within three of them.
+    assert found.share(double).value == pytest.approx(0.712, abs=0.03)
+    for state, label in zip(found.starts[:200], found.labels[:200], strict=True):
+        motion = sf.simulate(found.model, 600, state)  # by Taylor's method, to 1e-13
+        assert motion.settlement.period == found[label - 1].period
+
+
+def test_a_torus_is_told_by_its_exponents_once():
+    found = sf.attractors(sf.SlidingOscillator(f=12.5, Nd=0.06), WHOLE_BOX, starts=2, periods=128)
+    assert kinds(found) == [("torus", 0)]
+    # shared/reference/beyond.md, over 2000 periods here.
+    assert found[0].exponents == pytest.approx([0, -0.0050116, -0.1170780, -0.2697660], abs=2e-4)
+    assert found.share(1).value == 1
+
+
+def test_motions_that_stick_come_to_the_orbit_that_sticks():
+    found = sf.attractors(sf.SlidingOscillator(f=12.5, Nd=0.3, Vd=0.05), {"y": (0, 0.2)}, starts=4)
+    assert kinds(found) == [("periodic", 1)]
+    # shared/reference/beyond.md.
+    assert found[0].maximum[0] == pytest.approx(0.1900998927, abs=1e-8)
+    assert found.share(1).value == 1
+
+
+# -- those of textbooks --------------------------------------------------------------------------
+
+
+def test_both_responses_of_duffing_between_its_folds():
+    box = {"q": (-4, 4), "v": (-4, 4)}
+    found = sf.attractors(MODELS["duffing"](W=1.2), box, starts=32)
+    diagram = sf.response(MODELS["duffing"](), vary="W", span=(1.0, 1.2))
+    resonant = diagram.branches[0]
+    assert kinds(found) == [("periodic", 1)] * 2
+    largest = max(found, key=lambda item: item.maximum[0])
+    assert largest.maximum[0] == pytest.approx(resonant.extrema.maximum[-1, 0], rel=1e-8)
+    assert sf.attractors(MODELS["duffing"](W=1.4), box, starts=16).attractors[0].id == 1
+    assert len(sf.attractors(MODELS["duffing"](W=1.4), box, starts=16)) == 1
+
+
+def test_a_double_well_has_two_states_of_rest():
+    found = sf.attractors(system(DOUBLE_WELL), {"x": (-2, 2), "v": (-2, 2)}, starts=32)
+    assert kinds(found) == [("equilibrium", 0)] * 2
+    assert sorted(item.state[0] for item in found) == pytest.approx([-1, 1], abs=1e-12)
+    for item in found:
+        # x'' + d x' + 2 x = 0 about either.
+        assert item.multipliers.real == pytest.approx([-0.1, -0.1])
+        assert found.share(item).low < 0.5 < found.share(item).high
+
+
+def test_a_forced_double_well_has_a_response_in_each():
+    found = sf.attractors(system(FORCED_WELL), {"x": (-2, 2), "v": (-2, 2)}, starts=32)
+    left, right = sorted(found, key=lambda item: item.state[0])
+    # By x -> -x half a period later.
+    assert left.minimum[0] == pytest.approx(-right.maximum[0], abs=1e-9)
+    assert kinds(found) == [("periodic", 1)] * 2
+
+
+def test_a_forced_pendulum_turns_round_either_way():
+    found = sf.attractors(system(PENDULUM), {"a": (-3, 3), "v": (-3, 3)}, starts=32)
+    assert kinds(found) == [("periodic", 1)] * 2
+    orbits = [sf.periodic_orbit(found.model, state=item.state) for item in found]
+    assert sorted(orbit.turns["a"] for orbit in orbits) == [-1, 1]
+    # By a -> -a half a period later.
+    assert found[0].multipliers == pytest.approx(found[1].multipliers, abs=1e-8)
+    assert np.all(found.labels > 0)
+
+
+def test_a_cycle_that_motions_come_to_in_a_spiral():
+    found = sf.attractors(MODELS["squeal"](), starts=4)
+    assert kinds(found) == [("cycle", 0)]
+    assert found.share(1).value == 1
+
+
+def test_motions_that_end_are_counted_and_no_attractor():
+    found = sf.attractors(MODELS["stribeck"](), {"x": (-3, 3), "v": (-3, 1)}, starts=16)
+    assert kinds(found) == [("equilibrium", 0)]
+    assert found.ends == {"stick": int((found.labels == -1).sum())}
+    assert 0 < found.share(-1).value < 1
+    assert "ended: stick" in found.summary()
+
+
+@pytest.mark.long
+def test_chaos_and_both_states_of_rest_of_lorenz():
+    # They coexist for 24.06 < rho < 24.74: Sparrow, The Lorenz Equations (1982).
+    found = sf.attractors(MODELS["lorenz"](rho=24.3), starts=32)
+    assert kinds(found) == [("chaos", 0), ("equilibrium", 0), ("equilibrium", 0)]
+    assert np.all(found.labels > 0)
+
+
+@pytest.mark.long
+def test_chaos_of_the_sliding_oscillator_is_found_once():
+    found = sf.attractors(sf.SlidingOscillator(f=12.5, Nd=0.12), WHOLE_BOX, starts=64)
+    assert kinds(found) == [("chaos", 0)]
+    assert found.share(1).value == 1
+
+
+def test_rest_and_a_cycle_that_coexist():
+    found = sf.attractors(system(HARD), {"x": (-2, 2), "y": (-2, 2)}, starts=48)
+    assert kinds(found) == [("cycle", 0), ("equilibrium", 0)]
+    cycle, rest = sorted(found, key=lambda item: item.kind)
+    assert cycle.maximum[:2] == pytest.approx([np.sqrt(2)] * 2, abs=1e-9)
+    assert cycle.duration == pytest.approx(2 * np.pi, abs=1e-9)
+    # Those inside the unstable cycle, of radius 1, come to rest.
+    inside = np.linalg.norm(found.starts, axis=1) < 1
+    assert np.array_equal(found.labels == rest.id, inside)
+    assert np.array_equal(found.labels == cycle.id, ~inside)
+
+
+# -- starts, bad input, files --------------------------------------------------------------------
+
+
+def test_starts_are_the_same_every_time_and_spread_evenly():
+    model = sf.SlidingOscillator()
+    box = checked_box(model, {"x": (-1, 1), "vy": ("-20", "20")})
+    starts = box.starts(64, 3)
+    assert np.array_equal(starts, box.starts(64, 3))
+    assert not np.array_equal(starts, box.starts(64, 4))
+    assert np.all(starts[:, 1:3] == 0)
+    for column, width in ((0, 2), (3, 40)):
+        counts = np.histogram(starts[:, column], 8, (-width / 2, width / 2))[0]
+        assert counts.tolist() == [8] * 8
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--box", "z=0:1"], ["no state 'z'", "x, y, vx, vy"]),
+        (["--box", "y=0.5"], ["NAME=LEAST:LARGEST"]),
+        (["--box", "y=0.5:0.1"], ["empty"]),
+        (["--box", "vx=0:1kg"], ["kg"]),
+        (["--starts", "0"], ["--starts 0", "at least 1"]),
+        (["--seed", "-1"], ["--seed -1", "at least 0"]),
+    ],
+)
+def test_bad_input_is_one_sentence(options, words):
+    done = run("attractors", "sliding", *options)
+    assert done.exit_code == 2
+    assert done.stderr.count("\n") == 1
+    assert all(word in done.stderr for word in words)
+
+
+def test_on_the_command_line_and_back_from_a_file(tmp_path):
+    path, sheet = tmp_path / "found.nc", tmp_path / "starts.csv"
+    options = ["--set", "W=1.2", "--box", "q=-4:4", "--box", "v=-4:4", "--starts", "8"]
+    done = run(
+        "attractors", "duffing", *options, "--json", "-", "--out", str(path), "--csv", str(sheet)
+    )
+    assert done.exit_code == 0
+    record = json.loads(done.stdout)
+    assert record["schema"] == "slipfold.attractors/1"
+    assert sum(item["starts"] for item in record["attractors"]) == 8
+    back = sf.load(path)
+    assert back.to_json() == record
+    assert len(sheet.read_text().splitlines()) == 9
+    assert "period 1" in back.summary()
+
+
+def test_progress_never_goes_back_when_some_go_ahead():
+    told = []
+    box = {"x": (-2, 2), "v": (-2, 2)}
+    found = sf.attractors(system(DOUBLE_WELL), box, starts=520, observer=told.append)
+    assert not found.interrupted
+    done = [progress.done for progress in told]
+    assert done == sorted(done)
+    assert {progress.total for progress in told} == {520 + 256}
+    assert done[-1] == told[-1].total
+
+
+def test_an_interrupt_keeps_what_was_found():
+    def stop(progress):
+        if progress.found:
+            raise KeyboardInterrupt
+
+    box = {"q": (-4, 4), "v": (-4, 4)}
+    found = sf.attractors(MODELS["duffing"](W=1.2), box, starts=8, observer=stop)
+    assert found.interrupted
+    assert len(found) == 1
+    assert (found.labels == -2).any()
+    assert "interrupted" in found.summary()

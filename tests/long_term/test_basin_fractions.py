@@ -1,0 +1,167 @@
+"""Shares of starts that each attractor wins along a parameter."""
+
+import json
+from math import sqrt
+
+import numpy as np
+import pytest
+
+import slipfold as sf
+from helpers.command_line import run
+
+# Rest wins inside the circle of radius r, else the cycle of radius 2.
+HARD = """
+name = "hard onset"
+parameters = { r = 1.0 }
+[states]
+x = "(x^2 + y^2 - r^2)*(4 - x^2 - y^2)*x - y"
+y = "(x^2 + y^2 - r^2)*(4 - x^2 - y^2)*y + x"
+"""
+
+WHOLE_BOX = {"x": (-0.5, 0.5), "y": (-0.5, 0.5), "vx": (-20, 20), "vy": (-20, 20)}
+
+# Two mirror images that stay apart, in a box that is larger on one side.
+WELLS = """
+name = "double well"
+parameters = { d = 0.2 }
+[states]
+x = "v"
+v = "x - x^3 - d*v"
+"""
+
+
+@pytest.fixture(scope="module")
+def circle():
+    model, box = sf.System.from_toml(HARD), {"x": (-2, 2), "y": (-2, 2)}
+    return sf.basin_fractions(model, "r", (0.4, 1.6), box, points=2, starts=64)
+
+
+def kinds(found):
+    """Return the number of each kind, all of which are found once."""
+    return {item.kind: number for number in found.numbers for item in found.along(number).values()}
+
+
+def test_shares_are_those_of_areas(circle):
+    assert circle.numbers == (1, 2)
+    rest = circle.share(kinds(circle)["equilibrium"])
+    area = np.pi * circle.values**2 / 16
+    assert rest.value == pytest.approx(area, abs=0.03)  # starts are spread evenly
+    assert np.all((rest.low < area) & (area < rest.high))
+    assert rest.value + circle.share(kinds(circle)["cycle"]).value == pytest.approx(1)
+    inside = (circle.starts**2).sum(axis=1) < circle.values[:, None] ** 2
+    assert np.array_equal(circle.labels == kinds(circle)["equilibrium"], inside)
+
+
+def test_bounds_are_those_of_wilson(circle):
+    number = kinds(circle)["cycle"]
+    share, low, high = (each[1] for each in circle.share(number))
+    n, z = len(circle.starts), 1.96
+    for bound in (low, high):  # where the share is z standard deviations of the bound away
+        assert abs(share - bound) == pytest.approx(z * sqrt(bound * (1 - bound) / n), rel=1e-9)
+
+
+def test_each_attractor_keeps_its_number():
+    model = sf.System.from_toml(WELLS)
+    found = sf.basin_fractions(model, "d", (0.2, 0.6), {"x": (-3, 2)}, points=3, starts=32)
+    assert found.numbers == (1, 2)
+    for number in found.numbers:
+        along = found.along(number)
+        assert len(along) == 3
+        assert len({np.sign(item.state[0]) for item in along.values()}) == 1
+
+
+def test_what_no_start_comes_to_is_still_followed(circle):
+    """In a box of one point rest wins as long as that lies inside, and is known beyond."""
+    model, box = sf.System.from_toml(HARD), {"x": (1.0, 1.01)}
+    found = sf.basin_fractions(model, "r", (0.7, 1.3), box, points=2, starts=4)
+    ((cycle,), both) = ({item.kind: item.id for item in items} for items in found.attractors)
+    assert both[cycle] == 1
+    assert found.share(1).value.tolist() == [1, 0]
+    assert found.share(1).low[1] == 0
+    assert found.share(1).high[1] == pytest.approx(1.96**2 / (4 + 1.96**2))
+
+
+def test_period_two_wins_seven_of_ten_starts_of_the_sliding_oscillator():
+    found = sf.basin_fractions(
+        sf.SlidingOscillator(f=12.2), "Nd", (0.06, 0.15), WHOLE_BOX, points=10, starts=128
+    )
+    periods = [sorted(item.period for item in items) for items in found.attractors]
+    both = (found.values > 0.0741) & (found.values < 0.1398)
+    assert all((known == [1, 2]) == here for known, here in zip(periods, both, strict=True))
+    assert periods[0] == [1]
+    assert periods[-1] == [2]
+    assert found.numbers == (1, 2)
+    value, low, high = (each[4] for each in found.share(2))  # at 0.1 N
+    assert low < 0.69 < high
+    assert value == pytest.approx(0.69, abs=0.03)
+
+
+def test_an_interruption_keeps_the_values_that_are_finished(tmp_path):
+    told = []
+
+    def stop(progress):
+        told.append(progress)
+        if progress.done >= 35:
+            raise KeyboardInterrupt
+
+    found = sf.basin_fractions(
+        sf.built_in_models()["duffing"](), "W", (1, 1.4), points=4, starts=16, observer=stop
+    )
+    assert found.interrupted
+    assert all(progress.total == 64 for progress in told)
+    assert np.all(np.diff([progress.done for progress in told]) >= 0)
+    assert np.isfinite(found.share(1).value).tolist() == [True, True, False, False]
+    assert "2 values not finished" in found.summary()
+    found.save(tmp_path / "f.nc")
+    assert sf.load(tmp_path / "f.nc").to_json() == found.to_json()
+
+
+def test_the_picture_has_a_band_for_each(circle):
+    from matplotlib.figure import Figure
+
+    ax = circle.plot(ax=Figure().add_subplot())
+    assert len(ax.lines) == len(ax.collections) == 2
+    names = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert sorted(names) == ["cycle", "equilibrium"]
+    line = ax.lines[names.index("equilibrium")]
+    share = circle.share(kinds(circle)["equilibrium"])
+    assert np.array_equal(line.get_ydata(), share.value)
+    band = ax.collections[names.index("equilibrium")].get_paths()[0].get_extents()
+    assert band.ymin == pytest.approx(share.low.min())
+    assert band.ymax == pytest.approx(share.high.max())
+
+
+def test_on_the_command_line_and_back_from_a_file(tmp_path):
+    path, sheet, figure = (str(tmp_path / name) for name in ("f.nc", "f.csv", "f.png"))
+    options = ["--vary", "W=1:1.4", "--box", "q=-3:3", "--box", "v=-3:3", "--points", "3"]
+    files = ["--json", "-", "--out", path, "--csv", sheet]
+    done = run("basin-fractions", "duffing", *options, "--starts", "64", *files)
+    assert done.exit_code == 0
+    record = json.loads(done.stdout)
+    assert record["schema"] == "slipfold.basin_fractions/1"
+    assert [item["value"] for item in record["attractors"]] == [1, 1.2, 1.2, 1.4]
+    back = sf.load(path)
+    assert back.to_json() == record
+    assert "W 1 to 1.4" in back.summary()
+    with open(sheet) as file:
+        rows = file.read().splitlines()
+    assert rows[0] == "W (rad/s),attractor,what,value,low,high"
+    assert len(rows) == 5
+    assert run("plot", path, "--out", figure).exit_code == 0
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--vary", "W=1:1"], "is empty"),
+        (["--vary", "W=1:2", "--set", "W=1"], "is varied"),
+        (["--vary", "W=1:2", "--box", "z=0:1"], "no state 'z'"),
+        (["--vary", "W=1:2", "--starts", "0"], "at least 1"),
+        (["--vary", "W=1:2", "--points", "1"], "at least 2"),
+    ],
+)
+def test_bad_input_is_one_sentence(options, words):
+    done = run("basin-fractions", "duffing", *options)
+    assert done.exit_code == 2
+    assert done.stderr.count("\n") == 1
+    assert words in done.stderr

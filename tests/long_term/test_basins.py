@@ -1,0 +1,110 @@
+"""Basins of attraction on a plane of initial states."""
+
+import json
+
+import numpy as np
+import pytest
+
+import slipfold as sf
+from helpers.command_line import run
+
+# The hard onset of tests of attractors: rest wins inside the circle of radius 1, else the cycle.
+HARD = """
+name = "hard onset"
+parameters = { w = 1.0 }
+[states]
+x = { rate = "(x^2 + y^2 - 1)*(2 - x^2 - y^2)*x - w*y", label = "$x$" }
+y = "(x^2 + y^2 - 1)*(2 - x^2 - y^2)*y + w*x"
+"""
+
+
+@pytest.fixture(scope="module")
+def circle():
+    return sf.basins(sf.System.from_toml(HARD), {"x": (-2, 2), "y": (-1, 1)}, points=(40, 20))
+
+
+def test_the_boundary_is_the_unstable_cycle(circle):
+    x, y = np.meshgrid(circle.first, circle.second)
+    (rest,) = (item for item in circle if item.kind == "equilibrium")
+    assert np.array_equal(circle.labels == rest.id, np.hypot(x, y) < 1)
+    assert circle.share(rest).value == np.mean(np.hypot(x, y) < 1)
+    assert set(np.unique(circle.labels)) == {item.id for item in circle}
+
+
+def test_each_start_of_the_sliding_oscillator_is_where_its_motion_ends():
+    plane = {"x": (-0.5, 0.5), "vy": (-20, 20)}
+    model = sf.SlidingOscillator(f=12.2, Nd=0.1)
+    found = sf.basins(model, plane, {"y": 0.1}, points=(9, 7))
+    assert sorted(item.period for item in found) == [1, 2]
+    for row, column in ((0, 0), (3, 4), (6, 8), (5, 1)):
+        start = {"y": 0.1, "x": found.first[column], "vy": found.second[row]}
+        motion = sf.simulate(model, 600, start)
+        assert motion.settlement.period == found[found.labels[row, column] - 1].period
+
+
+@pytest.mark.long
+def test_a_picture_takes_less_than_twenty_seconds():
+    plane = {"x": (-0.5, 0.5), "y": (-0.5, 0.5)}
+    found = sf.basins(sf.SlidingOscillator(f=12.2, Nd=0.1), plane, points=200)
+    assert np.all(found.labels > 0)
+    assert found.provenance.seconds < 20
+
+
+@pytest.mark.long
+def test_a_hundred_starts_at_random_are_where_long_motions_end():
+    plane, model = {"x": (-0.5, 0.5), "y": (-0.5, 0.5)}, sf.SlidingOscillator(f=12.2, Nd=0.1)
+    found = sf.basins(model, plane, points=40)
+    for row, column in np.random.default_rng(0).integers(40, size=(100, 2)):
+        start = {"x": found.first[column], "y": found.second[row]}
+        motion = sf.simulate(model, 600, start)  # by Taylor's method, to 1e-13
+        assert motion.settlement.period == found[found.labels[row, column] - 1].period
+
+
+def test_the_picture_has_a_colour_for_each_and_its_share(circle):
+    from matplotlib.figure import Figure
+
+    ax = circle.plot(ax=Figure().add_subplot())
+    (image,) = ax.images
+    colours = image.cmap(image.norm(image.get_array()))
+    assert len(np.unique(colours.reshape(-1, 4), axis=0)) == 2
+    assert ax.get_xlabel() == "$x$"
+    texts = sorted(text.get_text() for text in ax.get_legend().get_texts())
+    (rest,) = (item for item in circle if item.kind == "equilibrium")
+    assert texts[1] == f"equilibrium: {100 * circle.share(rest).value:.3g} %"
+    left, right, bottom, top = image.get_extent()
+    assert (left, right) == pytest.approx((-2 - 2 / 39, 2 + 2 / 39))
+    assert (bottom, top) == pytest.approx((-1 - 1 / 19, 1 + 1 / 19))
+
+
+def test_on_the_command_line_and_back_from_a_file(tmp_path):
+    path, sheet, figure = (str(tmp_path / name) for name in ("b.nc", "b.csv", "b.png"))
+    options = ["--set", "W=1.2", "--plane", "q=-4:4", "--plane", "v=-4:4", "--points", "6x4"]
+    done = run("basins", "duffing", *options, "--json", "-", "--out", path, "--csv", sheet)
+    assert done.exit_code == 0
+    record = json.loads(done.stdout)
+    assert record["schema"] == "slipfold.basins/1"
+    assert np.shape(record["labels"]) == (4, 6)
+    back = sf.load(path)
+    assert back.to_json() == record
+    assert "6 x 4 starts: q -4 to 4, v -4 to 4" in back.summary()
+    with open(sheet) as file:
+        rows = file.read().splitlines()
+    assert rows[0] == "q,v,reached"
+    assert len(rows) == 25
+    assert run("plot", path, "--out", figure).exit_code == 0
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--plane", "x=0:1"], "does not name two states"),
+        (["--plane", "x=0:1", "--plane", "z=0:1"], "no state 'z'"),
+        (["--plane", "x=0:1", "--plane", "y=0:1", "--points", "1"], "at least 2"),
+        (["--plane", "x=0:1", "--plane", "y=0:1", "--start", "q=1"], "no state 'q'"),
+    ],
+)
+def test_bad_input_is_one_sentence(options, words):
+    done = run("basins", "sliding", *options)
+    assert done.exit_code == 2
+    assert done.stderr.count("\n") == 1
+    assert words in done.stderr

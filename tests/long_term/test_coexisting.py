@@ -1,0 +1,134 @@
+"""Branches that nothing leads to: isolas made on purpose, and responses of two periods."""
+
+import json
+
+import numpy as np
+import pytest
+
+import slipfold as sf
+from helpers.command_line import run
+from slipfold.long_term import coexisting, search
+from slipfold.long_term.coexisting import STAGE, STARTS
+
+# Besides x = 0 the rates vanish on the circle p^2 + (x - 2)^2 = 1/4, whose outer half attracts.
+ISOLA = """
+name = "isola"
+parameters = { p = 0.0 }
+[states]
+x = "-x*(p^2 + (x - 2)^2 - 1/4)"
+"""
+
+# The same about 2 cos(W t), so that everything is a response of period 1.
+FORCED_ISOLA = """
+name = "forced isola"
+parameters = { p = 0.0, W = 1.0 }
+forcing = { period = "2*pi/W" }
+[states]
+x = "-W*sin(W*t) - (x - cos(W*t))*(p^2 + (x - cos(W*t) - 2)^2 - 1/4)"
+"""
+
+
+def system(text):
+    return sf.System.from_toml(text)
+
+
+@pytest.mark.parametrize("text", [ISOLA, FORCED_ISOLA], ids=["at rest", "forced"])
+def test_an_isola_is_found_and_followed_round(text):
+    diagram = sf.response(system(text), vary="p", span=(-1, 1))
+    assert len(diagram.branches) == 1
+    searched = sf.response(system(text), vary="p", span=(-1, 1), search=True)
+    known, isola = searched.branches
+    assert np.array_equal(known.parameter, diagram.branches[0].parameter)
+    assert searched.searched.found == (isola.id,) == (2,)
+    folds = [point.value for point in isola.special if point.type == "LP"]
+    assert sorted(folds) == pytest.approx([-0.5, 0.5], abs=1e-10)
+    shift = 1 if system(text).forced else 0
+    radii = np.hypot(isola.parameter, isola.states[:, 0] - shift - 2)
+    assert radii == pytest.approx(0.5, abs=1e-9)
+    assert "1 more branch (2)" in searched.summary()
+
+
+def test_a_box_that_holds_no_start_of_its_basin_finds_nothing():
+    here = sf.response(system(FORCED_ISOLA), vary="p", span=(-1, 1), search={"x": (-1, 1)})
+    there = sf.response(system(FORCED_ISOLA), vary="p", span=(-1, 1), search={"x": (3, 4)})
+    assert (len(here.branches), len(there.branches)) == (1, 2)
+    assert (there.searched.low, there.searched.high) == ((3,), (4,))
+
+
+def test_nothing_is_found_twice_where_everything_is_connected():
+    diagram = sf.response(sf.built_in_models()["duffing"](), vary="W", span=(0.9, 1.5), search=True)
+    assert len(diagram.branches) == 1
+    assert diagram.searched.found == ()
+    assert "no more branches" in diagram.summary()
+
+
+def test_no_orbit_run_through_twice_is_taken_for_another():
+    diagram = sf.response(sf.SlidingOscillator(f=12.2), "Nd", (0, 0.3), search=True)
+    assert [branch.period for branch in diagram.branches] == [1, 2]
+    assert diagram.searched.found == ()
+
+
+def test_the_other_wells_are_found_in_a_box():
+    text = """
+    name = "pitchfork beside its point"
+    parameters = { a = 1.0 }
+    [states]
+    x = "a*x - x^3"
+    """
+    diagram = sf.response(system(text), vary="a", span=(0.5, 2.0), search=True)
+    ends = sorted(branch.states[-1, 0] ** 2 for branch in diagram.branches)
+    assert ends[0] == 0
+    assert ends[1:] == pytest.approx([branch.parameter[-1] for branch in diagram.branches[1:]])
+    assert len(diagram.branches) == 3
+
+
+@pytest.mark.parametrize("text", [ISOLA, FORCED_ISOLA], ids=["at rest", "forced"])
+def test_an_interrupted_search_keeps_the_branches_and_follows_no_more(text):
+    def stop(progress):
+        # The isola is found at the second of four places.
+        if progress.stage == STAGE and progress.done > STARTS + 1:
+            raise KeyboardInterrupt
+
+    found = sf.response(system(text), vary="p", span=(-1, 1), search=True, observer=stop)
+    whole = sf.response(system(text), vary="p", span=(-1, 1), search=True)
+    assert found.searched.interrupted
+    assert not whole.searched.interrupted
+    assert len(found.branches) < len(whole.branches)
+    for branch, other in zip(found.branches, whole.branches, strict=False):
+        assert np.array_equal(branch.nodes, other.nodes)
+
+
+@pytest.mark.parametrize("name", ["measured", "_paced", "Verified"])
+def test_an_interrupt_before_motions_begin_keeps_the_branches(monkeypatch, name):
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(search, name, interrupt)
+    found = sf.response(system(ISOLA), vary="p", span=(-1, 1), search=True)
+    assert found.searched.interrupted
+    assert len(found.branches) == 1
+    assert len(found.branches[0]) > 1
+
+
+def test_an_interrupt_among_equilibria_keeps_the_branches(monkeypatch):
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(coexisting, "equilibria_in", interrupt)
+    found = sf.response(system(ISOLA), vary="p", span=(-1, 1), search=True)
+    assert found.searched.interrupted
+    assert len(found.branches) == 1
+
+
+def test_a_searched_diagram_on_the_command_line_and_back(tmp_path):
+    file, path = tmp_path / "isola.toml", tmp_path / "found.nc"
+    file.write_text(ISOLA)
+    done = run(
+        "response", str(file), "--vary", "p=-1:1", "--search", "--json", "-", "--out", str(path)
+    )
+    assert done.exit_code == 0
+    record = json.loads(done.stdout)
+    assert record["searched"]["found"] == [2]
+    back = sf.load(path)
+    assert back.to_json() == record
+    assert back.searched.values == pytest.approx([-0.75, -0.25, 0.25, 0.75])

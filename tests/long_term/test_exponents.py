@@ -1,0 +1,277 @@
+"""Lyapunov exponents against multipliers, closed forms, published and independent values."""
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import slipfold as sf
+from helpers.command_line import run
+from slipfold.errors import InputError
+from slipfold.flow.flow import Flow, flow_of
+from slipfold.flow.settling.settlement import Settlement
+from slipfold.long_term.birkhoff import average
+from slipfold.long_term.verdict import verdict_of
+
+MODELS = sf.built_in_models()
+
+
+def rates_of(orbit):
+    """Return logarithms of the multipliers, the largest first, a forcing period each."""
+    found = np.log(np.abs(orbit.multipliers)) / orbit.period
+    return np.sort(found)[::-1]
+
+
+# -- averages ------------------------------------------------------------------------------------
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.sampled_from([2, 3, 5, 7, 11, 13]), st.floats(-3, 3), st.integers(1, 4))
+def test_averages_of_quasi_periodic_values_converge_fast(square, mean, harmonic):
+    def values(angle):
+        return mean + np.cos(harmonic * angle + 0.3) / (2 + np.sin(angle))
+
+    expected = values(np.linspace(0, 2 * np.pi, 4096, False)).mean()
+    found = average(values(2 * np.pi * np.sqrt(square) * np.arange(4000))[:, None])
+    assert abs(found.values[0] - expected) <= 1e-12
+    assert found.errors[0] <= 1e-7
+
+
+def test_what_is_lost_once_is_lost():
+    found = average(np.array([[0.5, -1.0], [0.5, -np.inf], [0.5, -1.0], [0.5, -2.0]]))
+    assert found.values.tolist() == [pytest.approx(0.5), -np.inf]
+
+
+# -- periodic motions ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("model", "periods"),
+    [
+        pytest.param(sf.SlidingOscillator(f=12.5, Nd=0.02), 1, id="spirals in"),
+        pytest.param(sf.SlidingOscillator(f=12.2, Nd=0.15), 2, id="period 2"),
+        pytest.param(MODELS["duffing"](W=0.7), 1, id="duffing"),
+    ],
+)
+def test_on_periodic_orbits_they_are_the_logarithms_of_multipliers(model, periods):
+    found = sf.lyapunov(model)
+    assert (found.verdict.kind, found.verdict.period) == ("periodic", periods)
+    orbit = sf.periodic_orbit(model, state=found.state, period=periods)
+    assert found.exponents == pytest.approx(rates_of(orbit), abs=1e-8)
+    assert found.dimension == 0
+
+
+def test_of_a_cycle_one_is_zero_and_the_others_are_those_of_its_multipliers():
+    found = sf.lyapunov(MODELS["vanderpol-free"](), tolerance=1e-7)
+    assert found.per == "s"
+    # As in tests of autonomous motions, by DOP853.
+    assert found.verdict.duration == pytest.approx(6.663286859323, abs=1e-8)
+    assert found.exponents[0] == pytest.approx(0, abs=1e-7)
+    assert found.dimension == 1
+
+
+def test_through_stick_they_are_those_of_the_orbit_and_stick_takes_the_rest():
+    model = sf.SlidingOscillator(f=12.5, Nd=0.3, Vd=0.05)
+    found = sf.lyapunov(model, periods=100)
+    assert found.verdict.kind == "periodic"
+    orbit = rates_of(sf.periodic_orbit(model))
+    assert found.exponents[:2] == pytest.approx(orbit[:2], abs=1e-3)
+    assert np.all(np.isneginf(found.exponents[2:]))
+    assert np.all(orbit[2:] < -30)
+
+
+# -- tori and chaos ------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def torus():
+    return sf.lyapunov(sf.SlidingOscillator(f=12.5, Nd=0.06), periods=16_000)
+
+
+def test_a_torus_of_the_sliding_oscillator(torus):
+    found = torus
+    # shared/reference/beyond.md.
+    assert found.exponents == pytest.approx([0, -0.0050116, -0.1170780, -0.2697660], abs=1e-7)
+    assert found.errors.max() <= 1e-5
+    assert found.verdict.kind == "torus"
+    assert found.dimension == 1  # of its points at phase zero
+
+
+def test_their_sum_is_the_mean_divergence(torus):
+    found, model = torus, torus.model
+    motion = sf.simulate(model, 4000, found.state)
+    flow, constants = flow_of(model), flow_of(model).constants_of(model)
+    states = motion.sample(per_period=64)[1]
+    phases = np.arange(len(states)) % 64 / 64
+    slopes = flow.jacobians(states, phases, constants)
+    mean = average(np.trace(slopes, axis1=1, axis2=2)[:, None]).values[0]
+    assert found.exponents.sum() == pytest.approx(mean, abs=1e-8)
+
+
+def test_chaos_of_the_sliding_oscillator():
+    found = sf.lyapunov(sf.SlidingOscillator(f=12.5, Nd=0.12), periods=8000)
+    assert found.verdict.kind == "chaos"
+    # shared/reference/beyond.md, to 3e-4.
+    apart = np.abs(found.exponents - [0.0295, -0.0076, -0.0455, -0.3695])
+    assert np.all(apart <= 3 * found.errors + 3e-4)
+
+
+LONG = pytest.mark.long
+
+DIGIT = 5e-5
+"""Half of the last digit of the values that are published."""
+
+UEDA = """
+name = "Ueda's oscillator"
+parameters = { d = 0.05 }
+forcing = { period = "2*pi" }
+[states]
+x = "v"
+v = "-d*v - x^3 + 7.5*cos(t)"
+"""
+
+
+@pytest.mark.parametrize(
+    ("model", "largest", "total", "within", "periods"),
+    [
+        # Sprott, Chaos and Time-Series Analysis (2003), appendix A.
+        pytest.param("lorenz", 0.9056, -41 / 3, 0.01, 8000, id="Lorenz"),
+        pytest.param("lorenz", 0.9056, -41 / 3, 0.01, 64_000, id="Lorenz, long", marks=LONG),
+        pytest.param("roessler", 0.0714, None, 0.004, 8000, id="Roessler"),
+        pytest.param("roessler", 0.0714, None, 0.004, 64_000, id="Roessler, long", marks=LONG),
+    ],
+)
+def test_published_values(model, largest, total, within, periods):
+    found = sf.lyapunov(MODELS[model](), periods=periods)
+    assert found.verdict.kind == "chaos"
+    apart = abs(found.exponents[0] - largest)
+    assert apart <= min(within, 3 * found.errors[0] + DIGIT)
+    assert found.exponents[1] == pytest.approx(0, abs=1e-3)
+    if total is not None:
+        assert found.exponents.sum() == pytest.approx(total, abs=1e-8)
+
+
+@LONG
+def test_a_published_value_of_a_forced_oscillator():
+    found = sf.lyapunov(sf.System.from_toml(UEDA), periods=1500)
+    assert found.verdict.kind == "chaos"
+    rates, errors = found.exponents / (2 * np.pi), found.errors / (2 * np.pi)
+    # Sprott, appendix A.4.5: 0.1034 and, as both add up to -0.05, -0.1534 a second.
+    # By Runge and Kutta's method, over 400 periods from each of 400 starts: 0.1034 +- 0.0003.
+    assert np.all(np.abs(rates - [0.1034, -0.1534]) <= 3 * errors + DIGIT)
+    assert rates.sum() == pytest.approx(-0.05, abs=1e-8)
+
+
+def test_strong_decay_keeps_its_digits():
+    text = """
+    name = "two decays"
+    parameters = { W = 0.7 }
+    forcing = { period = "2*pi/W" }
+    [states]
+    x = "v"
+    v = "-x - 0.1*v + cos(W*t)"
+    w = "-40*w + x"
+    """
+    found = sf.lyapunov(sf.System.from_toml(text), periods=1000)
+    assert found.exponents == pytest.approx(
+        2 * np.pi / 0.7 * np.array([-0.05, -0.05, -40]), rel=1e-9
+    )
+
+
+# -- verdicts ------------------------------------------------------------------------------------
+
+
+UNSETTLED = Settlement(False, None, 1e-3, None, "not settled")
+
+
+@pytest.mark.parametrize(
+    ("exponents", "error", "seconds", "kind"),
+    [
+        ([0.1, -0.2], 1e-3, None, "chaos"),
+        ([1e-9, -0.2], 1e-8, None, "torus"),
+        ([1e-3, -0.2], 1e-3, None, "undecided"),
+        ([-0.1, -0.2], 1e-8, None, "periodic"),
+        ([1e-9, -0.2, -0.3], 1e-8, 0.5, "periodic"),
+        ([1e-9, -1e-9, -0.3], 1e-8, 0.5, "torus"),
+        ([-0.1, -0.2, -0.3], 1e-8, 0.5, "equilibrium"),
+        ([0.1, 1e-7, -0.3], 1e-5, 0.5, "chaos"),
+    ],
+)
+def test_verdicts(exponents, error, seconds, kind):
+    errors = np.full(len(exponents), error)
+    assert verdict_of(np.array(exponents), errors, UNSETTLED, seconds).kind == kind
+
+
+def test_a_motion_that_ends_has_none():
+    with pytest.raises(InputError, match=r"has no exponents, it ends after .* spring collapsed"):
+        sf.lyapunov(sf.SlidingOscillator(), state={"y": -0.99995})
+
+
+# -- files and commands --------------------------------------------------------------------------
+
+
+def test_saved_and_read_back(tmp_path):
+    found = sf.lyapunov(MODELS["duffing"](), periods=500)
+    found.save(tmp_path / "x.nc")
+    copy = sf.load(tmp_path / "x.nc")
+    assert copy.to_json() == found.to_json()
+    assert copy.summary() == found.summary()
+    found.to_csv(tmp_path / "x.csv")
+    assert len((tmp_path / "x.csv").read_text().splitlines()) == 1 + len(found.estimates)
+    assert found.to_xarray()["exponents"].dims == ("estimate", "exponent")
+
+
+def test_command():
+    result = run("lyapunov", "sliding", "--set", "Nd=0.02", "--start", "y=0.1", "--json", "-")
+    assert result.exit_code == 0
+    record = json.loads(result.stdout)
+    assert record["schema"] == "slipfold.lyapunov/1"
+    assert record["per"] == "forcing period"
+    assert record["initial_state"] == [0, 0.1, 0, 0]
+    assert len(record["exponents"]) == len(record["errors"]) == 4
+    assert (record["verdict"], record["period"]) == ("periodic", 1)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["--start", "z=1"], "sliding has no state 'z'; it has x, y, vx, vy"),
+        (["--periods", "0"], "0"),
+        (["--tolerance", "-1"], "tolerance = -1"),
+    ],
+)
+def test_bad_input(arguments, sentence):
+    result = run("lyapunov", "sliding", *arguments)
+    assert result.exit_code == 2
+    assert sentence in result.stderr
+    assert result.stderr.count("\n") == 1
+
+
+def test_an_interrupted_one_keeps_what_it_knows():
+    def interrupt(progress):
+        if progress.periods >= 1000:
+            raise KeyboardInterrupt
+
+    found = sf.lyapunov(sf.SlidingOscillator(f=12.5, Nd=0.12), observer=interrupt)
+    assert found.interrupted
+    assert found.periods == 1000
+    assert "Interrupted before its exponents were known" in found.summary()
+
+
+def test_lost_derivatives_are_no_verdict(monkeypatch):
+    def lost(self, states, *_):
+        n = states.shape[1]
+        return states, np.full((len(states), n, n), np.nan), np.empty((len(states), n, 0))
+
+    monkeypatch.setattr(Flow, "linearise", lost)
+    with pytest.raises(InputError, match="the derivatives of the motion are lost"):
+        sf.lyapunov(MODELS["duffing"](), periods=10)
+
+
+def test_what_is_undecided_goes_on():
+    errors = np.array([1e-3, 1e-8])
+    found = verdict_of(np.array([1e-3, -0.2]), errors, UNSETTLED, None)
+    assert not found.known
+    assert "exponent 1, 0.001 a period" in found.message

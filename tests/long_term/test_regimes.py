@@ -1,0 +1,258 @@
+"""A map of regimes says what single motions, exponents and branches say."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import slipfold as sf
+from helpers.command_line import run
+from slipfold.errors import InputError
+from slipfold.flow.strobes.crowd import Crowd
+from slipfold.flow.strobes.strobe_many import models_with, strobe_many
+from slipfold.long_term import regimes
+from slipfold.long_term.open_motions import tell_open
+from slipfold.long_term.repeats import repeats_of
+from slipfold.plots.motions.regimes import COLOURS
+
+OSCILLATOR = sf.SlidingOscillator()
+
+WEAK = sf.System(
+    name="weak",
+    parameters={"w": 2.3, "c": 0.002, "T": {"value": 1.0, "min": 0}},
+    states={"x": "v", "v": "cos(2*pi*t/T) - w^2*x - c*v"},
+    forcing={"period": "T"},
+)
+
+
+@pytest.fixture(scope="module")
+def plane():
+    return sf.regimes(OSCILLATOR, {"f": (12.2, 12.5), "Nd": (0.06, 0.12)}, points=(2, 2))
+
+
+@pytest.fixture(scope="module")
+def folds():
+    return sf.regimes(OSCILLATOR, {"f": (12.2, 12.21), "Nd": (0.06, 0.16)}, points=(2, 6))
+
+
+def test_tori_and_chaos_are_those_of_the_exponents(plane):
+    assert plane.names("up").tolist() == [["period 1", "period 1"], ["torus", "chaos"]]
+    assert abs(plane.exponents[1, 1, 0]) < 3e-4
+    # 0.0295 +- 0.0003, by the exact variational flow over long.
+    assert plane.exponents[1, 1, 1] == pytest.approx(0.0295, abs=0.006)
+    assert np.isnan(plane.exponents[1, 0]).all()
+
+
+def test_responses_coexist_between_the_folds(folds):
+    # By continuation both are stable from 0.0741 to 0.1398 N.
+    assert folds.names("down")[0].tolist() == ["period 1", *["period 2"] * 5]
+    assert folds.names("up")[0].tolist() == [*["period 1"] * 4, "period 2", "period 2"]
+    assert folds.coexist[0].tolist() == [False, True, True, True, False, False]
+    assert folds.at(f=12.2, Nd=0.1) == {"rest": "period 2", "up": "period 1", "down": "period 2"}
+
+
+def test_responses_of_one_period_are_told_apart():
+    # Duffing's fold: at W = 1.2 two responses of period 1 are stable.
+    duffing = sf.built_in_models()["duffing"]()
+    found = sf.regimes(duffing, {"F": (0.1, 0.2), "W": (1.0, 1.4)}, points=(2, 5))
+    column = found.coexist[1]
+    assert set(found.names("up").ravel()) == {"period 1"}
+    assert not column[0]
+    assert column.any()
+
+
+def test_the_mean_of_angles_on_both_sides_of_a_half_turn_lies_between_them():
+    # Doubled by its forcing, a pendulum about a = pi goes as far to either side, by less than half
+    # a turn in all: else the shorter way from one state to the other would be round the back.
+    pendulum = sf.System(
+        name="pendulum",
+        parameters={"F": 0.6, "W": 2.0},
+        states={"a": {"rate": "v", "angle": True, "start": 3},
+                "v": "sin(a)*(1 + F*cos(W*t)) - 0.1*v"},
+        forcing={"period": "2*pi/W"},
+    )  # fmt: skip
+    found = sf.regimes(pendulum, {"F": (0.25, 0.3), "W": (1.98, 2.0)}, points=(2, 2))
+    assert set(found.periods.ravel().tolist()) == {2}
+    sideways = np.pi - np.abs(found.states[..., 0])
+    assert sideways.min() > 0.1
+    assert sideways.max() < 1.4
+    assert np.abs(found.means[..., 0] % (2 * np.pi) - np.pi).max() < 1e-3
+
+
+def test_an_angle_and_the_same_a_whole_turn_on_do_not_coexist():
+    # The pendulum stands on its head: motions settle about pi or -pi, as they happen to come there.
+    head = sf.System(
+        name="head",
+        parameters={"F": 0.1, "W": 1.3},
+        states={"a": {"rate": "v", "angle": True, "start": 3}, "v": "sin(a) - 0.5*v + F*cos(W*t)"},
+        forcing={"period": "2*pi/W"},
+    )
+    found = sf.regimes(head, {"F": (0.1, 0.2), "W": (1.3, 1.4)}, points=(2, 2), transient=100)
+    assert (found.names("up") == "period 1").all()
+    assert not found.coexist.any()
+    turn = np.zeros_like(found.means)
+    turn[1, :, :, 0] = 2 * np.pi
+    assert not replace(found, means=found.means - turn).coexist.any()
+    assert replace(found, means=found.means - turn / 2).coexist.all()
+
+
+def test_motions_that_stick_or_stop_say_so():
+    found = sf.regimes(
+        sf.SlidingOscillator(f=12.5), {"Vd": (0.05, 0.6), "Nd": (0.0, 0.3)}, points=(2, 2),
+        transient=64,
+    )  # fmt: skip
+    assert found.names("rest")[0].tolist() == ["period 1", "sticks"]
+    assert "sticks" in found.summary()
+    # It was followed no further, so that nothing is known of its period.
+    assert found.periods[0, 0].tolist() == [1, 0]
+    floor = sf.System(
+        name="floor",
+        parameters={"F": 1.0, "W": 2.0},
+        states={"x": "v", "v": "F*cos(W*t) - x - 0.1*v"},
+        forcing={"period": "2*pi/W"},
+        outputs={"room": "x + 1"},
+        limits={"floor": {"output": "room", "bound": 0.0}},
+    )
+    found = sf.regimes(floor, {"W": (2.0, 2.5), "F": (1.0, 4.0)}, points=(2, 2), transient=100)
+    assert found.names("up").tolist() == [["period 1", "stopped"]] * 2
+    assert np.isnan(found.states[1, :, 1]).all()
+
+
+def test_a_slow_way_to_a_response_is_no_torus():
+    # A weakly damped oscillator winds in for thousands of periods, and 5 and 7 turns do not close.
+    dampings = np.array([2e-3, 4e-4, 1e-4, 1e-5, 0.0])
+    models = models_with(WEAK, 5, {"c": dampings})
+    told = tell_open(models, np.tile([1.0, 0.0], (5, 1)))
+    # The fourth would need some ten thousand periods to be seen to come nearer; none is damped less
+    # than the last.
+    assert told.kinds.tolist() == [*["periodic"] * 3, "undecided", "torus"]
+    assert told.periods.tolist() == [1, 1, 1, 0, 0]
+    assert told.exponents == pytest.approx(-dampings / 2, abs=1e-7)
+
+
+def test_tori_whose_exponents_are_not_known_well_stay_tori():
+    friction = {"Nd": np.array([0.06, 0.16])}
+    model = OSCILLATOR.replace(f=12.5)
+    points = strobe_many(model, np.tile([0, 0.1, 0, 0], (2, 1)), friction, 0, transient=400)
+    told = tell_open(models_with(model, 2, friction), points.states[:, -1])
+    assert told.kinds.tolist() == ["torus"] * 2
+
+
+def test_what_slowly_leaves_a_response_is_not_chaotic():
+    # The response loses its stability at 0.043578911 N; what disturbs it doubles in 1000 periods.
+    model = OSCILLATOR.replace(f=12.5, Nd=0.0436)
+    points = strobe_many(model, np.array([[0, 0.02, 0, 0]]), periods=0, transient=400)
+    told = tell_open([model], points.states[:, -1])
+    assert told.kinds[0] in {"torus", "undecided"}
+
+
+def test_an_interrupt_keeps_open_motions_that_are_judged():
+    # One of two comes to its response within the first thousand periods, the other one not.
+    judged = []
+
+    def stop(progress):
+        # Total periods of all motions grow once for the open ones, then for those still open.
+        if progress.total not in judged:
+            judged.append(progress.total)
+        if len(judged) == 3:
+            raise KeyboardInterrupt
+
+    found = sf.regimes(
+        WEAK, {"w": (2.3, 2.31), "c": (1e-5, 2e-3)}, points=(2, 2), state={"x": 1.0},
+        transient=50, observer=stop,
+    )  # fmt: skip
+    assert found.interrupted
+    assert found.names("rest").tolist() == [["not done", "period 1"]] * 2
+    assert np.isnan(found.exponents[0, :, 0]).all()
+    assert found.exponents[0, :, 1] == pytest.approx(-1e-3, abs=1e-7)
+
+
+def test_without_an_observer_an_interrupt_keeps_what_is_known(monkeypatch):
+    class Interrupted(Crowd):
+        periods = 0
+
+        def go_on(self):
+            Interrupted.periods += 1
+            if Interrupted.periods > 300:
+                raise KeyboardInterrupt
+            super().go_on()
+
+    monkeypatch.setattr(regimes, "Crowd", Interrupted)
+    found = sf.regimes(
+        OSCILLATOR, {"f": (12.2, 12.3), "Nd": (0.0, 0.02)}, points=(2, 2), transient=200
+    )
+    assert found.interrupted
+    assert (found.names("rest") == "period 1").all()
+    assert (found.names("down") == "not done").all()
+
+
+def test_what_winds_round_a_response_has_its_period():
+    count = np.arange(49.0)
+    turn = 2 * np.pi * (1 / 8 + 0.001)
+    wound = 1e-3 * 0.97**count * np.exp(1j * turn * count)
+    states = np.stack([wound.real, wound.imag], axis=1)
+    states[:, 0] += 0.1 * (-1) ** count
+    assert repeats_of(states, np.ones(2), np.zeros(2)).tolist() == 2
+
+
+def test_a_map_is_the_same_when_read_back(plane, tmp_path):
+    plane.save(tmp_path / "map.nc")
+    again = sf.load(tmp_path / "map.nc")
+    assert again.to_json() == plane.to_json()
+    assert again.summary() == plane.summary()
+    plane.to_csv(tmp_path / "map.csv")
+    assert len((tmp_path / "map.csv").read_text().splitlines()) == 1 + plane.kinds.size
+
+
+def test_a_map_is_drawn_with_its_hatches(folds):
+    from matplotlib.colors import to_hex
+    from matplotlib.figure import Figure
+
+    ax = folds.plot(run="up", ax=Figure().subplots())
+    hatches = [patch for patch in ax.patches if patch.get_hatch()]
+    assert [to_hex(patch.get_edgecolor()) for patch in hatches] == [COLOURS["period 2"]]
+    texts = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert texts == ["period 1", "period 2", "coexisting, in the other's colour"]
+
+
+def test_an_interrupt_keeps_what_is_known():
+    def stop(progress):
+        if progress.periods >= 4 * 360:
+            raise KeyboardInterrupt
+
+    found = sf.regimes(
+        OSCILLATOR, {"f": (12.2, 12.3), "Nd": (0.0, 0.02)}, points=(2, 2), transient=300,
+        observer=stop,
+    )  # fmt: skip
+    assert found.interrupted
+    assert (found.names("rest") == "period 1").all()
+    assert (found.names("down") == "not done").all()
+
+
+@pytest.mark.parametrize(
+    ("vary", "options", "message"),
+    [
+        ({"f": (12, 13)}, {}, "does not name two parameters"),
+        (["f", "Nd"], {}, r"\['f', 'Nd'\] does not name two parameters with their spans; give"),
+        ({"f": (12, 12), "Nd": (0, 0.1)}, {}, "span of f from 12 to 12 is empty; give two values"),
+        ({"f": (12, 13), "Nd": (0, 0.1)}, {"points": (1, 5)}, "points = 1 is not a whole"),
+        ({"f": (12, 13), "Nd": (0, 0.1)}, {"Nd": 0.1}, "Nd is varied"),
+        ({"f": (12, 13), "Nd": (0, 2)}, {}, "give Nd < Ns"),
+    ],
+)
+def test_wrong_input_is_one_sentence(vary, options, message):
+    with pytest.raises(InputError, match=message):
+        sf.regimes(OSCILLATOR, vary, **options)
+
+
+def test_the_command_line_maps_and_draws(tmp_path):
+    path = str(tmp_path / "map.nc")
+    done = run(
+        "regimes", "sliding", "--vary", "f=12.2:12.3", "--vary", "Nd=0:0.02", "--points", "2x2",
+        "--transient", "200", "--out", path,
+    )  # fmt: skip
+    assert done.exit_code == 0, done.stderr
+    assert "period 1" in done.stdout
+    assert run("plot", path).exit_code == 0
+    refused = run("regimes", "sliding", "--vary", "f=12:13", "--vary", "Nd=0:0.1", "--points", "9")
+    assert refused.exit_code == 2

@@ -1,0 +1,132 @@
+"""Spectra against reference values, closed forms and Parseval's theorem."""
+
+import numpy as np
+import pytest
+
+from helpers.toy_models import LinearOscillator
+from slipfold.errors import InputError
+from slipfold.flow import simulate
+from slipfold.long_term import find_spectrum
+from slipfold.models import SlidingOscillator
+from slipfold.orbits.periodic_orbit import PeriodicOrbit
+
+ORDERS = (0, 0.5, 1, 1.5)
+REFERENCE = {
+    (0.05, "x"): [0.1176367005, 0, 0.0081188128, 0],
+    (0.05, "y"): [0.0610506146, 0, 0.0799443927, 0],
+    (0.15, "x"): [0.1153731745, 0.2763272675, 0.0389868653, 0.0129595018],
+    (0.15, "y"): [0.0442995394, 0.0305663721, 0.2478571373, 0.0012756126],
+}
+
+
+@pytest.fixture(scope="module")
+def runs():
+    return {Nd: simulate(SlidingOscillator(f=12.2, Nd=Nd), 1000) for Nd in (0.05, 0.15)}
+
+
+def orbit_of(run, segments=1):
+    """The periodic orbit that a run has settled on."""
+    period = run.settlement.period
+    first = run.periods - period
+    times = (first + period * np.arange(segments) / segments) * run.forcing_period
+    nodes = run.at(times)
+    return PeriodicOrbit(run.model, period, nodes, np.zeros(4, dtype=complex), 0.0)
+
+
+@pytest.mark.parametrize(("Nd", "name"), REFERENCE)
+def test_reference_spectra_from_rest(runs, Nd, name):
+    spectrum = find_spectrum(runs[Nd])
+    assert spectrum.settled
+    for order, expected in zip(ORDERS, REFERENCE[Nd, name], strict=True):
+        assert spectrum.line(name, order) == pytest.approx(expected, rel=1e-7, abs=1e-14)
+
+
+@pytest.mark.parametrize(("Nd", "name"), REFERENCE)
+@pytest.mark.parametrize("segments", [1, 3])
+def test_reference_spectra_from_the_orbit(runs, Nd, name, segments):
+    spectrum = find_spectrum(orbit_of(runs[Nd], segments))
+    period = runs[Nd].settlement.period
+    for order, expected in zip(ORDERS, REFERENCE[Nd, name], strict=True):
+        if order * period == round(order * period):
+            assert spectrum.line(name, order) == pytest.approx(expected, rel=1e-7)
+
+
+def test_amplitude_of_a_linear_oscillator():
+    model = LinearOscillator(a=3.0)
+    spectrum = find_spectrum(simulate(model, 300), 8, 16)
+    line = spectrum.periods
+    assert spectrum.frequency[line] == pytest.approx(model.f)
+    exact = model.response_amplitude()
+    assert spectrum.coefficients[line, 0] == pytest.approx(exact, abs=1e-13)
+    assert spectrum.coefficients[line, 1] == pytest.approx(2j * np.pi * model.f * exact, abs=1e-12)
+    others = np.delete(spectrum.of("x"), line)
+    assert np.max(others) < 1e-13
+
+
+@pytest.mark.parametrize("per_period", [2, 3, 16, 17])
+def test_coefficients_rebuild_the_samples(runs, per_period):
+    spectrum = find_spectrum(runs[0.15], 4, per_period)
+    _, samples = runs[0.15].output("Fx", -4, None, per_period)
+    phases = np.arange(4 * per_period) / per_period
+    column = spectrum.names.index("Fx")
+    waves = np.exp(2j * np.pi * np.outer(phases, spectrum.order))
+    assert (waves @ spectrum.coefficients[:, column]).real == pytest.approx(samples, abs=1e-13)
+    assert len(spectrum.frequency) == 4 * per_period // 2 + 1
+
+
+def test_parseval(runs):
+    spectrum = find_spectrum(runs[0.15], 8, 64)
+    _, samples = runs[0.15].output("y", -8, None, 64)
+    amplitude = spectrum.of("y")
+    power = amplitude[0] ** 2 + np.sum(amplitude[1:-1] ** 2) / 2 + amplitude[-1] ** 2
+    assert power == pytest.approx(np.mean(samples**2), rel=1e-12)
+
+
+def test_harmonics_converge_exponentially_with_the_samples(runs):
+    exact = find_spectrum(runs[0.15], 2, 256).line("x", 0.5)
+    errors = [
+        abs(find_spectrum(runs[0.15], 2, count).line("x", 0.5) - exact) for count in (4, 8, 16)
+    ]
+    assert errors[1] < 1e-2 * errors[0]
+    assert errors[2] < 1e-3 * errors[1] + 1e-14
+
+
+def test_window_is_a_whole_number_of_responses(runs):
+    assert find_spectrum(runs[0.15], 7).periods == 8
+    assert find_spectrum(runs[0.05], 7).periods == 7
+    assert find_spectrum(runs[0.15], 10**6, 8).periods == 1000
+
+
+def test_run_that_has_not_settled_says_so():
+    run = simulate(SlidingOscillator(f=12.5, Nd=0.12), 300)
+    spectrum = find_spectrum(run)
+    assert not spectrum.settled
+    assert spectrum.line("x", 0.5) > 0.01
+
+
+def test_power_balance_over_a_periodic_orbit(runs):
+    for run in runs.values():
+        spectrum = find_spectrum(orbit_of(run), per_period=256)
+        mean = {
+            name: spectrum.coefficients[0, spectrum.names.index(f"power_{name}")].real
+            for name in ("plate", "friction", "damping", "structure")
+        }
+        assert mean["damping"] > 0
+        assert mean["plate"] == pytest.approx(mean["friction"] + mean["damping"], rel=1e-12)
+        assert mean["structure"] == pytest.approx(mean["damping"], rel=1e-9)
+
+
+def test_bad_questions_get_one_sentence(runs):
+    spectrum = find_spectrum(runs[0.05], 4, 8)
+    with pytest.raises(InputError, match=r"order = 0.3 is not a line .* multiples of 1/4 up to 4"):
+        spectrum.line("x", 0.3)
+    with pytest.raises(InputError, match="order = 5"):
+        spectrum.line("x", 5)
+    with pytest.raises(InputError, match="order = -1"):
+        spectrum.line("x", -1)
+    with pytest.raises(InputError, match="no output 'z'"):
+        spectrum.of("z")
+    with pytest.raises(InputError, match="per_period = 1"):
+        find_spectrum(runs[0.05], 4, 1)
+    with pytest.raises(InputError, match="periods = 0"):
+        find_spectrum(runs[0.05], 0)

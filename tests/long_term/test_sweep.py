@@ -1,0 +1,207 @@
+"""Sweeps show hysteresis where branches have it, and dots lie on the branches."""
+
+import json
+
+import numpy as np
+import pytest
+
+import slipfold as sf
+from helpers.command_line import run
+from slipfold.errors import InputError
+from slipfold.flow.strobes.own_motion import OwnMotion
+from slipfold.long_term.repeats import reached, repeats_of
+from slipfold.plots.motions.sweep import dots_of
+
+OSCILLATOR = sf.SlidingOscillator(f=12.2)
+
+
+@pytest.fixture(scope="module")
+def hysteresis():
+    box = {"y": (-0.4, 0.4)}
+    return sf.sweep(
+        OSCILLATOR, "Nd", (0.06, 0.17), points=6, starts=3, box=box, transient=300, periods=32
+    )
+
+
+def test_both_responses_are_seen_between_the_folds(hysteresis):
+    # Both exist between 0.0741 and 0.1398 N, by continuation.
+    assert hysteresis.values.tolist() == pytest.approx([0.06, 0.082, 0.104, 0.126, 0.148, 0.17])
+    assert hysteresis.repeats("up").tolist() == [1, 1, 1, 1, 2, 2]
+    assert hysteresis.repeats("down").tolist() == [1, 2, 2, 2, 2, 2]
+
+
+def test_from_many_starts_both_are_met(hysteresis):
+    found = [hysteresis.repeats(f"start {number}").tolist() for number in (1, 2, 3)]
+    assert all(row[0] == 1 and row[-1] == 2 for row in found)
+    assert {row[2] for row in found} == {1, 2}
+
+
+def test_extremes_are_those_of_the_orbit(hysteresis):
+    at, heights = dots_of(hysteresis, hysteresis.run("down"), "x", "max")
+    orbit = sf.periodic_orbit(OSCILLATOR.replace(Nd=0.104), 2, hysteresis.states[1, 2, -1])
+    assert at.tolist() == pytest.approx(hysteresis.values)
+    assert heights[2] == pytest.approx(orbit.extrema.maximum[0, 0], abs=1e-5)
+
+
+def test_of_a_torus_each_period_is_a_dot():
+    torus = sf.sweep(
+        OSCILLATOR, "Nd", (0.16, 0.1601), points=2, starts=0, runs=("up",), f=12.5,
+        state={"y": 0.1}, periods=24,
+    )  # fmt: skip
+    assert torus.repeats("up").tolist() == [0, 0]
+    _, strobe = dots_of(torus, 0, "x", "strobe")
+    _, high = dots_of(torus, 0, "x", "max")
+    assert len(strobe) == 2 * 24
+    assert len(high) == 2 * 23
+    assert high.max() <= 0.45
+
+
+def test_what_a_motion_reaches_lies_on_parabolas():
+    phases = 2 * np.pi * (np.arange(49) / 48 + np.array([[0.0], [0.007]]))
+    values = 3 * np.sin(phases) + 1
+    assert reached(values, "max") == pytest.approx([4, 4], abs=1e-4)
+    assert reached(values, "min") == pytest.approx([-2, -2], abs=1e-4)
+    assert reached(values, "peak_to_peak") == pytest.approx([6, 6], abs=2e-4)
+    assert reached(values, "modulus") == pytest.approx([4, 4], abs=1e-4)
+
+
+def test_what_repeats_is_told_from_what_does_not():
+    count = np.arange(64.0)
+    motions = {
+        1: 0.8**count,
+        2: np.cos(np.pi * count) + 0.8**count,
+        3: np.cos(2 * np.pi * count / 3),
+        0: 0.01 * np.cos(2 * np.pi * 0.0731 * count),  # a torus
+    }
+    drift = 1e-4 * 0.999**count  # still far from where it goes
+    states = np.array([*motions.values(), drift])[..., None]
+    assert repeats_of(states, np.ones(1), np.zeros(1)).tolist() == [*motions, 0]
+
+
+def test_a_sweep_down_begins_where_the_sweep_up_ended():
+    found = sf.sweep(
+        sf.SlidingOscillator(Vd=0.3), "Nd", (0.1, 0.4), points=2, starts=0, f=12.5, transient=1,
+        periods=2,
+    )  # fmt: skip
+    assert (found.reasons == "").all()
+    again = sf.sweep(
+        sf.SlidingOscillator(Vd=0.3), "Nd", (0.1, 0.4), points=2, starts=0, runs=("down",), f=12.5,
+        state=found.states[0, 1, -1], transient=1, periods=2,
+    )  # fmt: skip
+    assert again.states[0].tolist() == found.states[1].tolist()
+
+
+def test_motions_that_stick_are_marked():
+    found = sf.sweep(
+        sf.SlidingOscillator(f=12.5, Vd=0.05), "Nd", (0.0, 0.3), points=2, starts=1,
+        box={"y": (0, 0.01)}, transient=4, periods=4,
+    )  # fmt: skip
+    assert found.stuck.tolist() == [[False, True]] * 3
+
+
+def test_a_result_is_the_same_when_read_back(hysteresis, tmp_path):
+    hysteresis.save(tmp_path / "sweep.nc")
+    again = sf.load(tmp_path / "sweep.nc")
+    assert again.to_json() == hysteresis.to_json()
+    assert again.summary() == hysteresis.summary()
+    hysteresis.to_csv(tmp_path / "sweep.csv")
+    lines = (tmp_path / "sweep.csv").read_text().splitlines()
+    assert lines[0].startswith("run,")
+    assert len(lines) == 1 + hysteresis.states[..., 0].size
+
+
+def test_every_kind_is_drawn(hysteresis):
+    from matplotlib.figure import Figure
+
+    diagram = sf.response(OSCILLATOR, vary="Nd", span=(0.06, 0.16))
+    axes = Figure().subplots(4)
+    diagram.plot(under=hysteresis, ax=axes[0])
+    dots = [
+        line for line in axes[0].lines if line.get_marker() == "o" and len(line.get_xdata()) > 3
+    ]
+    assert len(dots) == 5
+    hysteresis.plot(measure="min", ax=axes[1], runs=["up"])
+    hysteresis.plot(kind="section", at=0.104, ax=axes[2])
+    hysteresis.plot(kind="waterfall", run="down", ax=axes[3])
+    image = axes[3].collections[0].get_array()
+    # The response of period 2 has a line at half of the forcing frequency; that of period 1 none.
+    half, whole = image[16], image[32]
+    assert half[2] > 0.1 * whole[2]
+    assert half[0] < 1e-3 * whole[0]
+
+
+def test_an_interrupt_keeps_what_is_done():
+    def stop(progress):
+        if progress.periods >= 2 * 12:
+            raise KeyboardInterrupt
+
+    found = sf.sweep(
+        OSCILLATOR, "Nd", (0.06, 0.16), points=4, starts=2, transient=8, periods=5, observer=stop
+    )
+    assert found.interrupted
+    assert np.isfinite(found.states[0, :2]).all()
+    assert (found.reasons[:, 3] == "not done").all()
+    assert "Interrupted" in found.summary()
+
+
+def test_an_interrupt_keeps_the_starts_that_are_done():
+    def stop(progress):
+        if progress.periods > 300 * 2:
+            raise KeyboardInterrupt
+
+    options = {"points": 300, "runs": (), "transient": 1, "periods": 2}
+    found = sf.sweep(OSCILLATOR, "Nd", (0.06, 0.16), starts=2, observer=stop, **options)
+    assert found.interrupted
+    assert (found.reasons == np.array([[""], ["not done"]])).all()
+    whole = sf.sweep(OSCILLATOR, "Nd", (0.06, 0.16), starts=2, **options)
+    assert (found.states[0] == whole.states[0]).all()
+    assert np.isnan(found.states[1]).all()
+
+
+def test_without_an_observer_an_interrupt_keeps_what_is_done(monkeypatch):
+    def go_on(self, state, periods):
+        if done:
+            raise KeyboardInterrupt
+        done.append(state)
+        return own(self, state, periods)
+
+    own, done = OwnMotion.go_on, []
+    monkeypatch.setattr(OwnMotion, "go_on", go_on)
+    found = sf.sweep(
+        OSCILLATOR, "Nd", (0.06, 0.16), points=3, starts=0, runs=("up",), transient=2, periods=2
+    )
+    assert found.interrupted
+    assert found.reasons.tolist() == [["", "not done", "not done"]]
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"span": (0.1, 0.1)}, "is empty"),
+        ({"runs": ("sideways",)}, "not of up and down"),
+        ({"runs": (), "starts": 0}, "neither a sweep nor a start"),
+        ({"points": 1}, "points = 1 is not a whole number"),
+        ({"Nd": 0.1}, "Nd is varied"),
+        ({"model": sf.built_in_models()["lorenz"](), "vary": "r"}, "nothing forces"),
+    ],
+)
+def test_wrong_input_is_one_sentence(options, message):
+    given = {"model": OSCILLATOR, "vary": "Nd", "span": (0.0, 0.1), **options}
+    with pytest.raises(InputError, match=message):
+        sf.sweep(**given)
+
+
+def test_the_command_line_sweeps_and_draws(tmp_path):
+    path = tmp_path / "sweep.nc"
+    done = run(
+        "sweep", "sliding", "--vary", "Nd=0.06:0.16", "--set", "f=12.2", "--points", "3",
+        "--starts", "0", "--transient", "200", "--json", "-", "--out", str(path),
+    )  # fmt: skip
+    assert done.exit_code == 0, done.stderr
+    assert json.loads(done.stdout)["repeats"][0] == [1, 1, 2]
+    drawn = run(
+        "plot", str(path), "--kind", "section", "--at", "0.16", "--out", str(tmp_path / "a.png")
+    )
+    assert drawn.exit_code == 0, drawn.stderr
+    refused = run("sweep", "sliding", "--vary", "Nd=0:0.1", "--runs", "sideways")
+    assert (refused.exit_code, refused.stdout) == (2, "")

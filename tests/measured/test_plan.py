@@ -1,0 +1,76 @@
+"""Plans of measurements: expected errors are those of fits, and the best points are the best."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+import slipfold as sf
+
+LINEAR = sf.built_in_models()["duffing"](g=0.0, k=1.1, d=0.12)
+FREQUENCIES = np.linspace(0.7, 1.4, 8)
+
+
+@pytest.fixture(scope="module")
+def planned():
+    """Readings of a linear oscillator that would tell stiffness and damping."""
+    return sf.plan_measurement(LINEAR, "W", FREQUENCIES, ["max q"], ["k", "d"], errors=0.01)
+
+
+def exact():
+    """The derivatives of its readings, in closed form."""
+    W, k, d, F = FREQUENCIES, LINEAR.k, LINEAR.d, LINEAR.F
+    reach = F / np.sqrt((k - W**2) ** 2 + (d * W) ** 2)
+    return np.column_stack([-(reach**3) * (k - W**2) / F**2, -(reach**3) * d * W**2 / F**2])
+
+
+def test_derivatives_and_errors_are_those_of_the_closed_form(planned):
+    assert np.allclose(planned.slopes[:, 0], exact(), rtol=1e-6, atol=1e-7)
+    information = exact().T @ exact() / 0.01**2
+    errors = np.sqrt(np.diag(np.linalg.inv(information)))
+    assert np.allclose(planned.errors_expected, errors, rtol=1e-6)
+
+
+def test_the_best_points_are_those_of_all_that_could_be_chosen(planned):
+    def told(rows):
+        part = exact()[list(rows)]
+        return np.linalg.det(part.T @ part)
+
+    for count in (2, 3):
+        best = max(combinations(range(8), count), key=told)
+        assert planned.best(count) == sorted(best)
+
+
+def test_a_plan_is_saved_and_read_back(tmp_path, planned):
+    planned.save(tmp_path / "plan.nc")
+    again = sf.load(tmp_path / "plan.nc")
+    assert again.to_json() == planned.to_json()
+    assert again.summary() == planned.summary()
+    planned.to_csv(tmp_path / "plan.csv")
+    assert "slope of max q over k" in (tmp_path / "plan.csv").read_text().splitlines()[0]
+    some = planned.some(planned.best(3))
+    assert (some.errors_expected >= planned.errors_expected).all()
+    assert len(planned.plot().lines) == 2
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"fitted": []}, "nothing is planned"),
+        ({"fitted": ["W"]}, "W is varied, so it cannot be fitted"),
+        ({"fitted": ["k", "k"]}, "stands twice"),
+        ({"fitted": ["g"]}, "g = 0 has no size"),
+        ({"errors": 0.0}, "would tell everything exactly"),
+        ({"quantities": ["max z"]}, "duffing has no output 'z'"),
+    ],
+)
+def test_what_cannot_be_planned(change, words):
+    given = {"quantities": ["max q"], "fitted": ["k"], "errors": 0.01, **change}
+    with pytest.raises(sf.InputError, match=words):
+        sf.plan_measurement(LINEAR, "W", FREQUENCIES, **given)
+
+
+def test_a_count_that_cannot_be_chosen(planned):
+    for count in (1, 9):
+        with pytest.raises(sf.InputError, match="the fewest that tell 2 parameters, to 8"):
+            planned.best(count)

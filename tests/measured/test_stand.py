@@ -1,0 +1,116 @@
+"""The simulated test stand: what it reads is on the branches, and it jumps where they fold."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import slipfold as sf
+from slipfold.flow.guarded_flow import Stop
+from slipfold.measured import stand
+
+DUFFING = sf.built_in_models()["duffing"]()
+
+
+def test_readings_jump_at_the_folds_of_the_response():
+    diagram = sf.response(DUFFING, vary="W", span=(0.8, 1.6))
+    low, high = sorted(point.value for _, point in diagram.special if point.type == "LP")
+    values = np.linspace(low - 0.05, high + 0.05, 9)
+    seen = sf.measure(DUFFING, "W", values, ["max q"], sweep="both")
+    up, down = seen.readings[:9, 0], seen.readings[9:, 0][::-1]
+    inside = (values > low) & (values < high)
+    assert (up[inside] > 1.5 * down[inside]).all()
+    assert np.allclose(up[~inside], down[~inside], rtol=1e-8)
+    # From a branch the reading at the last value: the same orbit by other means.
+    orbit = sf.periodic_orbit(DUFFING.replace(W=float(values[-1])))
+    assert up[-1] == pytest.approx(orbit.extrema.of("q")[1][0], rel=1e-8)
+
+
+def test_noise_has_the_deviation_asked_for_and_a_seed():
+    model = sf.SlidingOscillator(Nd=0.02)
+    plain = sf.measure(model, "f", [12.0, 12.2], ["max y", "min y"])
+    noisy = sf.measure(model, "f", [12.0, 12.2], ["max y", "min y"], errors=[1e-3, 0.0], seed=4)
+    again = sf.measure(model, "f", [12.0, 12.2], ["max y", "min y"], errors=[1e-3, 0.0], seed=4)
+    assert np.array_equal(noisy.readings, again.readings)
+    assert 0 < np.abs(noisy.readings - plain.readings)[:, 0].max() < 5e-3
+    assert np.array_equal(noisy.readings[:, 1], plain.readings[:, 1])
+    assert np.array_equal(noisy.errors, [[1e-3, np.nan]] * 2, equal_nan=True)
+
+
+def test_it_reads_through_stick():
+    law = sf.Coulomb(mu_s=0.6, mu_k=0.5)
+    model = sf.SlidingOscillator(friction=law, f=12.5, Vd=0.05)
+    seen = sf.measure(model, "Nd", [0.3], ["max x", "min y"])
+    # Stick-slip in the plane at 0.05 m/s, mu_s = 0.6: known by two methods that share no code;
+    # between the samples of a motion that sticks the least may be missed by 1e-6.
+    assert seen.readings[0] == pytest.approx([0.1905840421, -0.0788106789], abs=2e-6)
+
+
+def test_interrupted_it_keeps_what_was_read():
+    def observe(progress):
+        if progress.done == 2:
+            raise KeyboardInterrupt
+
+    seen = sf.measure(DUFFING, "W", [0.8, 0.85, 0.9], ["max q"], observer=observe)
+    assert seen.values.tolist() == [0.8, 0.85]
+
+
+FLOOR = sf.System(
+    name="floor",
+    parameters={"F": 1.0, "W": 2.0},
+    states={"x": "v", "v": "F*cos(W*t) - x - 0.1*v"},
+    forcing={"period": "2*pi/W"},
+    outputs={"room": "x + 1"},
+    limits={"floor": {"output": "room", "bound": 0.0}},
+)
+
+
+def test_where_the_motion_ends_it_keeps_what_was_read():
+    seen = sf.measure(FLOOR, "F", [1.0, 2.0, 4.0], ["max x"], sweep="both")
+    # The closed form: a linear oscillator has its floor at -1, beyond F = 3 or so.
+    amplitudes = np.array([1.0, 2.0]) / np.hypot(3.0, 0.2)
+    assert seen.readings[:, 0] == pytest.approx(amplitudes, rel=1e-6)
+    assert (seen.values.tolist(), seen.sweep) == ([1.0, 2.0], ("up", "up"))
+    assert "F=4" in seen.stopped
+    assert "room" in seen.stopped
+    assert "stopped early" in repr(seen)
+    assert sf.measure(FLOOR, "F", [1.0], ["max x"]).stopped is None
+    with pytest.raises(sf.InputError, match="nothing was read, so begin within the limits"):
+        sf.measure(FLOOR, "F", [4.0, 5.0], ["max x"])
+
+
+def test_interrupted_in_a_motion_it_keeps_what_was_read(monkeypatch):
+    integrate = stand.simulate_smooth_or_switched
+
+    def interrupted_later(model, *arguments):
+        motion = integrate(model, *arguments)
+        stop = Stop("interrupted", "it was interrupted", 1.0)
+        return replace(motion, stopped=stop) if model.values["W"] > 0.8 else motion
+
+    monkeypatch.setattr(stand, "simulate_smooth_or_switched", interrupted_later)
+    seen = sf.measure(DUFFING, "W", [0.8, 0.85], ["max q"])
+    assert (seen.values.tolist(), seen.stopped) == ([0.8], None)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"vary": "Q"}, "duffing has no parameter 'Q'"),
+        ({"values": []}, "are no row of numbers"),
+        ({"values": [-1.0]}, "W = -1"),
+        ({"quantities": []}, "no quantity is measured"),
+        ({"quantities": ["q"]}, "does not say what is measured"),
+        ({"sweep": "left"}, "is no direction"),
+        ({"errors": -1.0}, "are no standard deviations"),
+        ({"errors": [0.1, 0.2]}, "are not 1 numbers"),
+    ],
+)
+def test_what_cannot_be_measured(change, words):
+    given = {"vary": "W", "values": [0.9], "quantities": ["max q"], **change}
+    with pytest.raises(sf.InputError, match=words):
+        sf.measure(DUFFING, **given)
+
+
+def test_a_model_without_forcing_has_no_response():
+    with pytest.raises(sf.InputError, match="vanderpol-free has no forcing"):
+        sf.measure(sf.built_in_models()["vanderpol-free"](), "mu", [1.0], ["max x"])

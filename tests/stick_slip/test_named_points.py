@@ -1,0 +1,90 @@
+"""STICK, LIFT and MEET on branches, where closed forms place them, from both sides and passed."""
+
+import math
+
+import numpy as np
+import pytest
+
+import slipfold as sf
+
+SINGLE = sf.Settings(largest_period=1)
+MU = 0.2
+
+
+def named(model, vary, span):
+    """The one point on a branch from an orbit, which is passed."""
+    (branch,) = sf.response(
+        sf.periodic_orbit(model), vary=vary, span=span, settings=SINGLE
+    ).branches
+    assert branch.stopped.kind == "span"
+    (point,) = branch.special
+    return point, branch
+
+
+def shaken(frequency, **loads):
+    """Masses on a floor, forced alike: x'' + x = cos(W t) - MU Ns sgn x'."""
+    law = sf.Coulomb(mu_s=MU, mu_k=MU)
+    contacts = [
+        sf.FrictionContact(name, law, load=load, Vd=0.0, name=name) for name, load in loads.items()
+    ]
+    return sf.Structure(
+        np.eye(len(loads)),
+        None,
+        np.eye(len(loads)),
+        names=list(loads),
+        contacts=contacts,
+        forcing=sf.HarmonicForce(dict.fromkeys(loads, 1.0), F=1.0),
+        f=frequency / (2 * math.pi),
+    )
+
+
+@pytest.mark.parametrize("frequency", [0.6, 0.8])
+def test_turns_of_den_hartogs_orbit_begin_to_stick(frequency):
+    # Its largest friction without stops; the supremum in it is a limit.
+    unforced = math.sin(math.pi / frequency) / (1 + math.cos(math.pi / frequency)) / frequency
+    most = abs(1 / (1 - frequency**2)) / math.hypot(unforced, frequency**-2) / MU
+    for span in ((1.05 * most, 0.95 * most), (0.95 * most, 1.05 * most)):
+        model = shaken(frequency, x=span[0])
+        point, branch = named(model, "Ns_x", span)
+        assert point.type == "STICK"
+        assert point.value == pytest.approx(most, abs=point.uncertainty)
+        assert point.uncertainty < 1e-9
+        sticks = branch.stuck_fraction > 1e-9
+        assert (sticks == (branch.parameter > most + 1e-9)).all()
+
+
+def test_a_mass_shaken_across_its_belt_lifts():
+    # It slips along the belt; across, a linear oscillator swings about Ns/(k + kn).
+    load, stiffness, damping, rate = 0.5, 4.0, 0.1, 0.4 * math.pi
+    swing = load / (stiffness * (1 + stiffness))
+    force = swing * math.hypot(1 + stiffness - rate**2, damping * rate)
+    for span in ((0.8 * force, 1.2 * force), (1.2 * force, 0.8 * force)):
+        contact = sf.FrictionContact(
+            "x",
+            sf.Coulomb(mu_s=0.5, mu_k=0.5),
+            load=sf.ContactLoad("y", Ns=load, kn=stiffness),
+            Vd=0.3,
+        )
+        model = sf.Structure(
+            np.eye(2),
+            damping * np.eye(2),
+            np.eye(2),
+            names="x y",
+            contacts=contact,
+            forcing=sf.HarmonicForce("y", F=span[0]),
+            f=rate / (2 * math.pi),
+        )
+        point, _ = named(model, "F", span)
+        assert point.type == "LIFT"
+        assert point.value == pytest.approx(force, abs=point.uncertainty)
+        assert point.uncertainty < 1e-11
+
+
+def test_two_masses_alike_stop_at_once():
+    # Nothing couples them, so they change places where their loads are equal.
+    for span in ((2.8, 3.0), (3.0, 2.8)):
+        point, branch = named(shaken(0.6, x=2.9, y=span[0]), "Ns_y", span)
+        assert point.type == "MEET"
+        assert point.value == pytest.approx(2.9, abs=point.uncertainty)
+        assert point.uncertainty < 1e-9
+        assert branch.stuck_fraction.min() > 0.04

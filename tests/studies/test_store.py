@@ -1,0 +1,185 @@
+"""Finished cases on disk: cut short, damaged, in use, on a full or read-only disk."""
+
+from array import array
+
+import pytest
+
+from helpers.studies import files_of_at_most
+from slipfold.errors import InputError
+from slipfold.studies.store import Store
+
+HEAD = {"compute": "something", "cases": [1, 2, 3]}
+
+
+def record(number):
+    return {"case": number, "found": {"value": number / 3}}
+
+
+def opened(folder, resume=True, head=HEAD):
+    return Store.open(folder, 4, head, resume)
+
+
+@pytest.fixture
+def kept(tmp_path):
+    """A store with three of four cases."""
+    folder = tmp_path / "kept.study"
+    with opened(folder) as store:
+        store.add([record(2)])
+        store.add([record(0), record(3)])
+    return folder
+
+
+def test_cases_come_back_in_their_order(kept):
+    with opened(kept) as store:
+        assert list(store.records()) == [record(0), record(2), record(3)]
+        assert list(store.missing()) == [1]
+        assert (store.done, store.failures) == (3, 0)
+
+
+def test_the_last_record_of_a_case_counts(kept):
+    failed = {"case": 1, "failed": "no", "given": {}}
+    with opened(kept) as store:
+        store.add([failed])
+        assert store.failures == 1
+        assert list(store.missing()) == []
+        assert list(store.missing(failed=True)) == [1]
+        store.add([record(1)])
+    with opened(kept) as store:
+        assert list(store.records()) == [record(number) for number in range(4)]
+        assert store.failures == 0
+
+
+def test_cut_off_anywhere_it_lacks_the_last_cases_and_goes_on(kept):
+    path = kept / "cases.jsonl"
+    whole = path.read_bytes()
+    for length in range(len(whole)):
+        path.write_bytes(whole[:length])
+        lines = whole[:length].count(b"\n")
+        with opened(kept) as store:
+            assert store.done == max(lines - 1, 0)
+            store.add([record(number) for number in store.missing()])
+        with opened(kept) as store:
+            assert list(store.records()) == [record(number) for number in range(4)]
+
+
+def test_a_damaged_line_counts_as_never_written(kept):
+    path = kept / "cases.jsonl"
+    lines = path.read_bytes().splitlines(keepends=True)
+    lines[2] = lines[2].replace(b"0.0", b"0.1")
+    path.write_bytes(b"".join(lines))
+    with opened(kept) as store:
+        assert list(store.missing()) == [0, 1]
+
+
+def test_a_damaged_first_line_loses_nothing(kept):
+    path = kept / "cases.jsonl"
+    whole = path.read_bytes()
+    first = whole.index(b"\n")
+    for place in (0, 12, first):
+        damaged = bytearray(whole)
+        damaged[place] ^= 1
+        path.write_bytes(damaged)
+        for resume in (True, False):
+            with pytest.raises(InputError, match=r"first line of .* is damaged, .* another --o"):
+                opened(kept, resume)
+        assert path.read_bytes() == damaged
+
+
+def test_one_begun_with_other_versions_says_which(kept, tmp_path):
+    versions = {"slipfold": "1", "numpy": "2.1", "python": "3.11"}
+    folder, wanted = tmp_path / "versions.study", {**versions, "numpy": "2.2"}
+    with opened(folder, head={**HEAD, "versions": versions}):
+        pass
+    with pytest.raises(InputError, match=r"begun with numpy 2\.1, this is numpy 2\.2, .* install"):
+        opened(folder, head={**HEAD, "versions": wanted})
+    with pytest.raises(InputError, match="another study, which differs in its compute, versions"):
+        opened(folder, head={"compute": "another", "cases": [1, 2, 3], "versions": wanted})
+
+
+def test_another_study_is_refused(kept):
+    with pytest.raises(InputError, match="holds another study, which differs in its compute; give"):
+        opened(kept, head={**HEAD, "compute": "another thing"})
+
+
+def test_one_that_has_cases_is_not_used_unawares(kept):
+    with pytest.raises(InputError, match=r"holds 3 of 4 cases of this study; .* --resume"):
+        opened(kept, resume=False)
+
+
+def test_one_process_at_a_time(kept):
+    with opened(kept), pytest.raises(InputError, match=r"is in use by process \d+ on \S+; wait"):
+        opened(kept)
+    with opened(kept):
+        pass
+
+
+def test_a_full_disk_is_a_sentence_and_what_was_kept_stays(kept):
+    size = (kept / "cases.jsonl").stat().st_size
+    with opened(kept) as store:
+        with (
+            files_of_at_most(size + 20),
+            pytest.raises(InputError, match=r"cannot be written \(file too large\); the 3 cases"),
+        ):
+            store.add([record(1)])
+        assert len(list(store.records())) == 3
+    assert (kept / "cases.jsonl").stat().st_size == size
+    with opened(kept) as store:
+        store.add([record(1)])
+        assert len(list(store.records())) == 4
+
+
+def test_interrupted_while_it_writes_it_knows_what_it_wrote(kept, monkeypatch):
+    def interrupt(descriptor):
+        raise KeyboardInterrupt
+
+    with opened(kept) as store:
+        monkeypatch.setattr("os.fsync", interrupt)
+        with pytest.raises(KeyboardInterrupt):
+            store.add([record(1)])
+        assert len(list(store.records())) == store.done == 4
+
+
+@pytest.mark.parametrize("before", [True, False])
+def test_interrupted_while_it_counts_it_counts_right(kept, before):
+    class Places(array):
+        def __setitem__(self, number, place):
+            type(self).__setitem__ = array.__setitem__
+            if not before:
+                super().__setitem__(number, place)
+            raise KeyboardInterrupt
+
+    with opened(kept) as store:
+        store._places = Places("q", store._places)
+        with pytest.raises(KeyboardInterrupt):
+            store.add([{"case": 1, "failed": "no", "given": {}}])
+        assert (store.done, store.failures) == (4, 1)
+
+
+def test_cases_of_a_folder_that_goes_with_the_process_are_not_said_to_be_kept(kept):
+    with Store.open(kept, 4, HEAD, True, temporary=True) as store:
+        words = "the 3 cases finished before are lost: try and name a folder to keep them in"
+        assert store.prospect("try").startswith(words)
+
+
+def test_what_cannot_be_written_can_be_read(kept, monkeypatch):
+    """As root no permission is missing, so opening is made to fail as on a read-only disk."""
+
+    def refuse(*arguments):
+        raise OSError(30, "Read-only file system")
+
+    monkeypatch.setattr("slipfold.studies.store.hold", refuse)
+    with pytest.raises(InputError, match=r"\(read-only file system\); the 3 cases .* make it"):
+        opened(kept)
+    monkeypatch.undo()
+    with opened(kept) as store:
+        store.add([record(1)])
+    monkeypatch.setattr("slipfold.studies.store.hold", refuse)
+    with opened(kept) as store:
+        assert len(list(store.records())) == 4
+
+
+def test_where_no_store_can_be(tmp_path):
+    (tmp_path / "file").write_text("")
+    for place in ("file", "no/folder"):
+        with pytest.raises(InputError, match="cannot be written"):
+            opened(tmp_path / place)

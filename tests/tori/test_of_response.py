@@ -1,0 +1,297 @@
+"""Tori of a response, from the call and the command line to figures and files."""
+
+import csv
+import importlib
+import json
+from types import SimpleNamespace
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+import slipfold as sf
+from helpers.command_line import run
+from slipfold.flow.flow import flow_of
+from slipfold.lines.of_tori import torus_stretches
+from slipfold.paper.cases import read_cases
+from slipfold.results.motions.torus_table import torus_record
+from slipfold.tori.of_response import INVARIANT
+
+SPAN = (1.0, 1.1)
+
+
+@pytest.fixture(scope="module")
+def model():
+    return sf.built_in_models()["vanderpol"](a=0.3, e=0.2)
+
+
+@pytest.fixture(scope="module")
+def diagram(model):
+    return sf.response(model, vary="w", span=SPAN, tori=True)
+
+
+@pytest.fixture(scope="module")
+def tori(diagram):
+    (found,) = diagram.tori
+    return found
+
+
+def test_they_are_born_as_the_multipliers_turn(diagram, tori):
+    (birth,) = (item.point for item in diagram.special if item.point.type == "NS")
+    turns = np.angle(birth.critical_multiplier) / (2 * np.pi)
+    assert (tori.parameter[0], tori.rotation[0]) == pytest.approx((birth.value, turns), abs=1e-12)
+    # The circles come to that, too, as they shrink.
+    away = tori.parameter[1:4] - birth.value
+    assert np.polyfit(away, tori.rotation[1:4], 2)[-1] == pytest.approx(turns, abs=5e-9)
+    assert tori.extrema.maximum[0] == pytest.approx(birth.orbit.extrema.maximum[0], abs=1e-12)
+
+
+def test_they_are_invariant_and_attract(tori):
+    assert tori.truncation.max() <= INVARIANT == 1e-8
+    assert tori.stable[1:].all()
+    assert tori.frequency == pytest.approx(tori.rotation * tori.parameter / (2 * np.pi), rel=1e-14)
+    assert tori.stopped.kind == "span"
+    # shared/reference/beyond.md.
+    assert tori.parameter[-1] == 1.1
+    assert tori.rotation[-1] == pytest.approx(0.071825157871, abs=1e-10)
+
+
+def test_their_envelope_is_that_of_a_settled_simulation(model, tori):
+    at = model.replace(w=1.1)
+    settled = sf.simulate(at, 4500).strobe[500:]
+
+    def sampled(states, count):
+        flow, zero = flow_of(at), np.zeros(len(states))
+        return flow.sample(states, zero, zero + 1, count, flow.constants_of(at))[:, :, 0]
+
+    # The highest of 4000 periods, then closely.
+    highest = sampled(settled, 64).max(axis=1).argsort()[-100:]
+    values = sampled(settled[highest], 2000)
+    top = values[:, 1:-1].argmax(axis=1) + 1
+    left, peak, right = (values[np.arange(len(top)), top + side] for side in (-1, 0, 1))
+    highest = (peak - (right - left) ** 2 / (8 * (left - 2 * peak + right))).max()
+    assert tori.extrema.of("x")[1][-1] == pytest.approx(highest, abs=1e-6)
+
+
+def test_they_are_saved_and_told(diagram, tori, tmp_path):
+    diagram.save(tmp_path / "tori.nc")
+    copy = sf.load(tmp_path / "tori.nc")
+    assert copy.to_json() == diagram.to_json()
+    assert copy.summary() == diagram.summary()
+    (other,) = copy.tori
+    for name in ("circles", "rotation", "growth_error", "angles", "omitted"):
+        assert np.array_equal(getattr(other, name), getattr(tori, name), equal_nan=True)
+    assert other.extrema == tori.extrema
+    assert "Tori 2 (period 1, " in diagram.summary()
+    assert len(repr(tori)) < 200
+    assert len(tori.circle(0)) == 1
+    assert set(diagram.to_xarray().sizes) >= {"torus", "torus_point", "angle"}
+    diagram.to_csv(tmp_path / "tori.csv")
+    rows = list(csv.DictReader((tmp_path / "tori.csv").read_text().splitlines()))
+    own = [row for row in rows if row["branch"] == "2"]
+    assert [float(row["rotation"]) for row in own] == tori.rotation.tolist()
+    assert all(row["rotation"] == "" for row in rows if row["branch"] == "1")
+
+
+def test_they_are_drawn_on_the_diagram(diagram, tori):
+    ax = diagram.plot("x")
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["torus"]
+    (line,) = [item for item in ax.lines if item.get_color() == "#808080"]
+    assert line.get_xydata()[0] == pytest.approx((tori.parameter[0], tori.extrema.of("x")[1][0]))
+    plt.close(ax.figure)
+
+
+@pytest.mark.long
+def test_their_line_is_what_lies_between_them(model, tori):
+    lines = torus_stretches(tori, "x")
+    at = np.concatenate([line.parameter for line in lines])
+    value = np.concatenate([line.value for line in lines])
+    steps = sf.Settings(steps=sf.Steps(largest=0.01))
+    (fine,) = sf.response(model, vary="w", span=SPAN, tori=True, settings=steps).tori
+    assert len(fine) > 2 * len(tori)
+    _, known = fine.extrema.of("x")
+    off = np.abs(np.interp(fine.parameter, at, value) - known)
+    assert off.max() < 0.01 * np.ptp(known)
+
+
+def test_an_interruption_keeps_what_is_done(model):
+    def interrupt(progress):
+        if progress.stage == "tori" and progress.points == 4:
+            raise KeyboardInterrupt
+
+    found = sf.response(model, vary="w", span=SPAN, tori=True, observer=interrupt)
+    assert found.interrupted
+    assert found.tori[0].stopped.kind == "interrupted"
+    assert found.branches[0].stopped.kind == "span"
+
+
+def test_an_interruption_that_goes_on_keeps_all_circles(model):
+    seen = []
+
+    def interrupt(progress):
+        if progress.stage == "tori":
+            seen.append(progress.points)
+            if progress.points >= 8:
+                raise KeyboardInterrupt
+
+    (found,) = sf.response(model, vary="w", span=SPAN, tori=True, observer=interrupt).tori
+    assert found.stopped.kind == "interrupted"
+    assert len(found) == 1 + seen[-1] == 9
+
+
+COUPLED = """
+name = "coupled"
+parameters = { a = -0.5, w = 0.7, c = 0, e = 0, q = 0, b = -1, W = 2 }
+forcing = { period = "2*pi/W" }
+[states]
+u = "a*u - (w + c*R)*v + b*R*u - q*R^2*u + e*cos(W*t)*(u^2 - v^2)"
+v = "(w + c*R)*u + a*v + b*R*v - q*R^2*v - 2*e*cos(W*t)*u*v"
+[formulas]
+R = "u^2 + v^2"
+"""
+"""Without e the radius of tori is sqrt(a), and their rotation number (w + a c)/W."""
+
+
+def coupled(span, **values):
+    """Return the only branch of tori of the model above, and its diagram."""
+    model = sf.System.from_toml(COUPLED).replace(**values)
+    diagram = sf.response(model, vary="a", span=span, tori=True)
+    (found,) = diagram.tori
+    return found, diagram
+
+
+def test_they_go_on_past_a_strong_resonance_where_nothing_happens():
+    tori, _ = coupled((-0.1, 0.1), w=0.69, c=-0.5)
+    assert tori.stopped.kind == "span"
+    assert tori.rotation == pytest.approx((0.69 - 0.5 * tori.parameter) / 2, abs=1e-9)
+    assert [str(item.ratio) for item in tori.locked] == ["1/3"]
+    assert tori.locked[0].first < (0.69 - 2 / 3) / 0.5 < tori.locked[0].last
+
+
+def test_the_strong_resonance_that_they_do_not_pass_is_named():
+    tori, diagram = coupled((-0.1, 0.5), w=0.7067, c=-0.2, e=0.03)
+    assert tori.rotation[-1] == pytest.approx(1 / 3, abs=3e-3)
+    assert tori.stopped.kind == "resonance"
+    assert "not followed past the strong resonance 1/3" in diagram.summary()
+    assert not diagram.failed
+
+
+def test_what_too_few_harmonics_show_is_not_called_broken(model, monkeypatch):
+    for name in ("circles", "one_torus_branch"):
+        monkeypatch.setattr(importlib.import_module(f"slipfold.tori.{name}"), "MOST", 31)
+    monkeypatch.setattr(importlib.import_module("slipfold.tori.one_torus_branch"), "BROKEN", 1e-12)
+    (found,) = sf.response(model, vary="w", span=SPAN, tori=True).tori
+    assert found.stopped.kind == "broken"
+    assert found.stopped.reason.startswith("not resolved: the last of 15 harmonics are still ")
+
+
+def test_a_circle_may_come_to_turn_the_other_way():
+    tori, diagram = coupled((-0.1, 0.3), w=0.1, c=-0.5)
+    assert tori.rotation[-1] == pytest.approx((0.1 - 0.15) / 2, abs=1e-9)
+    assert tori.frequency == pytest.approx(tori.rotation / np.pi, rel=1e-12)
+    low, high = np.abs(tori.frequency).min(), tori.frequency.max()
+    assert f"modulated at {low:.4g} to {high:.4g} Hz" in diagram.summary()
+
+
+def test_tori_that_turn_round_are_saved_and_loaded(tmp_path):
+    # r' = r (a + r^2 - r^4)
+    tori, diagram = coupled((-0.5, 0.1), w=0.83, c=0.05, b=1, q=1)
+    assert tori.folds == pytest.approx((-0.25,), abs=1e-9)
+    radius = np.linalg.norm(tori.circles[:, 0], axis=1)
+    rising = radius > np.sqrt(0.5)
+    assert tori.stable[1:].tolist() == rising[1:].tolist()
+    assert {True, False} == set(rising.tolist())
+    assert radius**4 - radius**2 == pytest.approx(tori.parameter, abs=1e-8)
+    diagram.save(tmp_path / "tori.nc")
+    copy = sf.load(tmp_path / "tori.nc")
+    assert copy.tori[0].folds == tori.folds
+    assert copy.to_json() == diagram.to_json()
+    assert copy.summary() == diagram.summary()
+    assert "they turn round at a = -0.25" in copy.summary()
+
+
+def test_circles_that_are_left_out_are_counted_and_not_drawn_across(model, tori, monkeypatch):
+    module, known = importlib.import_module("slipfold.tori.of_response"), tori.truncation
+    monkeypatch.setattr(module, "INVARIANT", float(np.median(known)))
+    diagram = sf.response(model, vary="w", span=SPAN, tori=True)
+    (found,) = diagram.tori
+    kept = np.append(True, known[1:] <= np.median(known))
+    assert found.parameter.tolist() == tori.parameter[kept].tolist()
+    assert (
+        np.flatnonzero(kept).tolist()
+        == (np.arange(len(found)) + np.append(0, found.omitted.cumsum()[:-1])).tolist()
+    )
+    assert len(found) + found.omitted.sum() == len(tori) > len(found)
+    drawn = [(line.parameter[0], line.parameter[-1]) for line in torus_stretches(found, "x")]
+    pairs = zip(found.parameter[:-1], found.parameter[1:], found.omitted[:-1], strict=True)
+    for first, last, omitted in pairs:
+        between = (first + last) / 2
+        assert any(low < between < high for low, high in drawn) == (not omitted)
+    assert torus_record(found)["omitted"].tolist() == found.omitted.tolist()
+    assert f"invariant by more than 1e-8: {found.omitted.sum()};" in diagram.summary()
+
+
+STICKING = """
+name = "sticking"
+parameters = { a = -0.5, W = 2, mu = 0.9, Vd = 0.1 }
+forcing = { period = "2*pi/W" }
+[states]
+u = "a*u - 0.83*v - u*(u^2 + v^2)"
+v = "0.83*u + a*v - v*(u^2 + v^2)"
+y = "s"
+s = "F - y + cos(W*t)"
+[contacts.F]
+slip = "Vd - s"
+normal = "1.0"
+friction = { law = "Coulomb", mu_s = "mu", mu_k = "mu" }
+"""
+
+
+def test_of_orbits_that_stick_only_the_births_are_told(tmp_path):
+    model = sf.System.from_toml(STICKING)
+    diagram = sf.response(model, vary="a", span=(-0.05, 0.05), tori=True)
+    assert [(item.point.type, item.point.stuck_fraction > 0) for item in diagram.special] == [
+        ("NS", True)
+    ]
+    (found,) = diagram.tori
+    assert (len(found), found.stopped.kind) == (1, "contacts")
+    assert found.parameter[0] == pytest.approx(0, abs=1e-6)
+    assert "tori of such orbits are not followed" in diagram.summary()
+    assert not diagram.failed
+    diagram.save(tmp_path / "sticking.nc")
+    assert sf.load(tmp_path / "sticking.nc").to_json() == diagram.to_json()
+
+
+def test_the_command(tmp_path):
+    arguments = ["--vary", "w=1:1.1", "--set", "a=0.3", "--set", "e=0.2", "--tori", "--json", "-"]
+    result = run("response", "vanderpol", *arguments)
+    assert result.exit_code == 0
+    torus = json.loads(result.stdout)["branches"][-1]
+    assert (torus["kind"], torus["parent"], torus["period"]) == ("torus", 1, 1)
+    assert len(torus["values"]) == len(torus["rotation"]) == torus["points"]
+    assert torus["stopped"]["kind"] == "span"
+
+
+def test_figures_2_and_3_of_the_paper_get_them(monkeypatch, tmp_path):
+    paper, asked = importlib.import_module("slipfold.paper.reproduce"), {}
+
+    file = SimpleNamespace(to_netcdf=lambda: b"")
+    nothing = SimpleNamespace(
+        branches=(), special=(), tori=(), interrupted=False, _table=lambda: file
+    )
+
+    def response(model, vary, span, *, settings, tori):
+        asked[model, vary] = tori
+        return nothing
+
+    monkeypatch.setattr(paper, "response", response)
+    monkeypatch.setattr(paper, "render_figure", lambda *_: {})
+    monkeypatch.setattr(paper, "find_spectrum", lambda motion: None)
+    monkeypatch.setattr(paper, "simulate", lambda *_: None)
+    monkeypatch.setattr(paper, "judge_claims", lambda findings: ())
+    cases = read_cases().only((2, 3, 5))
+    for tori in (True, False):
+        paper.reproduce(tmp_path, cases=cases, tori=tori)
+        for figure in cases.figures:
+            found = {asked[curve.model, curve.vary] for curve in figure.curves}
+            assert found == {tori and figure.number in (2, 3)}
