@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
+import pickle
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor
+from concurrent.futures import Executor, Future
 from contextlib import contextmanager, suppress
-from importlib.machinery import ModuleSpec
-from importlib.util import find_spec
 from time import monotonic
 from typing import Any
 
@@ -42,38 +41,46 @@ def connected(address: str) -> Iterator[tuple[Executor, Callable[[], int]]]:
         ) from None
 
     with client, client.get_executor(pure=False) as executor:
-        yield executor, _Slots(client, address)
+        yield _Unread(executor), _Slots(client)
+
+
+class _Unread(Executor):
+    """Tasks that are read only where they are done, as a task's first step.
+
+    What a worker lacks is then an error of the task, which reaches the study. A worker that Dask
+    has read a task it cannot read ends, and gets its tasks again when it comes back, for ever.
+    """
+
+    def __init__(self, executor: Executor) -> None:
+        self._executor = executor
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Send what, when it is read, has been done."""
+        return self._executor.submit(pickle.loads, pickle.dumps(_Call(fn, args)))
+
+
+class _Call:
+    """A call that is made when it is unpickled: what is read is what it returns."""
+
+    def __init__(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
+        self._made_of = function, arguments
+
+    def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any, ...]]:
+        return self._made_of
 
 
 class _Slots:
     """How many tasks keep all workers busy; workers come and go."""
 
-    def __init__(self, client: Any, address: str) -> None:
-        self._client, self._address = client, address
+    def __init__(self, client: Any) -> None:
+        self._client = client
         self._asked, self._count = -math.inf, 2
-        self._known: set[str] = set()  # workers that have slipfold
 
     def __call__(self) -> int:
         """Return how many; the scheduler is not asked all the time."""
         if monotonic() - self._asked > ASKED_AFTER:
             # A scheduler that is gone tells by cancelling what it had.
             with suppress(OSError):
-                threads = self._client.nthreads()
-                self._count = 2 * max(1, sum(threads.values()))
-                self._check(sorted(set(threads) - self._known))
+                self._count = 2 * max(1, sum(self._client.nthreads().values()))
             self._asked = monotonic()
         return self._count
-
-    def _check(self, workers: list[str]) -> None:
-        """Refuse workers without slipfold: Dask gives them tasks again and again, for ever."""
-        if not workers:
-            return
-        found = self._client.run(find_spec, "slipfold", workers=workers, on_error="return")
-        lacking = [worker for worker, spec in found.items() if spec is None]
-        if lacking:
-            raise InputError(
-                f"the worker {lacking[0]} of the cluster at {self._address} has no slipfold; "
-                "install the same versions of slipfold and its packages everywhere"
-            )
-        # Who did not answer, since it only just begins or ends, is asked again.
-        self._known |= {worker for worker, spec in found.items() if isinstance(spec, ModuleSpec)}
