@@ -6,22 +6,26 @@ from collections.abc import Iterator, Sequence
 from statistics import median
 from typing import TYPE_CHECKING, Any
 
-import cycles_report
-import ensemble_report
-import locus_report
 import machine
-import map_report
 import reference
-import size_report
-import stick_report
-import systems_report
-from many_cases import after_the_hopf_report, batch_report, study_report
+from sections import (
+    after_the_hopf,
+    batch,
+    cycles,
+    ensemble,
+    locus,
+    size,
+    stick,
+    study,
+    systems,
+    threshold_map,
+)
 from slipfold.paper.tables import table
 from wording import magnitude, milliseconds, task_seconds, verdict
 
 if TYPE_CHECKING:
+    from measured import Measured
     from processes import Usage
-    from run import Measured
 
 BEGIN = "<!-- bench: written by `python bench/run.py all --readme` -->"
 END = "<!-- /bench -->"
@@ -158,16 +162,16 @@ def aim_rows(measured: Measured) -> Iterator[list[str]]:
 def parts_of(measured: Measured) -> list[tuple[Any, Any]]:
     """What was measured besides, with the module that reports it."""
     parts = (
-        (locus_report, measured.loci),
-        (map_report, measured.map),
-        (ensemble_report, measured.ensemble),
-        (size_report, measured.size),
-        (systems_report, measured.systems),
-        (cycles_report, measured.cycles),
-        (stick_report, measured.stick),
-        (study_report, measured.study),
-        (batch_report, measured.batch),
-        (after_the_hopf_report, measured.after_the_hopf),
+        (locus, measured.loci),
+        (threshold_map, measured.map),
+        (ensemble, measured.ensemble),
+        (size, measured.size),
+        (systems, measured.systems),
+        (cycles, measured.cycles),
+        (stick, measured.stick),
+        (study, measured.study),
+        (batch, measured.batch),
+        (after_the_hopf, measured.after_the_hopf),
     )
     return [(module, record) for module, record in parts if record]
 
@@ -251,9 +255,9 @@ def brief(measured: Measured) -> str:
     return "\n\n".join(
         [
             *response_brief(measured),
-            locus_report.brief(measured.loci),
-            map_report.brief(measured.map),
-            systems_report.brief(measured.systems),
+            locus.brief(measured.loci),
+            threshold_map.brief(measured.map),
+            systems.brief(measured.systems),
             *left_out(measured),
             f"Commands, time and memory: {'; '.join(commands)}. On {machine.description()}.",
         ]

@@ -15,9 +15,10 @@ import tempfile
 from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from statistics import median
-from typing import Any, NamedTuple
+from typing import Any
 
 import processes
+from measured import Measured
 from processes import Absent, Usage
 
 README = processes.BENCH.parent / "README.md"
@@ -127,26 +128,6 @@ QUICK = (
 """What is measured where nothing is asked for: one round takes ten minutes of a quiet machine."""
 
 PARTS = (*QUICK, "size", "study", *CYCLE_CONTENDERS, "paper")
-
-
-class Measured(NamedTuple):
-    """All that was measured; what was not asked for is empty."""
-
-    records: dict[str, dict[str, Any]]
-    absent: dict[str, str]
-    first: list[Usage]
-    cached: list[Usage]
-    paper: list[Usage]
-    loci: dict[str, dict[str, Any]]
-    map: dict[str, Any]
-    systems: dict[str, dict[str, dict[str, Any]]]
-    cycles: dict[str, dict[str, dict[str, Any]]]
-    size: dict[str, Any]
-    ensemble: dict[str, Any]
-    stick: dict[str, dict[str, Any]]
-    study: dict[str, Any]
-    batch: dict[str, dict[str, Any]]
-    after_the_hopf: dict[str, Any]
 
 
 def note(sentence: str) -> None:

@@ -61,7 +61,7 @@ def test_ten_minutes_are_some_of_all(run):
 
 def test_tori_and_basins_are_told_and_judged(monkeypatch):
     monkeypatch.syspath_prepend(str(BENCH))
-    report = importlib.import_module("many_cases.after_the_hopf_report")
+    report = importlib.import_module("sections.after_the_hopf")
     section = "\n".join(report.section(AFTER))
     assert "40 tori on 2 branches" in section
     assert "30 ms each" in section

@@ -200,7 +200,7 @@ def test_aims_are_judged_against_the_faster_peer(bench: Bench) -> None:
 
 
 def test_the_locus_is_judged_by_the_time_a_point_takes(bench: Bench) -> None:
-    rows = list(bench.report.locus_report.aim_rows(loci(bench)))
+    rows = list(bench.report.locus.aim_rows(loci(bench)))
     assert rows == [
         ["locus: 10 times faster a point than AUTO-07p, fine", "20 times", "met"],
         ["locus: 10 times faster a point than AUTO-07p, largest", "2 times", "falls short"],
@@ -208,7 +208,7 @@ def test_the_locus_is_judged_by_the_time_a_point_takes(bench: Bench) -> None:
 
 
 def test_the_locus_is_shown_with_both_ratios_and_its_error(bench: Bench) -> None:
-    rows = list(bench.report.locus_report.rows(loci(bench)))
+    rows = list(bench.report.locus.rows(loci(bench)))
     assert rows == [
         ["slipfold", "defaults", "40", "200", "5", "1", "1", "< 1e-12"],
         ["AUTO-07p", "fine", "20", "2000", "100", "20", "10", "2e-10"],
@@ -219,13 +219,13 @@ def test_the_locus_is_shown_with_both_ratios_and_its_error(bench: Bench) -> None
 def test_a_frequency_missed_is_no_error_of_zero(bench: Bench) -> None:
     record = locus(bench, "largest", 0.1, 10)
     del record["landed"][2]
-    assert bench.report.locus_report.error_of(record) == "a frequency missed"
+    assert bench.report.locus.error_of(record) == "a frequency missed"
 
 
 def test_points_found_on_the_locus_are_compared_where_a_reference_is(bench: Bench) -> None:
     records = loci(bench)
     records["AUTO-07p, fine"]["specials"] = {"locus": [("BP", 0.1)]}
-    text = bench.report.locus_report.on_the_way(records)
+    text = bench.report.locus.on_the_way(records)
     assert "smallest Nd at 12.46291 Hz, 0.04008398 N (errors < 1e-12 Hz, 2e-09 N)" in text
     assert "cusp of cycles at 12 Hz, 0.1 N." in text
     assert "AUTO-07p, fine: BP. AUTO-07p, largest: nothing." in text
@@ -251,7 +251,7 @@ def sizes(power: float, compile_seconds: float = 1.0) -> dict[str, Any]:
 
 
 def test_cost_by_size_has_its_exponent(bench: Bench) -> None:
-    report = importlib.import_module("size_report")
+    report = importlib.import_module("sections.size")
     assert report.exponent(sizes(1.7)) == pytest.approx(1.7)
     section = "\n".join(report.section(sizes(2.0)))
     assert "with the power 2.00 of their number" in section
@@ -262,19 +262,19 @@ def test_cost_by_size_has_its_exponent(bench: Bench) -> None:
 
 
 def test_the_map_is_judged_cold_and_warm(bench: Bench) -> None:
-    rows = list(bench.report.map_report.aim_rows(thresholds()))
+    rows = list(bench.report.threshold_map.aim_rows(thresholds()))
     assert [row[1:] for row in rows] == [["1.2 ms", "falls short"], ["0.8 ms", "met"]]
 
 
 def test_failures_of_the_map_are_counted_by_name(bench: Bench) -> None:
-    section = "\n".join(bench.report.map_report.section(thresholds(stuck=3, lost=1)))
+    section = "\n".join(bench.report.threshold_map.section(thresholds(stuck=3, lost=1)))
     assert "## 10,000 thresholds" in section
     assert "Thresholds: 9,996; without one: 3 stuck, 1 lost." in section
-    assert "; none failed." in "\n".join(bench.report.map_report.section(thresholds()))
+    assert "; none failed." in "\n".join(bench.report.threshold_map.section(thresholds()))
 
 
 def test_random_responses_are_told_by_the_case(bench: Bench) -> None:
-    report = bench.report.ensemble_report
+    report = bench.report.ensemble
     assert [row[1:] for row in report.aim_rows(ensemble())] == [["200 ms", "falls short"]]
     assert "| 200 | 190 |" in "\n".join(report.section(ensemble()))
 
@@ -366,7 +366,7 @@ def test_a_threshold_missed_is_infinitely_far(bench: Bench) -> None:
 
 
 def test_the_systems_are_judged_against_who_finds_every_point(bench: Bench) -> None:
-    rows = list(bench.report.systems_report.aim_rows(systems()))
+    rows = list(bench.report.systems.aim_rows(systems()))
     assert [row[1:] for row in rows] == [
         ["2 times (AUTO-07p, usual)", "falls short"], ["2 times (AUTO-07p, usual)", "met"]
     ]  # fmt: skip
@@ -379,7 +379,7 @@ def test_the_systems_are_judged_against_who_finds_every_point(bench: Bench) -> N
 
 
 def test_cycles_are_judged_against_who_is_right(bench: Bench) -> None:
-    report = bench.report.cycles_report
+    report = bench.report.cycles
     assert [row[1:] for row in report.aim_rows(cycles())] == [
         ["so it is", "met"], ["3 times as fast (AUTO-07p, fine)", "met"]
     ]  # fmt: skip
@@ -395,9 +395,9 @@ def test_cycles_are_judged_against_who_is_right(bench: Bench) -> None:
 
 
 def test_rates_in_stick_and_slip_are_compared(bench: Bench) -> None:
-    rows = list(importlib.import_module("stick_report").aim_rows(stick(bench)))
+    rows = list(importlib.import_module("sections.stick").aim_rows(stick(bench)))
     assert [row[1:] for row in rows] == [["10 times", "falls short"], ["5e+02 times", "met"]]
-    (*_, lines) = importlib.import_module("stick_report").section(stick(bench))
+    (*_, lines) = importlib.import_module("sections.stick").section(stick(bench))
     assert "| slipfold | 500 | 1 | 1e-13 |" in lines
     assert "| solve-nivp | 1 | 5e+02 | 3e-04 |" in lines
 

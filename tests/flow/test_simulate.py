@@ -1,7 +1,5 @@
 """Simulation: strobe states, dense output, limits, and what cannot be used."""
 
-import time
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -256,21 +254,6 @@ def test_runs_cannot_be_changed(sliding):
         sliding.strobe = None
     with pytest.raises(ValueError, match="read-only"):
         sliding.strobe[0] = 1.0
-
-
-# -- cost -------------------------------------------------------------------------------------
-
-
-def test_a_thousand_periods_are_far_cheaper_than_scipy():
-    simulate(SLIDING, 1)
-    start = time.perf_counter()
-    simulate(SLIDING, 1000)
-    ours = time.perf_counter() - start
-    p = {**BASE, **SLIDING.values}
-    start = time.perf_counter()
-    for _ in range(3):
-        integrate(np.zeros(4), p)
-    assert ours / 1000 < (time.perf_counter() - start) / 3 / 10
 
 
 def test_long_runs_take_little_memory():

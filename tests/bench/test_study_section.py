@@ -28,7 +28,7 @@ RECORD = {
 @pytest.fixture
 def report(monkeypatch):
     monkeypatch.syspath_prepend(str(BENCH))
-    return importlib.import_module("many_cases.study_report")
+    return importlib.import_module("sections.study")
 
 
 def test_a_study_is_told_by_the_case(report):

@@ -19,7 +19,7 @@ def record(seconds, error, task="strobe", **more):
 
 def test_rates_and_errors_of_many_motions(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(BENCH))
-    report = importlib.import_module("many_cases.batch_report")
+    report = importlib.import_module("sections.batch")
     records = {
         "slipfold": record(0.1, 1e-9, reference=[0.1, 0.2]),
         "pynamicalsys": record(0.8, 1e-7, "rk45"),

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from cycles import OSCILLATORS, errors
+from sections.systems import processor, wall
 from slipfold.paper.tables import table
-from systems_report import processor, wall
 from wording import milliseconds, verdict
 
 ARRIVED = 1e-5
