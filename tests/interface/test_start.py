@@ -1,11 +1,15 @@
 """What ``import slipfold`` imports, and when: nothing before it is asked for."""
 
 import ast
+import os
 import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import slipfold
+from slipfold.threads import VARIABLES
 
 
 def run(text: str) -> str:
@@ -44,3 +48,19 @@ def test_type_checkers_find_the_same_names_in_the_same_places():
 def test_what_is_not_there_is_said():
     text = "import slipfold\ntry: slipfold.nothing\nexcept AttributeError as error: print(error)"
     assert run(text) == "module 'slipfold' has no attribute 'nothing'"
+
+
+@pytest.mark.parametrize(("given", "threads"), [(None, "1"), ("3", "3")])
+def test_commands_take_one_thread_for_linear_algebra_unless_told_otherwise(given, threads):
+    text = (
+        "import os, sys\n"
+        "from slipfold.cli import main\n"
+        "assert 'numpy' not in sys.modules\n"
+        "sys.argv = ['slipfold', '--version']\n"
+        "try: main()\n"
+        "except SystemExit: print(os.environ['OPENBLAS_NUM_THREADS'])"
+    )
+    free = {name: value for name, value in os.environ.items() if name not in VARIABLES}
+    told = {} if given is None else {"OPENBLAS_NUM_THREADS": given}
+    printed = subprocess.check_output([sys.executable, "-c", text], env=free | told, text=True)
+    assert printed.split()[-1] == threads

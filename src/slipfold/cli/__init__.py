@@ -5,6 +5,8 @@ from __future__ import annotations
 import signal
 import sys
 
+from slipfold.threads import take_one_thread
+
 __all__ = ["main"]
 
 
@@ -13,6 +15,7 @@ def main() -> None:
     # A script that starts a command in the background makes it ignore Ctrl-C; a signal that
     # comes all the same is meant.
     signal.signal(signal.SIGINT, signal.default_int_handler)
+    take_one_thread()
     try:
         from slipfold.cli.app import app
     except KeyboardInterrupt:  # while it starts

@@ -21,12 +21,9 @@ from slipfold.explorer.views.study import study_view
 from slipfold.explorer.workers import Workers
 from slipfold.models.model import Model
 from slipfold.results.studies.study_result import StudyResult
+from slipfold.threads import take_one_thread
 
 __all__ = ["default_workers", "listen", "serve", "settings_of_server"]
-
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-"""Variables that say how many threads linear algebra takes. The matrices are small and the workers
-share the cores, so each takes one, unless the user says otherwise."""
 
 MOST_WORKERS = 4
 """Processes by default; more gain one user nothing."""
@@ -55,8 +52,7 @@ def serve(
     shown = _bracketed(public) if public else "127.0.0.1"
     access = Access(listener.getsockname()[1], (shown,) if public else LOCAL)
     limits = Limits()
-    for variable in THREADS:
-        os.environ.setdefault(variable, "1")
+    take_one_thread()
     pool = Workers(given, workers, limits, file)
     app = make_app(catalogue, access, pool, limits, described)
     config = uvicorn.Config(app, **settings_of_server(limits))

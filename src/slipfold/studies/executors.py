@@ -13,6 +13,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from slipfold.errors import InputError
+from slipfold.threads import take_one_thread
 
 __all__ = ["Place", "cores", "open_place"]
 
@@ -108,6 +109,7 @@ class _Processes(Executor):
 def _begin_worker(leash: Connection) -> None:
     """Leave Ctrl-C to the process in charge; end when that lets go of the leash, or dies."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    take_one_thread()
 
     def follow() -> None:
         leash.poll(None)
