@@ -8,10 +8,13 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from helpers.studies import files_of_at_most
 from slipfold.errors import InputError
 from slipfold.results import writing
+from slipfold.results.labelled_table import LabelledTable, Variable
 from slipfold.results.writing import check_writable, write_file
 
 FULL = Path("/dev/full")
@@ -78,6 +81,20 @@ def test_disk_that_fills_up_half_way(tmp_path):
     )
     assert "a.nc cannot be written (file too large)" in run.stdout
     assert path.read_bytes() == b"old"
+    assert os.listdir(tmp_path) == ["a.nc"]
+
+
+@pytest.mark.parametrize("room", [100, 5_000, 60_000])
+def test_netcdf_on_a_disk_that_fills_up(tmp_path, room):
+    values = np.arange(10_000.0)
+    table = LabelledTable({name: Variable(("row",), values) for name in "ab"}, {"title": "rows"})
+    path = tmp_path / "a.nc"
+    write_file(path, table.write_netcdf)
+    whole = path.read_bytes()
+    assert whole == table.to_netcdf()
+    with files_of_at_most(room), pytest.raises(InputError, match=r"written \(file too large\)"):
+        write_file(path, table.write_netcdf)
+    assert path.read_bytes() == whole
     assert os.listdir(tmp_path) == ["a.nc"]
 
 

@@ -10,6 +10,7 @@ import slipfold as sf
 from helpers.studies import CHEAP, content
 from slipfold.design_space.drawn import drawn
 from slipfold.errors import InputError
+from slipfold.results.studies import gathered
 from slipfold.studies import plan
 from slipfold.studies.plan import read_plan
 from slipfold.studies.task import Task, compute, versions
@@ -137,6 +138,25 @@ def test_saved_and_loaded_it_is_the_same(cheap, tmp_path):
         assert loaded.summary() == found.summary()
         assert loaded.failures == found.failures
         assert loaded.to_json() == found.to_json()
+
+
+def test_columns_on_disk_are_those_in_memory(tmp_path, monkeypatch):
+    given = {
+        "model": "duffing",
+        "compute": {"what": "response", "vary": "W", "span": [0.5, 0.9]},
+        "cases": {"list": [{"d": 0.1}, {"d": 0.2}, {"d": -1e9}, {"d": 0.15}]},
+    }
+    found = sf.study(given)
+    monkeypatch.setattr(gathered, "ROOM", 0)
+    monkeypatch.setattr(gathered, "BLOCK", 2)
+    on_disk = sf.study(given)
+    assert not isinstance(on_disk.values, dict)
+    assert content(on_disk, tmp_path) == content(found, tmp_path)
+    assert on_disk.summary() == found.summary()
+    assert on_disk.to_json() == found.to_json()
+    assert not any(values.flags.writeable for values in on_disk.values.values())
+    assert content(pickle.loads(pickle.dumps(on_disk)), tmp_path) == content(found, tmp_path)
+    xr.testing.assert_identical(on_disk.to_xarray(), found.to_xarray())
 
 
 def test_a_drawn_sample_is_saved_with_its_values(tmp_path):

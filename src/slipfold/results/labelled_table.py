@@ -6,7 +6,7 @@ import io
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,9 @@ __all__ = ["LabelledTable", "Variable", "read_netcdf"]
 
 LARGE = 2**18
 """Bytes of an array above which it is packed: maps of regions shrink to a hundredth."""
+
+PIECE = 2**14
+"""Rows of texts that are written at once."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,33 +56,35 @@ class LabelledTable:
             name: xarray.Variable(item.dimensions, item.values, dict(item.attributes))
             for name, item in self.variables.items()
         }
-        labels = {name: entries.pop(name) for name in self._labels}
+        marked = [name for name, item in self.variables.items() if item.label]
+        labels = {name: entries.pop(name) for name in marked}
         return xarray.Dataset(entries, labels, dict(self.attributes))
-
-    @property
-    def _labels(self) -> list[str]:
-        return [name for name, item in self.variables.items() if item.label]
 
     def to_netcdf(self) -> bytes:
         """Return it as the content of a netCDF-4 file."""
+        memory = io.BytesIO()
+        self.write_netcdf(memory)
+        return memory.getvalue()
+
+    def write_netcdf(self, target: IO[bytes]) -> None:
+        """Write it as a netCDF-4 file, one variable after the other."""
         import h5netcdf
         import h5py
 
-        # In memory, so that the file is written in one go: HDF5 leaves a torso on a full disk.
-        memory = io.BytesIO()
-        with h5py.File(memory, "w", track_order=True) as store:
+        with h5py.File(target, "w", track_order=True) as store:
             file = h5netcdf.File(store, "w")
+            labels = []
             for name, item in self.variables.items():
                 for dimension, size in zip(item.dimensions, item.values.shape, strict=True):
                     if dimension not in file.dimensions:
                         file.dimensions[dimension] = size
                 _write_variable(file, name, item)
-            plain = [name for name in self._labels if name not in file.dimensions]
+                labels += [name] * item.label
+            plain = [name for name in labels if name not in file.dimensions]
             file.attrs["coordinates"] = " ".join(plain)
             for key, value in self.attributes.items():
                 file.attrs[key] = value
             file.close()
-        return memory.getvalue()
 
 
 def _write_variable(file: Any, name: str, item: Variable) -> None:
@@ -88,9 +93,11 @@ def _write_variable(file: Any, name: str, item: Variable) -> None:
     values = item.values
     attributes = dict(item.attributes)
     if values.dtype.kind in "UO":
-        written = file.create_variable(
-            name, item.dimensions, dtype=h5py.string_dtype(), data=values.astype(object)
-        )
+        written = file.create_variable(name, item.dimensions, dtype=h5py.string_dtype())
+        # In pieces, as HDF5 makes a copy of each text.
+        for begin in range(0, len(values) if values.ndim else 1, PIECE):
+            piece = slice(begin, begin + PIECE) if values.ndim else ()
+            written[piece] = np.asarray(values[piece], object)
     elif values.dtype.kind == "b":
         # netCDF has no truth values; this is how xarray marks them.
         written = file.create_variable(name, item.dimensions, data=values.astype(np.int8))

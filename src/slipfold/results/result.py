@@ -47,7 +47,7 @@ class Result(ABC):
         """Return the attributes of a dataset that only this kind of result has."""
 
     @abstractmethod
-    def _variables(self) -> dict[str, Variable]:
+    def _variables(self) -> Mapping[str, Variable]:
         """Return all numbers with their names, units and meanings."""
 
     @abstractmethod
@@ -92,7 +92,7 @@ class Result(ABC):
         InputError
             If the file cannot be written.
         """
-        write_file(path, self._table().to_netcdf())
+        write_file(path, self._table().write_netcdf)
 
     def to_csv(self, path: str | Path) -> None:
         """Write a spreadsheet; the notes of the class say what is a row.

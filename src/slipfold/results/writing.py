@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import errno
+import io
 import os
 import secrets
 import stat
+from collections.abc import Callable
 from pathlib import Path
+from typing import IO, TYPE_CHECKING, cast
 
 from slipfold.errors import InputError
+
+if TYPE_CHECKING:
+    from typing_extensions import Buffer
 
 __all__ = ["check_writable", "write_file"]
 
@@ -39,31 +45,66 @@ def check_writable(path: str | Path) -> None:
         raise InputError(_cannot_write(path, error)) from error
 
 
-def write_file(path: str | Path, content: bytes) -> None:
+def write_file(path: str | Path, content: bytes | Callable[[IO[bytes]], object]) -> None:
     """Write a file so that, whatever happens, the old one or the new one is there.
 
-    The content goes into a new file in the same folder, which then takes the place of the old one.
-    Devices and pipes, such as ``/dev/stdout``, are written to directly.
+    The content, or what writes it to a file given to it, goes into a new file in the same folder,
+    which then takes the place of the old one. Devices and pipes, such as ``/dev/stdout``, are
+    written to directly.
     """
     target = Path(os.path.realpath(path))
     trial = _beside(target)
+    write = (lambda file: file.write(content)) if isinstance(content, bytes) else content
     try:
         if _is_special(target):
             with open(target, "wb") as file:
-                file.write(content)
+                file.write(_whole(write))
             return
         try:
-            descriptor = os.open(trial, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666)
-            with open(descriptor, "wb") as file:
-                file.write(content)
-                file.flush()
-                os.fsync(file.fileno())
+            descriptor = os.open(trial, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o666)
+            _write_in_pieces(descriptor, write)
             os.replace(trial, target)
         except BaseException:
             trial.unlink(missing_ok=True)
             raise
     except OSError as error:
         raise InputError(_cannot_write(path, error)) from error
+
+
+def _whole(write: Callable[[IO[bytes]], object]) -> bytes:
+    memory = io.BytesIO()
+    write(memory)
+    return memory.getvalue()
+
+
+def _write_in_pieces(descriptor: int, write: Callable[[IO[bytes]], object]) -> None:
+    """Have something write to a file; raise what the disk said first, not what came of it."""
+    with _Patient(descriptor, "r+") as file:
+        try:
+            write(cast("IO[bytes]", file))
+        finally:
+            if file.failure is not None:
+                raise file.failure
+        os.fsync(descriptor)
+
+
+class _Patient(io.FileIO):
+    """A file that takes note of its first failure and goes on as if there were room.
+
+    HDF5 gives up neither its place nor its memory while it cannot write the rest of a file.
+    """
+
+    failure: OSError | None = None
+
+    def write(self, content: Buffer) -> int:
+        """Write all of it."""
+        rest = memoryview(content).cast("B")
+        try:
+            while self.failure is None and rest:
+                rest = rest[super().write(rest) :]
+        except OSError as error:
+            self.failure = error
+        return memoryview(content).nbytes
 
 
 def _check_replaceable(path: str | Path, target: Path) -> None:

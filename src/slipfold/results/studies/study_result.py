@@ -7,7 +7,7 @@ import io
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -15,11 +15,13 @@ from numpy.typing import NDArray
 
 from slipfold.drawing import draw
 from slipfold.models.model import Model
-from slipfold.results.column import REAL, TEXT, WHOLE, Column, Kind
+from slipfold.results.column import REAL, TEXT, WHOLE, Column
 from slipfold.results.labelled_table import Variable
 from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
 from slipfold.results.saved_table import SavedTable
+from slipfold.results.studies.deferred import Deferred
+from slipfold.results.studies.gathered import KINDS, Gathered, type_of
 from slipfold.results.table import meaning_of
 from slipfold.studies.cases import Cases, Grid, Rows, total
 from slipfold.studies.plan import Plan
@@ -31,7 +33,9 @@ from slipfold.text.printed_table import PrintedTable, html_list
 
 __all__ = ["StudyResult", "study_result"]
 
-KINDS: dict[str, Kind] = {"real": REAL, "whole": WHOLE, "text": TEXT}
+OWNER = Quantity(
+    "case", "whole", "number of its case, from 0, the last parameter of a grid changing first"
+)
 
 NOT_REACHED = "not computed yet"
 
@@ -98,8 +102,9 @@ class StudyResult(Result):
 
     def __post_init__(self) -> None:
         """Lock the arrays."""
-        for array in (*self.values.values(), *self.listed.values(), self.reasons):
-            array.setflags(write=False)
+        for columns in (self.values, self.listed, {"failed": self.reasons}):
+            for array in columns.values():
+                array.setflags(write=False)
 
     def __len__(self) -> int:
         """Number of cases."""
@@ -180,8 +185,9 @@ class StudyResult(Result):
 
     def _rows(self) -> PrintedTable:
         rows = []
+        whole = self.reasons == ""
         for item in self.quantities:
-            values = self.values[item.name][self.reasons == ""]
+            values = self.values[item.name][whole]
             if item.kind == "text":
                 counts = Counter(str(value) for value in values if value)
                 said = listed(f"{count} {word}" for word, count in counts.most_common())
@@ -213,38 +219,37 @@ class StudyResult(Result):
         taken |= {f"{each}_{item.name}" for item in self.work.lists(self.model)}
         return f"{parameter}_value" if parameter in taken else parameter
 
-    def _variables(self) -> dict[str, Variable]:
+    def _variables(self) -> Mapping[str, Variable]:
         labels = {name: self._column(name) for name in self.cases.names}
-        grid = isinstance(self.cases, Grid)
-        along = tuple(labels.values()) if grid else ("case",)
-        variables: dict[str, Variable] = {}
+        along = tuple(labels.values()) if isinstance(self.cases, Grid) else ("case",)
+        found = Deferred()
         for place, (name, label) in enumerate(labels.items()):
             item = self.model.parameter(name)
             column = Column(name, REAL, meaning_of(item), item.unit, label=True)
-            if isinstance(self.cases, Grid):
-                variables |= column.variables(label, (label,), self.cases.axes[name])
-            else:
-                assert isinstance(self.cases, Rows)
-                rows = np.ascontiguousarray(self.cases.rows[:, place])
-                variables |= column.variables(label, along, rows)
+            own = (label,) if isinstance(self.cases, Grid) else along
+            found.add(label, column, own, partial(self._given_values, name, place))
         for quantity in self.quantities:
-            values = self.values[quantity.name].reshape(self.cases.shape)
-            variables |= _column(quantity).variables(quantity.name, along, values)
+            found.add(quantity.name, _column(quantity), along, partial(self._shaped, quantity.name))
         reasons = Column("failed", TEXT, "why there is nothing of this case")
-        variables |= reasons.variables("failed", along, self.reasons.reshape(self.cases.shape))
-        return variables | self._listed_variables()
+        found.add("failed", reasons, along, lambda: self.reasons.reshape(self.cases.shape))
+        if self.listed:
+            each = self.work.listed
+            owner = Column("case", WHOLE, OWNER.meaning, label=True)
+            found.add(f"case_of_{each}", owner, (each,), partial(self.listed.__getitem__, "case"))
+            for described in self.work.lists(self.model):
+                values = partial(self.listed.__getitem__, described.name)
+                found.add(f"{each}_{described.name}", _column(described), (each,), values)
+        return found
 
-    def _listed_variables(self) -> dict[str, Variable]:
-        if not self.listed:
-            return {}
-        each = self.work.listed
-        owner = Column("case", WHOLE, "number of its case, from 0, the last parameter of a grid "
-                       "changing first", label=True)  # fmt: skip
-        variables = owner.variables(f"case_of_{each}", (each,), self.listed["case"])
-        for item in self.work.lists(self.model):
-            name = f"{each}_{item.name}"
-            variables |= _column(item).variables(name, (each,), self.listed[item.name])
-        return variables
+    def _given_values(self, name: str, place: int) -> NDArray[np.float64]:
+        """Return the values that label an axis of a grid, or cases one by one."""
+        if isinstance(self.cases, Grid):
+            return self.cases.axes[name]
+        assert isinstance(self.cases, Rows)
+        return np.ascontiguousarray(self.cases.rows[:, place])
+
+    def _shaped(self, name: str) -> NDArray[Any]:
+        return self.values[name].reshape(self.cases.shape)
 
     def _record(self) -> dict[str, Any]:
         failures = [
@@ -253,21 +258,26 @@ class StudyResult(Result):
         ]
         return {
             "compute": self.work.record(),
-            "cases": [self._case_record(number) for number in range(len(self))],
+            "cases": self._case_records(),
             "interrupted": self.interrupted,
             "failures": failures,
         }
 
-    def _case_record(self, number: int) -> dict[str, Any]:
-        found = {item.name: self.values[item.name][number] for item in self.quantities}
-        record = {"given": self.case(number), **found}
-        if self.listed:
-            first, last = np.searchsorted(self.listed["case"], [number, number + 1])
-            record[self.work.listed] = [
-                {name: values[row] for name, values in self.listed.items() if name != "case"}
-                for row in range(first, last)
-            ]
-        return record
+    def _case_records(self) -> list[dict[str, Any]]:
+        values, each = dict(self.values), dict(self.listed)
+        owners = each.pop("case", None)
+        records = []
+        for number in range(len(self)):
+            found = {item.name: values[item.name][number] for item in self.quantities}
+            record = {"given": self.case(number), **found}
+            if owners is not None:
+                first, last = np.searchsorted(owners, [number, number + 1])
+                record[self.work.listed] = [
+                    {name: column[row] for name, column in each.items()}
+                    for row in range(first, last)
+                ]
+            records.append(record)
+        return records
 
     def _csv(self) -> str:
         parameters = [headed(self.model.parameter(name)) for name in self.cases.names]
@@ -275,8 +285,9 @@ class StudyResult(Result):
         text = io.StringIO()
         sheet = csv.writer(text, lineterminator="\n")
         sheet.writerow(["case", *parameters, *heads, "failed"])
+        columns = [self.values[item.name] for item in self.quantities]
         for number in range(len(self)):
-            found = [self.values[item.name][number] for item in self.quantities]
+            found = [column[number] for column in columns]
             given = self.case(number).values()
             sheet.writerow([number, *map(_cell, (*given, *found)), self.reasons[number]])
         return text.getvalue()
@@ -294,7 +305,7 @@ class StudyResult(Result):
             cases = Rows(cases.names, rows, cases.record() if "sample" in cases.record() else None)
         # Files that are older than a quantity do not have it.
         values = {
-            item.name: columns[item.name].ravel().astype(_type(item))
+            item.name: columns[item.name].ravel().astype(type_of(item))
             if item.name in columns
             else _empty(item, total(cases))
             for item in work.quantities(model)
@@ -303,7 +314,7 @@ class StudyResult(Result):
         if f"case_of_{work.listed}" in columns:
             listed["case"] = columns[f"case_of_{work.listed}"]
             for item in work.lists(model):
-                listed[item.name] = columns[f"{work.listed}_{item.name}"].astype(_type(item))
+                listed[item.name] = columns[f"{work.listed}_{item.name}"].astype(type_of(item))
         reasons = columns["failed"].ravel().astype(object)
         stopped = bool(saved.given.get("stopped", False))
         return cls(model, work, cases, values, listed, reasons, saved.provenance, stopped)
@@ -313,29 +324,25 @@ def study_result(
     plan: Plan, records: Iterable[Record], origin: Provenance, stopped: bool = False
 ) -> StudyResult:
     """Put the finished cases together, in the order of their numbers."""
-    count = total(plan.cases)
-    quantities = plan.work.quantities(plan.model)
     described = plan.work.lists(plan.model)
-    values = {item.name: _empty(item, count) for item in quantities}
-    listed: dict[str, list[Any]] = {item.name: [] for item in described}
-    owners: list[int] = []
-    reasons = np.full(count, NOT_REACHED, object)
+    values = Gathered(plan.work.quantities(plan.model))
+    listed = Gathered([OWNER, *described])
+    reasons = np.full(total(plan.cases), NOT_REACHED, object)
+    number = -1
     for record in records:
+        for _ in range(number + 1, record["case"]):
+            values.add({})
         number = record["case"]
         reasons[number] = record.get("failed", "")
-        for name, value in record.get("found", {}).items():
-            if value is not None:
-                values[name][number] = value
+        values.add(record.get("found", {}))
         for each in record.get("listed", ()):
-            owners.append(number)
-            for item in described:
-                value = each[item.name]
-                listed[item.name].append(KINDS[item.kind].missing if value is None else value)
-    table: dict[str, NDArray[Any]] = {}
-    if described:
-        table = {"case": np.array(owners, np.int64)}
-        table |= {item.name: np.array(listed[item.name], _type(item)) for item in described}
-    return StudyResult(plan.model, plan.work, plan.cases, values, table, reasons, origin, stopped)
+            listed.add({"case": number, **each})
+    for _ in range(number + 1, len(reasons)):
+        values.add({})
+    table = listed.columns() if described else {}
+    return StudyResult(
+        plan.model, plan.work, plan.cases, values.columns(), table, reasons, origin, stopped
+    )
 
 
 def _cases_of(record: Mapping[str, Any]) -> Cases:
@@ -348,13 +355,8 @@ def _cases_of(record: Mapping[str, Any]) -> Cases:
     return Rows(tuple(record["scatter"]), np.empty((0, 0)), record)
 
 
-def _type(item: Quantity) -> Any:
-    """Return the type of an array; words are objects, which share what is said often."""
-    return object if item.kind == "text" else KINDS[item.kind].type
-
-
 def _empty(item: Quantity, count: int) -> NDArray[Any]:
-    return np.full(count, KINDS[item.kind].missing, _type(item))
+    return np.full(count, KINDS[item.kind].missing, type_of(item))
 
 
 def _column(item: Quantity) -> Column:
