@@ -56,6 +56,7 @@ if TYPE_CHECKING:
     from slipfold.loci.region_map import Region as Region
     from slipfold.loci.region_map import RegionCheck as RegionCheck
     from slipfold.loci.region_map import RegionMap as RegionMap
+    from slipfold.loci.region_map import RegionMotion as RegionMotion
     from slipfold.long_term import Spectrum as Spectrum
     from slipfold.long_term import find_spectrum as find_spectrum
     from slipfold.long_term.attractor import Attractor as Attractor
@@ -200,6 +201,7 @@ _HOMES = {
         "Region",
         "RegionCheck",
         "RegionMap",
+        "RegionMotion",
     ),
     "slipfold.measured.csv_file": ("read_measurement",),
     "slipfold.measured.least_squares": ("Estimate", "FitProgress"),

@@ -116,6 +116,8 @@ CASES = {
     "locus of period 3": ([*LOCUS, "--period", "3"], "period = 3", "1 nor 2"),
     "locus of no period": ([*LOCUS, "--period", "none"], "--period none is not a whole number"),
     "regions of one type": ([*LOCUS, "--type", "PD", "--regions"], "all types", "LP, PD, NS"),
+    "regimes without regions": ([*LOCUS, "--regimes", "60x50"], "needs --regions", "both"),
+    "regimes on no grid": ([*LOCUS, "--regions", "--regimes", "0x9"], "--regimes 0 is not a whole"),
     "locus with a step of zero": ([*LOCUS, "--max-step", "0"], "largest step = 0"),
     "locus with no points": ([*LOCUS, "--max-points", "0"], "--max-points 0"),
     "locus of an unknown model": (

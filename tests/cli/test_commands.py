@@ -201,8 +201,9 @@ def test_types_and_periods_reach_the_computation(monkeypatch):
     )
     assert run(*LOCUS, "--type", "NS", "--type", "LP", "--period", "2").exit_code == 0
     assert (asked["types"], asked["periods"]) == (["NS", "LP"], [2])
-    assert run(*LOCUS, "--regions").exit_code == 0
-    assert asked["regions"] is True
+    assert asked["regimes"] is None
+    assert run(*LOCUS, "--regions", "--regimes", "60x50").exit_code == 0
+    assert (asked["regions"], asked["regimes"]) == (True, (60, 50))
 
 
 @pytest.mark.parametrize("which", ["begun", "stopped"])

@@ -7,7 +7,7 @@ import numpy as np
 from helpers.diagrams import STATES
 from slipfold.branches.settings import Settings, Steps
 from slipfold.loci.locus import Locus, LocusEnd, LocusPoint
-from slipfold.loci.region_map import Region, RegionCheck, RegionMap
+from slipfold.loci.region_map import Region, RegionCheck, RegionMap, RegionMotion
 from slipfold.models import SlidingOscillator
 from slipfold.results.locus_diagram import LocusDiagram
 from slipfold.results.provenance import Provenance
@@ -122,6 +122,10 @@ def region_map(**changes):
         RegionCheck((12.0, 0.1), "rest", 1, True, "settled on period 1"),
         RegionCheck((12.0, 0.1), "2", 0, False, "left the orbit; it is <not> stable"),
     )
+    motions = (
+        RegionMotion((12.5, 0.4), "torus", 0, 1e-9),
+        RegionMotion((12.5, 0.6), "periodic", 4, -0.1),
+    )
     given = {
         "first": np.array([12.0, 13.0]),
         "second": np.array([0.1, 0.3, 0.5]),
@@ -129,7 +133,7 @@ def region_map(**changes):
         "regions": (
             Region(1, (1,), 1 / 3, (12.0, 0.1), True, checks[:1]),
             Region(2, (1, 2), 1 / 6, (13.0, 0.1), False, checks),
-            Region(3, (), 1 / 3, (12.5, 0.5)),
+            Region(3, (), 1 / 3, (12.5, 0.5), True, (), motions),
         ),
     }
     given.update(changes)

@@ -10,7 +10,7 @@ from helpers.command_line import run
 from slipfold.errors import InputError
 from slipfold.flow.strobes.crowd import Crowd
 from slipfold.flow.strobes.strobe_many import models_with, strobe_many
-from slipfold.long_term import regimes
+from slipfold.long_term import places
 from slipfold.long_term.open_motions import tell_open
 from slipfold.long_term.repeats import repeats_of
 from slipfold.plots.motions.regimes import COLOURS
@@ -177,7 +177,7 @@ def test_without_an_observer_an_interrupt_keeps_what_is_known(monkeypatch):
                 raise KeyboardInterrupt
             super().go_on()
 
-    monkeypatch.setattr(regimes, "Crowd", Interrupted)
+    monkeypatch.setattr(places, "Crowd", Interrupted)
     found = sf.regimes(
         OSCILLATOR, {"f": (12.2, 12.3), "Nd": (0.0, 0.02)}, points=(2, 2), transient=200
     )
@@ -254,5 +254,5 @@ def test_the_command_line_maps_and_draws(tmp_path):
     assert done.exit_code == 0, done.stderr
     assert "period 1" in done.stdout
     assert run("plot", path).exit_code == 0
-    refused = run("regimes", "sliding", "--vary", "f=12:13", "--vary", "Nd=0:0.1", "--points", "9")
+    refused = run("regimes", "sliding", "--vary", "f=12:13", "--vary", "Nd=0:0.1", "--points", "x9")
     assert refused.exit_code == 2

@@ -80,7 +80,7 @@ def test_summary_lists_regions_and_what_does_not_fit(diagram):
     assert rows == [
         "1 period 1 33.33% 12 0.1 agree 1 of 1 agree",
         "2 unknown 16.67% 13 0.1 disagree 1 of 2 agree",
-        "3 none 33.33% 12.5 0.5 agree none",
+        "3 none 33.33% 12.5 0.5 agree none torus 50%, period 4 50%",
     ]
     assert disagreements == [
         "Region 2 (periods 1 and 2) at f = 12 Hz, Nd = 0.1 N, started near the orbit of period 2: "

@@ -20,7 +20,7 @@ from helpers.locus_diagrams import (
 )
 from slipfold.errors import InputError
 from slipfold.loci.locus import LocusEnd
-from slipfold.loci.region_map import Region, RegionCheck
+from slipfold.loci.region_map import Region, RegionCheck, RegionMotion
 from slipfold.models import SlidingOscillator
 from slipfold.models.friction import RationalStribeck
 from slipfold.results.labelled_table import Variable
@@ -148,10 +148,14 @@ def regions(draw):
             )
             for _ in range(draw(st.integers(0, 2)))
         ]
+        motions = [
+            RegionMotion(draw(st.tuples(anything, anything)), draw(words), 4, draw(anything))
+            for _ in range(draw(st.integers(0, 2)))
+        ]
         stable = tuple(sorted(draw(st.sets(st.integers(1, 4)))))
         place = draw(st.tuples(anything, anything))
         share, agree = draw(anything), draw(st.booleans())
-        items.append(Region(number, stable, share, place, agree, tuple(checks)))
+        items.append(Region(number, stable, share, place, agree, tuple(checks), tuple(motions)))
     rows, columns = draw(st.integers(1, 3)), draw(st.integers(1, 3))
     labels = draw(arrays(np.int64, (rows, columns), elements=st.integers(0, len(items))))
     first, second = numbers(draw, columns), numbers(draw, rows)

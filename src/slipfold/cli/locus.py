@@ -13,6 +13,7 @@ from slipfold.cli.options import Csv, Friction, Json, MaxPoints, MaxStep, Out, S
 from slipfold.cli.outputs import Outputs
 from slipfold.cli.parsing import (
     parse_assignments,
+    parse_points,
     parse_whole,
     parse_window,
     refuse_varied,
@@ -80,6 +81,14 @@ Regions = Annotated[
         "simulations; takes a forced model, all types and both periods.",
     ),
 ]
+Regimes = Annotated[
+    str | None,
+    typer.Option(
+        metavar="N1xN2",
+        help="With --regions, simulate on a grid of so many places what happens where no response "
+        "of period 1 or 2 is stable: higher periods, tori, chaos; e.g. 60x50.",
+    ),
+]
 
 
 def locus(
@@ -91,6 +100,7 @@ def locus(
     type_: Types = None,
     period: Periods = None,
     regions: Regions = False,
+    regimes: Regimes = None,
     json: Json = None,
     out: Out = None,
     csv: Csv = None,
@@ -118,7 +128,7 @@ def locus(
 
         given = [f"--set {item}" for item in set_ or ()]
         given += [] if friction is None else [f"--friction {friction}"]
-        _refuse(model, given, regions, bool(label and (types or periods)))
+        _refuse(model, given, regions or regimes is not None, bool(label and (types or periods)))
         response = load_response(model)
         chosen = response.model
         plane, window = parse_window(vary, chosen)
@@ -136,6 +146,8 @@ def locus(
                 f"--label {label[0]} is for a saved response, but {model} is a model; give a file "
                 "that slipfold response --out wrote, or leave out --label"
             )
+        if regimes is not None and not regions:
+            raise InputError(f"--regimes {regimes} needs --regions; give both")
         values = parse_assignments(set_)
         chosen = find_model(model, values, friction)
         plane, window = parse_window(vary, chosen)
@@ -148,6 +160,7 @@ def locus(
             types=types,
             periods=periods or PERIODS,
             regions=regions,
+            regimes=None if regimes is None else parse_points(regimes, "--regimes", 1),
         )
     words = locus_text(plane, (chosen.parameter(plane[0]).unit, chosen.parameter(plane[1]).unit))
     diagram = carry_out(

@@ -84,15 +84,15 @@ def parse_box(
     return found or None
 
 
-def parse_points(text: str) -> tuple[int, int]:
+def parse_points(text: str, option: str = "--points", least: int = 2) -> tuple[int, int]:
     """Read the number of points along both axes, or along each.
 
     >>> parse_points("200"), parse_points("300x200")
     ((200, 200), (300, 200))
     """
     first, times, second = text.partition("x")
-    count = parse_whole(first, "--points", least=2)
-    return count, parse_whole(second, "--points", least=2) if times else count
+    count = parse_whole(first, option, least)
+    return count, parse_whole(second, option, least) if times else count
 
 
 def parse_number(text: str, option: str) -> float:

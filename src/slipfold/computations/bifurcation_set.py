@@ -10,11 +10,17 @@ import numpy as np
 
 from slipfold.branches.settings import Settings
 from slipfold.checks.of_loci import check_loci
-from slipfold.computations.given import checked_model, checked_settings, refuse_varied
+from slipfold.computations.given import (
+    checked_count,
+    checked_model,
+    checked_settings,
+    refuse_varied,
+)
 from slipfold.computations.plane import GivenWindow, corner_model, parse_plane
 from slipfold.errors import InputError
 from slipfold.loci.bifurcation_set import find_bifurcation_set, measured_across
 from slipfold.loci.progress import LocusObserver
+from slipfold.long_term.region_motions import resolve_regions
 from slipfold.models.model import Model
 from slipfold.results.locus_diagram import LocusDiagram
 from slipfold.results.provenance import provenance
@@ -30,6 +36,7 @@ def bifurcation_set(
     types: str | Iterable[str] | None = None,
     periods: int | Iterable[int] = (1, 2),
     regions: bool = True,
+    regimes: tuple[int, int] | None = None,
     settings: Settings | None = None,
     observer: LocusObserver | None = None,
     **parameters: float | str,
@@ -56,6 +63,11 @@ def bifurcation_set(
     regions
         Whether to find the regions, which takes a forced model, all types and both periods, and to
         check them by simulations.
+    regimes
+        Numbers of places along either parameter, e.g. ``(60, 50)``, at which motions from the
+        model's start say what happens in regions without a stable response of period 1 or 2, and
+        in those that are not known: higher periods, tori, chaos, stick-slip, as
+        `slipfold.regimes` does; a thousandth of a second to a second each. None: not at all.
     settings
         Options of continuation; the defaults of `slipfold.Settings` if None.
     observer
@@ -73,7 +85,7 @@ def bifurcation_set(
     ------
     InputError
         For an unknown parameter, type or period, the same parameter twice, a wrong unit, a value
-        outside its bounds, or an empty window.
+        outside its bounds, an empty window, or `regimes` without `regions`.
 
     Examples
     --------
@@ -91,6 +103,7 @@ def bifurcation_set(
     kinds, wanted = None if types is None else _types(types), _periods(periods)
     base = corner_model(model, names, spans, parameters)
     chosen = checked_settings(settings)
+    grid = _grid(regimes, regions)
     started = perf_counter()
     base = measured_across(base, names, spans)
     found = find_bifurcation_set(
@@ -103,16 +116,19 @@ def bifurcation_set(
         settings=chosen,
         observer=observer,
     )
+    labels, stopped = found.regions, found.interrupted
+    if labels is not None and grid is not None:
+        labels, stopped = resolve_regions(base, names, spans, labels, grid, observer)
     checked = check_loci(found.loci, observer)
     return LocusDiagram(
         base,
         names,
         spans,
         found.loci,
-        found.regions,
+        labels,
         chosen,
         provenance(perf_counter() - started),
-        interrupted=found.interrupted or checked.interrupted,
+        interrupted=stopped or checked.interrupted,
         missing=found.missing,
         checked=checked,
     )
@@ -121,6 +137,18 @@ def bifurcation_set(
 def _types(given: Any) -> tuple[Any, ...]:
     items = (given,) if isinstance(given, str) or not isinstance(given, Iterable) else given
     return tuple(item.upper() if isinstance(item, str) else item for item in items)
+
+
+def _grid(given: Any, regions: bool) -> tuple[int, int] | None:
+    if given is None:
+        return None
+    if not regions:
+        raise InputError(f"regimes = {given!r} are told in regions; ask for these too")
+    try:
+        first, second = given
+    except (TypeError, ValueError):
+        raise InputError(f"regimes = {given!r} are not two numbers; give e.g. (60, 50)") from None
+    return checked_count(first, "regimes"), checked_count(second, "regimes")
 
 
 def _periods(given: Any) -> tuple[Any, ...]:

@@ -29,7 +29,8 @@ class LocusProgress:
     Parameters
     ----------
     stage
-        ``"responses"``, ``"loci"``, ``"normal forms"`` along them, ``"regions"`` or ``"checks"``.
+        ``"responses"``, ``"loci"``, ``"normal forms"`` along them, ``"regions"``,
+        ``"regimes"`` of motions in them, or ``"checks"``.
     done
         How many of them are finished.
     total

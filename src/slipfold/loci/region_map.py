@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from slipfold.text.one_line import OneLine, listed, number_text
 from slipfold.text.printed_table import PrintedTable
 
-__all__ = ["Region", "RegionCheck", "RegionMap"]
+__all__ = ["Region", "RegionCheck", "RegionMap", "RegionMotion"]
 
 
 @dataclass(frozen=True, repr=False)
@@ -55,6 +56,37 @@ class RegionCheck(OneLine):
 
 
 @dataclass(frozen=True, repr=False)
+class RegionMotion(OneLine):
+    """What the motion from the model's start does at one place of a region.
+
+    Parameters
+    ----------
+    values
+        Values of the two parameters.
+    kind
+        ``"periodic"``, ``"torus"``, ``"chaos"``, ``"sticks"``, ``"stopped"`` at a limit of the
+        model, or ``"undecided"``, as in `slipfold.RegimeMap`.
+    period
+        Period in forcing periods; 0 of what does not repeat.
+    exponent
+        Largest Lyapunov exponent, a forcing period, where it was needed; else NaN.
+    """
+
+    values: tuple[float, float]
+    kind: str
+    period: int = 0
+    exponent: float = float("nan")
+
+    def _line(self) -> str:
+        return f"RegionMotion at {_place(self.values)}: {self.name}"
+
+    @property
+    def name(self) -> str:
+        """What it does in words, such as ``"period 4"``."""
+        return f"period {self.period}" if self.kind == "periodic" else self.kind
+
+
+@dataclass(frozen=True, repr=False)
 class Region(OneLine):
     """A connected part of the plane in which the same stable responses exist.
 
@@ -74,6 +106,9 @@ class Region(OneLine):
         a pitchfork inside it.
     checks
         Simulations.
+    motions
+        What motions do in it, where none of its responses of period 1 and 2 is known to be stable
+        and that was asked for.
     """
 
     id: int
@@ -82,11 +117,13 @@ class Region(OneLine):
     place: tuple[float, float]
     consistent: bool = True
     checks: tuple[RegionCheck, ...] = ()
+    motions: tuple[RegionMotion, ...] = ()
 
     def _line(self) -> str:
         agreeing = sum(check.agrees for check in self.checks)
         checked = f", {agreeing} of {len(self.checks)} checks agree" if self.checks else ""
         doubt = "" if self.consistent else ", its responses disagree"
+        doubt += f", {self.regimes_text}" if self.motions else ""
         return (
             f"Region {self.id}: {self.name}, {self.share:.1%} of the window, about "
             f"{_place(self.place)}{checked}{doubt}"
@@ -100,6 +137,20 @@ class Region(OneLine):
     def known(self) -> bool:
         """Whether all responses across it agree on its label, and so does every simulation."""
         return self.consistent and all(check.agrees for check in self.checks)
+
+    @property
+    def regimes(self) -> dict[str, float]:
+        """Share of the motions that do the same, by its name, the most frequent first."""
+        counts = Counter(motion.name for motion in self.motions)
+        return {name: count / len(self.motions) for name, count in counts.most_common()}
+
+    @property
+    def regimes_text(self) -> str:
+        """What motions do in it, in words."""
+        return ", ".join(
+            f"{name} {share:.0%}" if share >= 0.01 else f"{name} < 1%"
+            for name, share in self.regimes.items()
+        )
 
     @property
     def name(self) -> str:

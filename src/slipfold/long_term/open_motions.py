@@ -48,8 +48,8 @@ EVEN = 2e-5
 """Errors of the exponents of chaos are larger: what grows more evenly leaves a response."""
 
 SHRUNK = 0.9
-"""Share of its distance to a response that a motion has left at most, if it is seen to come to it.
-"""
+"""Share of its distance to a response that a motion has left at most, if it is seen to come to it;
+less where its exponent lets expect less."""
 
 KEPT = 48
 """Periods in which a motion is seen to repeat."""
@@ -179,7 +179,10 @@ class _Pairs:
             elif abs(exponent) <= min(slack, ZERO):
                 found.kinds[row] = TORUS
             elif exponent < -slack and exponent * self._done < np.log(SHRUNK):
-                period = self._comes_to(averages[:, place], self._first[:, place], last[:, place])
+                # Of orbits of long periods averages are equal, too, but nothing shrinks.
+                share = min(SHRUNK, np.exp(exponent * self._done / 2))
+                states = self._first[:, place], last[:, place]
+                period = self._comes_to(averages[:, place], *states, share)
                 if period:
                     self._set_periodic(found, row, averages[:period, place])
 
@@ -187,7 +190,7 @@ class _Pairs:
         found.kinds[row], found.periods[row] = PERIODIC, len(states)
         found.means[row] = mean_state(states, self._turns)
 
-    def _comes_to(self, averages: Array, first: Array, last: Array) -> int:
+    def _comes_to(self, averages: Array, first: Array, last: Array, share: float) -> int:
         """Return the period of the averages, if the motion comes nearer to them; else 0."""
         numbers = np.arange(KEPT)
         late = (self._done - KEPT + numbers) % CLASSES
@@ -195,7 +198,7 @@ class _Pairs:
             np.abs(without_turns(states - averages[which], self._turns) / self._scales).max()
             for states, which in ((first, numbers % CLASSES), (last, late))
         )
-        if not after < max(SHRUNK * before, NEAR):
+        if not after < max(share * before, NEAR):
             return 0
         for period in (1, 2, 3, 4, 6, 8, 12, 24):
             between = averages - averages[numbers[:CLASSES] % period]

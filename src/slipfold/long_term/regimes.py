@@ -8,40 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.flow.equilibrium import PUSH
-from slipfold.flow.strobes.crowd import Crowd
-from slipfold.flow.strobes.strobe_many import StrobeProgress, models_with
-from slipfold.long_term.open_motions import (
-    PERIODIC,
-    PERIODS,
-    STICKS,
-    STOPPED,
-    UNDECIDED,
-    tell_open,
-)
-from slipfold.long_term.repeats import repeats_of
+from slipfold.flow.strobes.strobe_many import StrobeProgress
+from slipfold.long_term.places import Places
 from slipfold.models.model import Model
-from slipfold.models.turns import mean_state
 
-__all__ = ["NOT_DONE", "PERIODIC", "RUNS", "STICKS", "STOPPED", "Plane", "find_regimes"]
+__all__ = ["RUNS", "Plane", "find_regimes"]
 
 Array = NDArray[np.float64]
 
 RUNS = ("rest", "up", "down")
-
-NOT_DONE = "not done"
-
-OPEN = "open"
-"""Of a motion that is to be followed for longer."""
-
-KEPT = 48
-"""Periods after the transient in which a motion is seen to repeat."""
-
-STUCK = 32
-"""Periods in which a contact stuck after which a motion is not followed any further."""
-
-TOGETHER = 2048
-"""Cells from rest that are followed together: between them an interruption loses nothing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +24,7 @@ class Plane:
     """What was found; the first axis of arrays is that of `RUNS`, then those of the plane."""
 
     model: Model
-    kinds: NDArray[np.object_]
+    kinds: NDArray[np.str_]
     periods: NDArray[np.int64]  # 0 of what does not repeat
     exponents: Array  # the largest one, per forcing period; NaN where it was not needed
     states: Array  # the last ones; NaN where there are none
@@ -69,134 +44,36 @@ def find_regimes(
 
     Carried are motions along the second parameter. Shapes: places (n1,), (n2,); start (n,).
     """
-    work = _Plane(model, axes, places, start, transient, observer)
+    shape = len(places[0]), len(places[1])
+    first, second = (grid.ravel() for grid in np.meshgrid(*places, indexing="ij"))
+    values = {axes[0]: first, axes[1]: second}
+    work = Places(model, values, len(RUNS), start, transient, observer)
     interrupted = False
     try:
-        work.run()
+        work.from_rest(0)
+        _carry(work, np.arange(first.size).reshape(shape))
+        work.tell_open()
     except KeyboardInterrupt:
         interrupted = True
-    return work.result(interrupted)
+    return _plane(work, (len(RUNS), *shape), interrupted)
 
 
-class _Plane:
-    """What is done so far."""
+def _carry(work: Places, lines: NDArray[np.intp]) -> None:
+    """Carry motions along the second parameter, up and down again."""
+    states = np.tile(work.start, (lines.shape[0], 1))
+    for place in range(lines.shape[1]):
+        states = work.follow(1, lines[:, place], states)
+    for place in reversed(range(lines.shape[1])):
+        states = work.follow(2, lines[:, place], states)
 
-    def __init__(
-        self,
-        model: Model,
-        axes: tuple[str, str],
-        places: tuple[Array, Array],
-        start: Array,
-        transient: int,
-        observer: Callable[[StrobeProgress], None] | None,
-    ) -> None:
-        self.shape = len(places[0]), len(places[1])
-        first, second = (grid.ravel() for grid in np.meshgrid(*places, indexing="ij"))
-        self.models = models_with(model, first.size, {axes[0]: first, axes[1]: second})
-        self.model = model.measured_in(self.models[0].found_sizes)
-        self.scales = self.models[0].state_scales()
-        # Off a motion that symmetry would keep unstable.
-        self.start = start + PUSH * self.scales
-        self.transient, self.observer = transient, observer
-        shape, n = (len(RUNS), first.size), len(start)
-        self.kinds = np.full(shape, NOT_DONE, object)
-        self.periods = np.zeros(shape, np.int64)
-        self.exponents = np.full(shape, np.nan)
-        self.states, self.means = np.full((2, *shape, n), np.nan)
-        self.done, self.total = 0, first.size * len(RUNS) * (transient + KEPT)
 
-    def run(self) -> None:
-        cells = np.arange(len(self.models))
-        for first in range(0, len(cells), TOGETHER):
-            some = cells[first : first + TOGETHER]
-            self._follow(0, some, np.tile(self.start, (len(some), 1)))
-        lines = cells.reshape(self.shape)
-        states = np.tile(self.start, (self.shape[0], 1))
-        for place in range(self.shape[1]):
-            states = self._follow(1, lines[:, place], states)
-        for place in reversed(range(self.shape[1])):
-            states = self._follow(2, lines[:, place], states)
-        self._tell_open()
-
-    def _follow(self, run: int, cells: NDArray[np.intp], starts: Array) -> Array:
-        """Follow a motion in each cell; return where they came to, or the start if nowhere."""
-        models = [self.models[cell] for cell in cells]
-        total = self.transient + KEPT
-        window = np.full((KEPT + 1, *starts.shape), np.nan)
-        stuck = np.zeros(len(cells), np.int64)
-        sticks = np.zeros(len(cells), bool)
-        with Crowd(models, starts) as crowd:
-            for period in range(1, total + 1):
-                crowd.go_on()
-                stuck += crowd.stuck
-                crowd.leave(stuck >= STUCK)
-                if period > self.transient:
-                    sticks |= crowd.stuck
-                if period >= self.transient:
-                    window[period - self.transient] = crowd.states
-                self._tell(len(cells))
-            states = crowd.states
-            stopped = np.array([stop is not None for stop in crowd.stopped])
-        window[:, stuck >= STUCK] = np.nan  # they were left where they were
-        self._judge(run, cells, window, np.where(stopped[:, None], np.nan, states), sticks)
-        return np.where(stopped[:, None], self.start, states)
-
-    def _judge(
-        self,
-        run: int,
-        cells: NDArray[np.intp],
-        window: Array,
-        states: Array,
-        sticks: NDArray[np.bool_],
-    ) -> None:
-        """Say what the motions of some cells do, as far as they repeat, stick or stopped."""
-        whole_turns = self.models[0].whole_turns
-        periods = repeats_of(window.transpose(1, 0, 2), self.scales, whole_turns)
-        kinds = np.full(len(cells), OPEN, object)
-        kinds[periods > 0] = PERIODIC
-        kinds[sticks] = STICKS
-        kinds[np.isnan(states).any(axis=1)] = STOPPED
-        means = np.full((len(cells), window.shape[2]), np.nan)
-        for row in np.flatnonzero(periods):
-            means[row] = mean_state(window[-periods[row] :, row], whole_turns)
-        self.kinds[run, cells], self.periods[run, cells] = kinds, periods
-        self.states[run, cells], self.means[run, cells] = states, means
-
-    def _tell_open(self) -> None:
-        """Look longer at motions that neither repeat nor stick, of all runs together."""
-        runs, cells = np.nonzero(self.kinds == OPEN)
-        self.total += 2 * len(cells) * PERIODS[0]
-        for first in range(0, len(cells), TOGETHER):
-            run, cell = runs[first : first + TOGETHER], cells[first : first + TOGETHER]
-            models = [self.models[each] for each in cell]
-            told = tell_open(models, self.states[run, cell], self._tell_pairs)
-            known = (told.kinds != UNDECIDED) | (not told.interrupted)
-            at = run[known], cell[known]
-            self.kinds[at], self.periods[at] = told.kinds[known], told.periods[known]
-            self.exponents[at] = told.exponents[known]
-            self.states[at], self.means[at] = told.states[known], told.means[known]
-            if told.interrupted:
-                raise KeyboardInterrupt
-
-    def _tell(self, periods: int) -> None:
-        self.done += periods
-        if self.observer is not None:
-            self.observer(StrobeProgress(self.done, max(self.total, self.done)))
-
-    def _tell_pairs(self, periods: int, more: int) -> None:
-        self.total += more
-        self._tell(periods)
-
-    def result(self, interrupted: bool) -> Plane:
-        """Return what is done."""
-        self.kinds[self.kinds == OPEN] = NOT_DONE
-        shape = len(RUNS), *self.shape
-        return Plane(
-            self.model,
-            self.kinds.reshape(shape),
-            self.periods.reshape(shape),
-            self.exponents.reshape(shape),
-            self.states.reshape(*shape, -1),
-            self.means.reshape(*shape, -1),
-            interrupted,
-        )
+def _plane(work: Places, shape: tuple[int, ...], interrupted: bool) -> Plane:
+    return Plane(
+        work.model,
+        work.told_kinds.reshape(shape),
+        work.periods.reshape(shape),
+        work.exponents.reshape(shape),
+        work.states.reshape(*shape, -1),
+        work.means.reshape(*shape, -1),
+        interrupted,
+    )

@@ -16,6 +16,7 @@ from slipfold.loci.locus import CODIMENSION_TWO, Locus, locus_title
 from slipfold.loci.region_map import RegionMap
 from slipfold.plots.locus_marks import locus_marks
 from slipfold.plots.locus_style import LOCUS_COLOURS, TOUCHING, line_style, mark_style
+from slipfold.plots.motions.region_motions import motion_shades
 from slipfold.plots.region_colours import UNKNOWN, region_colour
 from slipfold.plots.regions import shown_regions
 
@@ -104,6 +105,7 @@ def _shades(diagrams: Sequence[_HasLoci]) -> list[Artist]:
         for diagram in diagrams
         if diagram.regions is not None
         for region in shown_regions(diagram.regions)
+        if not region.motions
     ]
     names = {region.stable: region.name for region in shown if region.known}
     shades: list[Artist] = [
@@ -118,4 +120,5 @@ def _shades(diagrams: Sequence[_HasLoci]) -> list[Artist]:
     if not all(region.known for region in shown):
         style: dict[str, Any] = {**UNKNOWN, "linewidth": 0.4}
         shades.append(Patch(**style, label="unknown"))
-    return shades
+    told = [shade for item in diagrams if item.regions for shade in motion_shades(item.regions)]
+    return [*shades, *{str(shade.get_label()): shade for shade in told}.values()]

@@ -12,6 +12,7 @@ from scipy import ndimage
 
 from slipfold.loci.region_map import Region, RegionMap
 from slipfold.plots.labels import Label
+from slipfold.plots.motions.region_motions import draw_region_motions
 from slipfold.plots.region_colours import PALE, UNKNOWN, region_colour
 
 __all__ = [
@@ -58,6 +59,7 @@ def draw_regions(ax: Axes, regions: RegionMap, labels: Labels) -> None:
         gid=PICTURE,
     )
     _hatch_unknown(ax, regions, labels)
+    draw_region_motions(ax, regions, labels)
     ax.set_xlim(view[0])
     ax.set_ylim(view[1])
 
@@ -68,7 +70,7 @@ def _colour(region: Region) -> str:
 
 def _hatch_unknown(ax: Axes, regions: RegionMap, labels: Labels) -> None:
     """Hatch the regions whose label is contradicted."""
-    unknown = [region.id for region in regions.regions if not region.known]
+    unknown = [item.id for item in regions.regions if not (item.known or item.motions)]
     mask = np.isin(labels, unknown)
     if not mask.any():
         return
@@ -151,6 +153,8 @@ def region_labels(ax: Axes, regions: RegionMap, size: float = 7.0) -> list[Label
     box = ax.get_window_extent()
     found = []
     for region in regions.regions:
+        if region.motions:  # its colours say more than its name
+            continue
         extent = _text_size(ax, region.name, size)
         # Half a character of free space around the text.
         width, height = (

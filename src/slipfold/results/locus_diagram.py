@@ -79,9 +79,9 @@ class LocusDiagram(Result):
     In the dataset of `to_xarray`, along ``point``: the points of all loci, one after the other;
     ``locus_of_point`` says whose. Along ``special``: the special points; along ``normal_form``:
     their coefficients. Along ``parameter``: the two parameters. The regions are in
-    ``region_of_cell`` over ``first`` and ``second``, and along ``region`` and ``check``. In the
-    spreadsheet of `to_csv`, one row a point, special points among them in their order. In
-    `to_json`, schema slipfold.locus/1, loci, special points and regions.
+    ``region_of_cell`` over ``first`` and ``second``, and along ``region``, ``check`` and
+    ``motion``. In the spreadsheet of `to_csv`, one row a point, special points among them in their
+    order. In `to_json`, schema slipfold.locus/1, loci, special points and regions.
 
     Examples
     --------

@@ -115,7 +115,11 @@ class LocusSummary:
     def _regions_table(self, regions: RegionMap) -> PrintedTable:
         heads = ["region", "stable", "share", *self.vary, "responses", "checks"]
         lines = [_region_row(region) for region in regions.regions]
-        return PrintedTable(heads, lines, words=("stable", "responses", "checks"))
+        if any(region.motions for region in regions.regions):
+            heads.append("motions")
+            pairs = zip(lines, regions.regions, strict=True)
+            lines = [[*line, region.regimes_text] for line, region in pairs]
+        return PrintedTable(heads, lines, words=("stable", "responses", "checks", "motions"))
 
     def _disagreements(self, regions: RegionMap) -> list[str]:
         """Why regions are not known: simulations or responses do not fit what others say."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from slipfold.loci.region_map import Region, RegionCheck, RegionMap
+from slipfold.loci.region_map import Region, RegionCheck, RegionMap, RegionMotion
 from slipfold.models.model import Model
 from slipfold.results.column import TEXT, TRUTH, WHOLE, Axes, Column
 from slipfold.results.labelled_table import Variable
@@ -28,6 +28,20 @@ CHECKS = Table(
     ("region", "region it lies in"),
 )  # fmt: skip
 
+MOTIONS = Table(
+    ("motion",),
+    (
+        Column("values", meaning="values of the parameters", dimensions=("parameter",),
+               name="motion_value", record=True),
+        Column("kind", TEXT, "what the motion does", record=True),
+        Column("period", WHOLE, "period in forcing periods, 0 for none", "", record=True),
+        Column("exponent", meaning="largest Lyapunov exponent, where it was needed",
+               unit="1/forcing period", record=True),
+    ),
+    "motion_",
+    ("region", "region it lies in"),
+)  # fmt: skip
+
 REGIONS = Table(
     ("region",),
     (
@@ -42,6 +56,9 @@ REGIONS = Table(
         Column("consistent", TRUTH, "whether all responses across it agree on its label",
                record=True),
         Column("checks", get=lambda region: [CHECKS.record(check) for check in region.checks],
+               record=True),
+        Column("regimes", record=True),
+        Column("motions", get=lambda region: [MOTIONS.record(motion) for motion in region.motions],
                record=True),
     ),
     "region_",
@@ -68,8 +85,10 @@ def region_variables(
     for table in _cells(model, vary):
         variables |= table.variables([regions], axes)
     variables |= REGIONS.variables(regions.regions, axes)
-    rows = [(item.id, check) for item in regions.regions for check in item.checks]
-    return variables | CHECKS.variables([c for _, c in rows], axes, [number for number, _ in rows])
+    for table, key in ((CHECKS, "checks"), (MOTIONS, "motions")):
+        rows = [(item.id, own) for item in regions.regions for own in getattr(item, key)]
+        variables |= table.variables([own for _, own in rows], axes, [at for at, _ in rows])
+    return variables
 
 
 def region_records(regions: RegionMap | None) -> list[dict[str, Any]] | None:
@@ -82,12 +101,14 @@ def read_regions(saved: SavedTable, vary: tuple[str, str], axes: Axes) -> Region
     first, second, cells = _cells(saved.model, vary)
     fields = first.read(saved, axes, ...) | second.read(saved, axes, ...)
     fields |= cells.read(saved, {**axes, **fields}, ...)
-    labels, checks = fields["labels"], CHECKS.rows(saved)
+    labels, checks, motions = fields["labels"], CHECKS.rows(saved), MOTIONS.rows(saved)
     numbers = saved.columns["region"].tolist()
     if labels.size and not 0 <= labels.min() <= labels.max() <= len(numbers):
         raise ValueError("region_of_cell names a region that there is not")
     regions = []
     for row, number in enumerate(numbers):
         own = [RegionCheck(**CHECKS.read(saved, axes, each)) for each in checks[number]]
-        regions.append(Region(**REGIONS.read(saved, axes, row), checks=tuple(own)))
+        seen = [RegionMotion(**MOTIONS.read(saved, axes, each)) for each in motions[number]]
+        told = REGIONS.read(saved, axes, row)
+        regions.append(Region(**told, checks=tuple(own), motions=tuple(seen)))
     return RegionMap(**fields, regions=tuple(regions))

@@ -11,13 +11,13 @@ from slipfold.cli.options import Csv, Friction, Json, ModelName, Out, Sets, Stat
 from slipfold.cli.outputs import Outputs
 from slipfold.cli.parsing import (
     parse_assignments,
+    parse_points,
     parse_states,
     parse_whole,
     parse_window,
     refuse_varied,
 )
 from slipfold.cli.progress import strobe_text
-from slipfold.errors import InputError
 
 __all__ = ["regimes"]
 
@@ -61,14 +61,11 @@ def regimes(
     chosen = find_model(model, given, friction)
     names, spans = parse_window(vary, chosen)
     refuse_varied(given, names)
-    first, cross, second = points.partition("x")
-    if not cross:
-        raise InputError(f"--points {points} is not of the form N1xN2; give e.g. --points 60x50")
     found = carry_out(
         lambda observer: compute(
             chosen,
             dict(zip(names, spans, strict=True)),
-            points=(parse_whole(first, "--points", 2), parse_whole(second, "--points", 2)),
+            points=parse_points(points),
             state=parse_states(state, chosen),
             transient=parse_whole(transient, "--transient"),
             observer=observer,

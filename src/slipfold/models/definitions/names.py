@@ -68,8 +68,8 @@ _TAKEN = frozenset(
             "span",
             "settings",
         ),
-        *("observer", "plane", "window", "types", "regions", "periods", "state", "tolerance"),
-        *("settled", "search", "tori", "gradients"),
+        *("observer", "plane", "window", "types", "regions", "regimes", "periods", "state"),
+        *("tolerance", "settled", "search", "tori", "gradients"),
     )
 )
 

@@ -12,25 +12,11 @@ from matplotlib.patches import Patch, PathPatch
 from slipfold.plots.angles import label_axis
 from slipfold.plots.axes import axes_or_new, cell_edges
 from slipfold.plots.loci import HasLoci, draw_loci
+from slipfold.plots.motions.regime_colours import COLOURS, grouped
 from slipfold.plots.threshold_map import cells
 from slipfold.results.motions.regime_map import RegimeMap
 
 __all__ = ["draw_regimes"]
-
-COLOURS = {
-    "period 1": "#eef0e2",
-    "period 2": "#b7ddd0",
-    "period 4": "#6fb7b0",
-    "period 8": "#3a8a94",
-    "other periods": "#8db4dc",
-    "torus": "#f5c451",
-    "chaos": "#b5322b",
-    "sticks": "#8f7cc0",
-    "stopped": "#9a9a9a",
-    "undecided": "#ffffff",
-    "not done": "#ffffff",
-}
-"""Colour of each regime: lightness tells them apart in grey as well."""
 
 DARK = "0.25"
 """Hatch of what coexists, where its colour is no other than that of the ground."""
@@ -90,10 +76,7 @@ def _ground(name: str) -> dict[str, Any]:
 
 
 def _grouped(found: RegimeMap, run: str) -> Any:
-    """Return what motions do, with periods that have no colour of their own together."""
-    named = found.names(run).astype(object)
-    named[~np.isin(named, list(COLOURS))] = "other periods"
-    return named
+    return grouped(found.names(run))
 
 
 def _hatch(ax: Axes, found: RegimeMap, run: str, edges: tuple[Any, ...], named: Any) -> set[str]:

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from slipfold.drawing import draw
 from slipfold.errors import InputError
 from slipfold.long_term.open_motions import CHAOS, PERIODIC, STICKS, TORUS, UNDECIDED
-from slipfold.long_term.regimes import NOT_DONE, RUNS
+from slipfold.long_term.places import NOT_DONE
+from slipfold.long_term.regimes import RUNS
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.results.column import TEXT, WHOLE, Column

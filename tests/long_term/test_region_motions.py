@@ -1,0 +1,141 @@
+"""What motions do in regions of a bifurcation set that have no stable response of theirs."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgba
+from matplotlib.figure import Figure
+
+import slipfold as sf
+from slipfold.computations import bifurcation_set
+from slipfold.loci.region_map import Region, RegionMap, RegionMotion
+from slipfold.long_term.region_motions import resolve_regions
+from slipfold.plots.locus_legend import legend_options
+from slipfold.plots.motions.regime_colours import COLOURS
+from slipfold.plots.regions import draw_regions, region_labels, sharpen
+
+PLANE, WINDOW = ("f", "Nd"), ((12.499, 12.501), (0.03, 0.15))
+MODEL = sf.SlidingOscillator(f=12.5, Nd=0.1)
+
+
+def regions(*found, split=None):
+    """Regions of the window: all of it, or those below and above a value of Nd."""
+    first, second = (np.linspace(low, high, 81)[1::2] for low, high in WINDOW)
+    above = np.zeros(40, bool) if split is None else second > split
+    labels = np.where(above[:, None], 2, np.ones((1, 40))).astype(np.int64)
+    return RegionMap(first, second, labels, found)
+
+
+def test_a_region_without_stable_responses_is_torus_and_chaos():
+    # As Lyapunov exponents tell at 0.06 and 0.12 N, in docs/after-the-hopf.md.
+    told = []
+    found, interrupted = resolve_regions(
+        MODEL, PLANE, WINDOW, regions(Region(1, (), 1.0, (12.5, 0.09))), (1, 2), told.append
+    )
+    (region,) = found.regions
+    assert not interrupted
+    assert region.regimes == {"torus": 0.5, "chaos": 0.5}
+    assert [motion.values for motion in region.motions] == [
+        pytest.approx((12.5, 0.06)), pytest.approx((12.5, 0.12)),
+    ]  # fmt: skip
+    assert region.name == "none"
+    assert "torus 50%, chaos 50%" in repr(region)
+    assert {progress.stage for progress in told} == {"regimes"}
+    assert told[-1].done == told[-1].total
+
+
+def test_only_regions_that_are_not_known_to_have_stable_responses_are_asked():
+    stable = Region(1, (1,), 0.25, (12.5, 0.04))
+    doubtful = Region(2, (2,), 0.75, (12.5, 0.1), consistent=False)
+    found, _ = resolve_regions(MODEL, PLANE, WINDOW, regions(stable, doubtful, split=0.06), (1, 4))
+    assert found.regions[0] is not doubtful
+    assert not found.regions[0].motions
+    assert [m.values[1] for m in found.regions[1].motions] == pytest.approx([0.075, 0.105, 0.135])
+    assert found.regions[1].name == "unknown"
+    untouched = regions(stable)
+    assert resolve_regions(MODEL, PLANE, WINDOW, untouched, (1, 4))[0] is untouched
+
+
+def test_a_region_smaller_than_the_grid_is_asked_at_its_own_place():
+    found, _ = resolve_regions(
+        MODEL, PLANE, WINDOW,
+        regions(Region(1, (1,), 0.9, (12.5, 0.05)), Region(2, (), 0.1, (12.5, 0.145)), split=0.14),
+        (1, 1),
+    )  # fmt: skip
+    assert [motion.values for motion in found.regions[1].motions] == [(12.5, 0.145)]
+
+
+def test_an_interrupt_keeps_the_regions():
+    def stop(progress):
+        raise KeyboardInterrupt
+
+    found, interrupted = resolve_regions(
+        MODEL, PLANE, WINDOW, regions(Region(1, (), 1.0, (12.5, 0.09))), (1, 2), stop
+    )
+    assert interrupted
+    assert found.regions[0].motions == ()
+
+
+def test_long_locked_orbits_are_not_taken_for_those_of_period_2():
+    # Averages over their states of equal number modulo 24 are those of period 2.
+    one = Region(1, (), 1.0, (12.583333, 0.7938))
+    window = ((12.5, 12.666666), (0.7, 0.8876))
+    found, _ = resolve_regions(MODEL, PLANE, window, regions(one), (1, 1))
+    assert found.regions[0].motions[0].name != "period 2"
+
+
+def motions():
+    return (
+        RegionMotion((12.5, 0.06), "torus", 0, 1e-9),
+        RegionMotion((12.5, 0.12), "periodic", 8),
+    )
+
+
+def test_they_are_drawn_as_the_regimes_that_they_are():
+    ax = Figure().subplots()
+    ax.set_xlim(WINDOW[0])
+    ax.set_ylim(WINDOW[1])
+    found = regions(Region(1, (), 1.0, (12.5, 0.09), True, (), motions()))
+    draw_regions(ax, found, sharpen(found, [], WINDOW))
+    picture = np.asarray(ax.images[-1].get_array())
+    quarter = len(picture) // 4
+    assert picture[quarter, 10].tolist() == list(to_rgba(COLOURS["torus"]))
+    assert picture[-quarter, 10].tolist() == list(to_rgba(COLOURS["period 8"]))
+    assert region_labels(ax, found) == []
+    shades = legend_options([SimpleNamespace(window=WINDOW, loci=(), regions=found)])["handles"]
+    assert [shade.get_label() for shade in shades] == ["simulated: period 8", "simulated: torus"]
+
+
+def asked(monkeypatch, interrupted=False, **keys):
+    found = None if interrupted else regions(Region(1, (), 1.0, (12.5, 0.09)))
+    answer = SimpleNamespace(loci=(), regions=found, interrupted=interrupted, missing=())
+    monkeypatch.setattr(bifurcation_set, "find_bifurcation_set", lambda *args, **keys: answer)
+    return sf.bifurcation_set(sf.SlidingOscillator(), PLANE, WINDOW, **keys)
+
+
+def test_a_set_has_them_on_request(monkeypatch, tmp_path):
+    assert asked(monkeypatch).regions.regions[0].motions == ()
+    found = asked(monkeypatch, regimes=(1, 2))
+    record = found.to_json()["regions"][0]
+    assert record["regimes"] == {"torus": 0.5, "chaos": 0.5}
+    assert [item["kind"] for item in record["motions"]] == ["torus", "chaos"]
+    assert "torus 50%, chaos 50%" in found.summary()
+    found.save(tmp_path / "set.nc")
+    again = sf.load(tmp_path / "set.nc")
+    assert again.to_json() == found.to_json()
+    assert again.regions.regions[0].motions == found.regions.regions[0].motions
+    assert asked(monkeypatch, interrupted=True, regimes=(1, 2)).regions is None
+
+
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [
+        ({"regimes": (60, 50), "regions": False}, "ask for these too"),
+        ({"regimes": 60}, "are not two numbers"),
+        ({"regimes": (60, 0)}, "regimes = 0 is not a whole number of at least 1"),
+    ],
+)
+def test_what_cannot_be_used_is_refused(monkeypatch, keys, words):
+    with pytest.raises(sf.InputError, match=words):
+        asked(monkeypatch, **keys)
