@@ -15,7 +15,7 @@ from slipfold.flow.equations import Constants
 from slipfold.flow.switched.contact_quantities import ContactsNow
 from slipfold.flow.switched.mode import Mode, Status
 from slipfold.flow.switched.switched_flow import SwitchedFlow
-from slipfold.flow.switched.transition import SLACK, friction_in, holds_alone, next_mode
+from slipfold.flow.switched.transition import SLACK, friction_in, next_mode
 
 __all__ = ["AT_REST", "at_rest", "let_go", "unlimited"]
 
@@ -66,12 +66,10 @@ def let_go(
 
     Shapes: state (n,).
     """
-    if Status.STICK not in mode:
+    if Status.STICK not in mode or (flow.straight and flow.rested(state, phase, constants)[1]):
         return mode
     places = flow.quantities.places
     now = flow.quantities.at(state, phase, constants) if now is None else now
-    if len(now.slip) == 1 and holds_alone(now):
-        return mode
     rest = at_rest(flow, mode, now, weights)
     friction = friction_in(now, places, mode, rest)
     for contact, place in enumerate(places):

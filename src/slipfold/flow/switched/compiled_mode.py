@@ -48,8 +48,10 @@ class CompiledMode:
 
     def __init__(self, mode: ModeEquations, limits: Sequence[Limit]) -> None:
         self._mode, self._limits = mode, limits
+        count = len(mode.contacts)
         self.name = str(mode.mode)
-        equations, count = mode.equations, len(mode.contacts)
+        self.contacts = count
+        equations = mode.equations
         self._weights = [
             hy.expression(f"weight {place}") for place in range(2 * count + len(limits))
         ]
@@ -59,15 +61,21 @@ class CompiledMode:
         self.rests = mode.slow is None and all(
             is_zero(equations.field[place]) for place in self.held
         )
+        # Whether all rates are constant
+        constant = {str(item) for item in equations.coefficients}
+        self.steady = mode.slow is None and constant.issuperset(
+            hy.get_variables(list(equations.field))
+        )
         self.slow = mode.mode.index(Status.SLOW) if mode.slow is not None else None
         self.flow = Flow(equations)
         self._key = f"{equations.fingerprint()} {mode.mode} {list(mode.held)}"
         if mode.held:
             slow = [] if mode.slow is None else [LOGARITHM, ANGLE]
             inputs = [*equations.states, *slow, equations.phase, *equations.coefficients]
+            found = [*mode.held.values(), *_held_alone(mode)]
             self.holding: Any = cached(
-                f"held at a phase {self._key}",
-                lambda: compiled_function(mode.held.values(), inputs),
+                f"held at a phase and by what {self._key}",
+                lambda: compiled_function(found, inputs),
             )
 
     @cached_property
@@ -138,6 +146,13 @@ class CompiledMode:
         elif event.ending is not Ending.STOPS:
             which += count
         return self._weights[which] * event.expression + (-BEYOND if event.rising else BEYOND)
+
+
+def _held_alone(mode: ModeEquations) -> list[Expression]:
+    """Return what a contact along a line that is the only one bears in stick, and can bear."""
+    if mode.mode != (Status.STICK,) or len(mode.friction[0]) > 1:
+        return []
+    return [mode.friction[0][0], mode.normal[0] * hy.subs(mode.contacts[0].holding, mode.held)]
 
 
 RISING, FALLING = hy.event_direction.positive, hy.event_direction.negative

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from slipfold.flow.cache import cached
 from slipfold.flow.equations import Constants, Equations
+from slipfold.flow.switched.arguments import Arguments
 from slipfold.flow.switched.linear_symbols import rate_along
 from slipfold.flow.switched.mode_equations import rate_of_phase
 from slipfold.models.compiled_function import compiled_function
@@ -57,10 +58,11 @@ class ContactQuantities:
         inputs = [*equations.states, equations.phase, *equations.coefficients]
         key = f"contacts {[str(item) for item in expressions]}\n{equations.fingerprint()}"
         self._function: Any = cached(key, lambda: compiled_function(expressions, inputs))
+        self._arguments = Arguments()
 
     def at(self, state: Array, phase: float, constants: Constants) -> ContactsNow:
         """Evaluate at a state. Shapes: state (n,)."""
-        values = self._function(np.concatenate([state, (phase,), constants.values])).tolist()
+        values = self._function(self._arguments.of(state, phase, constants)).tolist()
         found, m = [values[part] for part in self._parts], self._components
         matrices = found[2 : 2 + m], found[2 + m : 2 + 2 * m]
         return ContactsNow(found[0], found[1], *matrices, *found[2 + 2 * m :])

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +17,8 @@ __all__ = ["Change", "Interval", "Recorder"]
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Interval:
-    """A time in which a contact does one thing; frozen.
+class Interval(NamedTuple):
+    """A time in which a contact does one thing.
 
     Parameters
     ----------
@@ -51,42 +52,45 @@ class Change:
 
 
 class Recorder:
-    """Collects intervals and changes while a motion goes on."""
+    """Notes legs and changes while a motion goes on; what they amount to is found afterwards."""
 
     def __init__(self, contacts: Sequence[str], mode: Mode) -> None:
         self._contacts, self._mode = contacts, mode
-        self._begin = [0.0] * len(contacts)
-        self._energies = np.zeros((2, len(contacts)))
-        self.intervals: list[Interval] = []
+        self._energies: list[Array] = []
+        self._legs: list[int] = []  # before each change
         self.changes: list[Change] = []
 
     def went_on(self, energies: Array) -> None:
-        """Add the energies of a leg, shape (2, k)."""
-        self._energies += energies
+        """Note the energies of a leg, shape (2, k)."""
+        self._energies.append(energies)
 
     def changed(self, time: float, state: Array, mode: Mode) -> None:
         """Note a new mode."""
         self.changes.append(Change(time, state, mode))
-        for place, after in enumerate(mode):
-            if after is not self._mode[place]:
-                self._close(time, place)
-        self._mode = mode
+        self._legs.append(len(self._energies))
 
     def ended(self, time: float) -> tuple[Interval, ...]:
-        """Return all intervals, those that still last as far as the end."""
-        known = len(self.intervals)
-        kept = self._begin.copy(), self._energies.copy()
-        for place in range(len(self._contacts)):
-            self._close(time, place)
-        found = tuple(self.intervals)
-        del self.intervals[known:]
-        self._begin, self._energies = kept
-        return found
+        """Return all intervals, those that still last as far as the end, by their ends."""
+        energies = np.array([*self._energies, np.zeros((2, len(self._contacts)))])
+        found = [
+            self._intervals(place, name, energies[:, :, place], time)
+            for place, name in enumerate(self._contacts)
+        ]
+        return tuple(sorted(chain.from_iterable(found), key=lambda item: item.end))
 
-    def _close(self, time: float, place: int) -> None:
-        if time > self._begin[place]:
-            work, heat = self._energies[:, place].tolist()
-            name, doing = self._contacts[place], status_name(self._mode[place])
-            self.intervals.append(Interval(name, doing, self._begin[place], time, work, heat))
-        self._begin[place] = time
-        self._energies[:, place] = 0.0
+    def _intervals(self, place: int, name: str, energies: Array, time: float) -> list[Interval]:
+        """Return what one contact did. Shapes: energies (legs + 1, 2)."""
+        doing, begins, legs = [self._mode[place]], [0.0], [0]
+        for change, done in zip(self.changes, self._legs, strict=True):
+            status = change.mode[place]
+            if status is not doing[-1]:
+                doing.append(status)
+                begins.append(change.time)
+                legs.append(done)
+        sums = np.add.reduceat(energies, legs).tolist()
+        rows = zip(doing, begins, [*begins[1:], time], sums, strict=True)
+        return [
+            Interval(name, status_name(status), begin, end, *both)
+            for status, begin, end, both in rows
+            if end > begin
+        ]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -161,7 +160,7 @@ def trajectory_of(motion: SwitchedMotion, tolerance: float) -> Trajectory:
     intervals = motion.recorder.ended(end)
     if unit != 1:
         intervals = tuple(
-            replace(item, begin=item.begin * unit, end=item.end * unit) for item in intervals
+            item._replace(begin=item.begin * unit, end=item.end * unit) for item in intervals
         )
     # An interrupt may have come between the mode and the state of a period.
     modes = np.array(motion.modes[: motion.periods + 1], np.int64)

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from threading import Lock
-from typing import Any
 
 import heyoka as hy
 import numpy as np
@@ -19,13 +18,16 @@ from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow
 from slipfold.flow.own_copies import OwnCopies
 from slipfold.flow.scaled import power_of_two
+from slipfold.flow.switched.arguments import Arguments
 from slipfold.flow.switched.compiled_mode import CompiledMode
 from slipfold.flow.switched.contact_quantities import ContactQuantities
 from slipfold.flow.switched.events import REST, UNIT, Ending, Event
 from slipfold.flow.switched.mode import Mode, Status, shown
 from slipfold.flow.switched.mode_equations import contacts_of, mode_equations, with_given_forces
+from slipfold.flow.switched.ready_mode import ReadyMode
 from slipfold.flow.switched.slopes import Slopes
 from slipfold.flow.switched.step_polynomials import BegunPolynomials, SlowPolynomials, step_to
+from slipfold.flow.switched.transition import SLACK
 from slipfold.models.model import Kind, Model
 from slipfold.models.output import Limit
 
@@ -70,6 +72,9 @@ class SwitchedFlow:
         self.contacts = contacts_of(model)
         self._equations = with_given_forces(model, self.contacts)
         self.quantities = ContactQuantities(self.contacts, self._equations)
+        # Whether a contact along a line is the only one, and whether any is in the plane
+        self.straight = [len(contact.slip) for contact in self.contacts] == [1]
+        self.planar = any(len(contact.slip) == 2 for contact in self.contacts)
         beyond = {name for contact in self.contacts for name in contact.limits}
         self.limits: tuple[Limit, ...] = tuple(
             item for item in model.limits if item.name not in beyond
@@ -77,7 +82,8 @@ class SwitchedFlow:
         slips = [part for contact in self.contacts for part in contact.slip]
         self._slips = slips
         self._integrators = OwnCopies()
-        self._last = threading.local()
+        self._arguments = Arguments()
+        self._own = threading.local()
         self._modes: dict[Mode, CompiledMode] = {}
 
     @cached_property
@@ -102,6 +108,18 @@ class SwitchedFlow:
         """Return a state with some slow slip in m/s in a mode. Shapes: state (n,); slip (2,)."""
         return self._placed(self._mode(mode), state, _polar(slip, 0.0), phase, constants)
 
+    def rested(self, state: Array, phase: float, constants: Constants) -> tuple[Array, bool]:
+        """Return a state in which a contact along a line, the only one, comes to rest.
+
+        With it whether friction holds it, clearly within its limit: most do. Shapes: state (n,).
+        """
+        compiled = self._mode(STUCK)
+        *held, needed, most = compiled.holding(self._arguments.of(state, phase, constants)).tolist()
+        result = state.copy()
+        for place, value in zip(compiled.held, held, strict=True):
+            result[place] = value
+        return result, abs(needed) < most * (1 - SLACK)
+
     def _placed(
         self,
         compiled: CompiledMode,
@@ -112,9 +130,13 @@ class SwitchedFlow:
     ) -> Array:
         if not compiled.held:
             return state
-        known = np.concatenate([state, polar, [phase], constants.values])
+        if polar:
+            known = np.concatenate([state, polar, (phase,), constants.values])
+        else:
+            known = self._arguments.of(state, phase, constants)
         result = state.copy()
-        result[compiled.held] = compiled.holding(known)
+        for place, value in zip(compiled.held, compiled.holding(known).tolist(), strict=False):
+            result[place] = value
         return result
 
     def _all_placed(
@@ -125,12 +147,16 @@ class SwitchedFlow:
         phases: Array,
         constants: Constants,
     ) -> Array:
-        """Do so with many states. Shapes: states (p, n); polar (p, 2); phases (p,)."""
+        """Do so with many states of slow slip. Shapes: states (p, n); polar (p, 2); phases (p,)."""
         values = np.repeat(constants.values[:, None], len(states), axis=1)
         result = states.copy()
         known = np.concatenate([states.T, polar.T, phases[None], values])
         result[:, compiled.held] = compiled.holding(known).T
         return result
+
+    def steady(self, mode: Mode) -> bool:
+        """Whether all rates are constant in a mode, of contacts along lines."""
+        return not self.planar and self._mode(mode).steady
 
     def places_held(self, mode: Mode) -> list[int]:
         """Return which states follow from the others in a mode."""
@@ -165,79 +191,64 @@ class SwitchedFlow:
         dense: bool = False,
     ) -> Leg:
         """Carry a state on in a mode, until it changes. Shapes: state (n,)."""
-        compiled, n = self._mode(mode), len(state)
-        integrator, scaled, units = self._given(compiled, constants, weights)
-        integrator.time = begin
-        np.divide(state, constants.scales, out=scaled[:n])
-        scaled[n:] = 0.0
-        until, own = end, 0
+        compiled = self._mode(mode)
+        ready = self._ready(compiled, constants, weights)
+        integrator = ready.integrator
+        np.divide(state, constants.scales, out=ready.scaled)
+        ready.energies.fill(0.0)
+        if compiled.events:
+            integrator.reset_cooldowns()
+        integrator.time, until = begin, end
         if compiled.slow is not None:
             place = self.quantities.places[compiled.slow]
             slip = self.quantities.at(state, begin, constants).slip[place]
-            least = 2 * REST / weights[compiled.slow]
-            logarithm, angle = _polar(slip, least)
-            integrator.time, until, own = 0.0, FOREVER, 3
-            scaled[n : n + 3] = logarithm / UNIT, angle, begin
+            logarithm, angle = _polar(slip, 2 * REST / weights[compiled.slow])
+            ready.slow[:] = logarithm / UNIT, angle, begin
+            integrator.time, until = 0.0, FOREVER
             integrator.pars[-1] = end
-        if compiled.events:
-            integrator.reset_cooldowns()
-        event: Event | None = None
         polynomials: StepPolynomials | SlowPolynomials | None = None
         if dense:
             outcome, polynomials = step_to(integrator, until, STEPS)
         else:
             outcome = int(integrator.propagate_until(until, max_steps=STEPS)[0])
-        if -len(compiled.events) <= outcome < 0:
-            event = compiled.events[-1 - outcome]
-        elif outcome != ARRIVED:
-            event = Event(Ending.STIFF if outcome == STEP_LIMIT else Ending.SINGULAR, 0, None)
-        if event is not None and event.ending is Ending.ARRIVES:
-            event = None
-        final, time = scaled[:n] * constants.scales, integrator.time
+        event = _event(compiled, outcome)
+        final, time = ready.scaled * constants.scales, integrator.time
         polar: tuple[float, ...] = ()
         if compiled.slow is not None:
-            logarithm, angle, time = scaled[n : n + 3]
+            logarithm, angle, time = ready.slow.tolist()
             polar = (logarithm * UNIT, angle)
-            time = end if event is None else float(time)
+            time = end if event is None else time
             if isinstance(polynomials, StepPolynomials):
-                polynomials = SlowPolynomials(
-                    polynomials,
-                    n,
-                    lambda y, known, phases: (
-                        self._all_placed(compiled, y * constants.scales, known, phases, constants)
-                        / constants.scales
-                    ),
-                    compiled.held,
-                )
+                polynomials = self._slowly(compiled, polynomials, constants)
         return Leg(
             mode,
             begin,
             time,
             final if compiled.rests else self._placed(compiled, final, polar, time, constants),
-            scaled[n + own :].reshape(2, -1) * units,
+            ready.energies * ready.units,
             event,
             polynomials=polynomials,
         )
 
-    def _given(
-        self, compiled: CompiledMode, constants: Constants, weights: Array
-    ) -> tuple[Any, Array, Array]:
-        """Return the integrator of a mode, which knows the parameters, and its state.
+    def _slowly(
+        self, compiled: CompiledMode, polynomials: StepPolynomials, constants: Constants
+    ) -> SlowPolynomials:
+        """Return what lies between the ends of steps of slow slip."""
+        scales = constants.scales
 
-        Last come the units of energies.
-        """
-        last: dict[str, tuple[Constants, Array, Any, Array, Array]] = self._last.__dict__
-        before = last.get(compiled.name)
-        # Most pieces of a motion differ in nothing but their beginnings.
-        if before is None or before[0] is not constants or before[1] is not weights:
+        def placed(scaled: Array, polar: Array, phases: Array) -> Array:
+            return self._all_placed(compiled, scaled * scales, polar, phases, constants) / scales
+
+        return SlowPolynomials(polynomials, len(scales), placed, compiled.held)
+
+    def _ready(self, compiled: CompiledMode, constants: Constants, weights: Array) -> ReadyMode:
+        own: dict[str, ReadyMode] = self._own.__dict__
+        ready = own.get(compiled.name)
+        if ready is None or not ready.serves(constants, weights):
             integrator = self._integrators.get(compiled.name, compiled.integrator)
-            known = np.concatenate([constants.values, constants.scales, weights])
-            integrator.pars[: len(known)] = known
-            count = len(self.contacts)
-            units = 1 / (weights[:count] * weights[count : 2 * count])
-            before = constants, weights, integrator, integrator.state, units
-            last[compiled.name] = before
-        return before[2:]
+            ready = ReadyMode(compiled, integrator, constants, weights)
+            own[compiled.name] = ready
+        return ready
 
     def weights(self, state: Array, constants: Constants) -> Array:
         """Return one over the sizes of slips, of frictions, and of what limits watch.
@@ -274,6 +285,18 @@ class SwitchedFlow:
 
 ARRIVED = int(hy.taylor_outcome.time_limit)
 STEP_LIMIT = int(hy.taylor_outcome.step_limit)
+
+STUCK = (Status.STICK,)
+
+
+def _event(compiled: CompiledMode, outcome: int) -> Event | None:
+    """Return what ended a piece of motion; None if it came to where it was asked to."""
+    if outcome == ARRIVED:
+        return None
+    if -len(compiled.events) <= outcome < 0:
+        event = compiled.events[-1 - outcome]
+        return None if event.ending is Ending.ARRIVES else event
+    return Event(Ending.STIFF if outcome == STEP_LIMIT else Ending.SINGULAR, 0, None)
 
 
 def _polar(slip: Sequence[float] | Array, least: float) -> tuple[float, float]:

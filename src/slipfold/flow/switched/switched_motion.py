@@ -20,7 +20,7 @@ from slipfold.flow.switched.mode import Mode, Status, shown
 from slipfold.flow.switched.mode_equations import Undetermined
 from slipfold.flow.switched.release import begins, release
 from slipfold.flow.switched.switched_flow import Leg, SwitchedFlow, switched_flow_of
-from slipfold.flow.switched.transition import Undecided, holds_alone, next_mode
+from slipfold.flow.switched.transition import Undecided, next_mode
 from slipfold.models.model import Model
 
 __all__ = ["Broken", "SwitchedMotion", "first_mode", "legs"]
@@ -29,6 +29,9 @@ Array = NDArray[np.float64]
 
 BACKWARDS = 1e-9
 """Slip against its own direction, over its size, at which a change was missed."""
+
+FURTHER = 0.5
+"""Phases by which a leg with constant rates may go beyond the end of a period."""
 
 STUCK = (Status.STICK,)
 
@@ -79,22 +82,37 @@ class SwitchedMotion:
 
     def go_on(self, periods: int, tell: Callable[[], None] = lambda: None) -> None:
         """Integrate some more periods, as far as it comes; who is told of each may interrupt."""
-        for _ in range(periods):
-            done, state, mode = self.periods, self._states[-1], self.modes[-1]
+        last, state, mode, phase = self.periods + periods, self._states[-1], self.modes[-1], 0.0
+        further = FURTHER
+        while (done := self.periods) < last:
+            until = 1 + further if done + 1 < last else 1.0
+            known = self.flow, mode, state, 1.0, self.constants, self.weights
             try:
-                for leg, after in legs(self.flow, mode, state, 1.0, self.constants, self.weights):
+                for leg, after in legs(*known, begin=phase, steadily=until):
                     self.recorder.went_on(leg.energies)
-                    state = leg.state
+                    if leg.end > 1:
+                        share = (1 - leg.begin) / (leg.end - leg.begin)
+                        self._ended(mode, state + share * (leg.state - state))
+                    state, phase = leg.state, leg.end
                     if shown(after) != mode:
                         mode = shown(after)
-                        self.recorder.changed(done + leg.end, leg.state, mode)
+                        self.recorder.changed(done + phase, state, mode)
             except Broken as broken:
+                if broken.stop.time > 1:  # the end of the period is still to come
+                    further = 0.0
+                    continue
                 time = (done + broken.stop.time) * self.constants.period
                 self.stopped = replace(broken.stop, time=time)
                 return
-            self.modes.append(mode)
-            self._states.append(state)
+            if phase <= 1:
+                self._ended(mode, state)
+            phase -= 1
             tell()
+
+    def _ended(self, mode: Mode, state: Array) -> None:
+        """Note the end of a period."""
+        self.modes.append(mode)
+        self._states.append(state)
 
 
 def first_mode(
@@ -125,38 +143,35 @@ def legs(
     *,
     begin: float = 0.0,
     dense: bool = False,
+    steadily: float = 0.0,
 ) -> Iterator[tuple[Leg, Mode]]:
-    """Carry a state from one phase to another through its modes; with each leg what follows."""
+    """Carry a state from one phase to another through its modes; with each leg what follows.
+
+    A last leg with constant rates may go on steadily, to a phase beyond the end.
+    """
     phase = begin
-    mode = _slow_where_slow(flow, mode, state, phase, constants, weights)
-    mode, first = _begun(flow, mode, state, phase, constants, weights, end, dense=dense)
-    for piece, after in first:
-        yield piece, after
-        state, phase = piece.state, piece.end
-    if first and phase >= end:
-        return
+    if flow.planar:
+        mode = _slow_where_slow(flow, mode, state, phase, constants, weights)
+    if Status.STICK in mode or Status.SLOW in mode:
+        mode, first = _begun(flow, mode, state, phase, constants, weights, end, dense=dense)
+        for piece, after in first:
+            yield piece, after
+            state, phase = piece.state, piece.end
+        if first and phase >= end:
+            return
     for _ in range(MOST):
-        beginning = list[Leg]()
-        leg = flow.run(mode, state, phase, end, constants, weights, dense=dense)
+        until = steadily if steadily > end and flow.steady(mode) else end
+        leg = flow.run(mode, state, phase, until, constants, weights, dense=dense)
+        if leg.event is None:
+            yield leg, mode
+            return
+        beginning: list[Leg] = []
         try:
-            after = mode
-            if leg.event is not None:
-                after, resting = _after(flow, leg, constants, weights)
-                if resting != mode:
-                    leg.state = flow.held(resting, leg.state, leg.end, constants)
-                for contact, status in enumerate(after):
-                    if status is Status.SLOW and resting[contact] is Status.STICK:
-                        beginning = release(
-                            flow,
-                            after,
-                            contact,
-                            leg.state,
-                            leg.end,
-                            constants,
-                            weights,
-                            end,
-                            dense=dense,
-                        )
+            after, resting = _after(flow, leg, constants, weights)
+            for contact, status in enumerate(after if flow.planar else ()):
+                if status is Status.SLOW and resting[contact] is Status.STICK:
+                    args = flow, after, contact, leg.state, leg.end, constants, weights, end
+                    beginning = release(*args, dense=dense)
         except Undecided as error:
             raise Broken(_undecided(error, leg.end), leg) from None
         except Undetermined as error:
@@ -167,8 +182,6 @@ def legs(
             raise Broken(Stop("undetermined", reason, phase), leg) from None
         state = leg.state
         yield leg, after
-        if leg.event is None:
-            return
         mode, phase = after, leg.end
         for piece in beginning:
             yield replace(piece, event=leg.event), after
@@ -216,21 +229,21 @@ def _undecided(error: Undecided, phase: float) -> Stop:
 
 
 def _after(flow: SwitchedFlow, leg: Leg, constants: Constants, weights: Array) -> tuple[Mode, Mode]:
-    """Return the mode that follows an event, and the one in which all that is at rest sticks."""
+    """Return the mode that follows an event, and the one in which all that is at rest sticks.
+
+    The leg comes to rest in the latter.
+    """
     event, mode = leg.event, leg.mode
     assert event is not None
+    if flow.straight and (alone := _alone(flow, leg, event, constants)) is not None:
+        return alone, alone
     if event.ending in (Ending.SLOWS, Ending.QUICKENS):
         slow = event.ending is Ending.SLOWS and Status.SLOW not in mode
         after = _with(mode, event.which, Status.SLOW if slow else Status.FORTH)
         return after, after
     if event.ending in (Ending.LIMIT, Ending.STIFF, Ending.SINGULAR):
         raise Broken(_stop(flow, leg, event, constants), leg)
-    straight = len(mode) == 1 and len(flow.contacts[0].slip) == 1
-    if straight and event.ending is Ending.YIELDS:  # nothing else can change
-        return (event.towards,), mode
     now, places = flow.quantities.at(leg.state, leg.end, constants), flow.quantities.places
-    if straight and event.ending is Ending.STOPS and holds_alone(now):
-        return STUCK, STUCK
     wanted: dict[int, Status] = {}
     rest = []
     for contact, (status, place) in enumerate(zip(mode, places, strict=True)):
@@ -258,7 +271,21 @@ def _after(flow: SwitchedFlow, leg: Leg, constants: Constants, weights: Array) -
     resting = tuple(
         Status.STICK if contact in rest else status for contact, status in enumerate(after)
     )
+    if resting != mode:
+        leg.state = flow.held(resting, leg.state, leg.end, constants)
     return after, resting
+
+
+def _alone(flow: SwitchedFlow, leg: Leg, event: Event, constants: Constants) -> Mode | None:
+    """Return the mode that follows where nothing else can change; None if that is not so clear."""
+    if event.ending is Ending.YIELDS:
+        return (event.towards,)
+    if event.ending is Ending.STOPS:
+        rested, holds = flow.rested(leg.state, leg.end, constants)
+        if holds:
+            leg.state = rested
+            return STUCK
+    return None
 
 
 def _slow_where_slow(

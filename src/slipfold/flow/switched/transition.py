@@ -17,7 +17,6 @@ __all__ = [
     "SLACK",
     "Undecided",
     "friction_in",
-    "holds_alone",
     "largest",
     "next_mode",
     "outward",
@@ -182,13 +181,6 @@ def friction_in(
 ) -> Numbers:
     """Return friction if contacts, some of them at rest, go on in a mode."""
     return _Instant(now, places, tuple(rest), mode).forces(mode)[0]
-
-
-def holds_alone(now: ContactsNow) -> bool:
-    """Whether a contact along a line, the only one, holds clearly within its limit: most do."""
-    (free,), ((by_friction,),), ((by_normal,),) = now.free, now.by_friction, now.by_normal
-    needed = (free + by_normal * now.normal[0]) / by_friction
-    return abs(needed) < now.holding[0] * (1 - SLACK)
 
 
 def response(

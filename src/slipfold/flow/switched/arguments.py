@@ -1,0 +1,32 @@
+"""What compiled functions of a state are given: the state, its phase and what stays the same."""
+
+from __future__ import annotations
+
+import threading
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.flow.equations import Constants
+
+__all__ = ["Arguments"]
+
+Array = NDArray[np.float64]
+
+
+class Arguments(threading.local):
+    """Their place in memory, one a thread: most calls of a motion differ in few of them."""
+
+    def __init__(self) -> None:
+        self._constants: Constants | None = None
+        self._whole, self._count = np.empty(0), 0
+
+    def of(self, state: Array, phase: float, constants: Constants) -> Array:
+        """Return state, phase and coefficients, good until the next call. Shapes: state (n,)."""
+        if constants is not self._constants:
+            self._whole = np.concatenate([state, (phase,), constants.values])
+            self._constants, self._count = constants, len(state)
+        whole, count = self._whole, self._count
+        whole[:count] = state
+        whole[count] = phase
+        return whole
