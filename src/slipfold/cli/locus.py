@@ -51,8 +51,8 @@ Types = Annotated[
         "--type",
         metavar="LP|PD|NS|BP|HB|GRAZE|LIFT",
         help="Type of bifurcation to follow: fold, period doubling, Neimark-Sacker, branch point, "
-        "Hopf of an autonomous model; all by default. With RESPONSE.nc, type of its points to "
-        "start from, also where contacts begin to stick or to lift off. Repeatable.",
+        "Hopf of an autonomous model, where contacts begin to stick or to lift off; all by "
+        "default. With RESPONSE.nc, type of its points to start from. Repeatable.",
     ),
 ]
 Periods = Annotated[

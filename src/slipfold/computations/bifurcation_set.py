@@ -56,8 +56,9 @@ def bifurcation_set(
         Two values of each, always to be given: a pair of pairs in the order of `plane`, or pairs
         by name; numbers in SI units, or text with a unit such as ``"20deg"``.
     types
-        Types of bifurcation to follow: of ``"LP"``, ``"PD"``, ``"NS"``, ``"BP"``, and ``"HB"``
-        of an autonomous model; all if None.
+        Types of bifurcation to follow: of ``"LP"``, ``"PD"``, ``"NS"``, ``"BP"``, ``"HB"`` of an
+        autonomous model, and ``"GRAZE"`` and ``"LIFT"``, where responses begin to stick or to lift
+        off, of one whose contacts may; all if None.
     periods
         Periods of the orbits whose bifurcations are followed: 1, 2 or both, in forcing periods.
     regions

@@ -10,8 +10,10 @@ from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import LOCUS_TYPES, SpecialPoint
 from slipfold.errors import InputError
 from slipfold.flow.sizes.typical_sizes import measured_within
+from slipfold.flow.switched.mode_equations import contacts_of
 from slipfold.loci.fan import FanLine, follow_fan, follow_settled, largest_period
 from slipfold.loci.follow import follow_found
+from slipfold.loci.into_stick.touches import Touches
 from slipfold.loci.isolated import follow_isolated
 from slipfold.loci.locus import Locus
 from slipfold.loci.progress import LocusObserver, LocusProgress
@@ -61,7 +63,8 @@ def find_bifurcation_set(
     """Find the loci of all bifurcations in a window, and which stable responses exist where.
 
     Responses are followed across the window in both directions; from each of their special points
-    its locus is, unless it is known; from points of codimension two those that start there.
+    its locus is, unless it is known; from points of codimension two those that start there. Where a
+    response ends since a contact begins to stick, the locus of that starts.
     """
     window = check_window(model, plane, window)
     types, periods = check_asked(model, types, periods)
@@ -80,6 +83,8 @@ def find_bifurcation_set(
         model = measured_across(model, plane, window)
     lines: list[FanLine] = []
     stops: list[KeyboardInterrupt] = []
+    touches = Touches(plane, window)
+    touched = any(kind in types for kind in TOUCHED)
 
     def found() -> Iterator[SpecialPoint]:
         for line in _across(model, plane, window, settings, observer):
@@ -87,9 +92,11 @@ def find_bifurcation_set(
             if line.interrupted:
                 return
             yield from (point for branch in line.branches for point in branch.special)
+            yield from touches.beside(line.branches) if touched else ()
         others = follow_isolated(model, lines, plane, window, settings, observer)
         for branch in others if model.forced else ():
             yield from branch.special
+            yield from touches.beside([branch]) if touched else ()
 
     points = (
         point
@@ -112,7 +119,7 @@ def find_bifurcation_set(
                 middle = (sum(window[0]) / 2, sum(window[1]) / 2)
                 text = f"between {len(loci)} loci"
                 observer(LocusProgress("regions", 0, None, middle, text, loci=loci))
-            labels = map_regions(model, plane, window, loci, lines, observer)
+            labels = map_regions(model, plane, window, loci, lines, observer, touches.of)
         except KeyboardInterrupt:
             interrupted = True
     others = lines[sum(LINES) :]
@@ -157,15 +164,18 @@ def _inside(model: Model, plane: tuple[str, str], window: Window) -> bool:
 
 
 def possible_types(model: Model) -> tuple[str, ...]:
-    """Return the types of loci in a set of a model: only an autonomous one has equilibria.
+    """Return the types of loci in a set of a model.
 
-    Responses are followed in slip, so none begins to touch Vrel = 0.
+    Only an autonomous one has equilibria, only one whose contacts may stick begins to.
 
     >>> from slipfold.models import model_named
     >>> possible_types(model_named("lure"))
     ('LP', 'PD', 'NS', 'BP', 'HB')
+    >>> possible_types(model_named("sliding"))
+    ('LP', 'PD', 'NS', 'BP', 'GRAZE', 'LIFT')
     """
-    missing = {*TOUCHED, *(("HB",) if model.forced else ())}
+    may_stick = any(contact.limits for contact in contacts_of(model))
+    missing = {*(() if may_stick else TOUCHED), *(("HB",) if model.forced else ())}
     return tuple(kind for kind in LOCUS_TYPES if kind not in missing)
 
 
@@ -179,8 +189,8 @@ def check_asked(
         if kind not in possible:
             if kind in TOUCHED:
                 raise InputError(
-                    f"responses of a set are followed in slip, so it has no loci of type {kind!r}; "
-                    "start one from a point of a branch that sticks, see slipfold.locus"
+                    f"there are no loci of type {kind!r} of {model.name}, none of whose contacts "
+                    f"sticks; give {', '.join(possible)}"
                 )
             of = "" if kind not in LOCUS_TYPES else f" of {model.name}, which is forced"
             raise InputError(f"there are no loci of type {kind!r}{of}; give {', '.join(possible)}")

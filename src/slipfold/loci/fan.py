@@ -16,6 +16,7 @@ from slipfold.branches.response import trace_response
 from slipfold.branches.settings import Settings
 from slipfold.branches.start import Begin
 from slipfold.errors import InputError
+from slipfold.loci.into_stick.touches import ends_in_stick
 from slipfold.loci.progress import LocusObserver, LocusProgress
 from slipfold.loci.window import Window
 from slipfold.models.equilibrium_search import search_equilibrium
@@ -116,8 +117,28 @@ def follow_line(
         except InputError as error:
             failure = failure or str(error)
         else:
+            if first == low and ends_in_stick(branches[0]):
+                branches += _from_beyond(model, vary, (high, low), fixed, value, settings, tell)
             return FanLine(vary, fixed, value, branches)
     return FanLine(vary, fixed, value, (), failure)
+
+
+def _from_beyond(
+    model: Model,
+    vary: str,
+    span: tuple[float, float],
+    fixed: str,
+    value: float,
+    settings: Settings,
+    tell: Observer | None,
+) -> tuple[Branch, ...]:
+    """Follow the response in slip from the other end, where it ends at stick from either side."""
+    try:
+        at = model.replace(**{fixed: value, vary: span[0]})
+        found = trace_response(at, vary, span, settings=settings, observer=tell)
+    except InputError:
+        return ()
+    return found if ends_in_stick(found[0]) else ()
 
 
 def follow_settled(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.branches.branch import Branch
 from slipfold.loci.fan import FanLine
 from slipfold.loci.isolated import PLACES, Starts
 from slipfold.loci.locus import Locus
@@ -51,11 +52,13 @@ def map_regions(
     loci: Sequence[Locus],
     lines: Sequence[FanLine],
     observer: LocusObserver | None = None,
+    touching: Collection[Branch] = (),
 ) -> RegionMap:
     """Label the regions between loci by the stable responses of period 1 and 2 in them.
 
     A boundary is a stretch of a locus on which no other multiplier is outside the unit circle, or
-    a place where a stable branch ends at a limit of the model. Inside a region nothing changes, so
+    a place where a stable branch ends at a limit of the model, unless it is touching beside: that
+    is a locus. Inside a region nothing changes, so
     every response that crosses it says the same: where two disagree, or one has a pitchfork
     inside whose locus is not known, the region is marked.
     """
@@ -63,7 +66,7 @@ def map_regions(
 
     raster = Raster(window)
     boundary = np.zeros((CELLS, CELLS), dtype=bool)
-    for values in _boundaries(loci, lines, plane, window):
+    for values in _boundaries(loci, lines, plane, window, touching):
         raster.draw(boundary, values)
     exists = where_models_exist(model, plane, raster)
     pieces: Labels = ndimage.label(~boundary & exists)[0].astype(np.int64)
@@ -102,7 +105,11 @@ def map_regions(
 
 
 def _boundaries(
-    loci: Sequence[Locus], lines: Sequence[FanLine], plane: tuple[str, str], window: Window
+    loci: Sequence[Locus],
+    lines: Sequence[FanLine],
+    plane: tuple[str, str],
+    window: Window,
+    touching: Collection[Branch],
 ) -> Iterator[Array]:
     """Polylines on which stable responses begin or end."""
     for locus in loci:
@@ -111,7 +118,7 @@ def _boundaries(
         for i in range(len(locus) - 1):
             if not (outside[i] and outside[i + 1]):
                 yield curve.between(i)
-    yield from _limit_lines(lines, plane, window)
+    yield from _limit_lines(lines, plane, window, touching)
 
 
 def _others_outside(locus: Locus, index: int) -> bool:
@@ -121,14 +128,18 @@ def _others_outside(locus: Locus, index: int) -> bool:
 
 
 def _limit_lines(
-    lines: Sequence[FanLine], plane: tuple[str, str], window: Window
+    lines: Sequence[FanLine],
+    plane: tuple[str, str],
+    window: Window,
+    touching: Collection[Branch],
 ) -> Iterator[Array]:
     """Join the ends of stable branches at a limit of the model from one line to the next."""
     for axis in (0, 1):
         along = [line for line in lines if line.fixed == plane[axis]]
         low, high = window[1 - axis]
         for a, b in pairwise(along):
-            for one, other in _joined(_ends(a), _ends(b), LIMIT_JUMP * (high - low)):
+            left, right = _ends(a, touching), _ends(b, touching)
+            for one, other in _joined(left, right, LIMIT_JUMP * (high - low)):
                 ends = np.array([[a.value, one], [b.value, other]])
                 yield ends if axis == 0 else ends[:, ::-1]
 
@@ -148,7 +159,7 @@ class _End(NamedTuple):
         return self.period == other.period and same and bool(beside)
 
 
-def _ends(line: FanLine) -> list[_End]:
+def _ends(line: FanLine, touching: Collection[Branch]) -> list[_End]:
     return [
         _End(
             branch.period,
@@ -157,7 +168,7 @@ def _ends(line: FanLine) -> list[_End]:
             bool(branch.stable[-1]),
         )
         for branch in line.branches
-        if branch.stopped.kind in ("limit", "span") and len(branch)
+        if branch.stopped.kind in ("limit", "span") and len(branch) and branch not in touching
     ]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,9 +59,12 @@ class TouchingShooting(SwitchedShooting):
         cls, by: SwitchedShooting, nodes: Array, constants: Constants, kind: str
     ) -> TouchingShooting | None:
         """Return what passes the touch of an orbit, None if it has none. Shapes: nodes (1, n)."""
-        begin = float(by.start[0])
-        passed = by.passed(nodes[0], begin, begin + 2 * by.period, constants)
-        touch = find_touch(by.switched, nodes[0], passed, constants, kind)
+        begin, start = float(by.start[0]), nodes[0]
+        passed = by.passed(start, begin, begin + 2 * by.period, constants)
+        if isinstance(by, TouchingShooting) and passed:
+            # Its own window is no room to judge by: a narrower one would follow, and so on.
+            start, passed = passed[0][0].state, passed[1:]
+        touch = find_touch(by.switched, start, passed, constants, kind)
         return None if touch is None else cls(by.model, by.free, by.period, touch, kind)
 
     def passed(self, start: Array, begin: float, end: float, constants: Constants) -> Passed:
@@ -140,7 +144,11 @@ class TouchingShooting(SwitchedShooting):
         phase = self._least(nodes, constants)
         if phase is None or abs(phase - self.touch.phase) < OFF * self.touch.reach:
             return None
-        return TouchingShooting.at(self, nodes, constants, self.kind)
+        found = TouchingShooting.at(self, nodes, constants, self.kind)
+        if found is not None:
+            return found
+        touch = replace(self.touch, phase=phase)
+        return TouchingShooting(self.model, self.free, self.period, touch, self.kind)
 
     def with_period(self, period: int) -> TouchingShooting:
         """Return the same for orbits of another period."""

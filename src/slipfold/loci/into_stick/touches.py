@@ -1,0 +1,139 @@
+"""Where responses in slip end since a contact begins to stick, or opens: starts of those loci."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.branches.branch import Branch
+from slipfold.branches.seams import NAMES
+from slipfold.branches.special_point import SpecialPoint
+from slipfold.continuation.newton import correct
+from slipfold.errors import BREAKDOWNS
+from slipfold.flow.switched.mode_equations import contacts_of
+from slipfold.loci.locus_equations import LocusEquations
+from slipfold.loci.window import Window
+from slipfold.models.turns import without_turns
+from slipfold.orbits.discretisations.switched_shooting import SwitchedShooting
+from slipfold.orbits.kinds import orbits_of
+from slipfold.orbits.limits import limit_margins
+from slipfold.orbits.orbit_curve import Orbits
+from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.orbits.stick_slip.touch import TOUCHED
+from slipfold.orbits.stick_slip.touching_shooting import TouchingShooting
+
+__all__ = ["Touches", "ends_in_stick"]
+
+Array = NDArray[np.float64]
+
+BESIDE = 0.05
+"""Distance in scaled variables within which the touch lies: slip ends at 1e-4 of its size, and
+where slip falls steeply towards a touch the way to it goes as the root of that."""
+
+SAME = 1e-4
+"""Difference of an orbit's halves, in scaled states, below which they are one."""
+
+
+class Touches:
+    """The touches beside whose orbits responses of a set end; each is looked for once."""
+
+    def __init__(self, plane: tuple[str, str], window: Window) -> None:
+        self._plane, self._window = plane, window
+        self.of = dict[Branch, SpecialPoint]()
+
+    def beside(self, branches: Sequence[Branch]) -> Iterator[SpecialPoint]:
+        """Yield the touches beside the ends of some branches."""
+        for branch in branches:
+            touch = _beside(branch, self._plane, self._window) if ends_in_stick(branch) else None
+            if touch is not None:
+                self.of[branch] = touch
+                yield touch
+
+
+def ends_in_stick(branch: Branch) -> bool:
+    """Whether a branch in slip ends at a limit beyond which a contact sticks, or is open."""
+    slips = branch.kind == "periodic" and branch.stuck_fraction is None
+    if not slips or branch.stopped.kind != "limit" or not len(branch):
+        return False
+    model = branch.orbit(-1).model
+    beyond = {name for contact in contacts_of(model) for name in contact.limits}
+    if not beyond:
+        return False
+    orbits = orbits_of(model, {branch.vary: 1.0}, branch.period, branch.nodes.shape[1])
+    margins = limit_margins(orbits, orbits.unknown(branch.nodes[-1], model))
+    nearest = int((margins / np.array([limit.bound for limit in model.limits])).argmin())
+    return model.limits[nearest].name in beyond
+
+
+def _beside(branch: Branch, plane: tuple[str, str], window: Window) -> SpecialPoint | None:
+    """Return the touch just beyond the end of a branch in slip, None if Newton finds none.
+
+    It lies at the same value of the parameter that the branch does not follow.
+    """
+    widths = dict(zip(plane, (high - low for low, high in window), strict=True))
+    last = branch.orbit(-1)
+    orbits = orbits_of(last.model, widths, branch.period, 1, by=SwitchedShooting)
+    z = orbits.unknown(last.nodes[:1], last.model)
+    fixed = np.zeros(len(z))
+    fixed[len(z) - 2 + (1 - plane.index(branch.vary))] = 1.0
+    found = [_corrected(orbits, z, fixed, kind) for kind in TOUCHED]
+    near = [item for item in found if item is not None]
+    if not near:
+        return None
+    _, kind, curve, touched = min(near, key=lambda item: item[0])
+    return _as_point(branch, last, kind, curve, touched)
+
+
+def _corrected(
+    orbits: Orbits, z: Array, fixed: Array, kind: str
+) -> tuple[float, str, LocusEquations, Array] | None:
+    """Return how far the touch is, and the touch, None where none is near."""
+    by = orbits.by
+    assert isinstance(by, SwitchedShooting)
+    try:
+        touching = TouchingShooting.at(by, orbits.nodes(z), orbits.constants(z), kind)
+        if touching is None:
+            return None
+        curve = LocusEquations(orbits.described_by(touching), kind)
+        guess = curve.orbits.adopt(orbits, z)
+        correction = correct(curve, guess, fixed, reach=BESIDE)
+    except BREAKDOWNS:
+        return None
+    if not correction.converged or correction.distance > BESIDE:
+        return None
+    if _repeats(curve.orbits, correction.z):
+        return None
+    return float(correction.distance), kind, curve, correction.z
+
+
+def _repeats(orbits: Orbits, z: Array) -> bool:
+    """Whether an orbit of an even period is one of half the period, gone round twice."""
+    if orbits.period % 2:
+        return False
+    nodes, whole = orbits.evenly(z), orbits.model.whole_turns
+    halves = without_turns(nodes - np.roll(nodes, len(nodes) // 2, axis=0), whole)
+    return float(np.abs(halves / orbits.model.state_scales()).max()) < SAME
+
+
+def _as_point(
+    branch: Branch, last: PeriodicOrbit, kind: str, curve: LocusEquations, z: Array
+) -> SpecialPoint:
+    """Return a touch as what a locus starts from; the end beside it lends what is not known."""
+    orbits, model = curve.orbits, curve.orbits.model_at(z)
+    return SpecialPoint(
+        kind,
+        NAMES[kind],
+        model,
+        branch.vary,
+        model.values[branch.vary],
+        np.inf,
+        branch.period,
+        orbits.evenly(z),
+        last.multipliers,
+        np.full(len(last.multipliers), np.inf),
+        last.residual,
+        float(branch.arclength[-1]),
+        stuck_fraction=0.0,
+    )
