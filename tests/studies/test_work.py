@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 import slipfold as sf
+from slipfold.continuation.locate import CLOSE
+from slipfold.studies.work.response import Response
 from slipfold.thresholds.batched_orbits import DOUBLING
 
 
@@ -50,6 +52,28 @@ def test_loci_with_their_points_of_codimension_two(tmp_path):
     found.save(tmp_path / "loci.nc")
     loaded = sf.load(tmp_path / "loci.nc")
     np.testing.assert_array_equal(loaded.listed["f"], found.listed["f"])
+
+
+def test_responses_of_many_cases_go_side_by_side():
+    compute = {"what": "response", "vary": "Nd", "span": [0, 0.045], "largest_period": 1}
+    speeds = np.linspace(0.5, 1.0, 16)
+    assert len(speeds) == Response.together_from
+    found = study(compute, {"grid": {"Vd": speeds.tolist()}}, f=12.5)
+    assert set(found.values["outcome"]) == {"PD", "stable"}
+    for case in (0, 15):
+        model = sf.SlidingOscillator(f=12.5, Vd=speeds[case])
+        (alone,) = sf.response(
+            model, "Nd", (0, 0.045), settings=sf.Settings(largest_period=1)
+        ).branches
+        rows = np.flatnonzero(found.listed["case"] == case)
+        assert len(rows) == len(alone.special)
+        if found.values["outcome"][case] == "stable":
+            assert alone.stopped.reason in found.values["reason"][case]
+        for row, point in zip(rows, alone.special, strict=True):
+            assert found.listed["type"][row] == point.type
+            assert found.listed["criticality"][row] == point.criticality
+            uncertain = found.listed["uncertainty"][row] + point.uncertainty + 2 * CLOSE * 0.045
+            assert abs(found.listed["value"][row] - point.value) <= uncertain
 
 
 def test_lyapunov_exponents():

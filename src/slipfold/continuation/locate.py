@@ -21,7 +21,14 @@ from slipfold.continuation.newton import correct
 from slipfold.continuation.point import P
 from slipfold.errors import breakdown
 
-__all__ = ["LostCurveError", "insert", "locate", "lost_reason", "point_at"]
+__all__ = [
+    "LostCurveError",
+    "insert",
+    "inverse_interpolation",
+    "locate",
+    "lost_reason",
+    "point_at",
+]
 
 CLOSE = 1e-12
 """Arclength to which a zero is found; the parameter then is right to 1e-12 of the span."""
@@ -112,7 +119,7 @@ def locate(
     tried = [(0.0, values[0]), (chord.length, values[1])]
     low, high = 0.0, chord.length
     for count in range(EVALUATIONS):
-        at = _inverse_interpolation(tried, low, high)
+        at = inverse_interpolation(tried, low, high)
         if not low < at < high or (count > PATIENCE and count % 2):
             at = 0.5 * (low + high)
         try:
@@ -183,7 +190,7 @@ def _error(tried: list[tuple[float, float]], at: float, value: float) -> float:
     return abs(value * (at - nearest) / (value - other)) if value != other else np.inf
 
 
-def _inverse_interpolation(tried: list[tuple[float, float]], low: float, high: float) -> float:
+def inverse_interpolation(tried: list[tuple[float, float]], low: float, high: float) -> float:
     """Place of the zero by Neville's scheme through both ends of the bracket and the last two."""
     ends = [item for item in tried if item[0] in (low, high)]
     others = [item for item in tried if item[0] not in (low, high)]

@@ -37,7 +37,8 @@ def estimate(plan: Plan) -> Estimate:
     failures: list[str] = []
     for number in np.unique(np.linspace(0, count - 1, min(MOST, count)).astype(int)).tolist():
         values = plan.cases.values(np.array([number]))
-        task = Task(plan.model, plan.work, plan.cases.names, (number,), values, versions())
+        names, alone = plan.cases.names, plan.work.together_from > 1
+        task = Task(plan.model, plan.work, names, (number,), values, versions(), not alone)
         done = compute(task)
         times.append(done.seconds)
         failures += [record["failed"] for record in done.records if "failed" in record]

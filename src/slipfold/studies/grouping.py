@@ -20,6 +20,8 @@ GROWTH = 4
 class Groups:
     """Numbers of cases in their order, cut into groups as it becomes known how long cases take.
 
+    Groups have at least so many.
+
     >>> groups = Groups(range(10))
     >>> groups.next(), groups.next()
     ((0,), (1,))
@@ -28,9 +30,9 @@ class Groups:
     (2, 3, 4)
     """
 
-    def __init__(self, numbers: Iterable[int]) -> None:
+    def __init__(self, numbers: Iterable[int], least: int = 1) -> None:
         self._numbers = iter(numbers)
-        self.size = 1
+        self._least = self.size = least
 
     def next(self) -> tuple[int, ...]:
         """Return the next group; an empty one at the end."""
@@ -39,4 +41,4 @@ class Groups:
     def learn(self, count: int, seconds: float) -> None:
         """Take note of how long a group took."""
         wanted = int(AIM * count / max(seconds, 1e-9))
-        self.size = max(1, min(wanted, GROWTH * self.size, LARGEST))
+        self.size = max(self._least, min(wanted, GROWTH * self.size, LARGEST))

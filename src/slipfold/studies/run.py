@@ -102,12 +102,14 @@ class _Run:
         self._plan, self._store, self._place, self._observer = plan, store, place, observer
         self._flying: dict[Future[Done], _Group] = {}
         self._alone: deque[_Group] = deque()  # one of these killed a process
+        self._together = store.total >= plan.work.together_from
         self._begun = perf_counter()
         self._computed = 0
 
     def run(self, retry_failed: bool) -> None:
         """Keep as many tasks on their way as there is room for."""
-        self._groups = Groups(self._store.missing(failed=retry_failed))
+        least = self._plan.work.side_by_side if self._together else 1
+        self._groups = Groups(self._store.missing(failed=retry_failed), least)
         again = self._store.failures if retry_failed else 0
         self._wanted = self._store.total - self._store.done + again
         try:
@@ -167,7 +169,8 @@ class _Run:
     def _submit(self, group: _Group) -> None:
         plan = self._plan
         values = plan.cases.values(np.array(group.numbers))
-        task = Task(plan.model, plan.work, plan.cases.names, group.numbers, values, versions())
+        names, together = plan.cases.names, self._together
+        task = Task(plan.model, plan.work, names, group.numbers, values, versions(), together)
         self._flying[self._place.executor.submit(compute, task)] = group
 
     def _taken(self, future: Future[Done], group: _Group) -> Sequence[Record]:

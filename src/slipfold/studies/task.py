@@ -34,6 +34,9 @@ class Task:
     numbers: tuple[int, ...]
     values: NDArray[np.float64]  # of those parameters, shape (n_cases, n_names)
     versions: dict[str, str]  # of the programs of whoever wants it
+    # Whether cases go side by side, as far as they can: a matter of the study, not of the task,
+    # since the last digits differ
+    together: bool = True
 
 
 @dataclass(frozen=True)
@@ -55,7 +58,7 @@ def compute(task: Task) -> Done:
         )
     started = perf_counter()
     cases = [dict(zip(task.names, row, strict=True)) for row in task.values.tolist()]
-    known = _together(task, cases)
+    known = _together(task, cases) if task.together else {}
     records = tuple(
         _record(task, number, given, known.get(place))
         for place, (number, given) in enumerate(zip(task.numbers, cases, strict=True))

@@ -21,7 +21,15 @@ from slipfold.flow.sharp_turns import FLAT, VERSION, WEIGHT, sharp_turns
 from slipfold.models.model import Kind, Model
 from slipfold.models.output import Expression, Limit
 
-__all__ = ["MOST", "ExplicitSteps", "explicit_steps_of"]
+__all__ = [
+    "MOST",
+    "ExplicitSteps",
+    "explicit_steps_of",
+    "method",
+    "moved_by",
+    "stage_slopes",
+    "step_error",
+]
 
 BEFORE = 0.4
 """Change over a step, at the present rate, by which a limit must be away: more than 1/3, so that a
@@ -60,7 +68,7 @@ def explicit_steps_of(model: Model) -> ExplicitSteps:
 
 
 @cache
-def _method() -> Any:
+def method() -> Any:
     """Return the tableau; half a second to import, which searches alone should take."""
     from scipy.integrate import DOP853
 
@@ -72,7 +80,7 @@ def _shared_steps(kind: Kind) -> ExplicitSteps:
     model = kind.make()
     equations = build_equations(model)
     bounds = [(limit.output, limit.bound) for limit in model.limits]
-    operations = len(_method().B) * len(take_apart(equations))
+    operations = len(method().B) * len(take_apart(equations))
     count = max(1, min(MOST, COMPILED // operations))
     looped = operations > 2 * COMPILED
     options = f"{BEFORE, SHORT, TINY, count, looped} limits={bounds!r} {VERSION}"
@@ -103,20 +111,20 @@ def _step(
     scales: Sequence[Expression],
 ) -> list[Expression]:
     """States after one step, and its error."""
-    slopes = _slopes(equations, step)
-    ends = _moved(equations, slopes, _method().B)
+    slopes = stage_slopes(equations, step)
+    ends = moved_by(equations, slopes, method().B)
     away = [*_limits_away(equations, step, limits), *_turns_away(equations, step)]
     none, one = hy.expression(0.0), hy.expression(1.0)
     near = [hy.select(hy.lt(none, item), none, one) for item in away]
-    return [*ends, hy.sum([_error(equations, slopes, ends, scales), *near])]
+    return [*ends, hy.sum([step_error(equations, slopes, ends, scales), *near])]
 
 
-def _slopes(equations: Equations, step: Expression) -> list[list[Expression]]:
+def stage_slopes(equations: Equations, step: Expression) -> list[list[Expression]]:
     """Changes of the states over the step at the rates of each stage."""
     found = list[list[Expression]]()
-    for row, place in zip(_method().A, _method().C, strict=True):
+    for row, place in zip(method().A, method().C, strict=True):
         there: dict[str, Expression] = dict(
-            zip(equations.names, _moved(equations, found, row[: len(found)]), strict=True)
+            zip(equations.names, moved_by(equations, found, row[: len(found)]), strict=True)
         )
         there[str(equations.phase)] = equations.phase + float(place) * step
         length = step * equations.coefficients[-1]
@@ -124,9 +132,10 @@ def _slopes(equations: Equations, step: Expression) -> list[list[Expression]]:
     return found
 
 
-def _moved(
+def moved_by(
     equations: Equations, slopes: Sequence[Sequence[Expression]], weights: Sequence[float]
 ) -> list[Expression]:
+    """States moved by a weighted sum of stages."""
     changes = _combined(slopes, weights, len(equations.states))
     return [state + change for state, change in zip(equations.states, changes, strict=True)]
 
@@ -138,7 +147,7 @@ def _combined(
     return [hy.sum([w * slope[i] for w, slope in used]) for i in range(count)]
 
 
-def _error(
+def step_error(
     equations: Equations,
     slopes: Sequence[Sequence[Expression]],
     ends: Sequence[Expression],
@@ -152,7 +161,7 @@ def _error(
             part**2.0 / size
             for part, size in zip(_combined(slopes, weights[:stages], n), sizes, strict=True)
         ])
-        for weights in (_method().E5, _method().E3)
+        for weights in (method().E5, method().E3)
     )  # fmt: skip
     return fifth * (n * (fifth + 0.01 * third) + TINY) ** -0.5
 
@@ -181,7 +190,7 @@ def _turns_away(equations: Equations, step: Expression) -> Iterator[Expression]:
 
 def _change(equations: Equations, step: Expression, value: Expression) -> Expression:
     """How much a value changes over the step at its present rate."""
-    part = float(_method().C[1])
+    part = float(method().C[1])
     length = part * step * equations.coefficients[-1]
     soon: dict[str, Expression] = {
         name: state + length * rate

@@ -61,6 +61,12 @@ class Work(BaseModel):
     listed: ClassVar[str] = "special"
     """What the things are called of which a case may have any number."""
 
+    together_from: ClassVar[int] = 1
+    """Cases of a study from which on they are computed side by side, as far as they can be."""
+
+    side_by_side: ClassVar[int] = 1
+    """Cases of a group then, at least: of fewer each takes longer."""
+
     what: str
 
     def varied(self) -> Collection[str]:

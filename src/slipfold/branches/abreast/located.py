@@ -1,0 +1,124 @@
+"""Zeros of test functions on many branches: approached side by side, found by the flow itself."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.branches.abreast.between import hermite_each
+from slipfold.branches.abreast.many_orbits import TESTS, ManyOrbits
+from slipfold.branches.abreast.walk import Bracket
+from slipfold.continuation.locate import CLOSE, inverse_interpolation
+from slipfold.continuation.newton import correct
+from slipfold.continuation.search import Found
+from slipfold.orbits.orbit_curve import Orbits
+from slipfold.orbits.orbit_point import OrbitPoint
+
+__all__ = ["Approached", "approach", "placed"]
+
+Array = NDArray[np.float64]
+
+NEAR = 1e-7
+"""Distance from a zero at which the flow itself takes over: its steps are secants, too."""
+
+ROUNDS = 12
+
+EXACT = 1e-6
+"""Corrections shorter than this are the last here: tests are then those of the orbit."""
+
+SECANTS = 4
+"""Steps of the flow itself to a zero, of which one or two are needed."""
+
+
+@dataclass(frozen=True, eq=False)
+class Approached:
+    """A zero as it is known so far."""
+
+    bracket: Bracket
+    z: Array  # shape (u,)
+    tangent: Array  # shape (u,)
+    multipliers: NDArray[np.complex128]  # shape (n,)
+    blocks: Array  # transition matrices in scaled states, shape (m, n, n)
+    slope: float  # of the test function along the branch
+
+
+def approach(orbits: ManyOrbits, brackets: Sequence[Bracket]) -> list[Approached | None]:
+    """Close in on the zeros within brackets, along their chords; None where that fails."""
+    found: list[Approached | None] = [None] * len(brackets)
+    if not brackets:
+        return found
+    z = np.array([item.z for item in brackets])
+    cases = np.array([item.case for item in brackets])
+    kinds = np.array([TESTS.index(item.kind) for item in brackets])
+    chord = z[:, 1] - z[:, 0]
+    lengths = np.sqrt((chord * chord).sum(axis=1))
+    rows = chord / lengths[:, None]
+    slopes = np.array([item.tangents for item in brackets])
+    slopes /= (slopes * rows[:, None]).sum(axis=2)[..., None]  # by the place along the chord
+    tried = [
+        [(0.0, float(item.values[0])), (length, float(item.values[1]))]
+        for item, length in zip(brackets, lengths.tolist(), strict=True)
+    ]
+    going = np.arange(len(brackets))
+    for _ in range(ROUNDS):
+        if not len(going):
+            break
+        places = np.array([_next_place(tried[i]) for i in going])
+        where = np.column_stack([np.zeros(len(going)), lengths[going]])
+        guess, _ = hermite_each(where, z[going], slopes[going], places)
+        off = places - ((guess - z[going, 0]) * rows[going]).sum(axis=1)
+        guess += off[:, None] * rows[going]
+        item = orbits.correct(cases[going], guess, rows[going], EXACT, np.inf)
+        values = item.tests[np.arange(len(going)), kinds[going]]
+        left = []
+        for row, i in enumerate(going.tolist()):
+            if not np.isfinite(values[row]) or not item.tangents[row] @ rows[i] > 0:
+                continue
+            nearest = min(tried[i], key=lambda known: abs(known[0] - places[row]))
+            rise = (values[row] - nearest[1]) / (places[row] - nearest[0])
+            tried[i].append((float(places[row]), float(values[row])))
+            if abs(values[row]) > NEAR * abs(rise):
+                left.append(i)
+                continue
+            # Along the branch, not along its chord.
+            slope = float(rise * (item.tangents[row] @ rows[i]))
+            found[i] = Approached(
+                brackets[i],
+                item.z[row],
+                item.tangents[row],
+                item.multipliers[row],
+                item.blocks[row],
+                slope,
+            )
+        going = np.array(left, dtype=np.int64)
+    return found
+
+
+def _next_place(tried: Sequence[tuple[float, float]]) -> float:
+    """Return where to look next, inside of what brackets the zero."""
+    positive = tried[0][1] > 0
+    low = max(place for place, value in tried if (value > 0) == positive)
+    high = min(place for place, value in tried if (value > 0) != positive)
+    at = inverse_interpolation(list(tried), low, high)
+    return at if low < at < high and len(tried) < ROUNDS - 2 else 0.5 * (low + high)
+
+
+def placed(orbits: Orbits, item: Approached) -> Found[OrbitPoint] | None:
+    """Return a zero as the flow itself has it; None where it does not come to it."""
+    guess, row = item.z, item.tangent
+    kind, slope, before = item.bracket.kind, item.slope, None
+    for _ in range(SECANTS):
+        correction = correct(orbits, guess, row)
+        if not correction.converged:
+            return None
+        point = orbits.point(correction, 0.0)
+        value = point.tests[kind]
+        if before is not None and abs(value) >= abs(before):  # what is left is rounding
+            break
+        if abs(value) <= CLOSE * abs(slope):
+            break
+        guess, row, before = point.z - value / slope * point.tangent, point.tangent, value
+    return Found(kind, point, slope)

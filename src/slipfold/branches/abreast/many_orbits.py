@@ -1,0 +1,202 @@
+"""Forced orbits of one period, one of each of k cases: their equations, solved side by side.
+
+Unknowns mean what they mean in `ForcedOrbits`: the scaled states at the nodes, then the parameter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.continuation.newton import solve_each
+from slipfold.flow import flow_of
+from slipfold.flow.strobes.linearised_steps import LinearisedSteps
+from slipfold.models.model import Model
+from slipfold.orbits.discretisations.shooting import SEGMENTS
+from slipfold.orbits.spectrum.floquet import floquet_multipliers
+from slipfold.orbits.spectrum.test_functions import evaluate_each
+
+__all__ = ["TESTS", "Corrected", "ManyOrbits"]
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+TESTS = ("PD", "fold", "NS", "LP")
+"""Test functions of an orbit, in their order; the last is the tangent along the parameter."""
+
+ITERATIONS = 6
+
+GROWTH = 2.0
+"""A correction this many times the one before means divergence."""
+
+
+@dataclass(frozen=True, eq=False)
+class Corrected:
+    """What Newton's method came to in each of k cases; NaN where it failed."""
+
+    z: Array  # shape (k, u)
+    tangents: Array  # unit vectors along the rows of the hyperplanes, shape (k, u)
+    blocks: Array  # transition matrices in scaled states, shape (k, m, n, n)
+    multipliers: NDArray[np.complex128]  # shape (k, n)
+    tests: Array  # shape (k, len(TESTS))
+    signs: Array  # of the bordered determinant but for a factor common to all, shape (k,)
+    stiffness: Array  # largest entry of the inverse of what is left of the equations, shape (k,)
+    lowest: Array  # least value seen of what the limits watch, shape (k, n_limits)
+    above: Array  # a bound from below of what it may be, shape (k, n_limits)
+
+    @property
+    def found(self) -> NDArray[np.bool_]:
+        """Whether each was found, shape (k,)."""
+        return np.asarray(np.isfinite(self.tests).all(axis=1))
+
+
+class ManyOrbits:
+    """Orbits of a period of k models of one kind, in one parameter."""
+
+    def __init__(
+        self, models: Sequence[Model], steps: LinearisedSteps, vary: str, width: float, period: int
+    ) -> None:
+        self.models, self.vary, self.width, self.period = models, vary, width, period
+        self._flow, self._steps = flow_of(models[0]), steps
+        self._index = models[0].parameter_index(vary)
+        self._parameters = np.array([model.vector for model in models])
+        self.scales = np.array([model.state_scales() for model in models])
+        n = self.scales.shape[1]
+        self.nodes = SEGMENTS
+        self.size = n * SEGMENTS
+        self._node_scales = np.tile(self.scales, SEGMENTS) * np.sqrt(SEGMENTS)
+        self._length = period / SEGMENTS
+        self._start = np.arange(SEGMENTS) * self._length
+
+    def of_period(self, period: int) -> ManyOrbits:
+        """Return the same for orbits of another period."""
+        return ManyOrbits(self.models, self._steps, self.vary, self.width, period)
+
+    def join(self, some: Indices, nodes: Array, values: Array) -> Array:
+        """Scale nodes and values of the parameter into unknowns. Shapes: nodes (k, m, n)."""
+        scaled = nodes.reshape(len(nodes), -1) / self._node_scales[some]
+        return np.column_stack([scaled, values / self.width])
+
+    def correct(
+        self, some: Indices, guesses: Array, rows: Array, close: float, longest: float
+    ) -> Corrected:
+        """Find the orbits nearest guesses, each in the hyperplane through it.
+
+        Derivatives are those at the last step but one: they are of the orbit once that is shorter
+        than `close`. What is farther than `longest` is another orbit.
+
+        Shapes: guesses, rows (k, u).
+        """
+        k, n, u = len(some), self.scales.shape[1], guesses.shape[1]
+        limits = self._steps.limits
+        z, before, moved = guesses.copy(), np.full(k, np.inf), np.zeros(k)
+        tangents, blocks = np.full((k, u), np.nan), np.full((k, self.nodes, n, n), np.nan)
+        monodromies, signs, stiffness = np.full((k, n, n), np.nan), np.zeros(k), np.zeros(k)
+        lowest, above = np.full((2, k, limits), np.nan)
+        found, going = np.zeros(k, bool), np.arange(k)
+        for _ in range(ITERATIONS):
+            if not len(going):
+                break
+            part = self._linearise(some[going], z[going])
+            right = np.einsum("ka,ka->k", rows[going], guesses[going] - z[going])
+            step, tangent, condensed = self._solve(part, rows[going], right)
+            length = np.sqrt((step * step).sum(axis=1))
+            moved[going] += length
+            with np.errstate(invalid="ignore"):
+                good = (length < GROWTH * before[going]) & (moved[going] < longest)
+                done = good & (length < close)
+            z[going] += step
+            before[going] = length
+            here, now = going[done], np.flatnonzero(done)
+            going = going[good & ~done]
+            if not len(now):
+                continue
+            tangents[here], blocks[here] = tangent[now], part.blocks[now]
+            lowest[here], above[here] = part.lowest[now], part.above[now]
+            monodromies[here] = condensed[now, :n, :n] + np.eye(n)
+            with np.errstate(invalid="ignore"):
+                signs[here] = np.linalg.slogdet(condensed[now])[0]
+            inverse = solve_each(condensed[now], np.tile(np.eye(n + 1), (len(now), 1, 1)))
+            stiffness[here] = np.abs(inverse).max(axis=(1, 2))
+            found[here] = np.isfinite(monodromies[here]).all(axis=(1, 2))
+        tests = np.full((k, len(TESTS)), np.nan)
+        multipliers = np.full((k, n), complex(np.nan, np.nan))
+        if found.any():
+            multipliers[found] = floquet_multipliers(monodromies[found])
+            tests[found, :-1] = evaluate_each(multipliers[found], TESTS[:-1])
+            tests[found, -1] = tangents[found, -1]
+        return Corrected(z, tangents, blocks, multipliers, tests, signs, stiffness, lowest, above)
+
+    def _linearise(self, some: Indices, z: Array) -> _Part:
+        """Return by how much nodes are missed, with derivatives, all in scaled variables."""
+        k, m, n = len(some), self.nodes, self.scales.shape[1]
+        parameters = self._parameters[some]
+        parameters[:, self._index] = z[:, -1] * self.width
+        constants = self._flow.constants(parameters)
+        nodes = (z[:, :-1] * self._node_scales[some]).reshape(k, m, n)
+        scales = self.scales[some]
+        carried = self._steps.carry(
+            nodes.reshape(k * m, n),
+            np.tile(self._start, k),
+            self._length,
+            np.repeat(constants.values, m, axis=0),
+            np.repeat(scales, m, axis=0),
+            np.repeat(constants.rates[:, :, self._index], m, axis=0),
+        )
+        wide, root = scales[:, None, :], np.sqrt(m)
+        missed = (carried.ends.reshape(k, m, n) - np.roll(nodes, -1, axis=1)) / wide / root
+        blocks = carried.matrices.reshape(k, m, n, n) * (wide[..., None, :] / wide[..., :, None])
+        along = carried.vectors.reshape(k, m, n) * (self.width / root) / wide
+        watched = (k, m, self._steps.limits)
+        return _Part(
+            missed,
+            blocks,
+            along,
+            carried.lowest.reshape(watched).min(axis=1),
+            carried.above.reshape(watched).min(axis=1),
+        )
+
+    def _solve(self, part: _Part, rows: Array, right: Array) -> tuple[Array, Array, Array]:
+        """Return Newton's steps, unit tangents, and the equations for the first node alone.
+
+        The other nodes are eliminated one after the other.
+        """
+        k, m, n = part.missed.shape
+        by_first, alone = np.zeros((k, m + 1, n, n + 1)), np.zeros((k, m + 1, n))
+        by_first[:, 0, :, :n] = np.eye(n)
+        for j in range(m):
+            block = part.blocks[:, j]
+            by_first[:, j + 1] = block @ by_first[:, j]
+            by_first[:, j + 1, :, n] += part.along[:, j]
+            alone[:, j + 1] = (block @ alone[:, j, :, None])[..., 0] + part.missed[:, j]
+        by_nodes = by_first[:, :m].reshape(k, m * n, n + 1)
+        still = alone[:, :m].reshape(k, m * n)
+        condensed = np.empty((k, n + 1, n + 1))
+        condensed[:, :n] = by_first[:, m]
+        condensed[:, :n, :n] -= np.eye(n)
+        condensed[:, n] = (rows[:, None, :-1] @ by_nodes)[:, 0]
+        condensed[:, n, n] += rows[:, -1]
+        sides = np.zeros((k, n + 1, 2))
+        sides[:, :n, 0] = -alone[:, m]
+        sides[:, n, 0] = right - (rows[:, None, :-1] @ still[:, :, None])[:, 0, 0]
+        sides[:, n, 1] = 1.0
+        first = solve_each(condensed, sides)
+        carried = by_nodes @ first
+        step = np.column_stack([carried[:, :, 0] + still, first[:, n, 0]])
+        tangent = np.column_stack([carried[:, :, 1], first[:, n, 1]])
+        tangent /= np.sqrt((tangent * tangent).sum(axis=1))[:, None]
+        return step, tangent, condensed
+
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """Mismatches with their derivatives, in scaled variables, and what the limits watch."""
+
+    missed: Array  # over the square root of m, shape (k, m, n)
+    blocks: Array  # shape (k, m, n, n)
+    along: Array  # shape (k, m, n)
+    lowest: Array
+    above: Array

@@ -1,0 +1,239 @@
+"""The special points of the responses of many cases, found side by side.
+
+Nothing is taken for granted: a case in which anything is out of the ordinary is left, to be
+followed by itself. Ordinary are branches in slip that begin at the response of period 1, stable at
+first, change by period doublings and tori alone, and end at the end of the span or at a limit at
+which nothing sticks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.branches.abreast.located import Approached, approach, placed
+from slipfold.branches.abreast.many_orbits import ManyOrbits
+from slipfold.branches.abreast.walk import Start, Walk
+from slipfold.branches.bifurcations import ON_CIRCLE, is_torus
+from slipfold.branches.describe import describe
+from slipfold.branches.method import forced_orbits
+from slipfold.branches.settings import Settings
+from slipfold.branches.special_point import SpecialPoint
+from slipfold.errors import BREAKDOWNS, InputError
+from slipfold.flow import flow_of
+from slipfold.flow.linear_response import linear_response
+from slipfold.flow.strobes.linearised_steps import LinearisedSteps, linearised_steps_of
+from slipfold.flow.switched.mode_equations import contacts_of
+from slipfold.models.model import Model
+from slipfold.orbits.carry_to import hold_parameter
+from slipfold.orbits.discretisations.shooting import SEGMENTS, Shooting
+from slipfold.orbits.finding.find_response import NEAR
+
+__all__ = ["FollowedBranch", "FollowedResponse", "responses_abreast"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class FollowedBranch:
+    """A branch as far as its special points go."""
+
+    period: int
+    stable: bool  # whether its first orbit is; of one that leaves another that is not known
+    ends: str  # how it ends: ``"span"`` or ``"limit"``
+    special: tuple[SpecialPoint, ...]  # in order
+    unstable: tuple[tuple[int, int], ...]  # multipliers outside the circle around each of these
+
+
+@dataclass(frozen=True, eq=False)
+class FollowedResponse:
+    """A response: its branches, numbered in their order."""
+
+    branches: tuple[FollowedBranch, ...]
+
+    @property
+    def loss(self) -> SpecialPoint | None:
+        """Where the response of period 1, stable at first, loses its stability."""
+        first = self.branches[0]
+        crossed = zip(first.special, first.unstable, strict=True)
+        return next((point for point, (before, after) in crossed if before == 0 < after), None)
+
+
+@dataclass(eq=False)
+class _Case:
+    """What is known of a case so far."""
+
+    model: Model
+    branches: list[tuple[int, bool, str, list[Approached]]] = field(default_factory=list)
+    lost: str = ""  # why it has to be followed by itself
+
+
+def responses_abreast(
+    models: Sequence[Model], vary: str, span: tuple[float, float], settings: Settings
+) -> list[FollowedResponse | None]:
+    """Follow the responses of models of one kind; None of each that has to be followed by itself.
+
+    What is found of a case does not depend on which others are beside it.
+    """
+    none: list[FollowedResponse | None] = [None] * len(models)
+    steps = _steps_for(models[0], settings)
+    if steps is None:
+        return none
+    models = [model.replace(**{vary: span[0]}) for model in models]
+    cases = [_Case(model) for model in models]
+    width, forward = abs(span[1] - span[0]), float(np.sign(span[1] - span[0]))
+    orbits = ManyOrbits(models, steps, vary, width, 1)
+    starts = _begun(orbits, cases, vary, width, forward, settings)
+    while starts:
+        walk = Walk(orbits, starts, span, settings.steps)
+        walk.run()
+        found = _approached(orbits, walk)
+        for place, start in enumerate(starts):
+            case, fate = cases[start.case], walk.fates[place]
+            located = [item for item in found[place] if item is not None]
+            if fate not in ("span", "limit"):
+                case.lost = case.lost or fate
+            elif orbits.period == 1 and not walk.stable[place]:
+                case.lost = case.lost or "unstable at first"
+            elif len(located) < len(found[place]):
+                case.lost = case.lost or "not located"
+            genuine = [item for item in located if _is_genuine(item)]
+            if any(_crosses(item) != _is_genuine(item) for item in located):
+                case.lost = case.lost or "not accounted for"
+            case.branches.append((orbits.period, bool(walk.stable[place]), fate, genuine))
+        orbits, starts = _next_starts(orbits, cases, settings)
+    return [_described(case, vary, width) for case in cases]
+
+
+def _steps_for(model: Model, settings: Settings) -> LinearisedSteps | None:
+    """Return what carries orbits of such models; None if these are not for this way."""
+    slips = all(contact.limits for contact in contacts_of(model))
+    known = not np.isnan(model.declared_scales()).any()
+    turns = bool(np.any(model.whole_turns))
+    if not model.forced or not slips or not known or turns:
+        return None
+    return linearised_steps_of(model) if settings.discretisation != "collocation" else None
+
+
+def _begun(
+    orbits: ManyOrbits,
+    cases: Sequence[_Case],
+    vary: str,
+    width: float,
+    forward: float,
+    settings: Settings,
+) -> list[Start]:
+    """Find the responses at the first value from the linear ones."""
+    flow, size, guesses = flow_of(cases[0].model), orbits.size, dict[int, Array]()
+    for number, case in enumerate(cases):
+        model = case.model
+        case.lost = "no linear response"
+        with suppress(InputError, *BREAKDOWNS):
+            if isinstance(forced_orbits(model, vary, width, settings).by, Shooting):
+                constants, scales = flow.constants(model.vector), model.state_scales()
+                nodes = linear_response(flow, constants, scales, SEGMENTS, model.start)
+                some = np.array([number])
+                value = np.array([model.values[vary]])
+                guesses[number], case.lost = orbits.join(some, nodes[None], value)[0], ""
+    if not guesses:
+        return []
+    some, z = np.array(list(guesses)), np.array(list(guesses.values()))
+    rows = np.tile(hold_parameter(size) * forward, (len(some), 1))
+    found = orbits.correct(some, z, rows, 1e-6, NEAR)
+    for row, number in enumerate(some.tolist()):
+        if not found.found[row]:
+            cases[number].lost = "no response"
+    return [
+        Start(number, found.z[row], found.tangents[row])
+        for row, number in enumerate(some.tolist())
+        if found.found[row]
+    ]
+
+
+def _approached(orbits: ManyOrbits, walk: Walk) -> list[list[Approached | None]]:
+    """Return what lies within the brackets of each branch that came to an end."""
+    kept = [
+        item
+        for fate, items in zip(walk.fates, walk.brackets, strict=True)
+        for item in items
+        if fate in ("span", "limit")
+    ]
+    found: list[list[Approached | None]] = [[] for _ in walk.fates]
+    for bracket, item in zip(kept, approach(orbits, kept), strict=True):
+        found[bracket.branch].append(item)
+    return found
+
+
+def _is_genuine(item: Approached) -> bool:
+    """Whether a multiplier is where the type says: a neutral saddle has no pair on the circle."""
+    if item.bracket.kind == "NS":
+        return is_torus(item.multipliers)
+    return bool(np.abs(item.multipliers + 1).min() < ON_CIRCLE)
+
+
+def _crosses(item: Approached) -> bool:
+    before, after = item.bracket.unstable
+    return before != after
+
+
+def _next_starts(
+    orbits: ManyOrbits, cases: Sequence[_Case], settings: Settings
+) -> tuple[ManyOrbits, list[Start]]:
+    """Return where the branches of twice the period begin."""
+    period = 2 * orbits.period
+    if period > settings.largest_period:
+        return orbits, []
+    starts = []
+    for number, case in enumerate(cases):
+        if not case.lost:
+            for own, _, _, items in case.branches:
+                if own == orbits.period:
+                    starts += [
+                        _doubled(number, item) for item in items if item.bracket.kind == "PD"
+                    ]
+    return orbits.of_period(period), starts
+
+
+def _doubled(case: int, item: Approached) -> Start:
+    """Return an orbit at a period doubling passed twice, as `passed_twice` does."""
+    m, n = item.blocks.shape[:2]
+    monodromy = np.eye(n)
+    for block in item.blocks:
+        monodromy = block @ monodromy
+    values, vectors = np.linalg.eig(monodromy)
+    direction = vectors[:, np.argmin(np.abs(values + 1))].real
+    along = [direction]
+    for block in item.blocks[:-1]:
+        along.append(block @ along[-1])
+    same = np.resize(np.arange(0, m, 2), m)  # a segment of the child is two of the parent
+    signs = np.where(np.arange(m) < m // 2, 1.0, -1.0)
+    tangent = np.append((np.array(along)[same] * signs[:, None]).ravel(), 0.0)
+    tangent *= np.sign(direction[np.abs(direction).argmax()]) / np.linalg.norm(tangent)
+    nodes = item.z[:-1].reshape(m, n)[same]
+    return Start(case, np.append(nodes.ravel(), item.z[-1]), tangent, item.multipliers**2)
+
+
+def _described(case: _Case, vary: str, width: float) -> FollowedResponse | None:
+    """Return a response with its special points as the flow itself has them."""
+    if case.lost:
+        return None
+    branches = []
+    for period, stable, fate, items in case.branches:
+        special = []
+        by = forced_orbits(case.model, vary, width, Settings())
+        orbits = by if period == 1 else by.with_period(period)
+        for item in items:
+            try:
+                found = placed(orbits, item)
+            except BREAKDOWNS:
+                found = None
+            if found is None:
+                return None
+            special.append(describe(found))
+        unstable = tuple(item.bracket.unstable for item in items)
+        branches.append(FollowedBranch(period, stable, fate, tuple(special), unstable))
+    return FollowedResponse(tuple(branches))

@@ -1,0 +1,374 @@
+"""Branches of one period of many cases, followed side by side, each at steps of its own.
+
+Steps are chosen and points accepted as `continuation.walk` and `continuation.search` do; where they
+would look between two points, the step is taken again at half its length. A branch on which
+anything happens but period doublings and tori is left: it has to be followed by itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.branches.abreast.between import arcs, are_doubtful, hermite_each, lagrange_each
+from slipfold.branches.abreast.many_orbits import TESTS, Corrected, ManyOrbits
+from slipfold.branches.closed_branches import BEFORE
+from slipfold.branches.stops import ONE
+from slipfold.continuation.follow import BIRTH, FIRST
+from slipfold.continuation.settings import Steps
+from slipfold.continuation.walk import DRIFT, ERROR, GUESSES, LONGER, POWER, REJECT, SLACK
+from slipfold.flow.switched.mode_equations import contacts_of
+from slipfold.orbits.forced_orbits import ForcedOrbits
+from slipfold.orbits.limits import limit_margins
+
+__all__ = ["Bracket", "Start", "Walk"]
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Indices = NDArray[np.int64]
+
+CLOSE = 1e-5
+"""Corrections shorter than this are the last: what is left is their square."""
+
+SMALLEST = 1e-6
+"""A branch that needs a smaller step is left."""
+
+KNOTS = 4
+"""Points that are remembered: test functions are interpolated through so many."""
+
+POINTS = 3
+"""Points a branch is extrapolated from."""
+
+LARGEST = 1e6
+"""Multiplier from which on a branch is left: rounding begins to matter."""
+
+STIFF = 1e6
+"""So much may errors move an orbit that has a multiplier near one."""
+
+MOST = 400
+"""Rounds of steps after which all branches still on their way are left."""
+
+PD, FOLD, NS, LP = range(len(TESTS))
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """Where the branch of a case begins."""
+
+    case: int
+    z: Array  # shape (u,)
+    tangent: Array  # shape (u,)
+    multipliers: NDArray[np.complex128] | None = None  # where it leaves another branch
+
+
+@dataclass(frozen=True, eq=False)
+class Bracket:
+    """Two neighbouring points between which a test function changes its sign."""
+
+    branch: int  # number of the branch among those walked
+    case: int
+    kind: str
+    z: Array  # shape (2, u)
+    tangents: Array  # shape (2, u)
+    values: Array  # of the test function, shape (2,)
+    unstable: tuple[int, int]  # multipliers outside the unit circle at either
+
+
+class Walk:
+    """Branches on their way. What each came to is in `fates`: ``"span"``, ``"limit"`` or why not.
+
+    `brackets` has what is to be located, in order along each branch; `stable` whether the first
+    point of each is.
+    """
+
+    def __init__(
+        self, orbits: ManyOrbits, starts: Sequence[Start], span: tuple[float, float], steps: Steps
+    ) -> None:
+        k, u = len(starts), orbits.size + 1
+        self._orbits, self._steps = orbits, steps
+        self._cases = np.array([start.case for start in starts])
+        self._low, self._high = (value / orbits.width for value in (min(span), max(span)))
+        self.fates = [""] * k
+        self.brackets: list[list[Bracket]] = [[] for _ in starts]
+        self.stable = np.zeros(k, bool)
+        model = orbits.models[0]
+        self._bounds = np.array([limit.bound for limit in model.limits])
+        sticking = {name for contact in contacts_of(model) for name in contact.limits}
+        self._sticking = np.array([limit.name in sticking for limit in model.limits], bool)
+        self._z, self._tangents = np.zeros((2, k, KNOTS, u))
+        self._places, self._tests = np.zeros((k, KNOTS)), np.zeros((k, KNOTS, len(TESTS)))
+        self._count, self._unstable = np.ones(k, int), np.zeros(k, int)
+        self._signs = np.zeros(k)
+        self._step, self._growth = np.full(k, FIRST), np.full(k, LONGER)
+        self._held = np.zeros(k, bool)
+        self._leaves = np.array([start.multipliers is not None for start in starts])
+        self._z[:, -1] = [start.z for start in starts]
+        self._tangents[:, -1] = [start.tangent for start in starts]
+        self.going: Mask = np.ones(k, bool)
+        self._begin(starts)
+
+    def run(self) -> None:
+        """Follow all of them to their ends."""
+        for _ in range(MOST):
+            some = np.flatnonzero(self.going)
+            if not len(some):
+                return
+            self._take_steps(some)
+        self._leave(np.flatnonzero(self.going), "points")
+
+    # -- where branches begin --------------------------------------------------------------------
+
+    def _begin(self, starts: Sequence[Start]) -> None:
+        everything = np.arange(len(starts))
+        regular = everything[~self._leaves]
+        if len(regular):
+            z, row = self._z[regular, -1], self._tangents[regular, -1]
+            found = self._orbits.correct(self._cases[regular], z, row, CLOSE, np.inf)
+            self._z[regular, -1], self._tangents[regular, -1] = found.z, found.tangents
+            self._tests[regular, -1], self._signs[regular] = found.tests, found.signs
+            self._unstable[regular] = _outside(found)
+            self.stable[regular] = _outside(found) == 0
+            clear = found.found & (found.above > self._bounds).all(axis=1)
+            self._leave(regular[~clear], "first orbit")
+        self._first_steps([start for start in starts if start.multipliers is not None])
+
+    def _first_steps(self, starts: Sequence[Start]) -> None:
+        """Leave another branch by a step so short that nothing else can happen within it."""
+        some = np.flatnonzero(self._leaves)
+        if not len(some):
+            return
+        others = [
+            np.delete(v, np.abs(v - 1).argmin()) for s in starts if (v := s.multipliers) is not None
+        ]
+        outside = np.array([np.count_nonzero(np.abs(item) > 1) for item in others])
+        self._step[some] = BIRTH
+        for _ in range(6):
+            if not len(some):
+                return
+            looks = []
+            for share in (1.0, 0.25):
+                guess = (
+                    self._z[some, -1]
+                    + (share * self._step[some])[:, None] * self._tangents[some, -1]
+                )
+                rows = self._tangents[some, -1]
+                looks.append(self._orbits.correct(self._cases[some], guess, rows, CLOSE, _reach()))
+            first, nearer = looks
+            more = _outside(first) - outside
+            with np.errstate(invalid="ignore"):
+                good = first.found & nearer.found & ((more == 0) | (more == 1))
+                good &= first.tests[:, LP] * nearer.tests[:, LP] > 0
+            some, outside = some[~good], outside[~good]
+            self._step[some] /= 4
+        self._leave(some, "birth")
+
+    # -- a step of each --------------------------------------------------------------------------
+
+    def _take_steps(self, some: Indices) -> None:
+        if self._orbits.period % 2 == 0:
+            self._step[some] = np.minimum(
+                self._step[some], np.maximum(BEFORE, 0.9 * _length(self._halves(self._z[some, -1])))
+            )
+        guess, rows, held = self._predicted(some)
+        found = self._orbits.correct(self._cases[some], guess, rows, CLOSE, _reach())
+        found.z[held, -1] = guess[held, -1]
+        beyond = found.found & ~held & self._is_beyond(found.z[:, -1], 0.0)
+        self._held[some] = beyond
+        last = self._tangents[some, -1]
+        length, turn = arcs(found.z - self._z[some, -1], last, found.tangents)
+        factor, fits = self._measured(some, found, guess, length, turn)
+        fits &= found.found & ~beyond
+        brackets, doubt = self._judged(some, found, length, fits)
+        accepted = fits & ~doubt
+        shorter = np.where(found.found, np.where(fits, 0.5, np.minimum(factor, 0.7)), 0.35)
+        step = self._step[some]
+        longer = np.minimum(np.minimum(factor, self._growth[some]), LONGER)
+        self._step[some] = np.where(accepted, np.minimum(step * longer, self._steps.largest),
+                                    np.where(beyond, step, step * shorter))  # fmt: skip
+        self._growth[some] = np.where(accepted, LONGER, np.where(beyond, self._growth[some], 0.8))
+        self._leave(some[~accepted & (self._step[some] < SMALLEST)], "steps")
+        for row in np.flatnonzero(accepted & (brackets >= 0)):
+            self._bracket(int(some[row]), found, int(row), TESTS[brackets[row]])
+        self._accept(some[accepted], found, np.flatnonzero(accepted), length)
+
+    def _predicted(self, some: Indices) -> tuple[Array, Array, Mask]:
+        """Return guesses, rows of their hyperplanes, and which hold the parameter on a bound."""
+        target = self._places[some, -1] + self._step[some]
+        guess, rows = self._hermite(some, target)
+        held = self._held[some] | self._is_beyond(guess[:, -1], SLACK)
+        which = np.flatnonzero(held)
+        if not len(which):
+            return guess, rows, held
+        here, forward = some[which], rows[which, -1] > 0
+        bound = np.where(forward, self._high, self._low)
+        near, far = self._places[here, -1], target[which]
+        for _ in range(GUESSES):
+            middle = 0.5 * (near + far)
+            passed = (self._hermite(here, middle)[0][:, -1] > bound) == forward
+            near, far = np.where(passed, near, middle), np.where(passed, middle, far)
+        guess[which] = self._hermite(here, far)[0]
+        guess[which, -1] = bound
+        rows[which] = 0.0
+        rows[which, -1] = np.where(forward, 1.0, -1.0)
+        return guess, rows, held
+
+    def _hermite(self, some: Indices, target: Array) -> tuple[Array, Array]:
+        guess, rows = np.empty((2, len(some), self._z.shape[2]))
+        counts = np.minimum(self._count[some], POINTS)
+        for count in np.unique(counts).tolist():
+            which = np.flatnonzero(counts == count)
+            here = some[which]
+            guess[which], rows[which] = hermite_each(
+                self._places[here, -count:],
+                self._z[here, -count:],
+                self._tangents[here, -count:],
+                target[which],
+            )
+        return guess, rows
+
+    def _is_beyond(self, values: Array, slack: float) -> Mask:
+        return np.asarray((values < self._low - slack) | (values > self._high + slack))
+
+    def _measured(
+        self, some: Indices, found: Corrected, guess: Array, length: Array, turn: Array
+    ) -> tuple[Array, Mask]:
+        """Return by how much the next steps may be longer, and whether these fit."""
+        error = np.maximum(_length(found.z - guess), 1e-12) / ERROR
+        turn = turn / self._steps.turn
+        drift = np.zeros(len(some))
+        counts = np.minimum(self._count[some], POINTS)
+        for count in np.unique(counts[counts > 1]).tolist():
+            which = np.flatnonzero(counts == count)
+            here = some[which]
+            values = self._tests[here, -count:]
+            target = self._places[here, -1] + length[which]
+            expected = (lagrange_each(self._places[here, -count:], target[:, None]) @ values)[:, 0]
+            actual = found.tests[which]
+            sizes = np.maximum(np.abs(values).max(axis=1), np.maximum(np.abs(actual), 1e-9))
+            drift[which] = (np.abs(actual - expected) / sizes).max(axis=1) / DRIFT
+        with np.errstate(invalid="ignore"):
+            lengths = (
+                error**-POWER,
+                0.9 / np.maximum(turn, 1e-3),
+                np.maximum(drift, 1e-6) ** -0.4,
+            )
+            factor = np.clip(0.9 * np.minimum.reduce(lengths), 0.2, LONGER)
+            fits = (turn <= 1) & (np.maximum(error, drift) <= REJECT)
+        return factor, fits
+
+    # -- what lies between two points ------------------------------------------------------------
+
+    def _judged(
+        self, some: Indices, found: Corrected, length: Array, fits: Mask
+    ) -> tuple[Indices, Mask]:
+        """Return which test function changes its sign, -1 where none does, and what is in doubt."""
+        leaves = self._leaves[some] & (self._count[some] == 1)
+        doubt = np.zeros(len(some), bool)
+        counts = np.minimum(self._count[some], KNOTS - 1)
+        for count in np.unique(counts).tolist():
+            which = np.flatnonzero(fits & ~leaves & (counts == count))
+            here = some[which]
+            if not len(which):
+                continue
+            new = self._places[here, -1] + length[which]
+            where = np.column_stack([self._places[here, -count:], new])
+            values = np.concatenate([self._tests[here, -count:], found.tests[which, None]], axis=1)
+            doubt[which] = are_doubtful(where, values)
+        changed = (self._tests[some, -1] > 0) != (found.tests > 0)
+        changed &= ~leaves[:, None]
+        change = np.abs(_outside(found) - self._unstable[some])
+        change[leaves] = 0
+        brackets = np.full(len(some), -1)
+        for place, explained in ((PD, change == 1), (NS, (change == 2) | (change == 0))):
+            only = changed[:, place] & (changed.sum(axis=1) == 1) & explained
+            brackets[only] = place
+        quiet = ~changed.any(axis=1) & (change == 0)
+        self._leave(some[fits & ~doubt & (changed[:, LP] | changed[:, FOLD])], "fold")
+        return brackets, np.asarray(doubt | ~(quiet | (brackets >= 0)))
+
+    def _bracket(self, branch: int, found: Corrected, row: int, kind: str) -> None:
+        place = TESTS.index(kind)
+        self.brackets[branch].append(
+            Bracket(
+                branch,
+                int(self._cases[branch]),
+                kind,
+                np.array([self._z[branch, -1], found.z[row]]),
+                np.array([self._tangents[branch, -1], found.tangents[row]]),
+                np.array([self._tests[branch, -1, place], found.tests[row, place]]),
+                (int(self._unstable[branch]), int(_outside(found)[row])),
+            )
+        )
+
+    def _accept(self, some: Indices, found: Corrected, rows: Indices, length: Array) -> None:
+        """Add points, and see which branches end there."""
+        leaves = self._leaves[some] & (self._count[some] == 1)
+        before = self._z[some, -1].copy()
+        self._leave(
+            some[(found.signs[rows] != self._signs[some]) & ~leaves & (self._signs[some] != 0)],
+            "crossing",
+        )
+        new = self._places[some, -1] + length[rows]
+        for kept, items in (
+            (self._z, found.z),
+            (self._tangents, found.tangents),
+            (self._tests, found.tests),
+        ):
+            kept[some, :-1] = kept[some, 1:]
+            kept[some, -1] = items[rows]
+        self._places[some, :-1] = self._places[some, 1:]
+        self._places[some, -1] = new
+        self._count[some] += 1
+        self._signs[some], self._unstable[some] = found.signs[rows], _outside(found)[rows]
+        multipliers = found.multipliers[rows]
+        near_one = np.abs(multipliers - 1).min(axis=1) < ONE
+        self._leave(some[~leaves & near_one & (found.stiffness[rows] > STIFF)], "undetermined")
+        self._leave(some[np.abs(multipliers).max(axis=1) > LARGEST], "growth")
+        if self._orbits.period % 2 == 0:
+            here, there = self._halves(before), self._halves(self._z[some, -1])
+            near = _length(there) < np.minimum(0.1 * BEFORE, _length(here))
+            self._leave(some[~leaves & (((here * there).sum(axis=1) < 0) | near)], "copy")
+        self._end(some, found.lowest[rows], found.above[rows])
+
+    def _end(self, some: Indices, lowest: Array, above: Array) -> None:
+        """End branches at limits and bounds."""
+        broken = lowest <= self._bounds
+        for row in np.flatnonzero((above <= self._bounds).any(axis=1) & ~broken.any(axis=1)):
+            broken[row] = ~(self._margins(int(some[row])) > 0)
+        self._leave(some[(broken & self._sticking).any(axis=1)], "stick")
+        at_end = (self._z[some, -1, -1] == self._low) | (self._z[some, -1, -1] == self._high)
+        self._leave(some[broken.any(axis=1)], "limit")
+        self._leave(some[at_end], "span")
+
+    def _margins(self, branch: int) -> Array:
+        """Return by how much the last orbit of a branch keeps each limit."""
+        orbits = self._orbits
+        model = orbits.models[self._cases[branch]]
+        alone = ForcedOrbits(model, {orbits.vary: orbits.width}, orbits.period)
+        return limit_margins(alone, self._z[branch, -1])
+
+    def _leave(self, some: Indices, reason: str) -> None:
+        for branch in some.tolist():
+            if self.going[branch]:
+                self.fates[branch], self.going[branch] = reason, False
+
+    def _halves(self, z: Array) -> Array:
+        """Return by how much the halves of orbits differ, in scaled states."""
+        half = self._orbits.size // 2
+        return np.asarray(z[:, :half] - z[:, half : 2 * half])
+
+
+def _outside(found: Corrected) -> Indices:
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.count_nonzero(np.abs(found.multipliers) > 1, axis=1))
+
+
+def _length(vectors: Array) -> Array:
+    return np.asarray(np.sqrt((vectors * vectors).sum(axis=1)))
+
+
+def _reach() -> float:
+    return 2 * REJECT * ERROR

@@ -1,0 +1,248 @@
+"""The same steps with all first derivatives, for many short motions with parameters of their own.
+
+Motions over pieces of a period, as multiple shooting wants them, depend on nothing but themselves:
+each takes steps of its own length, one for one of all others that have not arrived.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import heyoka as hy
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.flow.cache import cached
+from slipfold.flow.elementary import take_apart
+from slipfold.flow.equations import Equations, build_equations
+from slipfold.flow.strobes.explicit_steps import method, moved_by, stage_slopes, step_error
+from slipfold.models.model import Kind, Model
+from slipfold.models.output import Limit
+
+__all__ = ["Carried", "LinearisedSteps", "linearised_steps_of"]
+
+Array = NDArray[np.float64]
+
+TOLERANCE = 1e-11
+"""Error of a step, in scales. What is decided rests on special points, which are corrected by the
+flow itself; orbits are then known to 1e-9 and better."""
+
+FIRST = 1 / 32
+"""Step that is tried first, in forcing periods."""
+
+ORDER = 8
+
+SAFELY, SHORTER, LONGER = 0.9, 0.2, 4.0
+"""Share of the step that the error allows, and by how much one may differ from that before."""
+
+MOST = 600
+"""Steps after which a motion is left behind."""
+
+ROUND = 6
+"""Steps after which motions that have not arrived are put together anew."""
+
+TOGETHER = 256
+"""Motions in a march: enough to hide what a call costs, few enough for the processor's cache."""
+
+REGISTERS = 16
+"""Motions are made up to a multiple of this: those left over would be computed by other code, and
+what is found of one would depend on how many there are beside it."""
+
+COMPILED = 5_000
+"""Operations compiled into a step at most; 3,000 take three seconds."""
+
+
+@dataclass(frozen=True, eq=False)
+class Carried:
+    """Where motions came to, NaN where they did not come; everything in the states' own units."""
+
+    ends: Array  # shape (l, n)
+    matrices: Array  # derivatives by the first states, shape (l, n, n)
+    vectors: Array  # derivatives along the change of coefficients, shape (l, n)
+    lowest: Array  # least value of each limit's output at an end of a step, shape (l, n_limits)
+    # What it is above between these, as far as its bend tells, shape (l, n_limits)
+    above: Array
+
+
+@dataclass(frozen=True)
+class LinearisedSteps:
+    """A step, compiled.
+
+    Arguments, a row each: states, then their derivatives by each of the first states and along the
+    change of coefficients, phase, length of the step, coefficients, scales, change of coefficients.
+    Values: states and derivatives after it, its error, what the limits watch before and after it.
+    """
+
+    function: Any
+    states: int
+    limits: int
+
+    def carry(
+        self,
+        states: Array,
+        start: Array,
+        length: float,
+        coefficients: Array,
+        scales: Array,
+        change: Array,
+    ) -> Carried:
+        """Carry states and their derivatives over a piece of a forcing period.
+
+        Shapes: states, scales (l, n); start (l,); coefficients, change (l, n_c).
+        """
+        n, count = self.states, len(states)
+        size = n * (n + 2)
+        work = np.zeros((size + 2 + coefficients.shape[1] * 2 + n, count))
+        work[:n] = states.T
+        columns = work[n:size].reshape(n + 1, n, count)
+        columns[np.arange(n), np.arange(n)] = 1.0
+        work[size], work[size + 1] = start, min(FIRST, length)
+        work[size + 2 :] = np.concatenate([coefficients, scales, change], axis=1).T
+        passed = _Passed(count, self.limits)
+        going = np.flatnonzero(np.isfinite(work).all(axis=0))
+        arrived = np.zeros(count, bool)
+        for _ in range(0, MOST, ROUND):
+            for first in range(0, len(going), TOGETHER):
+                some = going[first : first + TOGETHER]
+                arrived[some] = self._march(work, some, start[some] + length, passed)
+            going = going[~arrived[going] & np.isfinite(work[size + 1, going])]
+            if not len(going):
+                break
+        work[:size, ~arrived] = np.nan
+        derivatives = work[n:size].reshape(n + 1, n, count).transpose(2, 1, 0)
+        lowest, above = passed.bounds()
+        return Carried(work[:n].T, derivatives[..., :n], derivatives[..., n], lowest, above)
+
+    def _march(
+        self, whole: Array, some: NDArray[np.int64], ends: Array, passed: _Passed
+    ) -> NDArray[np.bool_]:
+        """Take a few steps with some motions; return which have arrived."""
+        size, count, watched = self.states * (self.states + 2), len(some), self.limits
+        more = -count % REGISTERS
+        work = np.ascontiguousarray(whole[:, np.concatenate([some, np.full(more, some[0])])])
+        ends = np.concatenate([ends, np.full(more, ends[0])])
+        phase, step = work[size], work[size + 1]
+        values = np.empty((size + 1 + 2 * watched, work.shape[1]))
+        left = phase < ends
+        wanted = step.copy()
+        for _ in range(ROUND):
+            last = phase + step >= ends
+            step[last] = (ends - phase)[last]
+            self.function(work, outputs=values)
+            with np.errstate(all="ignore"):
+                factor = SAFELY * (TOLERANCE / values[size]) ** (1 / ORDER)
+                good = (values[size] <= TOLERANCE) & left
+            np.copyto(work[:size], values[:size], where=good)
+            kept = good[:count]
+            passed.add(some[kept], step[:count][kept], values[size + 1 :, :count][:, kept])
+            phase[good] = np.where(last, ends, phase + step)[good]
+            left &= ~(good & last)
+            longest = np.where(good, LONGER, SAFELY)
+            wanted = step * np.fmin(np.fmax(factor, SHORTER), longest)
+            wanted[np.isnan(factor)] = 0.25 * step[np.isnan(factor)]
+            step[:] = np.where(left, wanted, 0.0)
+            if not left.any():
+                break
+        whole[:, some] = work[:, :count]
+        return ~left[:count]
+
+
+class _Passed:
+    """What limits watch, at the ends of all steps of many motions."""
+
+    def __init__(self, count: int, watched: int) -> None:
+        self._values = np.full((8, watched, count), np.nan)
+        self._steps = np.full((8, count), np.nan)
+        self._places = np.zeros(count, dtype=np.int64)
+
+    def add(self, some: NDArray[np.int64], steps: Array, seen: Array) -> None:
+        """Add steps of some motions. Shapes: steps (k,); seen (2 n_limits, k), before and after."""
+        places, watched = self._places[some], self._values.shape[1]
+        if len(some) and places.max() + 2 > len(self._steps):
+            self._values = np.concatenate([self._values, np.full_like(self._values, np.nan)])
+            self._steps = np.concatenate([self._steps, np.full_like(self._steps, np.nan)])
+        self._steps[places, some] = steps
+        self._values[places, :, some] = seen[:watched].T
+        self._values[places + 1, :, some] = seen[watched:].T
+        self._places[some] += 1
+
+    def bounds(self) -> tuple[Array, Array]:
+        """Return the least values, and bounds of what lies between, both of shape (l, n_limits).
+
+        Who falls between two values and comes back, at no more than the slope there, before or
+        behind, falls for half of the time.
+        """
+        values, steps = self._values, self._steps[:-1, None]
+        with np.errstate(invalid="ignore"):
+            slopes = np.abs(values[1:] - values[:-1]) / steps
+        steepest = slopes.copy()
+        steepest[1:] = np.fmax(steepest[1:], slopes[:-1])
+        steepest[:-1] = np.fmax(steepest[:-1], slopes[1:])
+        between = np.minimum(values[:-1], values[1:]) - 0.5 * steepest * steps
+        return np.fmin.reduce(values, axis=0).T, np.fmin.reduce(between, axis=0).T
+
+
+def linearised_steps_of(model: Model) -> LinearisedSteps | None:
+    """Return the compiled steps of a model, None if they would be too long to compile."""
+    return _shared_steps(model.kind)
+
+
+@lru_cache(maxsize=64)
+def _shared_steps(kind: Kind) -> LinearisedSteps | None:
+    model = kind.make()
+    equations = build_equations(model)
+    whole, changes = _with_derivatives(equations)
+    if len(method().B) * len(take_apart(equations)) * (equations.dimension + 2) > COMPILED:
+        return None
+    bounds = [limit.output for limit in model.limits]
+    key = f"linearised explicit steps watching {bounds!r}\n{equations.fingerprint()}"
+    function = cached(key, lambda: _build(equations, whole, changes, model.limits))
+    return LinearisedSteps(function, equations.dimension, len(model.limits))
+
+
+def _with_derivatives(equations: Equations) -> tuple[Equations, list[Any]]:
+    r"""Add the derivatives of the states, and return the symbols of the change of coefficients.
+
+    Each column v of them satisfies :math:`v' = T \partial f\, v`, and that along a change d of
+    the coefficients :math:`v' = T (\partial f\, v + \partial_c f\, d) + d_T f`.
+    """
+    states, coefficients, zero = equations.states, equations.coefficients, hy.expression(0.0)
+    changes = [hy.expression(f"change of {symbol}") for symbol in coefficients]
+    slopes = hy.diff_tensors(
+        list(equations.field), diff_args=[*states, *coefficients], diff_order=1
+    ).jacobian.tolist()
+    names, symbols, field = list(equations.names), list(states), list(equations.field)
+    for column in range(len(states) + 1):
+        own = [hy.expression(f"derivative {column} of {state}") for state in states]
+        along = [*own, *changes] if column == len(states) else own
+        for rate, row in zip(equations.field, slopes, strict=True):
+            terms = [a * b for a, b in zip(row, along, strict=False) if a != zero]
+            if column == len(states):
+                terms.append(changes[-1] / coefficients[-1] * rate)
+            field.append(hy.sum(terms) if terms else zero)
+        symbols += own
+    names = [str(symbol) for symbol in symbols]
+    return replace(
+        equations, names=tuple(names), states=tuple(symbols), field=tuple(field)
+    ), changes
+
+
+def _build(
+    equations: Equations, whole: Equations, changes: Sequence[Any], limits: Sequence[Limit]
+) -> Any:
+    step = hy.expression("length of the step")
+    scales = [hy.expression(f"scale of {name}") for name in equations.names]
+    slopes = stage_slopes(whole, step)
+    ends = moved_by(whole, slopes, method().B)
+    error = step_error(equations, slopes, ends[: len(scales)], scales)
+    outputs = dict(equations.outputs)
+    watched = [outputs[limit.output] for limit in limits]
+    there: dict[str, Any] = dict(zip(whole.names, ends, strict=True))
+    there[str(whole.phase)] = whole.phase + step
+    after = list(hy.subs(watched, there)) if watched else []
+    arguments = [*whole.states, whole.phase, step, *whole.coefficients, *scales, *changes]
+    # Free to reorder sums: half of the time, and what is no number remains none.
+    return hy.cfunc([*ends, error, *watched, *after], vars=arguments, fast_math=True)

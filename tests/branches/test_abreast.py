@@ -1,0 +1,81 @@
+"""Responses followed side by side are those that each case has by itself."""
+
+import numpy as np
+import pytest
+from scipy.stats import qmc
+
+import slipfold as sf
+from slipfold.branches.abreast.responses import responses_abreast
+from slipfold.branches.response import trace_response
+from slipfold.continuation.locate import CLOSE
+
+SPAN = (0.0, 0.98)
+
+COEFFICIENT = 1e-6
+"""Jets are integrated to 1e-10, of which coefficients keep seven digits at least."""
+
+
+def scattered(count, seed):
+    """So many oscillators over speed, friction coefficient and direction."""
+    places = qmc.LatinHypercube(3, seed=seed).random(count)
+    return [
+        sf.SlidingOscillator(
+            f=12.5, Vd=0.4 + 0.6 * speed, mu=0.3 + 0.4 * mu, alpha=np.radians(20 + 60 * turn)
+        )
+        for speed, mu, turn in places
+    ]
+
+
+def abreast(models, vary="Nd", span=SPAN):
+    return responses_abreast(models, vary, span, sf.Settings())
+
+
+def assert_alike(response, branches, width):
+    """Check that both have the same branches and special points, as well as these are known."""
+    assert [item.period for item in response.branches] == [item.period for item in branches]
+    for one, other in zip(response.branches, branches, strict=True):
+        assert one.ends == other.stopped.kind
+        told = [(point.type, point.criticality) for point in one.special]
+        assert told == [(point.type, point.criticality) for point in other.special]
+        for point, known in zip(one.special, other.special, strict=True):
+            uncertain = point.uncertainty + known.uncertainty + 2 * CLOSE * width
+            assert abs(point.value - known.value) <= uncertain
+            assert point.coefficient == pytest.approx(known.coefficient, rel=COEFFICIENT)
+
+
+@pytest.mark.parametrize("count", [3, pytest.param(40, marks=pytest.mark.long)])
+def test_special_points_are_those_of_each_response_alone(count):
+    models = scattered(max(16, count), seed=7)
+    found = abreast(models)
+    assert all(found)  # none had to be followed by itself
+    for model, response in zip(models[:count], found, strict=False):
+        assert_alike(response, trace_response(model, "Nd", SPAN), SPAN[1])
+
+
+def test_what_is_found_does_not_depend_on_what_is_beside_it():
+    def told(responses):
+        return [
+            [(p.type, p.value, p.uncertainty, p.coefficient) for p in branch.special]
+            for response in responses
+            for branch in response.branches
+        ]
+
+    models = scattered(7, seed=3)
+    together = abreast(models, span=(0.0, 0.2))
+    assert told(abreast(models[2:3], span=(0.0, 0.2))) == told(together[2:3])
+    assert told(abreast(models[1:6], span=(0.0, 0.2))) == told(together[1:6])
+
+
+def test_another_parameter_downwards():
+    model, span = sf.SlidingOscillator(Nd=0.1), (13.5, 12.5)
+    (found,) = abreast([model], "f", span)
+    assert found is not None
+    assert_alike(found, trace_response(model, "f", span), 1.0)
+
+
+def test_what_is_out_of_the_ordinary_is_left():
+    built_in = sf.built_in_models()
+    assert abreast([built_in["duffing"]()], "W", (0.5, 2.0)) == [None]  # it folds
+    assert abreast([built_in["vanderpol-free"]()], "mu", (0.5, 2.0)) == [None]
+    sticks = sf.SlidingOscillator(f=12.5, Vd=0.05)
+    assert abreast([sticks]) == [None]
