@@ -272,6 +272,34 @@ def test_a_motion_is_judged_as_lyapunov_judges_it_from_where_it_starts(client):
     assert all(answer["periods"] <= answer["total"] for answer in progress)
 
 
+def test_pictures_of_regimes_become_finer(monkeypatch):
+    monkeypatch.setattr("slipfold.explorer.views.regimes.FINER", ((1, 1), (1, 2)))
+    window = {"x": {"name": "f", "span": [12.499, 12.501]}, "y": {"name": "Nd", "span": [0, 0.08]}}
+    # Values of what is varied play no part.
+    values = {"f": 13.0, "Nd": 0.5}
+    asked = {"kind": "regimes", "id": 1, "model": "sliding", "parameters": values, **window}
+    told = []
+    Answering(Catalogue()).answer(parse_request(json.dumps(asked)), told.append, lambda: None)
+    pictures = [answer for answer in told if "labels" in answer]
+    # Of the first picture what repeats is told before the rest is known.
+    assert [answer["done"] for answer in pictures] == [False, False, True]
+    assert pictures[0]["labels"] == pictures[1]["labels"] == [[1]]
+    last = pictures[-1]
+    assert last["x"]["values"] == pytest.approx([12.5])
+    assert last["y"]["values"] == pytest.approx([0.02, 0.06])
+    # As in docs/after-the-hopf.md.
+    shown = [[last["names"][number - 1] for number in row] for row in last["labels"]]
+    assert shown == [["period 1"], ["torus"]]
+
+
+def test_regimes_of_what_nothing_forces_are_refused():
+    window = {"x": {"name": "mu", "span": [1, 2]}, "y": {"name": "k", "span": [1, 2]}}
+    asked = {"kind": "regimes", "id": 1, "model": "vanderpol-free", **window}
+    told = []
+    Answering(Catalogue()).answer(parse_request(json.dumps(asked)), told.append, lambda: None)
+    assert "nothing forces vanderpol-free" in told[-1]["error"]
+
+
 def test_pictures_of_basins_keep_the_numbers_of_attractors(monkeypatch):
     monkeypatch.setattr("slipfold.explorer.views.basins.FINER", (6, 11))
     plane = {"x": {"name": "q", "span": [-4, 4]}, "y": {"name": "v", "span": [-4, 4]}}

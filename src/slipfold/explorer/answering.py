@@ -19,6 +19,7 @@ from slipfold.explorer.messages import (
     ExportRequest,
     OrbitRequest,
     PlaneRequest,
+    RegimesRequest,
     ViewRequest,
 )
 from slipfold.explorer.views.basins import tell_basins
@@ -29,6 +30,7 @@ from slipfold.explorer.views.labels import axis_of
 from slipfold.explorer.views.orbit import orbit_view
 from slipfold.explorer.views.plane import plane_view
 from slipfold.explorer.views.plane_progress import PlaneProgress
+from slipfold.explorer.views.regimes import tell_regimes
 from slipfold.explorer.views.simulation import stream_simulation
 
 __all__ = ["Answering"]
@@ -110,5 +112,7 @@ class Answering:
             tell_exponents(asked_model(self._catalogue, request), request, tell, check)
         elif isinstance(request, BasinsRequest):
             tell_basins(asked_model(self._catalogue, request), request, tell, check)
+        elif isinstance(request, RegimesRequest):
+            tell_regimes(asked_model(self._catalogue, request), request, tell, check)
         else:
             stream_simulation(asked_model(self._catalogue, request), request, tell)

@@ -3,7 +3,13 @@
 from __future__ import annotations
 
 from slipfold.explorer.catalogue import Catalogue
-from slipfold.explorer.messages import BasinsRequest, MotionRequest, PlaneRequest, ViewRequest
+from slipfold.explorer.messages import (
+    BasinsRequest,
+    MotionRequest,
+    PlaneRequest,
+    RegimesRequest,
+    ViewRequest,
+)
 from slipfold.models.model import Model
 
 __all__ = ["asked_model", "varied"]
@@ -11,7 +17,7 @@ __all__ = ["asked_model", "varied"]
 
 def varied(request: ViewRequest) -> tuple[str, ...]:
     """Return the parameters that a request varies."""
-    if isinstance(request, PlaneRequest):
+    if isinstance(request, PlaneRequest | RegimesRequest):
         return request.x.name, request.y.name
     return () if isinstance(request, MotionRequest | BasinsRequest) else (request.vary,)
 

@@ -19,10 +19,11 @@ RANK = {
     "export": 2,
     "plane": 3,
     "basins": 3,
+    "regimes": 3,
 }
 """Quick answers first."""
 
-SLOW = ("plane", "basins")
+SLOW = ("plane", "basins", "regimes")
 """What takes so long that it must not take all workers."""
 
 OVERTAKEN = 40

@@ -30,6 +30,7 @@ class Limits:
                 "exponents": 300.0,
                 "plane": 600.0,
                 "basins": 600.0,
+                "regimes": 600.0,
                 "export": 120.0,
             }
         )

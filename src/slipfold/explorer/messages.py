@@ -31,6 +31,7 @@ __all__ = [
     "PlaneAxis",
     "PlaneRequest",
     "ReadingsRequest",
+    "RegimesRequest",
     "Request",
     "SimulationRequest",
     "ValuesRequest",
@@ -51,7 +52,7 @@ LONGEST_NAME = 200
 UNNAMED = r"/\\\x00-\x1f\x7f-\x9f"
 """Characters, as in a class of a regular expression, that no model's name in a request has."""
 
-KINDS = ("diagram", "orbit", "plane", "simulation", "exponents", "basins", "cancel")
+KINDS = ("diagram", "orbit", "plane", "simulation", "exponents", "basins", "regimes", "cancel")
 
 LONGEST_SLOT = 8
 
@@ -135,10 +136,9 @@ class PlaneAxis(_Message):
     span: tuple[Number, Number]  # its first and last value
 
 
-class PlaneRequest(_ModelRequest):
-    """The bifurcations in a window of two parameters, and the regions between them."""
+class _WindowRequest(_ModelRequest):
+    """A window of two parameters."""
 
-    kind: Literal["plane"]
     x: PlaneAxis
     y: PlaneAxis
 
@@ -147,6 +147,18 @@ class PlaneRequest(_ModelRequest):
         if self.x.name == self.y.name:
             raise ValueError(f"{self.x.name} is on both axes; give two different parameters")
         return self
+
+
+class PlaneRequest(_WindowRequest):
+    """The bifurcations in a window of two parameters, and the regions between them."""
+
+    kind: Literal["plane"]
+
+
+class RegimesRequest(_WindowRequest):
+    """What motions do in a window of two parameters, told finer and finer."""
+
+    kind: Literal["regimes"]
 
 
 class MotionRequest(_ModelRequest):
@@ -181,7 +193,7 @@ class CancelRequest(_Request):
     """Stop what is being computed."""
 
     kind: Literal["cancel"]
-    of: Literal["diagram", "orbit", "plane", "simulation", "exponents", "basins"]
+    of: Literal["diagram", "orbit", "plane", "simulation", "exponents", "basins", "regimes"]
 
 
 DrawnRequest = Annotated[
@@ -195,7 +207,8 @@ ViewRequest = Annotated[
     | PlaneRequest
     | SimulationRequest
     | ExponentsRequest
-    | BasinsRequest,
+    | BasinsRequest
+    | RegimesRequest,
     Discriminator("kind"),
 ]
 """A request that is answered with something to look at."""
@@ -207,6 +220,7 @@ Request = Annotated[
     | SimulationRequest
     | ExponentsRequest
     | BasinsRequest
+    | RegimesRequest
     | CancelRequest,
     Discriminator("kind"),
 ]

@@ -12,7 +12,7 @@ from slipfold.errors import InputError
 from slipfold.loci.window import Window
 from slipfold.models.model import Model
 
-__all__ = ["CELLS", "Raster", "where_models_exist"]
+__all__ = ["CELLS", "Raster", "model_exists", "where_models_exist"]
 
 Array = NDArray[np.float64]
 
@@ -70,17 +70,18 @@ def where_models_exist(model: Model, plane: tuple[str, str], raster: Raster) -> 
     first, second = raster.centres(0), raster.centres(1)
     middles = np.arange(BLOCK // 2, CELLS, BLOCK)
     coarse = np.array(
-        [[_exists(model, plane, first[i], second[j]) for i in middles] for j in middles]
+        [[model_exists(model, plane, first[i], second[j]) for i in middles] for j in middles]
     )
     fine = np.kron(coarse, np.ones((BLOCK, BLOCK), dtype=bool)).astype(bool)
     for row, column in zip(*np.nonzero(_beside_others(coarse)), strict=True):
         for j in range(row * BLOCK, (row + 1) * BLOCK):
             for i in range(column * BLOCK, (column + 1) * BLOCK):
-                fine[j, i] = _exists(model, plane, first[i], second[j])
+                fine[j, i] = model_exists(model, plane, first[i], second[j])
     return fine
 
 
-def _exists(model: Model, plane: tuple[str, str], first: float, second: float) -> bool:
+def model_exists(model: Model, plane: tuple[str, str], first: float, second: float) -> bool:
+    """Whether the parameters do not contradict each other at a place."""
     try:
         model.replace(**{plane[0]: float(first), plane[1]: float(second)})
     except InputError:

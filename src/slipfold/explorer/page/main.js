@@ -18,6 +18,7 @@ import { PlanePlot } from "./plane/plane_plot.js";
 import { PlaneSwitch } from "./plane/plane_switch.js";
 import { Readings } from "./readings/readings.js";
 import { ReadingsControl } from "./readings/readings_control.js";
+import { Regimes } from "./plane/regimes.js";
 import { Refusals } from "./session/refusals.js";
 import { Session } from "./session/session.js";
 import { Simulation } from "./orbit/simulation.js";
@@ -72,7 +73,8 @@ function build(models, study) {
   const readings = new Readings(session);
   const diagram = new DiagramPlot(session, readings);
   const orbits = new OrbitPanel(session);
-  const plane = new PlanePlot(session);
+  const regimes = new Regimes(session);
+  const plane = new PlanePlot(session, regimes);
   const simulation = new Simulation(session);
   const simulations = new SimulationPanel(session, simulation, diagram, orbits);
   const tour = new Tour(session, { simulation });
@@ -105,8 +107,8 @@ function build(models, study) {
     diagram: panel("diagram", "Response", [new Pins(session).node, planeSwitch.node, menus.diagram.node],
       diagramControls.node, diagram.node, new SpecialPoints(session).node, keyHelp()),
     plane: panel("plane", "Plane", [menus.plane.node],
-      planeControls.node, plane.node, plane.legend.node, plane.checked.node,
-      planeControls.progress),
+      planeControls.node, plane.node, plane.pointed.node, plane.legend.node, plane.checked.node,
+      regimes.node, planeControls.progress),
     orbit: panel("orbit", "Orbit", [orbits.title, menus.orbit.node], orbits.node),
     simulation: panel("simulation", "Simulation", [menus.simulation.node],
       simulations.node),

@@ -2,6 +2,7 @@
 
 import { element, svg } from "../controls/dom.js";
 import { lineStyle, nameOf } from "./plane_traces.js";
+import { regimeKeys } from "./regime_shades.js";
 import { regionColour } from "./region_colours.js";
 import { colours } from "../style/theme.js";
 
@@ -22,11 +23,19 @@ function lineKeys({ loci }) {
 }
 
 /**
- * The shades of a plane, each once; what is unknown has none.
- * @param {object} plane the server's answer
- * @returns {{name: string, stable: number[]}[]}
+ * Names and colours of the shades that are seen: those of motions where there are such.
+ * @param {object|null} plane the server's answer, or as far as it has come
+ * @param {object|null} picture of what motions do
+ * @param {(name: string) => string} colour
+ * @returns {{name: string, tint: string}[]}
  */
-export function shadeKeys({ regions }) {
+export function shadesOf(plane, picture, colour) {
+  if (picture) return regimeKeys(picture).map(({ name, tint }) => ({ name, tint: colour(tint) }));
+  return shadeKeys(plane ?? { regions: null }).map(({ name, stable }) => ({ name, tint: regionColour(stable, colour) }));
+}
+
+/** The shades of regions, each once; what is unknown has none. */
+function shadeKeys({ regions }) {
   if (!regions) return [];
   const keys = Object.entries(regions.stable).map(([id, stable]) =>
     ({ name: words(regions.names[id], stable), stable }));
@@ -38,16 +47,19 @@ export class PlaneLegend {
   /** The element to put on the page. */
   node = element("ul", { class: "plane-legend", "aria-label": "Lines and areas of the plane" });
 
-  /** @param {object|null} plane the server's answer, or as far as it has come */
-  show(plane) {
+  /**
+   * @param {object|null} plane the server's answer, or as far as it has come
+   * @param {object|null} picture of what motions do
+   */
+  show(plane, picture) {
     const colour = colours();
     const lines = plane ? lineKeys(plane) : [];
-    const shades = plane ? shadeKeys(plane) : [];
+    const shades = shadesOf(plane, picture, colour);
     this.node.replaceChildren(
       ...lines.map(({ name, locus, criticality }) =>
         element("li", {}, sample(lineStyle(locus, criticality, colour)), name)),
-      ...shades.map(({ name, stable }) =>
-        element("li", {}, element("span", { class: "shade", style: `background: ${regionColour(stable, colour)}` }), name)));
+      ...shades.map(({ name, tint }) =>
+        element("li", {}, element("span", { class: "shade", style: `background: ${tint}` }), name)));
   }
 }
 

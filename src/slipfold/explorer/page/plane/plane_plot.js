@@ -5,13 +5,14 @@ import { CheckedLine } from "../diagram/checked_line.js";
 import { escaped } from "../diagram/diagram_traces.js";
 import { element } from "../controls/dom.js";
 import { labelPlaces } from "../plots/label_places.js";
-import { PlaneLegend, shadeKeys } from "./plane_legend.js";
+import { PlaneLegend, shadesOf } from "./plane_legend.js";
 import { draftOf, markedPoints, planeTraces, regionNames } from "./plane_traces.js";
 import { CONFIG, frame, layout, mapping } from "../plots/plot_frame.js";
 import { axisTitle, display, withUnit } from "../parameters/quantities.js";
-import { regionColour } from "./region_colours.js";
+import { regimeTraces } from "./regime_shades.js";
 import { roundStep, snapped } from "../plots/steps.js";
 import { colours, themeChanged } from "../style/theme.js";
+import { UnderPointer } from "./under_pointer.js";
 import { inside } from "../session/view.js";
 
 const KEY_STEPS = 100;
@@ -30,10 +31,13 @@ export class PlanePlot {
   legend = new PlaneLegend();
   /** What was computed again by other means. */
   checked = new CheckedLine();
+  /** What there is under the pointer. */
+  pointed = new UnderPointer();
   #canvas = element("div", { class: "plot-canvas" });
   #draft = element("p", { class: "draft-mark", hidden: true }, "draft");
   #point;
   #session;
+  #regimes;
   /** What is drawn: the server's answer, or as much of it as has come. */
   #shown = null;
   /** Whether it is of what was asked for last, and not of what was before. */
@@ -42,9 +46,14 @@ export class PlanePlot {
   #map = null;
   #frame = 0;
 
-  /** @param {import("../session/session.js").Session} session */
-  constructor(session) {
+  /**
+   * @param {import("../session/session.js").Session} session
+   * @param {import("./regimes.js").Regimes} regimes
+   */
+  constructor(session, regimes) {
     this.#session = session;
+    this.#regimes = regimes;
+    regimes.changed.subscribe(() => this.#schedule());
     this.#point = element("button", {
       type: "button", class: "working-point", "aria-label": "Working point", hidden: true,
       title: "The working point: drag it, or move it with the arrow keys",
@@ -60,6 +69,8 @@ export class PlanePlot {
     themeChanged.subscribe(() => this.#schedule());
     new ResizeObserver(() => this.#schedule()).observe(this.node);
     this.node.addEventListener("pointerdown", (event) => this.#grab(event));
+    this.node.addEventListener("pointermove", (event) => this.#tell(event));
+    this.node.addEventListener("pointerleave", () => this.pointed.show(null));
     this.#schedule();
   }
 
@@ -72,9 +83,9 @@ export class PlanePlot {
       if (isNew) named.add(trace.name);
       return { ...trace, showlegend: isNew };
     });
-    const shades = shadeKeys(this.#shown ?? { regions: null }).map(({ name, stable }) => ({
+    const shades = shadesOf(this.#shown, this.#regimes.picture, colour).map(({ name, tint }) => ({
       type: "scatter", mode: "markers", x: [null], y: [null], name, showlegend: true,
-      marker: { symbol: "square", size: 12, color: regionColour(stable, colour) },
+      marker: { symbol: "square", size: 12, color: tint },
     }));
     const sheet = structuredClone(this.#canvas.layout);
     const names = [...named, ...shades.map(({ name }) => name)];
@@ -137,11 +148,14 @@ export class PlanePlot {
     sheet.xaxis.showgrid = sheet.yaxis.showgrid = false;
     sheet.xaxis.fixedrange = sheet.yaxis.fixedrange = true;
     const shown = this.#shown;
-    sheet.annotations = regionNames(shown?.regions, colour, [fx, fy], frame(size));
+    const { picture } = this.#regimes;
+    // Names of regions would lie on what motions do there.
+    sheet.annotations = picture ? [] : regionNames(shown?.regions, colour, [fx, fy], frame(size));
+    const below = regimeTraces(picture, colour, [fx, fy]);
     const traces = shown
-      ? planeTraces(shown, colour, [fx, fy], this.#positions(shown, fx, fy, size)) : [];
+      ? planeTraces(shown, colour, [fx, fy], this.#positions(shown, fx, fy, size), below) : below;
     window.Plotly.react(this.#canvas, traces, sheet, CONFIG);
-    this.legend.show(shown);
+    this.legend.show(shown, picture);
     this.checked.show(shown?.checked);
     this.#draft.hidden = !shown?.isDraft;
     this.node.dataset.loci = shown?.done ? shown.loci.length : 0;
@@ -166,6 +180,18 @@ export class PlanePlot {
     this.#point.style.transform = `translate(${px}px, ${py}px)`;
     const text = `${x.label ?? x.name} = ${withUnit(x, values[0])}, ${y.label ?? y.name} = ${withUnit(y, values[1])}`;
     this.#point.setAttribute("aria-label", `Working point: ${text}. Arrow keys move it`);
+  }
+
+  #tell({ clientX, clientY }) {
+    const box = this.node.getBoundingClientRect();
+    const pixel = [clientX - box.left, clientY - box.top];
+    if (!this.#session.view.plane || !this.#map?.isInside(...pixel)) {
+      this.pointed.show(null);
+      return;
+    }
+    const { x, y, fx, fy } = this.#axes();
+    const [a, b] = this.#map.toData(...pixel);
+    this.pointed.show({ x, y, at: [a / fx, b / fy], shown: this.#shown, picture: this.#regimes.picture });
   }
 
   #grab(event) {

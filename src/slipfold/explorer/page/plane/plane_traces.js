@@ -43,11 +43,13 @@ export function draftOf(lines) {
  * @param {(name: string) => string} colour
  * @param {[number, number]} factors of the two axes
  * @param {string[]} positions where the names of the points stand
+ * @param {object[]} motions what is drawn between areas and lines
  * @returns {object[]}
  */
-export function planeTraces(plane, colour, [fx, fy], positions) {
+export function planeTraces(plane, colour, [fx, fy], positions, motions) {
   return [
     ...regionTraces(plane.regions, colour, fx, fy),
+    ...motions,
     ...plane.loci.flatMap((locus) => locusTraces(locus, colour, fx, fy, plane.isDraft)),
     specialTrace(markedPoints(plane), positions, colour, fx, fy),
   ];

@@ -1,0 +1,117 @@
+"""What motions do over a plane, as a picture that becomes finer while it is computed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.errors import InputError
+from slipfold.explorer.messages import PlaneAxis, RegimesRequest
+from slipfold.explorer.views.labels import axis_of
+from slipfold.explorer.views.numbers import short
+from slipfold.flow.strobes.strobe_many import StrobeProgress
+from slipfold.loci.raster import model_exists
+from slipfold.long_term.open_motions import PERIODIC
+from slipfold.long_term.places import NOT_DONE, Places
+from slipfold.models.model import Model
+
+__all__ = ["tell_regimes"]
+
+FINER = ((12, 9), (36, 27), (72, 54))
+"""Cells along both parameters, picture after picture."""
+
+TRANSIENT = 400
+"""Forcing periods after which it is seen whether a motion repeats."""
+
+BETWEEN = 0.1
+"""Least time between two notes of progress, in s."""
+
+
+def tell_regimes(
+    model: Model,
+    request: RegimesRequest,
+    tell: Callable[[dict[str, Any]], None],
+    check: Callable[[], None],
+) -> None:
+    """Follow motions from the start, few of them first, and tell each picture.
+
+    The first one is told as soon as is known what repeats; what does not is followed for longer.
+    """
+    if not model.forced:
+        raise InputError(
+            f"nothing forces {model.name}, so there is no phase at which to look at its motions; "
+            "judge single ones by their exponents"
+        )
+    told = perf_counter()
+
+    def watch(progress: StrobeProgress) -> None:
+        nonlocal told
+        check()
+        if perf_counter() - told >= BETWEEN:
+            told = perf_counter()
+            tell({"far": [progress.periods, progress.total], "done": False})
+
+    for points in FINER:
+        picture = _Picture(model, (request.x, request.y), points)
+        work = Places(
+            model, picture.values, 1, np.asarray(model.start, dtype=float), TRANSIENT, watch
+        )
+        work.from_rest(0)
+        if points == FINER[0]:
+            tell({**picture.of(work), "done": False})
+        work.tell_open()
+        tell({**picture.of(work), "done": points == FINER[-1]})
+
+
+class _Picture:
+    """Cells of a window at which a model exists."""
+
+    def __init__(
+        self, model: Model, axes: tuple[PlaneAxis, PlaneAxis], points: tuple[int, int]
+    ) -> None:
+        self._model, self._names = model, (axes[0].name, axes[1].name)
+        self._centres = [
+            min(axis.span) + (np.arange(count) + 0.5) * abs(axis.span[1] - axis.span[0]) / count
+            for axis, count in zip(axes, points, strict=True)
+        ]
+        first, second = (grid.ravel() for grid in np.meshgrid(*self._centres))
+        self._there = np.array(
+            [model_exists(model, self._names, a, b) for a, b in zip(first, second, strict=True)]
+        )
+        if not self._there.any():
+            one, other = self._names
+            raise InputError(
+                f"the parameters contradict each other wherever {one} and {other} are in these "
+                "spans; give others"
+            )
+        self.values = {
+            name: values[self._there]
+            for name, values in zip(self._names, (first, second), strict=True)
+        }
+
+    def of(self, work: Places) -> dict[str, Any]:
+        """Return labels row by row from below: the number of a name, or 0 where none is known."""
+        names = _names(work)
+        found = sorted({*names} - {NOT_DONE})
+        numbers = {name: place for place, name in enumerate(found, 1)}
+        labels = np.zeros(len(self._there), np.int64)
+        labels[self._there] = [numbers.get(name, 0) for name in names]
+        first, second = self._names
+        return {
+            "x": {**axis_of(self._model, first), "values": short(self._centres[0])},
+            "y": {**axis_of(self._model, second), "values": short(self._centres[1])},
+            "labels": labels.reshape(len(self._centres[1]), -1).tolist(),
+            "names": found,
+        }
+
+
+def _names(work: Places) -> list[str]:
+    kinds: NDArray[np.str_] = work.told_kinds[0]
+    return [
+        f"period {period}" if kind == PERIODIC else str(kind)
+        for kind, period in zip(kinds, work.periods[0], strict=True)
+    ]
