@@ -47,6 +47,9 @@ ROUND = 6
 TOGETHER = 256
 """Motions in a march: enough to hide what a call costs, few enough for the processor's cache."""
 
+MORE = 0.5
+"""Share of the fall below the ends of a step by which it may fall farther than a cubic does."""
+
 REGISTERS = 16
 """Motions are made up to a multiple of this: those left over would be computed by other code, and
 what is found of one would depend on how many there are beside it."""
@@ -63,7 +66,7 @@ class Carried:
     matrices: Array  # derivatives by the first states, shape (l, n, n)
     vectors: Array  # derivatives along the change of coefficients, shape (l, n)
     lowest: Array  # least value of each limit's output at an end of a step, shape (l, n_limits)
-    # What it is above between these, as far as its bend tells, shape (l, n_limits)
+    # What it is above between these, as far as values and slopes tell, shape (l, n_limits)
     above: Array
 
 
@@ -73,7 +76,8 @@ class LinearisedSteps:
 
     Arguments, a row each: states, then their derivatives by each of the first states and along the
     change of coefficients, phase, length of the step, coefficients, scales, change of coefficients.
-    Values: states and derivatives after it, its error, what the limits watch before and after it.
+    Values: states and derivatives after it, its error, what the limits watch before it and how fast
+    that changes in phase, and both after it.
     """
 
     function: Any
@@ -101,7 +105,7 @@ class LinearisedSteps:
         columns[np.arange(n), np.arange(n)] = 1.0
         work[size], work[size + 1] = start, min(FIRST, length)
         work[size + 2 :] = np.concatenate([coefficients, scales, change], axis=1).T
-        passed = _Passed(count, self.limits)
+        passed = _Passed()
         going = np.flatnonzero(np.isfinite(work).all(axis=0))
         arrived = np.zeros(count, bool)
         for _ in range(0, MOST, ROUND):
@@ -113,7 +117,7 @@ class LinearisedSteps:
                 break
         work[:size, ~arrived] = np.nan
         derivatives = work[n:size].reshape(n + 1, n, count).transpose(2, 1, 0)
-        lowest, above = passed.bounds()
+        lowest, above = passed.bounds(count, self.limits)
         return Carried(work[:n].T, derivatives[..., :n], derivatives[..., n], lowest, above)
 
     def _march(
@@ -125,7 +129,7 @@ class LinearisedSteps:
         work = np.ascontiguousarray(whole[:, np.concatenate([some, np.full(more, some[0])])])
         ends = np.concatenate([ends, np.full(more, ends[0])])
         phase, step = work[size], work[size + 1]
-        values = np.empty((size + 1 + 2 * watched, work.shape[1]))
+        values = np.empty((size + 1 + 4 * watched, work.shape[1]))
         left = phase < ends
         wanted = step.copy()
         for _ in range(ROUND):
@@ -151,38 +155,40 @@ class LinearisedSteps:
 
 
 class _Passed:
-    """What limits watch, at the ends of all steps of many motions."""
+    """What limits watch, before and after all steps of many motions."""
 
-    def __init__(self, count: int, watched: int) -> None:
-        self._values = np.full((8, watched, count), np.nan)
-        self._steps = np.full((8, count), np.nan)
-        self._places = np.zeros(count, dtype=np.int64)
+    def __init__(self) -> None:
+        self._motions = [np.empty(0, dtype=np.int64)]
+        self._steps, self._seen = list[Array](), list[Array]()
 
     def add(self, some: NDArray[np.int64], steps: Array, seen: Array) -> None:
-        """Add steps of some motions. Shapes: steps (k,); seen (2 n_limits, k), before and after."""
-        places, watched = self._places[some], self._values.shape[1]
-        if len(some) and places.max() + 2 > len(self._steps):
-            self._values = np.concatenate([self._values, np.full_like(self._values, np.nan)])
-            self._steps = np.concatenate([self._steps, np.full_like(self._steps, np.nan)])
-        self._steps[places, some] = steps
-        self._values[places, :, some] = seen[:watched].T
-        self._values[places + 1, :, some] = seen[watched:].T
-        self._places[some] += 1
+        """Add steps of some motions. Shapes: steps (k,); seen (4 n_limits, k)."""
+        self._motions.append(some)
+        self._steps.append(steps)
+        self._seen.append(seen)
 
-    def bounds(self) -> tuple[Array, Array]:
+    def bounds(self, count: int, watched: int) -> tuple[Array, Array]:
         """Return the least values, and bounds of what lies between, both of shape (l, n_limits).
 
-        Who falls between two values and comes back, at no more than the slope there, before or
-        behind, falls for half of the time.
+        Where what is watched falls at first and then rises, it does so as a cubic, but for `MORE`.
         """
-        values, steps = self._values, self._steps[:-1, None]
-        with np.errstate(invalid="ignore"):
-            slopes = np.abs(values[1:] - values[:-1]) / steps
-        steepest = slopes.copy()
-        steepest[1:] = np.fmax(steepest[1:], slopes[:-1])
-        steepest[:-1] = np.fmax(steepest[:-1], slopes[1:])
-        between = np.minimum(values[:-1], values[1:]) - 0.5 * steepest * steps
-        return np.fmin.reduce(values, axis=0).T, np.fmin.reduce(between, axis=0).T
+        lowest, above = np.full((2, watched, count), np.inf)
+        motions = np.concatenate(self._motions)
+        if len(motions):
+            steps = np.concatenate(self._steps)
+            seen = np.concatenate(self._seen, axis=1).reshape(4, watched, -1)
+            before, falls, after, rises = seen * np.array([np.ones_like(steps), steps] * 2)[:, None]
+            cubic = 2 * (before - after) + falls + rises
+            square = 3 * (after - before) - 2 * falls - rises
+            with np.errstate(all="ignore"):
+                place = -falls / (square + np.sqrt(square * square - 3 * cubic * falls))
+                least = before + place * (falls + place * (square + place * cubic))
+            ends = np.minimum(before, after)
+            least = np.where((falls < 0) & (rises > 0), np.fmin(least, ends), ends)
+            for row in range(watched):
+                np.minimum.at(lowest[row], motions, ends[row])
+                np.minimum.at(above[row], motions, (least - MORE * (ends - least))[row])
+        return lowest.T, above.T
 
 
 def linearised_steps_of(model: Model) -> LinearisedSteps | None:
@@ -198,7 +204,7 @@ def _shared_steps(kind: Kind) -> LinearisedSteps | None:
     if len(method().B) * len(take_apart(equations)) * (equations.dimension + 2) > COMPILED:
         return None
     bounds = [limit.output for limit in model.limits]
-    key = f"linearised explicit steps watching {bounds!r}\n{equations.fingerprint()}"
+    key = f"linearised explicit steps watching rates of {bounds!r}\n{equations.fingerprint()}"
     function = cached(key, lambda: _build(equations, whole, changes, model.limits))
     return LinearisedSteps(function, equations.dimension, len(model.limits))
 
@@ -240,9 +246,19 @@ def _build(
     error = step_error(equations, slopes, ends[: len(scales)], scales)
     outputs = dict(equations.outputs)
     watched = [outputs[limit.output] for limit in limits]
+    watched += [_rate(item, equations) for item in watched]
     there: dict[str, Any] = dict(zip(whole.names, ends, strict=True))
     there[str(whole.phase)] = whole.phase + step
     after = list(hy.subs(watched, there)) if watched else []
     arguments = [*whole.states, whole.phase, step, *whole.coefficients, *scales, *changes]
     # Free to reorder sums: half of the time, and what is no number remains none.
     return hy.cfunc([*ends, error, *watched, *after], vars=arguments, fast_math=True)
+
+
+def _rate(value: Any, equations: Equations) -> Any:
+    """Return how fast a value changes along the motion, in phase."""
+    terms = [
+        hy.diff(value, state) * rate
+        for state, rate in zip(equations.states, equations.rates, strict=True)
+    ]
+    return hy.sum([*terms, hy.diff(value, equations.phase)])
