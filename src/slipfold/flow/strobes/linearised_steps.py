@@ -26,7 +26,7 @@ __all__ = ["Carried", "LinearisedSteps", "linearised_steps_of"]
 
 Array = NDArray[np.float64]
 
-TOLERANCE = 1e-11
+TOLERANCE = 1e-10
 """Error of a step, in scales. What is decided rests on special points, which are corrected by the
 flow itself; orbits are then known to 1e-9 and better."""
 
