@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import chain
+from itertools import repeat
+from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -71,26 +72,29 @@ class Recorder:
 
     def ended(self, time: float) -> tuple[Interval, ...]:
         """Return all intervals, those that still last as far as the end, by their ends."""
-        energies = np.array([*self._energies, np.zeros((2, len(self._contacts)))])
+        count = len(self._contacts)
+        energies = np.concatenate([*self._energies, np.zeros((2, count))]).reshape(-1, 2, count)
         found = [
-            self._intervals(place, name, energies[:, :, place], time)
+            item
             for place, name in enumerate(self._contacts)
+            for item in self._intervals(place, name, energies[:, :, place], time)
         ]
-        return tuple(sorted(chain.from_iterable(found), key=lambda item: item.end))
+        return tuple(sorted(found, key=attrgetter("end")))
 
     def _intervals(self, place: int, name: str, energies: Array, time: float) -> list[Interval]:
         """Return what one contact did. Shapes: energies (legs + 1, 2)."""
-        doing, begins, legs = [self._mode[place]], [0.0], [0]
-        for change, done in zip(self.changes, self._legs, strict=True):
-            status = change.mode[place]
-            if status is not doing[-1]:
-                doing.append(status)
-                begins.append(change.time)
-                legs.append(done)
-        sums = np.add.reduceat(energies, legs).tolist()
-        rows = zip(doing, begins, [*begins[1:], time], sums, strict=True)
-        return [
-            Interval(name, status_name(status), begin, end, *both)
-            for status, begin, end, both in rows
-            if end > begin
-        ]
+        doing = [self._mode[place], *(change.mode[place] for change in self.changes)]
+        times = [0.0, *(change.time for change in self.changes)]
+        legs = [0, *self._legs]
+        kept = [0, *(i for i in range(1, len(doing)) if doing[i] is not doing[i - 1])]
+        begins = [times[i] for i in kept]
+        sums = np.add.reduceat(energies, [legs[i] for i in kept])
+        found = map(
+            Interval,
+            repeat(name),
+            [status_name(doing[i]) for i in kept],
+            begins,
+            [*begins[1:], time],
+            *sums.T.tolist(),
+        )
+        return [item for item in found if item.end > item.begin]

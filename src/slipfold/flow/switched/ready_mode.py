@@ -23,8 +23,8 @@ class ReadyMode:
     ) -> None:
         known = np.concatenate([constants.values, constants.scales, weights])
         integrator.pars[: len(known)] = known
-        self.integrator = integrator
-        self._constants, self._weights = constants, weights
+        self.compiled, self.integrator = compiled, integrator
+        self.constants, self.weights = constants, weights
         n, count = len(constants.scales), compiled.contacts
         own = 0 if compiled.slow is None else 3
         whole = integrator.state
@@ -32,7 +32,3 @@ class ReadyMode:
         self.slow = whole[n : n + own]  # logarithm and angle of slow slip, and the phase
         self.energies = whole[n + own :].reshape(2, count)
         self.units = 1 / (weights[:count] * weights[count : 2 * count])  # of energies, in J
-
-    def serves(self, constants: Constants, weights: Array) -> bool:
-        """Whether it knows these parameters."""
-        return self._constants is constants and self._weights is weights

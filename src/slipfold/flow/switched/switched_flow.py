@@ -83,7 +83,7 @@ class SwitchedFlow:
         self._slips = slips
         self._integrators = OwnCopies()
         self._arguments = Arguments()
-        self._own = threading.local()
+        self._own = _Own()
         self._modes: dict[Mode, CompiledMode] = {}
 
     @cached_property
@@ -114,10 +114,10 @@ class SwitchedFlow:
         With it whether friction holds it, clearly within its limit: most do. Shapes: state (n,).
         """
         compiled = self._mode(STUCK)
-        *held, needed, most = compiled.holding(self._arguments.of(state, phase, constants)).tolist()
+        known = self._arguments.of(state, phase, constants)
+        held, needed, most = compiled.holding(known).tolist()
         result = state.copy()
-        for place, value in zip(compiled.held, held, strict=True):
-            result[place] = value
+        result[compiled.held[0]] = held
         return result, abs(needed) < most * (1 - SLACK)
 
     def _placed(
@@ -191,18 +191,16 @@ class SwitchedFlow:
         dense: bool = False,
     ) -> Leg:
         """Carry a state on in a mode, until it changes. Shapes: state (n,)."""
-        compiled = self._mode(mode)
-        ready = self._ready(compiled, constants, weights)
-        integrator = ready.integrator
-        np.divide(state, constants.scales, out=ready.scaled)
+        ready = self._ready(mode, constants, weights)
+        compiled, integrator = ready.compiled, ready.integrator
+        np.divide(state, constants.scales, ready.scaled)
         ready.energies.fill(0.0)
         if compiled.events:
             integrator.reset_cooldowns()
-        integrator.time, until = begin, end
-        if compiled.slow is not None:
-            place = self.quantities.places[compiled.slow]
-            slip = self.quantities.at(state, begin, constants).slip[place]
-            logarithm, angle = _polar(slip, 2 * REST / weights[compiled.slow])
+        integrator.time, until, slow = begin, end, compiled.slow
+        if slow is not None:
+            slip = self.quantities.at(state, begin, constants).slip[self.quantities.places[slow]]
+            logarithm, angle = _polar(slip, 2 * REST / weights[slow])
             ready.slow[:] = logarithm / UNIT, angle, begin
             integrator.time, until = 0.0, FOREVER
             integrator.pars[-1] = end
@@ -211,10 +209,10 @@ class SwitchedFlow:
             outcome, polynomials = step_to(integrator, until, STEPS)
         else:
             outcome = int(integrator.propagate_until(until, max_steps=STEPS)[0])
-        event = _event(compiled, outcome)
+        event = None if outcome == ARRIVED else _event(compiled, outcome)
         final, time = ready.scaled * constants.scales, integrator.time
         polar: tuple[float, ...] = ()
-        if compiled.slow is not None:
+        if slow is not None:
             logarithm, angle, time = ready.slow.tolist()
             polar = (logarithm * UNIT, angle)
             time = end if event is None else time
@@ -241,13 +239,13 @@ class SwitchedFlow:
 
         return SlowPolynomials(polynomials, len(scales), placed, compiled.held)
 
-    def _ready(self, compiled: CompiledMode, constants: Constants, weights: Array) -> ReadyMode:
-        own: dict[str, ReadyMode] = self._own.__dict__
-        ready = own.get(compiled.name)
-        if ready is None or not ready.serves(constants, weights):
+    def _ready(self, mode: Mode, constants: Constants, weights: Array) -> ReadyMode:
+        own = self._own.modes
+        ready = own.get(mode)
+        if ready is None or ready.constants is not constants or ready.weights is not weights:
+            compiled = self._mode(mode)
             integrator = self._integrators.get(compiled.name, compiled.integrator)
-            ready = ReadyMode(compiled, integrator, constants, weights)
-            own[compiled.name] = ready
+            ready = own[mode] = ReadyMode(compiled, integrator, constants, weights)
         return ready
 
     def weights(self, state: Array, constants: Constants) -> Array:
@@ -290,9 +288,7 @@ STUCK = (Status.STICK,)
 
 
 def _event(compiled: CompiledMode, outcome: int) -> Event | None:
-    """Return what ended a piece of motion; None if it came to where it was asked to."""
-    if outcome == ARRIVED:
-        return None
+    """Return what ended a piece of motion; None if slow slip came to where it was asked to."""
     if -len(compiled.events) <= outcome < 0:
         event = compiled.events[-1 - outcome]
         return None if event.ending is Ending.ARRIVES else event
@@ -307,6 +303,13 @@ def _polar(slip: Sequence[float] | Array, least: float) -> tuple[float, float]:
 def _over(sizes: Array) -> Array:
     largest = np.max(sizes, axis=0, initial=0.0, where=np.isfinite(sizes))
     return 1 / power_of_two(np.where(largest > 0, largest, 1.0))
+
+
+class _Own(threading.local):
+    """The modes that are ready in a thread."""
+
+    def __init__(self) -> None:
+        self.modes: dict[Mode, ReadyMode] = {}
 
 
 def switched_flow_of(model: Model) -> SwitchedFlow:
