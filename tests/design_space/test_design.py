@@ -129,6 +129,16 @@ def test_an_interrupted_confirmation_is_said(sliding, monkeypatch):
     assert found.interrupted
 
 
+def test_a_loss_of_a_longer_period_is_confirmed_from_the_doubling_on(sliding):
+    (_, doubling), (_, torus), (_, back) = sliding[0], sliding[1], sliding[2]
+    assert (torus.type, torus.period) == ("NS", 2)
+    assert confirmed.is_confirmed(torus, {}, torus.value, LOAD)
+    assert not confirmed.is_confirmed(back, {}, back.value, LOAD)  # lost at the first one
+    assert not confirmed.is_confirmed(torus, {}, torus.value * (1 + 1e-6), LOAD)
+    between = 0.5 * (doubling.value + torus.value)
+    assert not confirmed.is_confirmed(torus, {}, torus.value, between)  # the response is unstable
+
+
 def test_what_is_confirmed_is_the_loss_of_stability_behind_the_begin_of_stick(sliding):
     # Special points of sf.response(SlidingOscillator(f=12.5, Vd=0.08), "Nd", (0.2, 0.97)).
     doubling, sticks, slow = sliding[0].point, 0.567503347943, {"Vd": 0.08}

@@ -20,7 +20,7 @@ from slipfold.design_space.sampling import (
 )
 from slipfold.design_space.scatter import Scatter
 from slipfold.design_space.scatter_given import parse_scatter
-from slipfold.design_space.sobol_indices import index_design, indices_of
+from slipfold.design_space.sobol_indices import index_design, indices_of, names_of
 from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.models.quantity import parse_quantity
@@ -109,7 +109,9 @@ def uncertainty(
             observer(SampleProgress(done, total, lost))
 
     found, reasons = thresholds_at(placed, np.concatenate([places, more]), tell)
-    missing = _missing(reasons[count:])
+    missing, told = _missing(reasons[count:]), None
+    if indices and not missing:
+        told = indices_of(found[count:], names_of(scatters), start)
     return ThresholdUncertainty(
         model=model,
         type=point.type,
@@ -123,7 +125,7 @@ def uncertainty(
         reasons=reasons[:count],
         seed=start,
         loads=known,
-        indices=indices_of(found[count:], scatters, start) if indices and not missing else None,
+        indices=told,
         no_indices=missing,
         interrupted=bool((reasons == INTERRUPTED).any()),
         provenance=provenance(perf_counter() - started),

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
+from slipfold.branches.branch import Branch
 from slipfold.branches.response import trace_response
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
@@ -24,23 +25,27 @@ def is_confirmed(
 ) -> bool:
     """Return whether the response from a load on first loses its stability at a threshold.
 
-    Where contacts begin or cease to do something nothing need be lost: that is to come before the
-    loss. It is asked of period 1 only: of other orbits the branch would have to be found first. If
-    it is interrupted it raises `KeyboardInterrupt`.
+    Of a point of a longer period, whether the orbits of that period do to which doublings lead, one
+    after the other, each of which begins stable. Where contacts begin or cease to do something
+    nothing need be lost: that is to come before the loss. If it is interrupted it raises
+    `KeyboardInterrupt`.
     """
     end = threshold + BEYOND * abs(threshold)
-    if point.period > 1 or not load < threshold:
+    if not load < threshold:
         return False
     model = point.model.replace(**{**values, point.vary: load})
     try:
-        alone = Settings(largest_period=1)
+        alone = Settings(largest_period=point.period)
         span = load, end
-        branch = trace_response(model, point.vary, span, settings=alone, through_stick=True)[0]
+        branches = trace_response(model, point.vary, span, settings=alone, through_stick=True)
     except InputError:
         return False
-    if branch.interrupted:
+    if any(branch.interrupted for branch in branches):
         raise KeyboardInterrupt
-    if branch.parameter[0] != load or not branch.stable[0]:
+    if branches[0].parameter[0] != load:
+        return False
+    branch = _doubled(branches, point.period)
+    if branch is None or not branch.stable[0]:
         return False
     first = lost = loss_of_stability(branch)
     if point.type not in BIFURCATIONS:
@@ -49,3 +54,15 @@ def is_confirmed(
         return False
     gap = abs(first.value - threshold)
     return first.type == point.type and gap <= SAME * max(abs(threshold), 1e-300)
+
+
+def _doubled(branches: Sequence[Branch], period: int) -> Branch | None:
+    """Return the branch of a period to which losses by doubling lead from the first one."""
+    known = {branch.id: branch for branch in branches}
+    branch: Branch | None = branches[0]
+    while branch is not None and branch.period < period:
+        lost = loss_of_stability(branch)
+        if lost is None or lost.type != "PD" or lost.leads_to is None:
+            return None
+        branch = known.get(lost.leads_to)
+    return branch

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from slipfold.design_space.scatter import Scatter
 from slipfold.errors import InputError
 
-__all__ = ["drawn", "quantiles"]
+__all__ = ["check_power", "drawn", "quantiles"]
 
 Array = NDArray[np.float64]
 
@@ -31,15 +31,20 @@ def drawn(
 
     size = len(scatters)
     if method == "sobol":
-        if count & (count - 1):
-            raise InputError(
-                f"{asked} = {count} is not a power of 2, as the numbers of Sobol's samples are; "
-                f"give e.g. {1 << count.bit_length()}"
-            )
+        check_power(count, asked)
         return quantiles(scatters, qmc.Sobol(size, seed=seed).random(count))
     if method == "latin hypercube":
         return quantiles(scatters, qmc.LatinHypercube(size, seed=seed).random(count))
     return quantiles(scatters, np.random.default_rng(seed).random((count, size)))
+
+
+def check_power(count: int, asked: str) -> None:
+    """Refuse a number of points that Sobol's sequence does not spread evenly."""
+    if count & (count - 1):
+        raise InputError(
+            f"{asked} = {count} is not a power of 2, as the numbers of Sobol's samples are; "
+            f"give e.g. {1 << count.bit_length()}"
+        )
 
 
 def quantiles(scatters: Sequence[Scatter], shares: Array) -> Array:

@@ -13,11 +13,14 @@ from slipfold.design_space.drawn import quantiles
 from slipfold.design_space.scatter import Scatter
 from slipfold.errors import InputError
 
-__all__ = ["SobolIndices", "index_design", "indices_of", "sobol_indices"]
+__all__ = ["SALTELLI", "SobolIndices", "index_design", "indices_of", "names_of", "sobol_indices"]
 
 Array = NDArray[np.float64]
 
 CONFIDENCE = 0.95
+
+SALTELLI = "saltelli"
+"""What samples are called from which indices are told."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,35 +57,38 @@ def sobol_indices(
     >>> sobol_indices(lambda x: 2 * x[:, 0] + x[:, 1], flat, 256).first.round(2).tolist()
     [0.8, 0.2]
     """
-    return indices_of(function(index_design(scatters, count, seed)), scatters, seed)
+    return indices_of(function(index_design(scatters, count, seed)), names_of(scatters), seed)
 
 
 def index_design(scatters: Sequence[Scatter], count: int, seed: int) -> Array:
     """Return where to evaluate a function for its indices, shape (count (d + 2), d)."""
     sample, _ = _salib()
-    shares = sample.sample(_problem(scatters), count, calc_second_order=False, seed=seed)
+    shares = sample.sample(_problem(names_of(scatters)), count, calc_second_order=False, seed=seed)
     return quantiles(scatters, shares)
 
 
-def indices_of(values: Array, scatters: Sequence[Scatter], seed: int) -> SobolIndices:
+def indices_of(values: Array, names: Sequence[str], seed: int) -> SobolIndices:
     """Return the indices from the values of a function there. Shapes: values (count (d + 2),)."""
     _, analyze = _salib()
     found = analyze.analyze(
-        _problem(scatters),
+        _problem(names),
         values,
         calc_second_order=False,
         conf_level=CONFIDENCE,
         seed=seed + 1,  # SALib takes 0 for none
     )
-    names = tuple(item.name for item in scatters)
     keys = ("S1", "ST", "S1_conf", "ST_conf")
-    return SobolIndices(names, *(np.asarray(found[key], dtype=float) for key in keys))
+    return SobolIndices(tuple(names), *(np.asarray(found[key], dtype=float) for key in keys))
 
 
-def _problem(scatters: Sequence[Scatter]) -> dict[str, Any]:
+def names_of(scatters: Sequence[Scatter]) -> tuple[str, ...]:
+    """Return which parameters scatter."""
+    return tuple(item.name for item in scatters)
+
+
+def _problem(names: Sequence[str]) -> dict[str, Any]:
     """Say to SALib that shares are uniform: their quantiles are taken here."""
-    names = [item.name for item in scatters]
-    return {"num_vars": len(names), "names": names, "bounds": [[0.0, 1.0]] * len(names)}
+    return {"num_vars": len(names), "names": [*names], "bounds": [[0.0, 1.0]] * len(names)}
 
 
 def _salib() -> tuple[Any, Any]:

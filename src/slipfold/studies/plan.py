@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from slipfold.design_space.drawn import drawn
+from slipfold.design_space.drawn import check_power, drawn
 from slipfold.design_space.scatter_given import parse_scatter
+from slipfold.design_space.sobol_indices import SALTELLI, index_design
 from slipfold.errors import InputError
 from slipfold.models.case_file import model_of_case, read_case_file
 from slipfold.models.definitions.source import source_of_tables
@@ -57,7 +58,7 @@ class _Given(BaseModel):
 
     grid: dict[str, Any] | None = None
     rows: list[dict[str, float | str]] | None = Field(None, alias="list")
-    sample: Literal["latin hypercube", "sobol", "random"] | None = None
+    sample: Literal["latin hypercube", "sobol", "random", "saltelli"] | None = None
     count: int | None = Field(None, ge=1)
     seed: int = Field(0, ge=0)
     scatter: dict[str, Any] = Field(default_factory=dict)
@@ -185,7 +186,11 @@ def _drawn(given: _Given, model: Model) -> Rows:
         )
         for name, item in given.scatter.items()
     ]
-    rows = drawn(given.sample, given.count, given.seed, scatters, "cases.count")
+    if given.sample == SALTELLI:
+        check_power(given.count, "cases.count")
+        rows = index_design(scatters, given.count, given.seed)
+    else:
+        rows = drawn(given.sample, given.count, given.seed, scatters, "cases.count")
     how = {"sample": given.sample, "count": given.count, "seed": given.seed}
     scattered = {item.name: item.record() for item in scatters}
     return Rows(tuple(given.scatter), rows, {**how, "scatter": scattered})

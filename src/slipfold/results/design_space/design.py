@@ -99,8 +99,8 @@ class Design(OneLine, Result):
         Why nothing is found, shape (n,); empty where something is.
     confirmed
         Whether the response of the design, followed anew from the load, first loses its stability
-        at the threshold, or meets GRAZE or LIFT before it does, shape (n,). It is asked of period 1
-        only.
+        at the threshold, or meets GRAZE or LIFT before it does, shape (n,). Of a longer period,
+        whether doublings lead to it, from each of which on the response is stable.
     interrupted
         Whether the search was interrupted, so that designs are the best by then, or before all of
         them were confirmed.

@@ -17,10 +17,10 @@ __all__ = ["KINDS", "Gathered", "type_of"]
 
 KINDS: dict[str, Kind] = {"real": REAL, "whole": WHOLE, "text": TEXT}
 
-BLOCK = 4096
+BLOCK = 512
 """Rows that are put into arrays at once."""
 
-ROOM = 2**24
+ROOM = 2**22
 """Bytes of all columns above which they go to disk."""
 
 

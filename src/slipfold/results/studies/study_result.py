@@ -11,8 +11,9 @@ from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from slipfold.design_space.sobol_indices import SobolIndices
 from slipfold.drawing import draw
 from slipfold.models.model import Model
 from slipfold.results.column import REAL, TEXT, WHOLE, Column
@@ -22,6 +23,12 @@ from slipfold.results.result import Result
 from slipfold.results.saved_table import SavedTable
 from slipfold.results.studies.deferred import Deferred
 from slipfold.results.studies.gathered import KINDS, Gathered, type_of
+from slipfold.results.studies.study_indices import (
+    are_told,
+    index_lines,
+    index_records,
+    indices_in,
+)
 from slipfold.results.table import meaning_of
 from slipfold.studies.cases import Cases, Grid, Rows, total
 from slipfold.studies.plan import Plan
@@ -152,9 +159,47 @@ class StudyResult(Result):
         """What was found of every case: name, kind, meaning and unit."""
         return self.work.quantities(self.model)
 
+    def indices(self, quantity: str | ArrayLike) -> SobolIndices:
+        """Return which shares of the variance of a quantity the parameters account for.
+
+        Parameters
+        ----------
+        quantity
+            The name of a number that was found, or a number for each case, shape (n_cases,).
+
+        Returns
+        -------
+        SobolIndices
+            First and total indices with their errors.
+
+        Raises
+        ------
+        InputError
+            If cases were not drawn by ``sample = "saltelli"``, or a case has no such number.
+
+        Examples
+        --------
+        >>> import slipfold as sf
+        >>> scatter = {"mu": "normal 2%", "Vd": "normal 2%"}
+        >>> found = sf.study({
+        ...     "model": "sliding",
+        ...     "parameters": {"f": 12.5, "Nd": 0.02},
+        ...     "compute": {"what": "simulation"},
+        ...     "cases": {"sample": "saltelli", "count": 4, "scatter": scatter},
+        ... })
+        >>> len(found), found.indices("max_x").names
+        (16, ('mu', 'Vd'))
+        """
+        return indices_in(self, quantity)
+
     def summary(self) -> str:
-        """Return the range of every number, how often words occur, and why cases failed."""
-        return "\n".join([repr(self)[1:-1], *self._rows().text(), *self._missing()])
+        """Return the range of every number, how often words occur, and why cases failed.
+
+        Indices as well, where cases were drawn for them.
+        """
+        return "\n".join(
+            [repr(self)[1:-1], *self._rows().text(), *index_lines(self), *self._missing()]
+        )
 
     def plot(self, quantity: str | None = None, **options: Any) -> Any:
         """Draw a quantity over what differs from case to case: a line, a map, or many maps.
@@ -261,6 +306,7 @@ class StudyResult(Result):
             "cases": self._case_records(),
             "interrupted": self.interrupted,
             "failures": failures,
+            **({"indices": index_records(self)} if are_told(self) else {}),
         }
 
     def _case_records(self) -> list[dict[str, Any]]:
