@@ -7,9 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches import Branch, Progress, Settings, SpecialPoint, trace_response
+from slipfold.branches import Branch, SpecialPoint
 from slipfold.errors import InputError
 from slipfold.models.model import Model
+from slipfold.thresholds.first_loss import (
+    NO_RESPONSE,
+    STABLE,
+    UNSTABLE,
+    first_loss,
+    followed_to_loss,
+)
 
 __all__ = ["NO_THRESHOLD", "OnePoint", "lasting_reason", "threshold_by_response"]
 
@@ -17,7 +24,7 @@ Array = NDArray[np.float64]
 
 NO_THRESHOLD = "no PD in the span"
 
-FIRST_ALONE = Settings(largest_period=1)
+NOT_BEGUN = "no response at the start of the span"
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,48 +53,25 @@ def lasting_reason(vary: str, value: float) -> str:
 
 def threshold_by_response(model: Model, vary: str, span: tuple[float, float]) -> OnePoint:
     """Follow the response of period 1 to its first bifurcation."""
-    found: list[str] = []
-
-    def watch(progress: Progress) -> None:
-        found.extend(progress.special)
-        if found:  # what comes later does not matter: stop the branch here
-            raise KeyboardInterrupt
-
+    size = len(model.states)
     try:
-        branch = trace_response(model, vary, span, settings=FIRST_ALONE, observer=watch)[0]
+        branch = followed_to_loss(model, vary, span)
     except InputError as error:
-        return _nothing(len(model.states), "no response at the start of the span", str(error))
-    if branch.interrupted and (not found or any(point.interrupted for point in branch.special)):
-        raise KeyboardInterrupt  # that was the user
-    return _judged(branch, vary, span)
-
-
-def _judged(branch: Branch, vary: str, span: tuple[float, float]) -> OnePoint:
-    size = len(branch.model.states)
-    first = span[0]
-    if branch.parameter[0] != first:
-        return _nothing(size, "no response at the start of the span", branch.begun.reason)
-    if not branch.stable[0]:
-        return _nothing(
-            size,
-            "unstable at the start of the span",
-            f"the response is unstable from the start of the span, {vary} = {first:g}; "
-            "begin the span where it is stable",
+        return _nothing(size, NOT_BEGUN, str(error))
+    loss = first_loss(branch, span[0])
+    if loss.point is not None and loss.outcome == "PD":
+        return _threshold(branch, loss.point)
+    if loss.point is not None:
+        name = f"{loss.point.name} ({loss.outcome})"
+        reason = (
+            f"the response loses its stability at {vary} = {loss.threshold:.9g} by another "
+            f"bifurcation, {name}"
         )
-    if branch.special:
-        point = branch.special[0]
-        if point.type == "PD":
-            return _threshold(branch, point)
-        return _nothing(
-            size,
-            f"{point.type} comes first",
-            f"the response loses its stability at {vary} = {point.value:.9g} by another "
-            f"bifurcation, {point.name} ({point.type})",
-        )
-    if branch.stopped.kind == "span" and branch.parameter[-1] == span[1]:
+        return _nothing(size, f"{loss.outcome} comes first", reason)
+    if loss.outcome == STABLE and branch.parameter[-1] == span[1]:
         return _stable_to_the_end(branch, vary)
-    reason = f"{branch.stopped.reason} (at {vary} = {branch.stopped.value:.9g}; stable up to there)"
-    return _nothing(size, _end_kind(branch), reason)
+    kinds = {NO_RESPONSE: NOT_BEGUN, UNSTABLE: "unstable at the start of the span"}
+    return _nothing(size, kinds.get(loss.outcome) or _end_kind(branch), loss.reason)
 
 
 def _threshold(branch: Branch, point: SpecialPoint) -> OnePoint:

@@ -14,8 +14,9 @@ from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.models.followed import check_followed
 from slipfold.models.model import Model
-from slipfold.studies.work.loss import Loss, first_loss, loss_quantities
+from slipfold.studies.work.loss import loss_quantities
 from slipfold.studies.work.work import Findings, Quantity, Span, Work, parsed_span
+from slipfold.thresholds.first_loss import STABLE, Loss, first_loss
 
 __all__ = ["Response"]
 
@@ -90,7 +91,7 @@ class Response(Work):
                 return None
             last = float(self.span[1])
             reason = f"reached the end of the span at {self.vary} = {last:g}"
-            told = Loss(math.nan, "stable", f"{reason} (stable up to {self.vary} = {last:.9g})")
+            told = Loss(math.nan, STABLE, f"{reason} (stable up to {self.vary} = {last:.9g})")
         else:
             told = Loss(float(loss.value), loss.type, "")
         return _findings(told, [branch.special for branch in response.branches], 0)

@@ -6,19 +6,14 @@ import math
 from collections.abc import Collection, Sequence
 from typing import Literal, Self
 
-from slipfold.branches.progress import Progress
-from slipfold.branches.response import trace_response
-from slipfold.branches.settings import Settings
-from slipfold.branches.special_point import BIFURCATIONS
 from slipfold.models.followed import check_followed
 from slipfold.models.model import Model
-from slipfold.studies.work.loss import Loss, first_loss, loss_quantities
+from slipfold.studies.work.loss import loss_quantities
 from slipfold.studies.work.work import Findings, Quantity, Span, Work, parsed_span
+from slipfold.thresholds.first_loss import Loss, first_loss, followed_to_loss
 from slipfold.thresholds.side_by_side import first_doublings
 
 __all__ = ["Threshold"]
-
-FIRST_ALONE = Settings(largest_period=1)
 
 
 class Threshold(Work):
@@ -53,21 +48,5 @@ class Threshold(Work):
         """Follow the response until it meets a bifurcation."""
         check_followed(model)
         first, last = float(self.span[0]), float(self.span[1])
-        found: list[str] = []
-
-        def watch(progress: Progress) -> None:
-            found.extend(name for name in progress.special if name in BIFURCATIONS)
-            if found:
-                raise KeyboardInterrupt
-
-        branch = trace_response(
-            model,
-            self.vary,
-            (first, last),
-            settings=FIRST_ALONE,
-            observer=watch,
-            through_stick=True,
-        )[0]
-        if branch.interrupted and (not found or any(item.interrupted for item in branch.special)):
-            raise KeyboardInterrupt  # that was the user
+        branch = followed_to_loss(model, self.vary, (first, last), through_stick=True)
         return Findings(first_loss(branch, first).values())
