@@ -5,8 +5,9 @@ import pytest
 from scipy.stats import qmc
 
 import slipfold as sf
-from slipfold.branches.abreast.responses import responses_abreast
+from slipfold.branches.abreast.responses import branches_abreast, responses_abreast
 from slipfold.branches.response import trace_response
+from slipfold.branches.stops import LIMIT_CLOSE
 from slipfold.continuation.locate import CLOSE
 
 SPAN = (0.0, 0.98)
@@ -50,6 +51,28 @@ def test_special_points_are_those_of_each_response_alone(count):
     assert all(found)  # none had to be followed by itself
     for model, response in zip(models[:count], found, strict=False):
         assert_alike(response, trace_response(model, "Nd", SPAN), SPAN[1])
+
+
+def test_whole_branches_are_those_of_each_response_alone():
+    models = scattered(16, seed=5)[:4]
+    found = branches_abreast(models, "Nd", SPAN, sf.Settings())
+    for model, branches in zip(models, found, strict=True):
+        alone = trace_response(model, "Nd", SPAN)
+        for one, other in zip(branches, alone, strict=True):
+            assert (one.id, one.period, one.parent) == (other.id, other.period, other.parent)
+            told = [(item.type, item.leads_to, item.criticality) for item in one.special]
+            assert told == [(item.type, item.leads_to, item.criticality) for item in other.special]
+            assert [end.kind for end in one.ends] == [end.kind for end in other.ends]
+            assert [end.reason for end in one.ends] == [end.reason for end in other.ends]
+            # At a limit each margin may be left with what an arclength so short makes of it.
+            assert abs(one.stopped.value - other.stopped.value) <= 4 * LIMIT_CLOSE
+            assert one.residual.max() <= sf.Settings().newton.tolerance
+            assert one.nodes.shape[1:] == other.nodes.shape[1:]
+            some = len(one) // 2
+            orbit = one.orbit(some)
+            assert orbit.check().passed
+            np.testing.assert_allclose(orbit.multipliers, one.multipliers[some], atol=1e-8)
+        assert branches[0].stable.argmin() > 0
 
 
 def test_what_is_found_does_not_depend_on_what_is_beside_it():

@@ -135,3 +135,29 @@ def test_what_is_wrong_in_all_cases_is_refused(changes, words):
     given = {"model": MODEL, "vary": "Nd", "span": SPAN, "over": {"Vd": [0.5]}, **changes}
     with pytest.raises(sf.InputError, match=words):
         sf.responses(**given)
+
+
+def test_many_cases_go_side_by_side():
+    over = {"Vd": np.linspace(0.5, 0.8, 16).tolist()}
+    over["Vd"][3] = -1.0
+    found = sf.responses(MODEL, "Nd", (0, 0.05), over=over)
+    assert found.failures == {3: "Vd = -1 is outside its bounds; Vd must be >= 0 m/s"}
+    for index in (0, 15):
+        alone = sf.response(MODEL, "Nd", (0, 0.05), **found.case(index))
+        diagram = found[index]
+        assert diagram.checked.agree
+        assert diagram.model == alone.model
+        assert [branch.stopped for branch in diagram.branches] == [
+            branch.stopped for branch in alone.branches
+        ]
+        for (branch, point), (other, known) in zip(diagram.special, alone.special, strict=True):
+            assert (branch.id, point.type) == (other.id, known.type)
+            uncertain = point.uncertainty + known.uncertainty + 2e-12 * 0.05  # located to that
+            assert abs(point.value - known.value) <= uncertain
+
+
+def test_cases_with_events_go_by_themselves():
+    over = {"Vd": np.linspace(0.7, 0.8, 16).tolist()}
+    event = sf.Event("y", 0.1, "max")
+    found = sf.responses(MODEL, "Nd", (0, 0.02), over=over, events=[event])
+    assert all("EVENT" in [item.type for _, item in diagram.special] for diagram in found)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from slipfold.branches.branch import Branch
 from slipfold.branches.describe import bare, describe
 from slipfold.branches.special_point import SpecialPoint
-from slipfold.continuation.atlas import Atlas, Chart
+from slipfold.continuation.atlas import Chart
 from slipfold.continuation.end import End
 from slipfold.continuation.search import Found
 from slipfold.orbits.orbit_point import OrbitPoint
@@ -24,16 +24,19 @@ Tell = Callable[[Chart[OrbitPoint], Found, int], None]
 
 
 def assemble(
-    atlas: Atlas[OrbitPoint], begun: End, tell: Tell = lambda chart, found, done: None
+    charts: Sequence[Chart[OrbitPoint]],
+    leads: Mapping[Found[OrbitPoint], Sequence[int]],
+    begun: End,
+    tell: Tell = lambda chart, found, done: None,
 ) -> tuple[Branch, ...]:
     """Return all branches as data; special points that an interruption leaves are bare."""
-    known = describe_in_turn(atlas.charts, tell)
+    known = describe_in_turn(charts, tell)
     described: dict[Found, SpecialPoint] = {}
     branches = []
-    for chart in atlas.charts:
+    for chart in charts:
         own = []
         for found in chart.trail.found:
-            (leads_to,) = atlas.leads.get(found, [None])[-1:]
+            (leads_to,) = leads.get(found, [None])[-1:]
             described[found] = replace(known.get(found) or bare(found), leads_to=leads_to)
             own.append(described[found])
         first = begun

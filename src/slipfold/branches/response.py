@@ -32,7 +32,7 @@ from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
 
-__all__ = ["measured_over", "trace_response"]
+__all__ = ["measured_over", "span_begin", "trace_response"]
 
 AT_END = 1e-12
 """Difference of two values of the parameter, in spans, that is rounding."""
@@ -70,7 +70,7 @@ def trace_response(
         orbits, point = by_collocation(orbits, point) or (orbits, point)
     branches = _Branches((first, last), settings, events, observer, through_stick)
     branches.explore(Start(orbits, _ways(orbits, point, (first, last))))
-    return assemble(branches, begun, branches.tell_described)
+    return assemble(branches.charts, branches.leads, begun, branches.tell_described)
 
 
 def _stuck(model: Model, value: float) -> Begin | None:
@@ -139,7 +139,7 @@ def _first(
     if begin is not None:
         return _given(model, vary, (first, last), begin)
     try:
-        return (*_begin(model, vary, first, last, settings), _span_begin(vary, first))
+        return (*_begin(model, vary, first, last, settings), span_begin(vary, first))
     except InputError as error:
         stuck = _stuck(model, first) if through_stick else None
         if stuck is not None:
@@ -170,7 +170,7 @@ def _given(
     else:
         there = model.replace(**{vary: at})
         orbits, start = equilibrium_start(there, vary, at, at + width, begin.state)
-    return orbits, start, _span_begin(vary, at)
+    return orbits, start, span_begin(vary, at)
 
 
 def _begin(
@@ -202,7 +202,8 @@ def _by_collocation(orbits: Orbits, point: OrbitPoint) -> tuple[Orbits, OrbitPoi
     return found
 
 
-def _span_begin(vary: str, first: float) -> End:
+def span_begin(vary: str, first: float) -> End:
+    """Say that a branch begins where the span does."""
     return End("span", f"the span begins at {vary} = {first:g}", (first,))
 
 

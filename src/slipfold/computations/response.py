@@ -133,7 +133,7 @@ def response(
     sticks = isinstance(orbit, StickSlipOrbit)  # it goes on at rest, too, and has its sizes
     if not sticks:
         check_followed(changed)
-    watched = (*events, *_own_events(changed, vary))
+    watched = (*events, *own_events(changed, vary))
     first = changed.values[vary]
     begin = None if orbit is None else Begin(orbit.model.values[vary], orbit)
     if orbit is None and (start is not None or settled):
@@ -247,8 +247,8 @@ def _begin(
     return Begin(at, state=found)
 
 
-def _own_events(model: Model, vary: str) -> tuple[Event, ...]:
-    """Events that the definition of a system asks for, as far as they can occur."""
+def own_events(model: Model, vary: str) -> tuple[Event, ...]:
+    """Return the events that the definition of a system asks for, as far as they can occur."""
     if not isinstance(model, System):
         return ()
     events = (Event(item.output, item.value, item.measure, item.stop) for item in model.events)

@@ -12,7 +12,15 @@ from slipfold.branches.special_point import BIFURCATIONS
 from slipfold.branches.stability import loss_of_stability
 from slipfold.models.model import Model
 
-__all__ = ["NO_RESPONSE", "STABLE", "UNSTABLE", "Loss", "first_loss", "followed_to_loss"]
+__all__ = [
+    "NO_RESPONSE",
+    "STABLE",
+    "UNSTABLE",
+    "Loss",
+    "first_loss",
+    "followed_to_loss",
+    "unstable_from",
+]
 
 FIRST_ALONE = Settings(largest_period=1)
 
@@ -53,18 +61,22 @@ def followed_to_loss(
     return branch
 
 
+def unstable_from(vary: str, first: float) -> Loss:
+    """Say that there is no stability to lose."""
+    reason = (
+        f"the response is unstable from the start of the span, {vary} = {first:g}; begin the "
+        "span where it is stable"
+    )
+    return Loss(math.nan, UNSTABLE, reason)
+
+
 def first_loss(branch: Branch, first: float) -> Loss:
     """Return where a branch that was to begin at a value first loses its stability."""
     vary, stable = branch.vary, branch.stable
     if branch.parameter[0] != first:
         return Loss(math.nan, NO_RESPONSE, branch.begun.reason)
     if not stable[0]:
-        return Loss(
-            math.nan,
-            UNSTABLE,
-            f"the response is unstable from the start of the span, {vary} = {first:g}; begin the "
-            "span where it is stable",
-        )
+        return unstable_from(vary, first)
     point = loss_of_stability(branch)
     if point is not None:
         return Loss(float(point.value), point.type, "", point)

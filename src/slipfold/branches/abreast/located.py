@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.abreast.between import hermite_each
-from slipfold.branches.abreast.many_orbits import TESTS, ManyOrbits
+from slipfold.branches.abreast.many_orbits import TESTS, Corrected, ManyOrbits
 from slipfold.branches.abreast.walk import Bracket
 from slipfold.continuation.locate import CLOSE, inverse_interpolation
 from slipfold.continuation.newton import correct
-from slipfold.continuation.search import Found
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
@@ -43,16 +42,25 @@ class Approached:
     multipliers: NDArray[np.complex128]  # shape (n,)
     blocks: Array  # transition matrices in scaled states, shape (m, n, n)
     slope: float  # of the test function along the branch
+    arclength: float
 
 
-def approach(orbits: ManyOrbits, brackets: Sequence[Bracket]) -> list[Approached | None]:
-    """Close in on the zeros within brackets, along their chords; None where that fails."""
+def approach(
+    orbits: ManyOrbits,
+    brackets: Sequence[Bracket],
+    function: Callable[[Sequence[Bracket], Corrected], Array] | None = None,
+    near: float = NEAR,
+) -> list[Approached | None]:
+    """Close in on the zeros within brackets, along their chords; None where that fails.
+
+    Of the test functions, if no other function is given: shapes (k,).
+    """
+    function = function or _tests
     found: list[Approached | None] = [None] * len(brackets)
     if not brackets:
         return found
     z = np.array([item.z for item in brackets])
     cases = np.array([item.case for item in brackets])
-    kinds = np.array([TESTS.index(item.kind) for item in brackets])
     chord = z[:, 1] - z[:, 0]
     lengths = np.sqrt((chord * chord).sum(axis=1))
     rows = chord / lengths[:, None]
@@ -72,7 +80,7 @@ def approach(orbits: ManyOrbits, brackets: Sequence[Bracket]) -> list[Approached
         off = places - ((guess - z[going, 0]) * rows[going]).sum(axis=1)
         guess += off[:, None] * rows[going]
         item = orbits.correct(cases[going], guess, rows[going], EXACT, np.inf)
-        values = item.tests[np.arange(len(going)), kinds[going]]
+        values = function([brackets[i] for i in going.tolist()], item)
         left = []
         for row, i in enumerate(going.tolist()):
             if not np.isfinite(values[row]) or not item.tangents[row] @ rows[i] > 0:
@@ -80,7 +88,7 @@ def approach(orbits: ManyOrbits, brackets: Sequence[Bracket]) -> list[Approached
             nearest = min(tried[i], key=lambda known: abs(known[0] - places[row]))
             rise = (values[row] - nearest[1]) / (places[row] - nearest[0])
             tried[i].append((float(places[row]), float(values[row])))
-            if abs(values[row]) > NEAR * abs(rise):
+            if abs(values[row]) > near * abs(rise):
                 left.append(i)
                 continue
             # Along the branch, not along its chord.
@@ -92,9 +100,15 @@ def approach(orbits: ManyOrbits, brackets: Sequence[Bracket]) -> list[Approached
                 item.multipliers[row],
                 item.blocks[row],
                 slope,
+                float(np.interp(places[row], (0.0, lengths[i]), brackets[i].places)),
             )
         going = np.array(left, dtype=np.int64)
     return found
+
+
+def _tests(brackets: Sequence[Bracket], found: Corrected) -> Array:
+    kinds = [TESTS.index(item.kind) for item in brackets]
+    return np.asarray(found.tests[np.arange(len(brackets)), kinds])
 
 
 def _next_place(tried: Sequence[tuple[float, float]]) -> float:
@@ -106,19 +120,26 @@ def _next_place(tried: Sequence[tuple[float, float]]) -> float:
     return at if low < at < high and len(tried) < ROUNDS - 2 else 0.5 * (low + high)
 
 
-def placed(orbits: Orbits, item: Approached) -> Found[OrbitPoint] | None:
-    """Return a zero as the flow itself has it; None where it does not come to it."""
-    guess, row = item.z, item.tangent
-    kind, slope, before = item.bracket.kind, item.slope, None
+def placed(
+    orbits: Orbits,
+    item: Approached,
+    function: Callable[[OrbitPoint], float] | None = None,
+    close: float = CLOSE,
+) -> OrbitPoint | None:
+    """Return a zero as the flow itself has it; None where it does not come to it.
+
+    Of the test function, if no other is given.
+    """
+    guess, row, slope = item.z, item.tangent, item.slope
+    kind, before = item.bracket.kind, np.inf
     for _ in range(SECANTS):
         correction = correct(orbits, guess, row)
         if not correction.converged:
             return None
-        point = orbits.point(correction, 0.0)
-        value = point.tests[kind]
-        if before is not None and abs(value) >= abs(before):  # what is left is rounding
+        point = orbits.point(correction, item.arclength)
+        value = point.tests[kind] if function is None else function(point)
+        if abs(value) <= close * abs(slope) or abs(value) >= before:  # what is left is rounding
             break
-        if abs(value) <= CLOSE * abs(slope):
-            break
-        guess, row, before = point.z - value / slope * point.tangent, point.tangent, value
-    return Found(kind, point, slope)
+        guess, row = point.z - value / slope * point.tangent, point.tangent
+        before = abs(value)
+    return point

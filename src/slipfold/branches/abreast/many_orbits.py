@@ -12,14 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.continuation.newton import solve_each
-from slipfold.flow import flow_of
-from slipfold.flow.strobes.linearised_steps import LinearisedSteps
+from slipfold.flow import flow_of, precision
+from slipfold.flow.strobes.linearised_steps import TOLERANCE, LinearisedSteps
 from slipfold.models.model import Model
 from slipfold.orbits.discretisations.shooting import SEGMENTS
 from slipfold.orbits.spectrum.floquet import floquet_multipliers
 from slipfold.orbits.spectrum.test_functions import evaluate_each
 
-__all__ = ["TESTS", "Corrected", "ManyOrbits"]
+__all__ = ["TESTS", "Corrected", "ManyOrbits", "Settled"]
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -28,6 +28,9 @@ TESTS = ("PD", "fold", "NS", "LP")
 """Test functions of an orbit, in their order; the last is the tangent along the parameter."""
 
 ITERATIONS = 6
+
+EXACTLY = precision.TOLERANCE
+"""Error that a step may make where orbits are told: that of the flow."""
 
 GROWTH = 2.0
 """A correction this many times the one before means divergence."""
@@ -51,6 +54,21 @@ class Corrected:
     def found(self) -> NDArray[np.bool_]:
         """Whether each was found, shape (k,)."""
         return np.asarray(np.isfinite(self.tests).all(axis=1))
+
+
+@dataclass(frozen=True, eq=False)
+class Settled:
+    """Orbits as they are told."""
+
+    z: Array  # shape (k, u)
+    tangents: Array  # unit vectors along the rows of the hyperplanes, shape (k, u)
+    monodromies: Array  # in scaled states, shape (k, n, n)
+    residuals: Array  # by how much orbits fail to close, in scaled states, shape (k,)
+
+    def of(self, some: slice) -> Settled:
+        """Return some of them."""
+        parts = self.z, self.tangents, self.monodromies, self.residuals
+        return Settled(*(part[some] for part in parts))
 
 
 class ManyOrbits:
@@ -130,7 +148,29 @@ class ManyOrbits:
             tests[found, -1] = tangents[found, -1]
         return Corrected(z, tangents, blocks, multipliers, tests, signs, stiffness, lowest, above)
 
-    def _linearise(self, some: Indices, z: Array) -> _Part:
+    def settled(self, some: Indices, z: Array, rows: Array, tolerance: float) -> Settled:
+        """Correct orbits that are nearly met until they fail by a tenth of what they may.
+
+        Shapes: z, rows (k, u).
+        """
+        (k, u), n = z.shape, self.scales.shape[1]
+        found = Settled(z.copy(), np.full((k, u), np.nan), np.full((k, n, n), np.nan), np.zeros(k))
+        going = np.arange(k)
+        for _ in range(ITERATIONS):
+            part = self._linearise(some[going], found.z[going], EXACTLY)
+            step, tangents, condensed = self._solve(part, rows[going], np.zeros(len(going)))
+            missed = np.abs(part.missed).max(axis=(1, 2)) * np.sqrt(self.nodes)
+            found.tangents[going], found.residuals[going] = tangents, missed
+            found.monodromies[going] = condensed[:, :n, :n] + np.eye(n)
+            far = missed > 0.1 * tolerance
+            going = going[far]
+            if not len(going):
+                break
+            found.z[going] += step[far]
+        found.residuals[going] = np.inf  # of the orbit before its last correction
+        return found
+
+    def _linearise(self, some: Indices, z: Array, tolerance: float = TOLERANCE) -> _Part:
         """Return by how much nodes are missed, with derivatives, all in scaled variables."""
         k, m, n = len(some), self.nodes, self.scales.shape[1]
         parameters = self._parameters[some]
@@ -145,6 +185,7 @@ class ManyOrbits:
             np.repeat(constants.values, m, axis=0),
             np.repeat(scales, m, axis=0),
             np.repeat(constants.rates[:, :, self._index], m, axis=0),
+            tolerance,
         )
         wide, root = scales[:, None, :], np.sqrt(m)
         missed = (carried.ends.reshape(k, m, n) - np.roll(nodes, -1, axis=1)) / wide / root

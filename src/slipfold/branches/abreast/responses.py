@@ -1,24 +1,27 @@
 """The special points of the responses of many cases, found side by side.
 
 Nothing is taken for granted: a case in which anything is out of the ordinary is left, to be
-followed by itself. Ordinary are branches in slip that begin at the response of period 1, stable at
-first, change by period doublings and tori alone, and end at the end of the span or at a limit at
-which nothing sticks.
+followed by itself. Ordinary are branches in slip that begin at the response of period 1, change by
+period doublings and tori alone, and end at the end of the span or at a limit at which nothing
+sticks.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.abreast.located import Approached, approach, placed
+from slipfold.branches.abreast.assembled import assembled, placed_on, settle
+from slipfold.branches.abreast.located import Approached, approach
 from slipfold.branches.abreast.many_orbits import ManyOrbits
+from slipfold.branches.abreast.own_branch import Case, OwnBranch
 from slipfold.branches.abreast.walk import Start, Walk
 from slipfold.branches.bifurcations import ON_CIRCLE, is_torus
+from slipfold.branches.branch import Branch
 from slipfold.branches.describe import describe
 from slipfold.branches.method import forced_orbits
 from slipfold.branches.settings import Settings
@@ -33,9 +36,23 @@ from slipfold.orbits.carry_to import hold_parameter
 from slipfold.orbits.discretisations.shooting import SEGMENTS, Shooting
 from slipfold.orbits.finding.find_response import NEAR
 
-__all__ = ["FollowedBranch", "FollowedResponse", "responses_abreast"]
+__all__ = [
+    "FEWEST",
+    "TOGETHER",
+    "FollowedBranch",
+    "FollowedResponse",
+    "branches_abreast",
+    "responses_abreast",
+]
 
 Array = NDArray[np.float64]
+
+FEWEST = 16
+"""Cases from which on they go side by side: four are as quick by themselves, and what is needed
+takes seconds to compile."""
+
+TOGETHER = 64
+"""Cases that go side by side, at least: of 16 each takes twice as long, of 128 four fifths."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,15 +80,6 @@ class FollowedResponse:
         return next((point for point, (before, after) in crossed if before == 0 < after), None)
 
 
-@dataclass(eq=False)
-class _Case:
-    """What is known of a case so far."""
-
-    model: Model
-    branches: list[tuple[int, bool, str, list[Approached]]] = field(default_factory=list)
-    lost: str = ""  # why it has to be followed by itself
-
-
 def responses_abreast(
     models: Sequence[Model], vary: str, span: tuple[float, float], settings: Settings
 ) -> list[FollowedResponse | None]:
@@ -79,34 +87,58 @@ def responses_abreast(
 
     What is found of a case does not depend on which others are beside it.
     """
-    none: list[FollowedResponse | None] = [None] * len(models)
+    cases = _followed(models, vary, span, settings, whole=False)
+    return [_described(case, vary, abs(span[1] - span[0])) for case in cases]
+
+
+def branches_abreast(
+    models: Sequence[Model], vary: str, span: tuple[float, float], settings: Settings
+) -> list[tuple[Branch, ...] | None]:
+    """Follow them in the same way; return the branches with all their points."""
+    cases = _followed(models, vary, span, settings, whole=True)
+    return [assembled(case, vary, span) for case in cases]
+
+
+def _followed(
+    models: Sequence[Model],
+    vary: str,
+    span: tuple[float, float],
+    settings: Settings,
+    *,
+    whole: bool,
+) -> list[Case]:
+    """Follow all branches of all cases, the shorter periods first."""
     steps = _steps_for(models[0], settings)
     if steps is None:
-        return none
+        return [Case(model, lost="another kind of model") for model in models]
     models = [model.replace(**{vary: span[0]}) for model in models]
-    cases = [_Case(model) for model in models]
+    cases = [Case(model) for model in models]
     width, forward = abs(span[1] - span[0]), float(np.sign(span[1] - span[0]))
     orbits = ManyOrbits(models, steps, vary, width, 1)
     starts = _begun(orbits, cases, vary, width, forward, settings)
+    parents: list[tuple[int, int] | None] = [None] * len(starts)
     while starts:
         walk = Walk(orbits, starts, span, settings.steps)
         walk.run()
         found = _approached(orbits, walk)
+        fresh = list[OwnBranch]()
         for place, start in enumerate(starts):
             case, fate = cases[start.case], walk.fates[place]
             located = [item for item in found[place] if item is not None]
+            genuine = [item for item in located if _is_genuine(item)]
             if fate not in ("span", "limit"):
                 case.lost = case.lost or fate
-            elif orbits.period == 1 and not walk.stable[place]:
-                case.lost = case.lost or "unstable at first"
             elif len(located) < len(found[place]):
                 case.lost = case.lost or "not located"
-            genuine = [item for item in located if _is_genuine(item)]
-            if any(_crosses(item) != _is_genuine(item) for item in located):
+            elif any(_crosses(item) != _is_genuine(item) for item in located):
                 case.lost = case.lost or "not accounted for"
-            case.branches.append((orbits.period, bool(walk.stable[place]), fate, genuine))
-        orbits, starts = _next_starts(orbits, cases, settings)
-    return [_described(case, vary, width) for case in cases]
+            stable = bool(walk.stable[place])
+            fresh.append(OwnBranch(orbits.period, stable, fate, genuine, parents[place]))
+            case.branches.append(fresh[-1])
+        if whole:
+            settle(orbits, walk, cases, fresh, settings.newton.tolerance)
+        orbits, starts, parents = _next_starts(orbits, cases, settings)
+    return cases
 
 
 def _steps_for(model: Model, settings: Settings) -> LinearisedSteps | None:
@@ -121,7 +153,7 @@ def _steps_for(model: Model, settings: Settings) -> LinearisedSteps | None:
 
 def _begun(
     orbits: ManyOrbits,
-    cases: Sequence[_Case],
+    cases: Sequence[Case],
     vary: str,
     width: float,
     forward: float,
@@ -181,21 +213,22 @@ def _crosses(item: Approached) -> bool:
 
 
 def _next_starts(
-    orbits: ManyOrbits, cases: Sequence[_Case], settings: Settings
-) -> tuple[ManyOrbits, list[Start]]:
+    orbits: ManyOrbits, cases: Sequence[Case], settings: Settings
+) -> tuple[ManyOrbits, list[Start], list[tuple[int, int] | None]]:
     """Return where the branches of twice the period begin."""
-    period = 2 * orbits.period
+    period, starts = 2 * orbits.period, list[Start]()
+    parents = list[tuple[int, int] | None]()
     if period > settings.largest_period:
-        return orbits, []
-    starts = []
+        return orbits, starts, parents
     for number, case in enumerate(cases):
-        if not case.lost:
-            for own, _, _, items in case.branches:
-                if own == orbits.period:
-                    starts += [
-                        _doubled(number, item) for item in items if item.bracket.kind == "PD"
-                    ]
-    return orbits.of_period(period), starts
+        for place, branch in enumerate(case.branches):
+            if case.lost or branch.period != orbits.period:
+                continue
+            for birth, item in enumerate(branch.special):
+                if item.bracket.kind == "PD":
+                    starts.append(_doubled(number, item))
+                    parents.append((place, birth))
+    return orbits.of_period(period), starts, parents
 
 
 def _doubled(case: int, item: Approached) -> Start:
@@ -217,23 +250,18 @@ def _doubled(case: int, item: Approached) -> Start:
     return Start(case, np.append(nodes.ravel(), item.z[-1]), tangent, item.multipliers**2)
 
 
-def _described(case: _Case, vary: str, width: float) -> FollowedResponse | None:
+def _described(case: Case, vary: str, width: float) -> FollowedResponse | None:
     """Return a response with its special points as the flow itself has them."""
     if case.lost:
         return None
     branches = []
-    for period, stable, fate, items in case.branches:
-        special = []
-        by = forced_orbits(case.model, vary, width, Settings())
-        orbits = by if period == 1 else by.with_period(period)
-        for item in items:
-            try:
-                found = placed(orbits, item)
-            except BREAKDOWNS:
-                found = None
-            if found is None:
-                return None
-            special.append(describe(found))
-        unstable = tuple(item.bracket.unstable for item in items)
-        branches.append(FollowedBranch(period, stable, fate, tuple(special), unstable))
+    for branch in case.branches:
+        found = placed_on(case, branch, vary, width)
+        if found is None:
+            return None
+        special = tuple(describe(item) for item in found)
+        unstable = tuple(item.bracket.unstable for item in branch.special)
+        branches.append(
+            FollowedBranch(branch.period, branch.stable, branch.fate, special, unstable)
+        )
     return FollowedResponse(tuple(branches))

@@ -73,6 +73,7 @@ class Bracket:
     kind: str
     z: Array  # shape (2, u)
     tangents: Array  # shape (2, u)
+    places: Array  # arclengths, shape (2,)
     values: Array  # of the test function, shape (2,)
     unstable: tuple[int, int]  # multipliers outside the unit circle at either
 
@@ -81,7 +82,8 @@ class Walk:
     """Branches on their way. What each came to is in `fates`: ``"span"``, ``"limit"`` or why not.
 
     `brackets` has what is to be located, in order along each branch; `stable` whether the first
-    point of each is.
+    point of each is; `points` has the unknowns, unit tangents and arclengths of each, at the end of
+    one that ended at a limit those of the first orbit that breaks it.
     """
 
     def __init__(
@@ -89,11 +91,12 @@ class Walk:
     ) -> None:
         k, u = len(starts), orbits.size + 1
         self._orbits, self._steps = orbits, steps
-        self._cases = np.array([start.case for start in starts])
+        self.cases = np.array([start.case for start in starts])
         self._low, self._high = (value / orbits.width for value in (min(span), max(span)))
         self.fates = [""] * k
         self.brackets: list[list[Bracket]] = [[] for _ in starts]
         self.stable = np.zeros(k, bool)
+        self.points: list[list[tuple[Array, Array, float]]] = [[] for _ in starts]
         model = orbits.models[0]
         self._bounds = np.array([limit.bound for limit in model.limits])
         sticking = {name for contact in contacts_of(model) for name in contact.limits}
@@ -109,6 +112,7 @@ class Walk:
         self._tangents[:, -1] = [start.tangent for start in starts]
         self.going: Mask = np.ones(k, bool)
         self._begin(starts)
+        self._note(np.arange(k))
 
     def run(self) -> None:
         """Follow all of them to their ends."""
@@ -126,7 +130,7 @@ class Walk:
         regular = everything[~self._leaves]
         if len(regular):
             z, row = self._z[regular, -1], self._tangents[regular, -1]
-            found = self._orbits.correct(self._cases[regular], z, row, CLOSE, np.inf)
+            found = self._orbits.correct(self.cases[regular], z, row, CLOSE, np.inf)
             self._z[regular, -1], self._tangents[regular, -1] = found.z, found.tangents
             self._tests[regular, -1], self._signs[regular] = found.tests, found.signs
             self._unstable[regular] = _outside(found)
@@ -155,7 +159,7 @@ class Walk:
                     + (share * self._step[some])[:, None] * self._tangents[some, -1]
                 )
                 rows = self._tangents[some, -1]
-                looks.append(self._orbits.correct(self._cases[some], guess, rows, CLOSE, _reach()))
+                looks.append(self._orbits.correct(self.cases[some], guess, rows, CLOSE, _reach()))
             first, nearer = looks
             more = _outside(first) - outside
             with np.errstate(invalid="ignore"):
@@ -173,7 +177,7 @@ class Walk:
                 self._step[some], np.maximum(BEFORE, 0.9 * _length(self._halves(self._z[some, -1])))
             )
         guess, rows, held = self._predicted(some)
-        found = self._orbits.correct(self._cases[some], guess, rows, CLOSE, _reach())
+        found = self._orbits.correct(self.cases[some], guess, rows, CLOSE, _reach())
         found.z[held, -1] = guess[held, -1]
         beyond = found.found & ~held & self._is_beyond(found.z[:, -1], 0.0)
         self._held[some] = beyond
@@ -191,7 +195,7 @@ class Walk:
         self._growth[some] = np.where(accepted, LONGER, np.where(beyond, self._growth[some], 0.8))
         self._leave(some[~accepted & (self._step[some] < SMALLEST)], "steps")
         for row in np.flatnonzero(accepted & (brackets >= 0)):
-            self._bracket(int(some[row]), found, int(row), TESTS[brackets[row]])
+            self._bracket(int(some[row]), found, length, int(row), TESTS[brackets[row]])
         self._accept(some[accepted], found, np.flatnonzero(accepted), length)
 
     def _predicted(self, some: Indices) -> tuple[Array, Array, Mask]:
@@ -289,15 +293,16 @@ class Walk:
         self._leave(some[fits & ~doubt & (changed[:, LP] | changed[:, FOLD])], "fold")
         return brackets, np.asarray(doubt | ~(quiet | (brackets >= 0)))
 
-    def _bracket(self, branch: int, found: Corrected, row: int, kind: str) -> None:
+    def _bracket(self, branch: int, found: Corrected, length: Array, row: int, kind: str) -> None:
         place = TESTS.index(kind)
         self.brackets[branch].append(
             Bracket(
                 branch,
-                int(self._cases[branch]),
+                int(self.cases[branch]),
                 kind,
                 np.array([self._z[branch, -1], found.z[row]]),
                 np.array([self._tangents[branch, -1], found.tangents[row]]),
+                np.array([self._places[branch, -1], self._places[branch, -1] + length[row]]),
                 np.array([self._tests[branch, -1, place], found.tests[row, place]]),
                 (int(self._unstable[branch]), int(_outside(found)[row])),
             )
@@ -322,6 +327,7 @@ class Walk:
         self._places[some, :-1] = self._places[some, 1:]
         self._places[some, -1] = new
         self._count[some] += 1
+        self._note(some)
         self._signs[some], self._unstable[some] = found.signs[rows], _outside(found)[rows]
         multipliers = found.multipliers[rows]
         near_one = np.abs(multipliers - 1).min(axis=1) < ONE
@@ -346,9 +352,16 @@ class Walk:
     def _margins(self, branch: int) -> Array:
         """Return by how much the last orbit of a branch keeps each limit."""
         orbits = self._orbits
-        model = orbits.models[self._cases[branch]]
+        model = orbits.models[self.cases[branch]]
         alone = ForcedOrbits(model, {orbits.vary: orbits.width}, orbits.period)
         return limit_margins(alone, self._z[branch, -1])
+
+    def _note(self, some: Indices) -> None:
+        """Keep the last point of each."""
+        z, tangents = self._z[some, -1], self._tangents[some, -1]
+        places = self._places[some, -1].tolist()
+        for branch, *point in zip(some.tolist(), z, tangents, places, strict=True):
+            self.points[branch].append((point[0], point[1], point[2]))
 
     def _leave(self, some: Indices, reason: str) -> None:
         for branch in some.tolist():

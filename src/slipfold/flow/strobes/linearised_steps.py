@@ -92,6 +92,7 @@ class LinearisedSteps:
         coefficients: Array,
         scales: Array,
         change: Array,
+        tolerance: float = TOLERANCE,
     ) -> Carried:
         """Carry states and their derivatives over a piece of a forcing period.
 
@@ -111,7 +112,7 @@ class LinearisedSteps:
         for _ in range(0, MOST, ROUND):
             for first in range(0, len(going), TOGETHER):
                 some = going[first : first + TOGETHER]
-                arrived[some] = self._march(work, some, start[some] + length, passed)
+                arrived[some] = self._march(work, some, start[some] + length, passed, tolerance)
             going = going[~arrived[going] & np.isfinite(work[size + 1, going])]
             if not len(going):
                 break
@@ -121,7 +122,12 @@ class LinearisedSteps:
         return Carried(work[:n].T, derivatives[..., :n], derivatives[..., n], lowest, above)
 
     def _march(
-        self, whole: Array, some: NDArray[np.int64], ends: Array, passed: _Passed
+        self,
+        whole: Array,
+        some: NDArray[np.int64],
+        ends: Array,
+        passed: _Passed,
+        tolerance: float,
     ) -> NDArray[np.bool_]:
         """Take a few steps with some motions; return which have arrived."""
         size, count, watched = self.states * (self.states + 2), len(some), self.limits
@@ -137,8 +143,8 @@ class LinearisedSteps:
             step[last] = (ends - phase)[last]
             self.function(work, outputs=values)
             with np.errstate(all="ignore"):
-                factor = SAFELY * (TOLERANCE / values[size]) ** (1 / ORDER)
-                good = (values[size] <= TOLERANCE) & left
+                factor = SAFELY * (tolerance / values[size]) ** (1 / ORDER)
+                good = (values[size] <= tolerance) & left
             np.copyto(work[:size], values[:size], where=good)
             kept = good[:count]
             passed.add(some[kept], step[:count][kept], values[size + 1 :, :count][:, kept])

@@ -8,7 +8,12 @@ from typing import ClassVar, Literal, Self
 
 from pydantic import Field
 
-from slipfold.branches.abreast.responses import FollowedResponse, responses_abreast
+from slipfold.branches.abreast.responses import (
+    FEWEST,
+    TOGETHER,
+    FollowedResponse,
+    responses_abreast,
+)
 from slipfold.branches.response import trace_response
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
@@ -16,7 +21,7 @@ from slipfold.models.followed import check_followed
 from slipfold.models.model import Model
 from slipfold.studies.work.loss import loss_quantities
 from slipfold.studies.work.work import Findings, Quantity, Span, Work, parsed_span
-from slipfold.thresholds.first_loss import STABLE, Loss, first_loss
+from slipfold.thresholds.first_loss import STABLE, Loss, first_loss, unstable_from
 
 __all__ = ["Response"]
 
@@ -24,11 +29,8 @@ __all__ = ["Response"]
 class Response(Work):
     """Every branch of the response; where it loses its stability, and all special points."""
 
-    together_from: ClassVar[int] = 16
-    """Four are as quick by themselves, and what goes side by side takes seconds to compile."""
-
-    side_by_side: ClassVar[int] = 64
-    """A case of 16 takes twice as long, one of 128 four fifths."""
+    together_from: ClassVar[int] = FEWEST
+    side_by_side: ClassVar[int] = TOGETHER
 
     what: Literal["response"]
     vary: str
@@ -86,7 +88,9 @@ class Response(Work):
 
     def _found(self, response: FollowedResponse) -> Findings | None:
         loss = response.loss
-        if loss is None:
+        if not response.branches[0].stable:
+            told = unstable_from(self.vary, float(self.span[0]))
+        elif loss is None:
             if response.branches[0].ends != "span":  # where a limit lies is not known
                 return None
             last = float(self.span[1])

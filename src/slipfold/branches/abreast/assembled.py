@@ -1,0 +1,184 @@
+"""From what was found side by side to branches as data, as they are by themselves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.branches.abreast.limits import approached_limits
+from slipfold.branches.abreast.located import Approached, placed
+from slipfold.branches.abreast.many_orbits import ManyOrbits, Settled
+from slipfold.branches.abreast.own_branch import Case, OwnBranch
+from slipfold.branches.abreast.walk import Walk
+from slipfold.branches.bifurcations import span_end
+from slipfold.branches.branch import Branch
+from slipfold.branches.make_branch import assemble
+from slipfold.branches.response import span_begin
+from slipfold.branches.stops import LIMIT_CLOSE
+from slipfold.continuation.atlas import Chart, Start
+from slipfold.continuation.end import End
+from slipfold.continuation.search import Found
+from slipfold.continuation.trail import Trail
+from slipfold.errors import BREAKDOWNS
+from slipfold.orbits.births import passed_twice
+from slipfold.orbits.carry_to import hold_parameter
+from slipfold.orbits.forced_orbits import ForcedOrbits
+from slipfold.orbits.limits import limit_margins
+from slipfold.orbits.orbit_point import OrbitPoint
+from slipfold.orbits.spectrum.floquet import floquet_multipliers
+
+__all__ = ["assembled", "placed_on", "settle"]
+
+Array = NDArray[np.float64]
+
+
+def placed_on(
+    case: Case, branch: OwnBranch, vary: str, width: float
+) -> list[Found[OrbitPoint]] | None:
+    """Return the special points of a branch as the flow itself has them; None if one is lost."""
+    orbits, found = ForcedOrbits(case.model, {vary: width}, branch.period), []
+    try:
+        for item in branch.special:
+            point = placed(orbits, item)
+            if point is None:
+                return None
+            found.append(Found(item.bracket.kind, point, item.slope))
+    except BREAKDOWNS:
+        return None
+    return found
+
+
+# -- all orbits of many branches -----------------------------------------------------------------
+
+
+def settle(
+    orbits: ManyOrbits,
+    walk: Walk,
+    cases: Sequence[Case],
+    branches: Sequence[OwnBranch],
+    tolerance: float,
+) -> None:
+    """Add all orbits to branches that were walked, as well as they are to be told."""
+    numbers = [number for number, fate in enumerate(walk.fates) if fate in ("span", "limit")]
+    limits = approached_limits(orbits, walk, tolerance)
+    kept, rows = [], []
+    for number in numbers:
+        points, case = walk.points[number], cases[int(walk.cases[number])]
+        inner = slice(int(branches[number].parent is not None), None)
+        lines = [tangent for _, tangent, _ in points]
+        held = hold_parameter(orbits.size)
+        lines[0], lines[-1] = held * np.sign(lines[0][-1]), held * np.sign(lines[-1][-1])
+        if branches[number].fate == "limit":
+            branches[number].limit = limit = limits[number]
+            inner = slice(inner.start, -1)
+            if limit is None:
+                case.lost = case.lost or "limit not located"
+            else:  # what was taken for an orbit before the limit may lie beyond it
+                before = sum(point[2] < limit.arclength for point in points)
+                inner = slice(inner.start, before)
+        kept.append(points[inner])
+        rows += lines[inner]
+    if not rows:
+        return
+    which = np.repeat(walk.cases[numbers], [len(item) for item in kept])
+    z = np.array([point[0] for item in kept for point in item])
+    found = orbits.settled(which, z, np.array(rows), tolerance)
+    first = 0
+    for number, item in zip(numbers, kept, strict=True):
+        some = slice(first, first + len(item))
+        first += len(item)
+        branch, case = branches[number], cases[int(walk.cases[number])]
+        branch.orbits, branch.arclengths = found.of(some), np.array([point[2] for point in item])
+        if not (branch.orbits.residuals <= tolerance).all():
+            case.lost = case.lost or "residual"
+
+
+# -- a case --------------------------------------------------------------------------------------
+
+
+def assembled(case: Case, vary: str, span: tuple[float, float]) -> tuple[Branch, ...] | None:
+    """Return the branches of a case, None if it has to be followed by itself."""
+    if case.lost:
+        return None
+    charts, leads = list[Chart[OrbitPoint]](), dict[Found[OrbitPoint], list[int]]()
+    width = abs(span[1] - span[0])
+    for number, branch in enumerate(case.branches, 1):
+        found = placed_on(case, branch, vary, width)
+        if found is None:
+            return None
+        orbits = ForcedOrbits(case.model, {vary: width}, branch.period)
+        try:
+            chart = _chart(orbits, branch, number, charts, found)
+        except BREAKDOWNS:
+            chart = None
+        if chart is None:
+            return None
+        if chart.start.found is not None:
+            leads.setdefault(chart.start.found, []).append(number)
+        charts.append(chart)
+    return assemble(charts, leads, span_begin(vary, span[0]))
+
+
+def _chart(
+    orbits: ForcedOrbits,
+    branch: OwnBranch,
+    number: int,
+    charts: Sequence[Chart[OrbitPoint]],
+    found: list[Found[OrbitPoint]],
+) -> Chart[OrbitPoint] | None:
+    """Return a branch as if it had been followed by itself."""
+    assert branch.orbits is not None
+    points, parent, birth = _points(orbits, branch.orbits, branch.arclengths), None, None
+    if branch.parent is not None:
+        place, which = branch.parent
+        parent, birth = place + 1, charts[place].trail.found[which]
+        born = passed_twice(birth.point.curve, birth.point.z)
+        residual = birth.point.residual
+        first = orbits.known_point(born.z, born.tangent, 0.0, born.monodromy, residual)
+        points.insert(0, first)
+    if branch.limit is None:
+        end = span_end(orbits, points[-1])
+    else:
+        last = _limit_end(orbits, branch.limit)
+        if last is None:
+            return None
+        points.append(last[0])
+        end = last[1]
+    trail = Trail(orbits, points, branch.parent is not None, found, end)
+    start = Start(orbits, (points[0],), departs=trail.departs, parent=parent, found=birth)
+    return Chart(number, start, trail, None)
+
+
+def _points(orbits: ForcedOrbits, settled: Settled, arclengths: Array) -> list[OrbitPoint]:
+    multipliers = floquet_multipliers(settled.monodromies)
+    return [
+        OrbitPoint(
+            settled.z[row],
+            settled.tangents[row],
+            float(arclengths[row]),
+            {},
+            0,
+            float(settled.residuals[row]),
+            curve=orbits,
+            monodromy=settled.monodromies[row],
+            multipliers=multipliers[row],
+        )
+        for row in range(len(arclengths))
+    ]
+
+
+def _limit_end(orbits: ForcedOrbits, item: Approached) -> tuple[OrbitPoint, End] | None:
+    """Return the last orbit before a limit of the model, and say that the branch ends there."""
+    limits = orbits.model.limits
+    index = [limit.name for limit in limits].index(item.bracket.kind)
+
+    def margin(point: OrbitPoint) -> float:
+        return float(limit_margins(orbits, point.z)[index])
+
+    last = placed(orbits, item, margin, LIMIT_CLOSE)
+    if last is None:
+        return None
+    reason = limits[index].reason.format(value=margin(last) + limits[index].bound)
+    return last, End("limit", reason, orbits.place(last.z))
