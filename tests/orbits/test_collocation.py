@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
+from helpers.textbook_models import Torus
 from slipfold.continuation.newton import correct
 from slipfold.models import model_named
 from slipfold.orbits.cycles import Cycles
@@ -136,3 +137,13 @@ def test_half_of_a_cycle_has_the_mesh_of_the_other():
     assert doubled.segments == 2 * curved.segments
     assert np.allclose(doubled.edges[: curved.segments], curved.edges[:-1])
     assert isinstance(Cycles(model, {"a": 1.0}, by=Collocation).by, Collocation)
+
+
+def test_a_mesh_on_which_nothing_happens_at_all_is_uniform():
+    model = Torus(m=-0.1)
+    orbits = ForcedOrbits(model, {"m": 1.0}, 1, 100, Collocation)
+    rest = np.zeros((orbits.segments, len(model.states)))
+    better = orbits.by.better(rest, orbits.flow.constants(model.vector))
+    lengths = np.diff(better.edges)
+    assert len(lengths) < 100
+    assert lengths == pytest.approx(1.0 / len(lengths), rel=1e-12)

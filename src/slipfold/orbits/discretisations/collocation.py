@@ -418,7 +418,7 @@ class Collocation(Segments):
         pattern = self.edges[: own + 1]
         lengths = np.diff(pattern)
         total = float(density @ lengths)
-        density += FLOOR * total / (pattern[-1] - pattern[0])
+        density += FLOOR * total / (pattern[-1] - pattern[0]) if total > 0 else 1.0
         wanted = max(INTERVALS, int(np.ceil(SPARE * (1 + FLOOR) * total)))
         wanted = min(wanted, LARGEST // self.copies)
         fits = scheme.points is self.points and scheme.density * lengths.max() <= SPARSE

@@ -118,7 +118,7 @@ class Design(OneLine, Result):
     >>> import slipfold as sf
     >>> diagram = sf.response(sf.SlidingOscillator(), vary="Nd", span=(0, 0.05), f=12.5)
     >>> found = sf.design(diagram.special[0], {"Vd": (0.4, 0.8)}, above="50mN", load="20mN")
-    >>> found.model_at(0).Vd, bool(found.confirmed[0])
+    >>> round(found.model_at(0).Vd, 9), bool(found.confirmed[0])
     (0.4, True)
     """
 
