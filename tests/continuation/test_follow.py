@@ -128,3 +128,11 @@ def test_whoever_watches_may_stop():
 
     trail = followed(curve, [Zeros(curve)], watch=watch)
     assert (trail.end.kind, len(trail.points)) == ("interrupted", 5)
+
+
+def test_a_search_for_the_first_step_may_be_stopped():
+    def search():
+        raise KeyboardInterrupt
+
+    trail = followed(Cubic(1.0), [], first_step=search)
+    assert (trail.end.kind, len(trail.points)) == ("interrupted", 1)

@@ -63,7 +63,7 @@ def trace_branch(
         ],
         settings=settings,
         departs=departs,
-        first_step=_first_step(orbits, start, settings) if departs else None,
+        first_step=partial(_first_step, orbits, start, settings) if departs else None,
         cap=step_beside_parent if has_copy(orbits) else None,
         endings=BranchEndings(span, settings),
         otherwise=change.otherwise,

@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-__all__ = ["Observer", "Progress"]
+__all__ = ["SEARCHING", "Observer", "Progress", "searching"]
+
+SEARCHING = "periods before the first orbit"
+"""Stage of a computation that has no orbit yet."""
 
 
 @dataclass(frozen=True)
@@ -25,10 +28,10 @@ class Progress:
     special
         Names of the special points found so far on it, e.g. ``("PD",)``.
     stage
-        ``"branches"``; once all are followed ``"normal forms"``, ``"gradients"`` if they are asked
-        for, then ``"checks"``.
+        ``"periods before the first orbit"`` while motion leads to that; ``"branches"``; once all
+        are followed ``"normal forms"``, ``"gradients"`` if they are asked for, then ``"checks"``.
     done
-        How many normal forms, gradients or checks are finished.
+        How many periods, normal forms, gradients or checks are finished.
     total
         How many there will be; None while that is not known.
     """
@@ -46,3 +49,13 @@ class Progress:
 Observer = Callable[[Progress], None]
 """Called after every point, and at each normal form and check; may raise `KeyboardInterrupt` to
 stop with what is done."""
+
+
+def searching(observer: Observer | None, value: float) -> Callable[[int], None]:
+    """Return what tells how many periods of a motion have led to no first orbit yet."""
+
+    def tell(periods: int) -> None:
+        if observer is not None:
+            observer(Progress(1, 1, 0, value, (), SEARCHING, periods))
+
+    return tell

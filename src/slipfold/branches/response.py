@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from slipfold.branches.branch import Branch
@@ -12,7 +12,7 @@ from slipfold.branches.events import Happened
 from slipfold.branches.make_branch import assemble
 from slipfold.branches.method import forced_orbits
 from slipfold.branches.one_branch import trace_branch
-from slipfold.branches.progress import Observer, Progress
+from slipfold.branches.progress import Observer, Progress, searching
 from slipfold.branches.settings import Settings
 from slipfold.branches.start import Begin, equilibrium_start, orbit_start, response_start
 from slipfold.branches.switching import Junction, find_meeting, junctions_on
@@ -63,7 +63,8 @@ def trace_response(
     if begin is not None:
         begin = begin.measured_in(model.found_sizes)
     through_stick = through_stick and settings.discretisation == "automatic"
-    orbits, point, begun = _first(model, vary, first, last, begin, settings, through_stick)
+    given = model, vary, first, last, begin, settings, through_stick
+    orbits, point, begun = _first(*given, searching(observer, first))
     if settings.discretisation == "collocation" and orbits.kind == "periodic":
         orbits, point = _by_collocation(orbits, point)
     elif isinstance(orbits.by, Collocation):
@@ -131,6 +132,7 @@ def _first(
     begin: Begin | None,
     settings: Settings,
     through_stick: bool,
+    tell: Callable[[int], None],
 ) -> tuple[Orbits, OrbitPoint, End]:
     """Return the first branch: from what is given, or the response, or the equilibrium.
 
@@ -139,13 +141,14 @@ def _first(
     if begin is not None:
         return _given(model, vary, (first, last), begin)
     try:
-        return (*_begin(model, vary, first, last, settings), span_begin(vary, first))
+        return (*_begin(model, vary, first, last, settings, tell), span_begin(vary, first))
     except InputError as error:
         stuck = _stuck(model, first) if through_stick else None
         if stuck is not None:
             return _given(model, vary, (first, last), stuck)
         try:
-            orbits, start = _begin(model.replace(**{vary: last}), vary, last, first, settings)
+            other = model.replace(**{vary: last})
+            orbits, start = _begin(other, vary, last, first, settings, tell)
         except InputError:
             raise error from None
     what = "response of period 1" if model.forced else "regular equilibrium"
@@ -174,7 +177,12 @@ def _given(
 
 
 def _begin(
-    model: Model, vary: str, first: float, last: float, settings: Settings
+    model: Model,
+    vary: str,
+    first: float,
+    last: float,
+    settings: Settings,
+    tell: Callable[[int], None],
 ) -> tuple[Orbits, OrbitPoint]:
     """Return the response or the equilibrium at one end of the span."""
     try:
@@ -183,7 +191,7 @@ def _begin(
         orbits = forced_orbits(model, vary, abs(last - first), settings)
         forward = math.copysign(1.0, last - first)
         may = settings.discretisation != "shooting"
-        return response_start(orbits, first, forward, implicitly=may)
+        return response_start(orbits, first, forward, implicitly=may, tell=tell)
     except InputError:
         raise
     except BREAKDOWNS as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -55,10 +56,15 @@ class Begin:
 
 
 def response_start(
-    orbits: ForcedOrbits, value: float, forward: float, *, implicitly: bool
+    orbits: ForcedOrbits,
+    value: float,
+    forward: float,
+    *,
+    implicitly: bool,
+    tell: Callable[[int], None] = lambda periods: None,
 ) -> tuple[ForcedOrbits, OrbitPoint]:
     """Return the response of period 1 at a value of the parameter."""
-    orbits, correction = find_response(orbits, value, implicitly=implicitly)
+    orbits, correction = find_response(orbits, value, implicitly=implicitly, tell=tell)
     if correction.converged:
         correction = correct(orbits, correction.z, hold_parameter(orbits.size) * forward)
     if not correction.converged:

@@ -150,7 +150,8 @@ def response(
 
             def observer(progress: Progress) -> None:
                 show(words(progress))
-                check()
+                if progress.points:  # before the first there is nothing to lose
+                    check()
 
             diagram = compute(
                 chosen,

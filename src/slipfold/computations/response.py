@@ -7,7 +7,7 @@ from functools import partial
 from time import perf_counter
 
 from slipfold.branches.event import Event
-from slipfold.branches.progress import Observer
+from slipfold.branches.progress import Observer, searching
 from slipfold.branches.response import measured_over, trace_response
 from slipfold.branches.settings import Settings
 from slipfold.branches.start import Begin
@@ -137,7 +137,7 @@ def response(
     first = changed.values[vary]
     begin = None if orbit is None else Begin(orbit.model.values[vary], orbit)
     if orbit is None and (start is not None or settled):
-        begin = _begin(changed, vary, (first, last), start or {}, settled)
+        begin = _begin(changed, vary, (first, last), start or {}, settled, observer)
     if not sticks:
         changed = measured_over(changed, vary, (first, last), begin)
     follow = partial(
@@ -217,6 +217,7 @@ def _begin(
     span: tuple[float, float],
     start: Mapping[str, float | str],
     settled: bool,
+    observer: Observer | None,
 ) -> Begin:
     """Return where the first branch begins: near a state, or at what a motion from it settles on.
 
@@ -237,7 +238,8 @@ def _begin(
         )
     there = model.replace(**{vary: at})
     if settled:
-        found = settled_on(there, state)
+        tell = searching(observer, at)
+        found = settled_on(there, state, lambda progress: tell(progress.periods))
     elif state or not there.forced:
         found = orbit_near(there, state)
     else:

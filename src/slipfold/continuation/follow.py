@@ -61,7 +61,7 @@ def follow(
     *,
     settings: Stepping | None = None,
     departs: bool = False,
-    first_step: float | None = None,
+    first_step: float | Callable[[], float] | None = None,
     cap: Callable[[P], float] | None = None,
     endings: Endings[P] | None = None,
     otherwise: Callable[[Trail[P]], tuple[Any, P] | None] = lambda trail: None,
@@ -74,10 +74,11 @@ def follow(
     """
     settings, endings = settings or Stepping(), endings or Endings()
     trail = Trail(curve, [start], departs)
-    step: float | None = first_step or (BIRTH if departs else FIRST)
-    if _leaves_at_once(trail, step or 0.0, bounds, settings):
-        trail.end, step = endings.left(trail), None
     try:
+        begun = first_step() if callable(first_step) else first_step
+        step: float | None = begun or (BIRTH if departs else FIRST)
+        if _leaves_at_once(trail, step or 0.0, bounds, settings):
+            trail.end, step = endings.left(trail), None
         while step is not None:
             known, taken = trail.recent(MEMORY), len(trail.points) - 1
             steps = walk(trail.curve, known, step, bounds, settings, cap, taken)

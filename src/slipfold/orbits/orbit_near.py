@@ -12,6 +12,7 @@ from slipfold.errors import InputError
 from slipfold.flow import flow_of
 from slipfold.flow.guarded_flow import guarded_flow_of
 from slipfold.flow.pace import paced
+from slipfold.flow.progress import MotionObserver
 from slipfold.flow.simulate import initial_state
 from slipfold.flow.switched.simulate import simulate_smooth_or_switched
 from slipfold.models.equilibrium_search import search_equilibrium
@@ -42,9 +43,14 @@ CLOSED = 0.05
 """A motion that comes back this near, over its extent or in scaled states, is near an orbit."""
 
 
-def settled_on(model: Model, state: GivenState = None) -> PeriodicOrbit | Array:
+def settled_on(
+    model: Model, state: GivenState = None, observer: MotionObserver | None = None
+) -> PeriodicOrbit | Array:
     """Return what a motion from a state settles on."""
-    motion = simulate_smooth_or_switched(model, MOTION if model.forced else None, state)
+    periods = MOTION if model.forced else None
+    motion = simulate_smooth_or_switched(model, periods, state, observer=observer)
+    if motion.stopped is not None and motion.stopped.kind == "interrupted":
+        raise KeyboardInterrupt
     found, last = motion.settlement, motion.strobe[-1]
     if found.period is None:
         raise InputError(

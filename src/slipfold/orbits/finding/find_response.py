@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from itertools import accumulate
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +15,8 @@ from slipfold.continuation.walk import Failure
 from slipfold.flow.linear_response import linear_response
 from slipfold.models.model import Model
 from slipfold.orbits.carry_to import CARRYING, carry_to, hold_parameter
-from slipfold.orbits.finding.stiff_response import is_stiff, stiff_response
+from slipfold.orbits.finding.stiff_response import BUDGET, is_stiff, stiff_response
+from slipfold.orbits.finding.stiff_response import SETTLING as PERIODS
 from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.orbits.limits import broken_limit
 
@@ -29,36 +32,46 @@ SETTLING = (25, 75, 300)
 
 ITERATIONS = 20
 
-STIFF = "motion is stiff, and in implicit steps it does not come near an orbit from rest"
+STIFF = (
+    f"motion is stiff, and within {sum(PERIODS)} forcing periods or {BUDGET} implicit steps from "
+    "rest it comes near no orbit"
+)
 
 RISING = Coarse(steps=replace(CARRYING.steps, turn=0.6))
 """Of orbits on the way from the quiet state nothing is asked but that they lead on."""
 
 
 def find_response(
-    orbits: ForcedOrbits, value: float, *, implicitly: bool = False
+    orbits: ForcedOrbits,
+    value: float,
+    *,
+    implicitly: bool = False,
+    tell: Callable[[int], None] = lambda periods: None,
 ) -> tuple[ForcedOrbits, Correction]:
     """Find the response of period 1 at a value of the parameter; by collocation if it has to be.
 
     Newton's method corrects the linear response. Where that fails or leads far away, the response
     is followed from the model's quiet state, in the parameter that scales the forcing; where that
     fails as well, a motion is given time to settle. If Newton's method fails and motion is stiff,
-    implicit steps are the only ones that lead on, and taken where they may be.
+    implicit steps are the only ones that lead on, and taken where they may be. What is told is
+    after how many forcing periods a motion is.
     """
     guess = guess_orbit(orbits, value)
     if guess.converged and guess.distance <= NEAR:
         return orbits, guess
     if implicitly and not guess.converged and is_stiff(orbits, value):
-        return stiff_response(orbits, value) or (orbits, replace(guess, failure=STIFF))
-    return orbits, _found_farther(orbits, value, guess)
+        return stiff_response(orbits, value, tell) or (orbits, replace(guess, failure=STIFF))
+    return orbits, _found_farther(orbits, value, guess, tell)
 
 
-def _found_farther(orbits: ForcedOrbits, value: float, guess: Correction) -> Correction:
+def _found_farther(
+    orbits: ForcedOrbits, value: float, guess: Correction, tell: Callable[[int], None]
+) -> Correction:
     model = orbits.model.replace(**{orbits.vary: value})
     risen = _from_quiet(orbits, model, value)
     if not isinstance(risen, str):
         return risen
-    settled = _from_rest(orbits, model, value)
+    settled = _from_rest(orbits, model, value, tell)
     if settled is not None:
         return settled
     return guess if guess.converged else replace(guess, failure=risen)
@@ -94,11 +107,14 @@ def _from_quiet(orbits: ForcedOrbits, model: Model, value: float) -> Correction 
     return found if found.converged else found.failure
 
 
-def _from_rest(orbits: ForcedOrbits, model: Model, value: float) -> Correction | None:
+def _from_rest(
+    orbits: ForcedOrbits, model: Model, value: float, tell: Callable[[int], None]
+) -> Correction | None:
     """Let a motion settle, and correct what it comes to; None where that leads to no orbit."""
     flow, state, zero = orbits.flow, model.start, np.zeros(1)
     constants = flow.constants(model.vector, orbits.flow_scales)
-    for periods in SETTLING:
+    for done, periods in zip(accumulate(SETTLING, initial=0), SETTLING, strict=False):
+        tell(done)
         state = flow.trajectory(state, constants, np.arange(periods + 1.0), patient=False)[-1]
         if not np.isfinite(state).all():
             return None

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,12 +18,15 @@ from slipfold.orbits.carry_to import hold_parameter
 from slipfold.orbits.discretisations.collocation import Collocation
 from slipfold.orbits.forced_orbits import ForcedOrbits
 
-__all__ = ["is_stiff", "stiff_response"]
+__all__ = ["BUDGET", "SETTLING", "is_stiff", "stiff_response"]
 
 Array = NDArray[np.float64]
 
 SETTLING = (2, 20, 80)
 """Further forcing periods after which Newton's method is begun: two are half a second."""
+
+BUDGET = 60_000
+"""Implicit steps in which an orbit is found or given up: half a minute."""
 
 ITERATIONS = 12
 
@@ -41,15 +46,19 @@ def is_stiff(orbits: ForcedOrbits, value: float) -> bool:
     return orbits.flow.is_stiff(model.start, constants)
 
 
-def stiff_response(orbits: ForcedOrbits, value: float) -> tuple[ForcedOrbits, Correction] | None:
+def stiff_response(
+    orbits: ForcedOrbits, value: float, tell: Callable[[int], None] = lambda periods: None
+) -> tuple[ForcedOrbits, Correction] | None:
     """Return a response of period 1 by collocation, None if motion from rest leads to none.
+
+    What is told is after how many forcing periods the search is.
 
     The mesh has the steps of the motion, which are short where states turn sharply: of a knee that
     lasts a millionth of the period an even one knows nothing.
     """
     model = orbits.model.replace(**{orbits.vary: value})
     constants = orbits.flow.constants(model.vector, orbits.flow_scales)
-    motion = _closed_motion(Takeover(orbits.flow, constants), model)
+    motion = _Search(Takeover(orbits.flow, constants), model, tell).closed()
     if motion is None:
         return None
     edges = motion.phases
@@ -62,39 +71,56 @@ def stiff_response(orbits: ForcedOrbits, value: float) -> tuple[ForcedOrbits, Co
     return other, correct(other, other.pack(nodes, value), hold_parameter(other.size))
 
 
-def _closed_motion(takeover: Takeover, model: Model) -> DenseMotion | None:
-    """Return a motion that ends where it began after a period."""
-    state = model.start
-    for periods in SETTLING:
-        for _ in range(periods):
-            settling = takeover.period(state)
-            if settling is None:
+class _Search:
+    """The search for a motion that ends where it began after a period."""
+
+    def __init__(self, takeover: Takeover, model: Model, tell: Callable[[int], None]) -> None:
+        self._takeover, self._model, self._tell = takeover, model, tell
+        self._periods = self._steps = 0
+
+    def closed(self) -> DenseMotion | None:
+        """Return such a motion, None where motion from rest leads to none within the budget."""
+        state = self._model.start
+        for periods in SETTLING:
+            for _ in range(periods):
+                settling = self._period(state)
+                if settling is None:
+                    return None
+                state = _end(settling, self._model)
+            found = self._closed_near(state)
+            if found is not None:
+                return found
+        return None
+
+    def _period(self, state: Array) -> DenseMotion | None:
+        """Return the motion of a period, None if it does not end or the budget is used up."""
+        self._tell(self._periods)
+        motion = None if self._steps >= BUDGET else self._takeover.period(state)
+        if motion is not None:
+            self._periods += 1
+            self._steps += len(motion.phases) - 1
+        return motion
+
+    def _closed_near(self, state: Array) -> DenseMotion | None:
+        """Correct where a motion begins by Newton's method."""
+        takeover, model = self._takeover, self._model
+        scales = takeover.field.scales
+        for _ in range(ITERATIONS):
+            motion = self._period(state)
+            if motion is None:
                 return None
-            state = _end(settling, model)
-        found = _closed_near(takeover, model, state)
-        if found is not None:
-            return found
-    return None
-
-
-def _closed_near(takeover: Takeover, model: Model, state: Array) -> DenseMotion | None:
-    """Correct where a motion begins by Newton's method."""
-    scales = takeover.field.scales
-    for _ in range(ITERATIONS):
-        motion = takeover.period(state)
-        if motion is None:
-            return None
-        gap = without_turns(_end(motion, model) - state, model.whole_turns)
-        if np.abs(gap / scales).max() < CLOSED:
-            return motion
-        monodromy = np.eye(len(state))
-        for matrix in takeover.matrices(motion, motion.phases):
-            monodromy = matrix @ monodromy
-        try:
-            state = state + scales * np.linalg.solve(np.eye(len(state)) - monodromy, gap / scales)
-        except np.linalg.LinAlgError:
-            return None
-    return None
+            gap = without_turns(_end(motion, model) - state, model.whole_turns)
+            if np.abs(gap / scales).max() < CLOSED:
+                return motion
+            monodromy = np.eye(len(state))
+            for matrix in takeover.matrices(motion, motion.phases):
+                monodromy = matrix @ monodromy
+            try:
+                left = np.linalg.solve(np.eye(len(state)) - monodromy, gap / scales)
+            except np.linalg.LinAlgError:
+                return None
+            state = state + scales * left
+        return None
 
 
 def _end(motion: DenseMotion, model: Model) -> Array:
