@@ -1,4 +1,4 @@
-"""Sets of bifurcations of models whose contacts stick: the curve on which they begin to."""
+"""Sets of models whose contacts stick: where they begin to, and what lies beyond."""
 
 import numpy as np
 import pytest
@@ -28,28 +28,68 @@ def fastest(frequency):
 
 
 @pytest.fixture(scope="module")
-def loci():
-    """All of the set but regions."""
-    return sf.bifurcation_set(shaken(0.7), ("Vd", "f"), WINDOW, regions=False).loci
+def found():
+    """The whole set."""
+    return sf.bifurcation_set(shaken(0.7), ("Vd", "f"), WINDOW)
 
 
-def test_the_mass_begins_to_stick_where_it_is_as_fast_as_the_belt(loci):
-    assert [(locus.type, locus.period) for locus in loci] == [("GRAZE", 1)] * 2
-    for locus in loci:
+def test_the_mass_begins_to_stick_where_it_is_as_fast_as_the_belt(found):
+    assert [(locus.type, locus.period) for locus in found.loci] == [("GRAZE", 1)] * 2
+    for locus in found.loci:
         speed, frequency = locus.values.T
         assert speed == pytest.approx(fastest(frequency), rel=1e-9)
 
 
-def test_the_curve_reaches_from_edge_to_edge(loci):
-    ends = [end for locus in loci for end in (locus.begun, locus.stopped)]
+def test_the_curve_reaches_from_edge_to_edge(found):
+    ends = [end for locus in found.loci for end in (locus.begun, locus.stopped)]
     assert {end.kind for end in ends} == {"window"}
-    found = np.array(sorted(end.values for end in ends))
-    for speed, frequency in found:
+    places = np.array(sorted(end.values for end in ends))
+    for speed, frequency in places:
         assert speed == pytest.approx(fastest(frequency), rel=1e-6)
-    slowest, *fastest_belts = found[[0, 2, 3], 0]
+    slowest, *fastest_belts = places[[0, 2, 3], 0]
     assert slowest == pytest.approx(0.5, abs=1e-9)
     assert fastest_belts == pytest.approx([1.5, 1.5], abs=1e-9)
-    assert found[1, 1] == pytest.approx(0.35, abs=1e-9)
+    assert places[1, 1] == pytest.approx(0.35, abs=1e-9)
+
+
+@pytest.mark.parametrize("speed", [0.6, 1.0, 1.4])
+@pytest.mark.parametrize("frequency", [0.07, 0.16, 0.22, 0.32])
+def test_a_region_says_whether_the_mass_stops(found, speed, frequency):
+    assert abs(speed - fastest(frequency)) > 0.02
+    region = found.regions.at(speed, frequency)
+    assert region is not None
+    assert region.stable == (1,)
+    assert bool(region.sticking) == (speed < fastest(frequency))
+
+
+def test_motions_at_random_places_are_as_regions_say(found):
+    random = np.random.default_rng(20261123)
+    for speed, frequency in random.uniform((0.5, 0.05), (1.5, 0.35), (12, 2)):
+        if abs(speed - fastest(frequency)) < 0.02:
+            continue
+        region = found.regions.at(speed, frequency)
+        motion = sf.simulate(shaken(0.7), 200, Vd=speed, f=frequency)
+        stops = motion.sticking is not None and len(motion.sticking.intervals) > 20
+        assert stops == bool(region.sticking)
+        assert motion.settlement.period in region.stable
+
+
+def test_regions_that_stick_are_saved_named_and_drawn(found, tmp_path):
+    found.save(tmp_path / "set.nc")
+    copy = sf.load(tmp_path / "set.nc")
+    assert copy.regions.regions == found.regions.regions
+    (beyond,) = [region for region in found.regions.regions if region.sticking]
+    assert beyond.slipping == ()
+    assert beyond.name in ("period 1, sticks", "period 1, turns or sticks")
+    assert beyond.name in found.summary()
+    legend = found.plot().get_legend()
+    assert f"stable: {beyond.name}" in [text.get_text() for text in legend.get_texts()]
+
+
+def test_files_from_before_regions_said_so_are_read(found, tmp_path):
+    dataset = found.to_xarray().drop_vars(["region_sticking", "region_stuck"])
+    dataset.to_netcdf(tmp_path / "old.nc")
+    assert {region.sticking for region in sf.load(tmp_path / "old.nc").regions.regions} == {()}
 
 
 def test_a_law_without_stick_has_no_such_loci():

@@ -93,7 +93,9 @@ def find_bifurcation_set(
                 return
             yield from (point for branch in line.branches for point in branch.special)
             yield from touches.beside(line.branches) if touched else ()
-        others = follow_isolated(model, lines, plane, window, settings, observer)
+        others = follow_isolated(
+            model, lines, plane, window, settings, observer, everywhere=bool(touches.of)
+        )
         for branch in others if model.forced else ():
             yield from branch.special
             yield from touches.beside([branch]) if touched else ()

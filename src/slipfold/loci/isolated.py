@@ -23,6 +23,7 @@ from slipfold.models.turns import without_turns
 from slipfold.orbits.find import periodic_orbit
 from slipfold.orbits.many_orbits import orbits_from
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
 
 __all__ = ["PLACES", "Starts", "follow_isolated", "other_orbits"]
 
@@ -83,12 +84,18 @@ def follow_isolated(
     window: Window,
     settings: Settings,
     observer: LocusObserver | None = None,
+    *,
+    everywhere: bool = False,
 ) -> Iterator[Branch]:
-    """Add to lines the responses that motions find on them, and return their branches."""
+    """Add to lines the responses that motions find on them, and return their branches.
+
+    Where stick keeps a response from both ends of a line, others may still cross it: they are
+    looked for everywhere.
+    """
     starts = Starts(model, [branch for line in lines for branch in line.branches])
     periods = tuple(period for period in PERIODS if period <= settings.largest_period)
     for number, line in enumerate(lines):
-        if not line.branches:
+        if not (line.branches or everywhere):
             continue
         along = window[plane.index(line.vary)]
         span = extended(model, line.vary, along)
@@ -176,7 +183,7 @@ def _orbit_from(model: Model, period: int, state: Array) -> PeriodicOrbit | None
         orbit = periodic_orbit(model, period, state)
     except InputError:  # of a shorter period
         return None
-    return orbit if orbit.stable else None
+    return orbit if orbit.stable and not isinstance(orbit, StickSlipOrbit) else None
 
 
 def _carried(model: Model, states: Array, periods: int) -> Array:

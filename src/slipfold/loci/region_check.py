@@ -34,17 +34,20 @@ def check_region(
     region: Region,
     orbits: Mapping[int, Sequence[Array]],
     states: Array,
+    *,
+    may_stick: bool = False,
 ) -> tuple[RegionCheck, ...]:
     """Simulate from rest, from beside each stable orbit and from states far off, well inside.
 
     Shapes: orbits (m, n_states); states (k, n_states).
     """
     at = model.replace(**dict(zip(plane, region.place, strict=True)))
-    checks = [_from_rest(at, region)]
-    for period in sorted(set(region.stable)):
+    # Where contacts stick, motions from rest go on through that, and are looked at as such.
+    checks = [] if may_stick else [_from_rest(at, region)]
+    for period in sorted(set(region.slipping)):
         found = orbits.get(period, ())
         checks += [_from_orbit(at, region, period, nodes[0]) for nodes in found]
-        for _ in range(region.stable.count(period) - len(found)):
+        for _ in range(region.slipping.count(period) - len(found)):
             note = "the orbit could not be carried to this place"
             checks.append(RegionCheck(region.place, f"period {period}", 0, False, note))
     for orbit in other_orbits(at, orbits, states):

@@ -106,6 +106,12 @@ class Region(OneLine):
         a pitchfork inside it.
     checks
         Simulations.
+    sticking
+        Periods of those of its stable responses whose contacts stop on the way round, as motions
+        show; empty if none does.
+    stuck
+        Least and largest share of the time in which contacts of those stick, at the places where
+        motions were looked at; zero where they turn round without stick.
     motions
         What motions do in it, where none of its responses of period 1 and 2 is known to be stable
         and that was asked for.
@@ -118,6 +124,8 @@ class Region(OneLine):
     consistent: bool = True
     checks: tuple[RegionCheck, ...] = ()
     motions: tuple[RegionMotion, ...] = ()
+    sticking: tuple[int, ...] = ()
+    stuck: tuple[float, float] = (0.0, 0.0)
 
     def _line(self) -> str:
         agreeing = sum(check.agrees for check in self.checks)
@@ -139,6 +147,12 @@ class Region(OneLine):
         return self.consistent and all(check.agrees for check in self.checks)
 
     @property
+    def slipping(self) -> tuple[int, ...]:
+        """Periods of those of its stable responses that always slip."""
+        left = Counter(self.stable) - Counter(self.sticking)
+        return tuple(sorted(left.elements()))
+
+    @property
     def regimes(self) -> dict[str, float]:
         """Share of the motions that do the same, by its name, the most frequent first."""
         counts = Counter(motion.name for motion in self.motions)
@@ -154,14 +168,32 @@ class Region(OneLine):
 
     @property
     def name(self) -> str:
-        """Which stable responses exist, in words; ``"unknown"`` where that is contradicted."""
-        return self.claim if self.known else "unknown"
+        """Which stable responses exist, in words; ``"unknown"`` where that is contradicted.
+
+        That all of them stop may be known where their periods are not.
+        """
+        if self.known:
+            return self.claim
+        return f"unknown, {self._stops}" if self.stable and not self.slipping else "unknown"
 
     @property
     def claim(self) -> str:
         """Which stable responses those that cross it found, in words, right or not."""
         if not self.stable:
             return "none"
+        if not self.sticking:
+            return self._periods
+        which = "" if not self.slipping else " and ".join(map(str, self.sticking)) + " "
+        return f"{self._periods}, {which}{self._stops}"
+
+    @property
+    def _stops(self) -> str:
+        """What contacts do that stop: where static friction cannot hold they turn round."""
+        least, most = self.stuck
+        return "sticks" if least > 0 else "turns or sticks" if most > 0 else "turns"
+
+    @property
+    def _periods(self) -> str:
         if len(set(self.stable)) == len(self.stable):
             periods = " and ".join(str(period) for period in self.stable)
             return f"period {periods}" if len(self.stable) == 1 else f"periods {periods}"

@@ -10,19 +10,21 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.branch import Branch
 from slipfold.loci.fan import FanLine
+from slipfold.loci.into_stick.motions import add_sticking, sticking_checks
+from slipfold.loci.into_stick.touches import BranchEnd
 from slipfold.loci.isolated import PLACES, Starts
 from slipfold.loci.locus import Locus
 from slipfold.loci.locus_curve import locus_curve
 from slipfold.loci.progress import LocusObserver, LocusProgress
 from slipfold.loci.raster import CELLS, Raster, where_models_exist
 from slipfold.loci.region_check import check_region
-from slipfold.loci.region_map import Region, RegionMap
+from slipfold.loci.region_map import Region, RegionCheck, RegionMap
 from slipfold.loci.region_votes import Vote, agree, carried_orbits, collect_votes
 from slipfold.loci.window import Window
 from slipfold.models.model import Model
 from slipfold.orbits.spectrum.degeneracy import critical_places
+from slipfold.orbits.stick_slip.touch import TOUCHED
 
 __all__ = ["map_regions"]
 
@@ -40,6 +42,13 @@ CHECKED = 2e-3
 CLEARANCE = 2.5
 """Distance from a boundary, in cells, at which a response says what region it is in."""
 
+SHORT_OF_STICK = 0.05
+"""Way from where a locus in slip ends, at a hundredth of the speed, to the touch beside it, as a
+share of the window."""
+
+ENDING = ("limit", "span")
+"""Kinds of ends that limits of the model are joined to."""
+
 LIMIT_JUMP = 0.25
 """Ends at a limit on neighbouring lines are joined if they differ by less than this share of the
 window."""
@@ -52,15 +61,15 @@ def map_regions(
     loci: Sequence[Locus],
     lines: Sequence[FanLine],
     observer: LocusObserver | None = None,
-    touching: Collection[Branch] = (),
+    touching: Collection[BranchEnd] = (),
 ) -> RegionMap:
     """Label the regions between loci by the stable responses of period 1 and 2 in them.
 
     A boundary is a stretch of a locus on which no other multiplier is outside the unit circle, or
     a place where a stable branch ends at a limit of the model, unless it is touching beside: that
-    is a locus. Inside a region nothing changes, so
-    every response that crosses it says the same: where two disagree, or one has a pitchfork
-    inside whose locus is not known, the region is marked.
+    is a locus. Inside a region nothing changes, so every response that crosses it says the same:
+    where two disagree, or one has a pitchfork inside whose locus is not known, the region is
+    marked. Where responses stick, motions say which do.
     """
     from scipy import ndimage  # a tenth of a second to import
 
@@ -85,6 +94,7 @@ def map_regions(
     )
     if regions:
         labels = np.where(exists, labels[tuple(nearest)], 0)
+    may_stick = bool(touching) or any(locus.type in TOUCHED for locus in loci)
     starts = Starts(model, [branch for line in lines for branch in line.branches])
     checked: list[Region] = []
     for region in regions:
@@ -95,7 +105,12 @@ def map_regions(
             piece = [vote for vote in votes if vote.piece == numbers[region.id]]
             orbits = _orbits(model, plane, raster, piece, region)
             states = starts.number(PLACES * len(lines) + region.id)
-            checks = check_region(model, plane, region, orbits, states)
+            checks: tuple[RegionCheck, ...] = ()
+            if may_stick:
+                at = [vote.place for vote in piece]
+                region, stuck = add_sticking(model, plane, region, at)
+                checks = sticking_checks(model, plane, region, stuck)
+            checks += check_region(model, plane, region, orbits, states, may_stick=may_stick)
             region = replace(region, checks=checks)
         checked.append(region)
     return RegionMap(raster.centres(0), raster.centres(1), labels, tuple(checked))
@@ -109,7 +124,7 @@ def _boundaries(
     lines: Sequence[FanLine],
     plane: tuple[str, str],
     window: Window,
-    touching: Collection[Branch],
+    touching: Collection[BranchEnd],
 ) -> Iterator[Array]:
     """Polylines on which stable responses begin or end."""
     for locus in loci:
@@ -118,7 +133,41 @@ def _boundaries(
         for i in range(len(locus) - 1):
             if not (outside[i] and outside[i + 1]):
                 yield curve.between(i)
+    yield from _gaps_beside_stick(loci, lines, plane, window, touching)
     yield from _limit_lines(lines, plane, window, touching)
+
+
+def _gaps_beside_stick(
+    loci: Sequence[Locus],
+    lines: Sequence[FanLine],
+    plane: tuple[str, str],
+    window: Window,
+    touching: Collection[BranchEnd],
+) -> Iterator[Array]:
+    """Join loci in slip, which end short of stick, to where responses beside them come to it."""
+    if not any(locus.type in TOUCHED for locus in loci):
+        return
+    low, high = np.transpose(window)
+    touches = np.concatenate([
+        locus_curve(locus).between(i)
+        for locus in loci
+        for i in range(len(locus) - 1)
+        if locus.type in TOUCHED
+    ])  # fmt: skip
+    doubled = [
+        (line.value, end.value)[:: 1 if line.fixed == plane[0] else -1]
+        for line in lines
+        for end in _ends(line, touching)
+        if end.period > 1 and end.reason
+    ]
+    for locus in loci:
+        for end in (locus.begun, locus.stopped):
+            if locus.type in TOUCHED or end.kind != "limit":
+                continue
+            for others, reach in ((touches, SHORT_OF_STICK), (np.array(doubled), LIMIT_JUMP)):
+                apart = np.linalg.norm((others - end.values) / (high - low), axis=-1)
+                if len(others) and apart.min() < reach:
+                    yield np.array([end.values, others[apart.argmin()]])
 
 
 def _others_outside(locus: Locus, index: int) -> bool:
@@ -131,7 +180,7 @@ def _limit_lines(
     lines: Sequence[FanLine],
     plane: tuple[str, str],
     window: Window,
-    touching: Collection[Branch],
+    touching: Collection[BranchEnd],
 ) -> Iterator[Array]:
     """Join the ends of stable branches at a limit of the model from one line to the next."""
     for axis in (0, 1):
@@ -159,16 +208,19 @@ class _End(NamedTuple):
         return self.period == other.period and same and bool(beside)
 
 
-def _ends(line: FanLine, touching: Collection[Branch]) -> list[_End]:
+def _ends(line: FanLine, touching: Collection[BranchEnd]) -> list[_End]:
+    """Where branches end; where they begin at a limit they were followed both ways."""
     return [
         _End(
             branch.period,
-            branch.stopped.reason.split(":")[0] if branch.stopped.kind == "limit" else "",
-            branch.stopped.value,
-            bool(branch.stable[-1]),
+            end.reason.split(":")[0] if end.kind == "limit" else "",
+            end.value,
+            bool(branch.stable[row]),
         )
         for branch in line.branches
-        if branch.stopped.kind in ("limit", "span") and len(branch) and branch not in touching
+        if len(branch)
+        for row, end, kinds in ((0, branch.begun, ("limit",)), (-1, branch.stopped, ENDING))
+        if end.kind in kinds and (branch, row) not in touching
     ]
 
 

@@ -17,7 +17,7 @@ from slipfold.loci.region_map import RegionMap
 from slipfold.plots.locus_marks import locus_marks
 from slipfold.plots.locus_style import LOCUS_COLOURS, TOUCHING, line_style, mark_style
 from slipfold.plots.motions.region_motions import motion_shades
-from slipfold.plots.region_colours import UNKNOWN, region_colour
+from slipfold.plots.region_colours import STICKS, UNKNOWN, region_colour
 from slipfold.plots.regions import shown_regions
 
 __all__ = ["legend_options"]
@@ -107,15 +107,16 @@ def _shades(diagrams: Sequence[_HasLoci]) -> list[Artist]:
         for region in shown_regions(diagram.regions)
         if not region.motions
     ]
-    names = {region.stable: region.name for region in shown if region.known}
+    kinds = {(region.stable, region.name): region for region in shown if region.known}
     shades: list[Artist] = [
         Patch(
             facecolor=region_colour(stable),
-            edgecolor="0.6",
+            edgecolor=STICKS["edgecolor"] if region.sticking else "0.6",
+            hatch=STICKS["hatch"] if region.sticking else None,
             linewidth=0.4,
             label=f"stable: {name}" if stable else "stable: neither 1 nor 2",
         )
-        for stable, name in names.items()
+        for (stable, name), region in kinds.items()
     ]
     if not all(region.known for region in shown):
         style: dict[str, Any] = {**UNKNOWN, "linewidth": 0.4}

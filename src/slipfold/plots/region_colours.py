@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 from matplotlib.colors import to_hex
 
-__all__ = ["OTHERS", "PALE", "UNKNOWN", "region_colour"]
+__all__ = ["OTHERS", "PALE", "STICKS", "UNKNOWN", "region_colour"]
 
 PALE: Mapping[tuple[int, ...], str] = MappingProxyType(
     {(1,): "#f6f7f2", (1, 2): "#e3efdc", (2,): "#c3ded6", (): "#b3b1b0"}
@@ -26,6 +26,11 @@ UNKNOWN: Mapping[str, str] = MappingProxyType(
     {"facecolor": "white", "edgecolor": "0.75", "hatch": "...."}
 )
 """How a region is drawn whose label is contradicted."""
+
+STICKS: Mapping[str, str] = MappingProxyType(
+    {"facecolor": "none", "edgecolor": "0.72", "hatch": "///"}
+)
+"""How a region is marked in which contacts of stable responses stop."""
 
 GOLDEN = 0.6180339887498949
 """Turn of the hue, in circles, that never comes back to where it was."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,7 +13,7 @@ from scipy import ndimage
 from slipfold.loci.region_map import Region, RegionMap
 from slipfold.plots.labels import Label
 from slipfold.plots.motions.region_motions import draw_region_motions
-from slipfold.plots.region_colours import PALE, UNKNOWN, region_colour
+from slipfold.plots.region_colours import PALE, STICKS, UNKNOWN, region_colour
 
 __all__ = [
     "draw_regions",
@@ -58,7 +58,10 @@ def draw_regions(ax: Axes, regions: RegionMap, labels: Labels) -> None:
         zorder=0,
         gid=PICTURE,
     )
-    _hatch_unknown(ax, regions, labels)
+    unknown = [item.id for item in regions.regions if not (item.known or item.motions)]
+    sticks = [item.id for item in regions.regions if item.known and item.sticking]
+    _hatch(ax, np.isin(labels, unknown), UNKNOWN)
+    _hatch(ax, np.isin(labels, sticks), STICKS)
     draw_region_motions(ax, regions, labels)
     ax.set_xlim(view[0])
     ax.set_ylim(view[1])
@@ -68,10 +71,8 @@ def _colour(region: Region) -> str:
     return region_colour(region.stable) if region.known else UNKNOWN["facecolor"]
 
 
-def _hatch_unknown(ax: Axes, regions: RegionMap, labels: Labels) -> None:
-    """Hatch the regions whose label is contradicted."""
-    unknown = [item.id for item in regions.regions if not (item.known or item.motions)]
-    mask = np.isin(labels, unknown)
+def _hatch(ax: Axes, mask: Mask, style: Mapping[str, str]) -> None:
+    """Hatch some regions: those whose label is contradicted, or in which contacts stop."""
     if not mask.any():
         return
     axes = [
@@ -79,9 +80,9 @@ def _hatch_unknown(ax: Axes, regions: RegionMap, labels: Labels) -> None:
         for limits, count in zip((ax.get_xlim(), ax.get_ylim()), mask.shape[::-1], strict=True)
     ]
     drawn = ax.contourf(
-        *axes, mask.astype(float), levels=[0.5, 1.5], colors="none", hatches=[UNKNOWN["hatch"]]
+        *axes, mask.astype(float), levels=[0.5, 1.5], colors="none", hatches=[style["hatch"]]
     )
-    drawn.set_edgecolor(UNKNOWN["edgecolor"])
+    drawn.set_edgecolor(style["edgecolor"])
     drawn.set_linewidth(0.0)
     drawn.set_zorder(0.1)
 
@@ -175,7 +176,7 @@ def shown_regions(regions: RegionMap) -> Iterator[Region]:
     """Yield one region of each kind, from the most quiet on; one that is not known comes last."""
     order = [*PALE]
     known = [region for region in reversed(regions.regions) if region.known]
-    kinds = {region.stable: region for region in known}
+    kinds = {(region.stable, region.name): region for region in known}
     yield from sorted(
         kinds.values(), key=lambda r: order.index(r.stable) if r.stable in order else len(order)
     )

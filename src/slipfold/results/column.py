@@ -57,6 +57,8 @@ class Column:
     """Whether what is missing is None, and empty in spreadsheets."""
     record: bool = False
     """Whether it is in records."""
+    late: bool = False
+    """Whether files of earlier versions lack it."""
     slot: str | None = None
     """Its place in a spreadsheet, instead of the key."""
 
@@ -119,7 +121,7 @@ class Column:
             single = value.item()
             empty = single == self.kind.missing or single != single
             return None if self.optional and empty else single
-        if self.dimensions == ("parameter",):
+        if self.dimensions in (("parameter",), ("bound",)):
             return tuple(value.tolist())
         return tuple(value[value != 0].tolist()) if self.kind is WHOLE else value
 

@@ -64,6 +64,8 @@ class Table:
         """Return the fields of the item in a row of a file, or in many rows if `joined`."""
         found = {}
         for column in self.columns:
+            if column.late and self._name(column) not in saved.columns:
+                continue
             if column.meaning and not column.derived:
                 values = column.stored(self._name(column), self.dimensions, saved, axes)[rows]
                 found[column.key] = values if self.joined else column.item(values)

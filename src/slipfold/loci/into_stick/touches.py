@@ -20,13 +20,15 @@ from slipfold.orbits.discretisations.switched_shooting import SwitchedShooting
 from slipfold.orbits.kinds import orbits_of
 from slipfold.orbits.limits import limit_margins
 from slipfold.orbits.orbit_curve import Orbits
-from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.orbits.stick_slip.touch import TOUCHED
 from slipfold.orbits.stick_slip.touching_shooting import TouchingShooting
 
-__all__ = ["Touches", "ends_in_stick"]
+__all__ = ["BranchEnd", "Touches", "ends_in_stick"]
 
 Array = NDArray[np.float64]
+
+BranchEnd = tuple[Branch, int]
+"""A branch with its first row, 0, or its last, -1."""
 
 BESIDE = 0.05
 """Distance in scaled variables within which the touch lies: slip ends at 1e-4 of its size, and
@@ -41,39 +43,52 @@ class Touches:
 
     def __init__(self, plane: tuple[str, str], window: Window) -> None:
         self._plane, self._window = plane, window
-        self.of = dict[Branch, SpecialPoint]()
+        self.of = dict[BranchEnd, SpecialPoint]()
 
     def beside(self, branches: Sequence[Branch]) -> Iterator[SpecialPoint]:
         """Yield the touches beside the ends of some branches."""
-        for branch in branches:
-            touch = _beside(branch, self._plane, self._window) if ends_in_stick(branch) else None
-            if touch is not None:
-                self.of[branch] = touch
-                yield touch
+        ends = [(branch, row) for branch in branches for row in (0, -1)]
+        for branch, row in ends:
+            if ends_in_stick(branch, row) and not _is_dear(branch):
+                touch = _beside(branch, row, self._plane, self._window)
+                if touch is not None:
+                    self.of[branch, row] = touch
+                    yield touch
 
 
-def ends_in_stick(branch: Branch) -> bool:
-    """Whether a branch in slip ends at a limit beyond which a contact sticks, or is open."""
+def _is_dear(branch: Branch) -> bool:
+    """Whether the locus is too dear: of doubled orbits in the plane other slip soon is slow, too.
+
+    Equations are stiff there, and a point takes ten seconds.
+    """
+    planar = any(len(contact.slip) == 2 for contact in contacts_of(branch.model))
+    return planar and branch.period > 1
+
+
+def ends_in_stick(branch: Branch, row: int = -1) -> bool:
+    """Whether a branch in slip ends, or begins, where a contact comes to stick or to open."""
     slips = branch.kind == "periodic" and branch.stuck_fraction is None
-    if not slips or branch.stopped.kind != "limit" or not len(branch):
+    if not slips or branch.ends[row].kind != "limit" or not len(branch):
         return False
-    model = branch.orbit(-1).model
+    model = branch.orbit(row).model
     beyond = {name for contact in contacts_of(model) for name in contact.limits}
     if not beyond:
         return False
     orbits = orbits_of(model, {branch.vary: 1.0}, branch.period, branch.nodes.shape[1])
-    margins = limit_margins(orbits, orbits.unknown(branch.nodes[-1], model))
+    margins = limit_margins(orbits, orbits.unknown(branch.nodes[row], model))
     nearest = int((margins / np.array([limit.bound for limit in model.limits])).argmin())
     return model.limits[nearest].name in beyond
 
 
-def _beside(branch: Branch, plane: tuple[str, str], window: Window) -> SpecialPoint | None:
+def _beside(
+    branch: Branch, row: int, plane: tuple[str, str], window: Window
+) -> SpecialPoint | None:
     """Return the touch just beyond the end of a branch in slip, None if Newton finds none.
 
     It lies at the same value of the parameter that the branch does not follow.
     """
     widths = dict(zip(plane, (high - low for low, high in window), strict=True))
-    last = branch.orbit(-1)
+    last = branch.orbit(row)
     orbits = orbits_of(last.model, widths, branch.period, 1, by=SwitchedShooting)
     z = orbits.unknown(last.nodes[:1], last.model)
     fixed = np.zeros(len(z))
@@ -83,7 +98,7 @@ def _beside(branch: Branch, plane: tuple[str, str], window: Window) -> SpecialPo
     if not near:
         return None
     _, kind, curve, touched = min(near, key=lambda item: item[0])
-    return _as_point(branch, last, kind, curve, touched)
+    return _as_point(branch, row, kind, curve, touched)
 
 
 def _corrected(
@@ -117,11 +132,9 @@ def _repeats(orbits: Orbits, z: Array) -> bool:
     return float(np.abs(halves / orbits.model.state_scales()).max()) < SAME
 
 
-def _as_point(
-    branch: Branch, last: PeriodicOrbit, kind: str, curve: LocusEquations, z: Array
-) -> SpecialPoint:
+def _as_point(branch: Branch, row: int, kind: str, curve: LocusEquations, z: Array) -> SpecialPoint:
     """Return a touch as what a locus starts from; the end beside it lends what is not known."""
-    orbits, model = curve.orbits, curve.orbits.model_at(z)
+    orbits, model, last = curve.orbits, curve.orbits.model_at(z), branch.orbit(row)
     return SpecialPoint(
         kind,
         NAMES[kind],
@@ -134,6 +147,6 @@ def _as_point(
         last.multipliers,
         np.full(len(last.multipliers), np.inf),
         last.residual,
-        float(branch.arclength[-1]),
+        float(branch.arclength[row]),
         stuck_fraction=0.0,
     )
