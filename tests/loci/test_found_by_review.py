@@ -1,9 +1,13 @@
 """Cases that users and reviewers stumbled over."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import slipfold as sf
+from slipfold.branches import trace_response
+from slipfold.loci.into_stick.touches import ends_in_stick
 from slipfold.models import model_named
 
 WINDOW = {"f": (11.5, 13.5), "Nd": (0.0, 0.98)}
@@ -79,3 +83,12 @@ def test_where_parameters_contradict_each_other_is_no_region():
     plane = sf.bifurcation_set(sf.SlidingOscillator(f=12.5), ("Ns", "Nd"), window)
     assert plane.regions.at(0.6, 1.2) is None
     assert plane.regions.at(1.4, 0.5).stable == (2,)
+
+
+def test_a_response_that_ends_where_no_model_is_ends_in_no_stick():
+    # Rounding may put the last point of one that loses contact at Nd = Ns itself.
+    branch, *_ = trace_response(sf.SlidingOscillator(Ns=0.2), "Nd", (0.15, 0.2))
+    assert branch.stopped.kind == "limit"
+    parameter = branch.parameter.copy()
+    parameter[-1] = 0.2
+    assert not ends_in_stick(replace(branch, parameter=parameter))

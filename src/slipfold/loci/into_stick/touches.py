@@ -11,7 +11,7 @@ from slipfold.branches.branch import Branch
 from slipfold.branches.seams import NAMES
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.continuation.newton import correct
-from slipfold.errors import BREAKDOWNS
+from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.flow.switched.mode_equations import contacts_of
 from slipfold.loci.locus_equations import LocusEquations
 from slipfold.loci.window import Window
@@ -70,7 +70,10 @@ def ends_in_stick(branch: Branch, row: int = -1) -> bool:
     slips = branch.kind == "periodic" and branch.stuck_fraction is None
     if not slips or branch.ends[row].kind != "limit" or not len(branch):
         return False
-    model = branch.orbit(row).model
+    try:
+        model = branch.orbit(row).model
+    except InputError:  # it ends where parameters contradict each other: there is no model
+        return False
     beyond = {name for contact in contacts_of(model) for name in contact.limits}
     if not beyond:
         return False
