@@ -222,6 +222,8 @@ REDUNDANT = {
     # Labels and derived columns, which nothing is made from.
     "state", "state_units", "state_long_name", "parameter", "parameter_units",
     "parameter_long_name", "states", "criticality",
+    # What files of earlier versions lack.
+    "region_sticking", "region_stuck",
 }  # fmt: skip
 
 
