@@ -258,7 +258,8 @@ def test_cut_scatter_is_saved(doubling, tmp_path):
         ({"mu": "uniform 1%:3%"}, {}, "since percent are of mu = 0.5; give ends on both sides"),
         ({"mu": "uniform 0.4:"}, {}, "the scatter of mu has one end, the other is missing"),
         ({"mu": "uniform :0.4"}, {}, "the scatter of mu has one end, the other is missing"),
-        ({"mu": "lognormal 30"}, {}, "the deviation 30 of its logarithm, .* give e.g. 5%"),
+        ({"mu": "lognormal 2"}, {}, "is a factor of 7.39 to either side; was 2% meant"),
+        ({"mu": "lognormal 300"}, {}, "the deviation 300 of its logarithm, .* give e.g. 5%"),
         ({"mu": 5}, {}, "the scatter of mu = 5 cannot be used"),
         ({"mu": {"distribution": "beta"}}, {}, "distribution = 'beta' is unknown"),
         ({"mu": "normal 0%"}, {}, "has the size 0 about mu = 0.5"),
@@ -270,6 +271,13 @@ def test_cut_scatter_is_saved(doubling, tmp_path):
 def test_bad_input(doubling, scatter, options, said):
     with pytest.raises(sf.InputError, match=said):
         sf.uncertainty(doubling, scatter, **options)
+
+
+def test_gradients_that_are_not_those_of_the_mean_are_said_to_be(doubling, small):
+    found = sf.uncertainty(doubling, {"mu": "uniform 0.5:0.6", "Vd": "normal 1%"}, samples=4)
+    said = "Gradients are those of the case itself, at mu = 0.5 and not about 0.55: bands by them"
+    assert said in found.summary()
+    assert "the case itself" not in small.summary()
 
 
 def test_command():

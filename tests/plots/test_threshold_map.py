@@ -187,8 +187,8 @@ def test_thresholds_that_are_angles_are_shown_in_degrees(ax):
     other = Figure(layout="constrained").add_subplot()
     draw_threshold_map(angles, other)
     assert bar(other).get_ylabel() == r"$\alpha$ (°) at the first PD"
-    assert np.degrees(lines(other).levels) == pytest.approx([27, 36, 45, 54, 63, 72])
-    assert sorted(written(other))[0] == "27°"
+    assert np.degrees(lines(other).levels) == pytest.approx([30, 40, 50, 60, 70])
+    assert sorted(written(other))[0] == "30°"
 
 
 @pytest.mark.parametrize(("rows", "columns"), [(1, 1), (1, 6), (7, 1), (2, 2)])

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Scatter", "scatter_text"]
+__all__ = ["Scatter", "scatter_text", "scattered_away"]
 
 Array = NDArray[np.float64]
+
+SAME = 1e-9
+"""Difference of a mean from a value, over its size, that is rounding."""
 
 LEAST = 2.0**-53
 """Share nearest to none: quasi-random points may hold 0, where quantiles are infinite."""
@@ -132,3 +136,16 @@ def scatter_text(scatter: Scatter, base: float) -> str:
             said += f" about {scatter.mean:.4g}"
     cut = [f" {key} {end:.4g}" for key, end in ends.items() if math.isfinite(end)]
     return "".join([said, *cut])
+
+
+def scattered_away(scatters: Iterable[Scatter], values: Mapping[str, float]) -> list[str]:
+    """Say which parameters do not scatter about their own values.
+
+    >>> scattered_away([Scatter("mu", "uniform", 0.55, 0.05)], {"mu": 0.5})
+    ['mu = 0.5 and not about 0.55']
+    """
+    return [
+        f"{item.name} = {values[item.name]:.6g} and not about {item.mean:.6g}"
+        for item in scatters
+        if abs(item.mean - values[item.name]) > SAME * max(abs(item.mean), item.size)
+    ]

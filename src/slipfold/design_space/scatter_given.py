@@ -25,6 +25,12 @@ Share = Annotated[float, Field(allow_inf_nan=False)]
 WIDEST = 5.0
 """Largest deviation of a logarithm; more are percent whose sign was forgotten."""
 
+WIDE = 1.0
+"""Deviation of a logarithm from which on words are asked whether they lack a sign of percent."""
+
+MOST_PERCENT = 100.0
+"""Percent that may have been meant."""
+
 WRITTEN = re.compile(r"\s*(normal|uniform|lognormal)(?:\s+|\s*:)(.*?)\s*")
 
 
@@ -162,7 +168,13 @@ def _table_of(text: str, parameter: Parameter) -> dict[str, Any]:
         )
     name = f"the scatter of {parameter.name}"
     if kind == "lognormal":
-        return {"distribution": kind, "deviation": parse_quantity(size, "", name)}
+        deviation = parse_quantity(size, "", name)
+        if not size.endswith("%") and WIDE <= deviation <= MOST_PERCENT:
+            raise InputError(
+                f"{name}, {text!r}, is a factor of {math.exp(deviation):.3g} to either side; was "
+                f"{size}% meant? Give that, or a table with deviation = {size}"
+            )
+        return {"distribution": kind, "deviation": deviation}
     cut = {key: end for key, end in zip(("from", "to"), ends, strict=False) if end}
     if size.endswith("%"):
         return {"distribution": kind, "relative": parse_quantity(size, "", name), **cut}

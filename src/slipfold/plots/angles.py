@@ -20,13 +20,19 @@ __all__ = ["label_axis", "label_output", "on_circles", "quantity_text"]
 Array = NDArray[np.float64]
 
 
+QUARTER = 90.0
+"""Degrees beyond which ticks are parts of a turn, not tens."""
+
+
 class _DegreeLocator(MaxNLocator):
     """Places ticks at round numbers of degrees, on an axis of radians."""
 
     def __init__(self) -> None:
-        super().__init__(nbins=7, steps=[1, 1.5, 2, 3, 4.5, 5, 6, 9, 10])
+        super().__init__(nbins=7)
 
     def tick_values(self, vmin: float, vmax: float) -> Any:
+        is_wide = np.degrees(abs(vmax - vmin)) > QUARTER
+        self.set_params(steps=[1, 1.5, 3, 4.5, 6, 9, 10] if is_wide else [1, 2, 5, 10])
         return np.radians(super().tick_values(np.degrees(vmin), np.degrees(vmax)))
 
 

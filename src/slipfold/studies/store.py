@@ -12,7 +12,7 @@ import errno
 import json
 import os
 from array import array
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from io import FileIO
 from pathlib import Path
 from types import TracebackType
@@ -30,6 +30,9 @@ SCHEMA = "slipfold.study_store/1"
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 MISSING = -1
+
+PROGRAM = {"schema", "versions", "quantities"}
+"""What of a head depends on the program that began a store."""
 
 
 class Store:
@@ -197,9 +200,9 @@ class Store:
         wanted = json.loads(json.dumps(self._head))
         if found == wanted:
             return
-        differs = [key for key in wanted if found.get(key) != wanted[key]]
-        if differs == ["versions"]:
-            raise InputError(self._other_versions(found["versions"]))
+        differs = [key for key in {**wanted, **found} if found.get(key) != wanted.get(key)]
+        if set(differs) <= PROGRAM:
+            raise InputError(self._other_program(found, differs))
         if differs == ["draws"]:
             raise InputError(
                 f"{self.folder} was begun when the same seed drew other cases, which cannot be "
@@ -210,12 +213,19 @@ class Store:
             "another --out, or remove that folder"
         )
 
-    def _other_versions(self, found: Mapping[str, str]) -> str:
-        here = self._head["versions"]
-        differs = [name for name in {**found, **here} if found.get(name) != here.get(name)]
+    def _other_program(self, found: Mapping[str, Any], differs: Collection[str]) -> str:
+        known: Mapping[str, str] = found.get("versions", {})
+        here = self._head.get("versions", {})
+        names = [name for name in {**known, **here} if known.get(name) != here.get(name)]
+        if not names:
+            what = "other quantities" if "quantities" in differs else "a store of another form"
+            return (
+                f"{self.folder} was begun by another state of this version of slipfold, with "
+                f"{what}; finish it by that one, or compute it anew with another --out"
+            )
         begun, present = (
-            ", ".join(f"{name} {known.get(name, 'unknown')}" for name in differs)
-            for known in (found, here)
+            ", ".join(f"{name} {each.get(name, 'unknown')}" for name in names)
+            for each in (known, here)
         )
         return (
             f"{self.folder} was begun with {begun}, this is {present}, and last digits would "

@@ -98,7 +98,7 @@ def _draw_grid(found: StudyResult, grid: Grid, item: Quantity, ax: Axes | None) 
                 label_axis(panel, "y", found.model.parameter(grid.names[1]))
     figure = panels[0, 0].get_figure(root=True)
     if words is None:
-        figure.colorbar(mesh, ax=panels, label=headed(item))
+        figure.colorbar(mesh, ax=panels, label=_headed(item))
     else:
         handles = [Patch(color=colours(place), label=word) for place, word in enumerate(words)]
         panels[0, -1].legend(handles=handles, title=item.name)
@@ -138,8 +138,10 @@ def _panels(rows: int, columns: int, ax: Axes | None) -> NDArray[np.object_]:
 
 def _numbers(found: StudyResult, item: Quantity) -> tuple[NDArray[np.float64], list[str] | None]:
     """Return what is drawn, and which words its numbers stand for; cases that failed have none."""
-    values = found.values[item.name]
+    values: Any = found.values[item.name]
     words = None
+    if item.unit == "rad":
+        values = np.degrees(values)
     if item.kind == "text":
         words = sorted({str(value) for value in values if value})
         values = np.array([words.index(value) if value else np.nan for value in values])
@@ -161,6 +163,11 @@ def _word_colours(words: list[str]) -> ListedColormap:
 
 
 def _label_values(ax: Axes, item: Quantity, words: list[str] | None) -> None:
-    ax.set_ylabel(headed(item))
+    ax.set_ylabel(_headed(item))
     if words is not None:
         ax.set_yticks(range(len(words)), words)
+
+
+def _headed(item: Quantity) -> str:
+    """Return the name of a quantity with its unit; angles are shown in degrees."""
+    return f"{item.name} (°)" if item.unit == "rad" else headed(item)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.design_space.sampling import INTERRUPTED
-from slipfold.design_space.scatter import Scatter, scatter_text
+from slipfold.design_space.scatter import Scatter, scatter_text, scattered_away
 from slipfold.design_space.sobol_indices import SobolIndices
 from slipfold.drawing import draw
 from slipfold.errors import InputError
@@ -292,6 +292,11 @@ class ThresholdUncertainty(OneLine, Result):
             said.append(
                 f"No threshold at {len(lost)} samples, which bands and probabilities leave out; "
                 f"first: {lost[0]}"
+            )
+        if away := scattered_away(self.scatters, self.model.values):
+            said.append(
+                f"Gradients are those of the case itself, at {', '.join(away)}: bands by them "
+                "are drawn out from there to where the samples are."
             )
         if self.no_indices:
             said.append(f"No indices: {self.no_indices}")
