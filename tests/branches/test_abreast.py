@@ -96,9 +96,20 @@ def test_another_parameter_downwards():
     assert_alike(found, trace_response(model, "f", span), 1.0)
 
 
+def test_folds_but_none_beyond_a_limit():
+    model = sf.SlidingOscillator(f=12.36, mu=0.595, alpha=1.4475, Vd=0.7108)
+    (found,) = branches_abreast([model], "Nd", SPAN, sf.Settings())
+    assert [[item.type for item in branch.special] for branch in found] == [["PD"], ["LP"]]
+    assert_alike(abreast([model])[0], trace_response(model, "Nd", SPAN), SPAN[1])
+    # Shortly beyond the spring's collapse the branch of period 1 would turn.
+    assert [branch.stopped.kind for branch in found] == ["limit", "span"]
+
+
 def test_what_is_out_of_the_ordinary_is_left():
     built_in = sf.built_in_models()
-    assert abreast([built_in["duffing"]()], "W", (0.5, 2.0)) == [None]  # it folds
+    assert abreast([built_in["duffing"]()], "W", (0.5, 2.0)) == [None]  # without declared sizes
+    closes = sf.SlidingOscillator(Nd=0.06)  # a doubled branch that ends at another doubling
+    assert abreast([closes], "f", (12.0, 13.0)) == [None]
     assert abreast([built_in["vanderpol-free"]()], "mu", (0.5, 2.0)) == [None]
     sticks = sf.SlidingOscillator(f=12.5, Vd=0.05)
     assert abreast([sticks]) == [None]

@@ -18,6 +18,8 @@ from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = [
+    "AROUND",
+    "BEFORE",
     "SAME_ORBIT",
     "Birth",
     "MeetsCopy",

@@ -78,6 +78,8 @@ def settle(
             else:  # what was taken for an orbit before the limit may lie beyond it
                 before = sum(point[2] < limit.arclength for point in points)
                 inner = slice(inner.start, before)
+                if any(item.arclength >= limit.arclength for item in branches[number].special):
+                    case.lost = case.lost or "beyond the limit"
         kept.append(points[inner])
         rows += lines[inner]
     if not rows:

@@ -2,7 +2,7 @@
 
 Nothing is taken for granted: a case in which anything is out of the ordinary is left, to be
 followed by itself. Ordinary are branches in slip that begin at the response of period 1, change by
-period doublings and tori alone, and end at the end of the span or at a limit at which nothing
+folds, period doublings and tori alone, and end at an end of the span or at a limit at which nothing
 sticks.
 """
 
@@ -130,6 +130,8 @@ def _followed(
                 case.lost = case.lost or fate
             elif len(located) < len(found[place]):
                 case.lost = case.lost or "not located"
+            elif any(not min(span) <= item.z[-1] * width <= max(span) for item in located):
+                case.lost = case.lost or "turns outside the span"
             elif any(_crosses(item) != _is_genuine(item) for item in located):
                 case.lost = case.lost or "not accounted for"
             stable = bool(walk.stable[place])
@@ -204,7 +206,8 @@ def _is_genuine(item: Approached) -> bool:
     """Whether a multiplier is where the type says: a neutral saddle has no pair on the circle."""
     if item.bracket.kind == "NS":
         return is_torus(item.multipliers)
-    return bool(np.abs(item.multipliers + 1).min() < ON_CIRCLE)
+    target = -1.0 if item.bracket.kind == "PD" else 1.0
+    return bool(np.abs(item.multipliers - target).min() < ON_CIRCLE)
 
 
 def _crosses(item: Approached) -> bool:

@@ -2,7 +2,7 @@
 
 Steps are chosen and points accepted as `continuation.walk` and `continuation.search` do; where they
 would look between two points, the step is taken again at half its length. A branch on which
-anything happens but period doublings and tori is left: it has to be followed by itself.
+anything happens but folds, period doublings and tori is left: it has to be followed by itself.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from slipfold.branches.abreast.between import arcs, are_doubtful, hermite_each, lagrange_each
 from slipfold.branches.abreast.many_orbits import TESTS, Corrected, ManyOrbits
-from slipfold.branches.closed_branches import BEFORE
+from slipfold.branches.closed_branches import AROUND, BEFORE
 from slipfold.branches.stops import ONE
 from slipfold.continuation.follow import BIRTH, FIRST
 from slipfold.continuation.settings import Steps
@@ -47,6 +47,9 @@ LARGEST = 1e6
 
 STIFF = 1e6
 """So much may errors move an orbit that has a multiplier near one."""
+
+RETURN = 4
+"""Points after which a branch may come back to its first one."""
 
 MOST = 400
 """Rounds of steps after which all branches still on their way are left."""
@@ -289,8 +292,12 @@ class Walk:
         for place, explained in ((PD, change == 1), (NS, (change == 2) | (change == 0))):
             only = changed[:, place] & (changed.sum(axis=1) == 1) & explained
             brackets[only] = place
+        folds = changed[:, LP] & changed[:, FOLD] & (changed.sum(axis=1) == 2) & (change == 1)
+        brackets[folds] = LP
+        # What is found must lie before a limit: on the last step of a branch is nothing.
+        doubt |= (brackets >= 0) & ~(found.above > self._bounds).all(axis=1)
         quiet = ~changed.any(axis=1) & (change == 0)
-        self._leave(some[fits & ~doubt & (changed[:, LP] | changed[:, FOLD])], "fold")
+        self._leave(some[fits & ~doubt & changed[:, FOLD] & ~changed[:, LP]], "crossing")
         return brackets, np.asarray(doubt | ~(quiet | (brackets >= 0)))
 
     def _bracket(self, branch: int, found: Corrected, length: Array, row: int, kind: str) -> None:
@@ -337,6 +344,12 @@ class Walk:
             here, there = self._halves(before), self._halves(self._z[some, -1])
             near = _length(there) < np.minimum(0.1 * BEFORE, _length(here))
             self._leave(some[~leaves & (((here * there).sum(axis=1) < 0) | near)], "copy")
+        # Where it turned back it may come to its beginning.
+        regular = ~self._leaves[some] & (self._count[some] > RETURN)
+        first = np.array([self.points[branch][0][0] for branch in some]).reshape(before.shape)
+        ahead = ((first - before) * self._tangents[some, -2]).sum(axis=1) > 0
+        near = _length(first - before) <= AROUND * length[rows]
+        self._leave(some[regular & ahead & near], "returns")
         self._end(some, found.lowest[rows], found.above[rows])
 
     def _end(self, some: Indices, lowest: Array, above: Array) -> None:
