@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import slipfold as sf
 
@@ -51,6 +52,24 @@ def test_turns_of_den_hartogs_orbit_begin_to_stick(frequency):
         assert point.uncertainty < 1e-9
         sticks = branch.stuck_fraction > 1e-9
         assert (sticks == (branch.parameter > most + 1e-9)).all()
+
+
+@pytest.mark.parametrize("span", [(0.14, 0.05), (0.05, 0.14), (0.115, 0.13), (0.13, 0.115)])
+def test_longest_steps_find_where_turns_begin_to_stick_too(span):
+    # The closed form above, over the frequency: the load is the largest without stops there.
+    load, settings = 4.0, sf.Settings(largest_period=1, steps=sf.Steps(largest=1.0))
+
+    def left(frequency):
+        rate = 2 * math.pi * frequency
+        unforced = math.sin(math.pi / rate) / (1 + math.cos(math.pi / rate)) / rate
+        return abs(1 / (1 - rate**2)) / math.hypot(unforced, rate**-2) / MU - load
+
+    orbit = sf.periodic_orbit(shaken(2 * math.pi * span[0], x=load))
+    (branch,) = sf.response(orbit, vary="f", span=span, settings=settings).branches
+    assert branch.stopped.kind == "span"
+    (point,) = branch.special
+    assert point.type == "STICK"
+    assert point.value == pytest.approx(brentq(left, 0.11, 0.14, xtol=1e-15), abs=1e-10)
 
 
 def test_a_mass_shaken_across_its_belt_lifts():

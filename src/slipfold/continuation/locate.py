@@ -22,6 +22,7 @@ from slipfold.continuation.point import P
 from slipfold.errors import breakdown
 
 __all__ = [
+    "ALONG",
     "LostCurveError",
     "insert",
     "inverse_interpolation",

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Generic
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipfold.continuation.curve import Curve
-from slipfold.continuation.locate import LostCurveError, insert, point_at
+from slipfold.continuation.interpolation import POINTS, hermite, well_spaced
+from slipfold.continuation.locate import ALONG, LostCurveError, insert, point_at
 from slipfold.continuation.newton import correct
 from slipfold.continuation.point import P
 
 __all__ = ["Seam", "ahead_of", "locate_fold", "locate_loss", "locate_seam"]
+
+Array = NDArray[np.float64]
 
 CLOSE = 1e-11
 """Arclength to which the end of a piece is found, by bisection: nothing is smooth across it."""
@@ -42,18 +47,64 @@ class Seam(Generic[P]):
 
 
 def locate_seam(curve: Curve[P], known: list[P], a: P, b: P) -> Seam[P]:
-    """Return where the piece of a point ends on the way to one of another piece."""
-    own = [point for point in known if point.piece == a.piece]
+    """Return where the piece of a point ends on the way to one of another piece.
+
+    Their chord is halved: the place on it belongs to a point alone, while errors of arclengths,
+    which are summed from guess to guess, would grow with every halving.
+    """
+    chord = _ChordAhead(curve, [point for point in known if point.piece == a.piece], a, b)
+    low, high = 0.0, chord.length
     for _ in range(HALVINGS):
-        if b.arclength - a.arclength <= CLOSE:
+        if high - low <= CLOSE:
             break
-        middle = _between(curve, own, a, b)
+        place = 0.5 * (low + high)
+        middle = chord.point_at(place)
         if middle.piece == a.piece:
-            insert(own, middle)
-            a = middle
+            low, a = place, middle
         else:
-            b = middle
+            high, b = place, middle
     return Seam(a, b, a)
+
+
+class _ChordAhead(Generic[P]):
+    """The chord from the last point of a piece to one of another, seen from the piece."""
+
+    def __init__(self, curve: Curve[P], own: Sequence[P], a: P, b: P) -> None:
+        self._curve, self._a, self._b = curve, a, b
+        difference = b.z - a.z
+        self.length = float(np.linalg.norm(difference)) or 1.0
+        self._row = difference / self.length
+        self._known: list[P] = []
+        for point in reversed(own):
+            place = float((point.z - a.z) @ self._row)
+            if float(point.tangent @ self._row) <= ALONG or place > 0:
+                break
+            self._known.insert(0, self._projected(point, place))
+
+    def point_at(self, place: float) -> P:
+        """Return the point at a place along the chord, whatever its piece."""
+        share = place / self.length
+        arclength = self._a.arclength + share * (self._b.arclength - self._a.arclength)
+        for guess in self._guesses(place):
+            correction = correct(self._curve, guess, self._row)
+            if correction.converged:
+                point = self._curve.point(correction, arclength)
+                if point.piece == self._a.piece and float(point.tangent @ self._row) > ALONG:
+                    insert(self._known, self._projected(point, place))
+                return point
+        raise LostCurveError(correction.failure)
+
+    def _guesses(self, place: float) -> Iterator[Array]:
+        """Yield where the piece leads, then the place on the chord itself."""
+        straight = self._a.z + place * self._row
+        if self._known:
+            guess, _ = hermite(well_spaced(self._known, place, place, POINTS), place)
+            yield guess + float((straight - guess) @ self._row) * self._row
+        yield straight
+
+    def _projected(self, point: P, place: float) -> P:
+        """Return a point with its place along the chord and the derivative with respect to it."""
+        return replace(point, arclength=place, tangent=point.tangent / (point.tangent @ self._row))
 
 
 def locate_loss(curve: Curve[P], known: list[P], a: P, b: P) -> P | None:
