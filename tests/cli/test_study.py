@@ -85,6 +85,7 @@ def test_mistakes(case, tmp_path, monkeypatch):
     for options, words in {
         ("--workers", "0"): "--workers 0 is not a whole number of at least 1",
         ("--out", str(tmp_path / "no" / "x.nc")): "does not exist",
+        ("--out", "x.zarr"): "x.zarr would be netCDF all the same; give a name that ends in .nc",
         ("--scheduler", "tcp://127.0.0.1:1", "--out", str(tmp_path / "y.nc")): "no scheduler",
     }.items():
         result = run("study", case, *options)

@@ -46,7 +46,7 @@ def test_indices_of_an_amplitude_are_those_of_its_formula(found):
 def test_indices_are_told_and_saved(found, tmp_path):
     told = found.indices("max_q")
     _, line = (line for line in found.summary().splitlines() if line.startswith("max_q  "))
-    assert line.split()[1] == f"{told.first[0]:.3f}"
+    assert line.split()[1] == f"{told.first[0]:.2f}"
     assert found.to_json()["indices"]["max_q"]["F"]["total"] == told.total[0]
     saved = content(found, tmp_path)
     loaded = sf.load(tmp_path / "result.nc")

@@ -15,11 +15,15 @@ __all__ = [
     "MaxStep",
     "ModelName",
     "Out",
+    "PointsOfOne",
     "SearchPeriods",
+    "Seed",
     "Sets",
     "Start",
+    "Starts",
     "States",
     "Tolerance",
+    "VaryOne",
 ]
 
 ModelName = Annotated[
@@ -102,6 +106,20 @@ Box = Annotated[
         "Repeatable; by default all states, about their typical sizes.",
     ),
 ]
+
+Starts = Annotated[
+    str, typer.Option(metavar="N", help="Number of starts in the box, of each value if one varies.")
+]
+
+Seed = Annotated[str, typer.Option(metavar="N", help="Seed of starts or samples.")]
+
+VaryOne = Annotated[
+    list[str],
+    typer.Option("--vary", metavar="NAME=FIRST:LAST", help="Parameter and its ends."),
+]
+
+PointsOfOne = Annotated[str, typer.Option(metavar="N", help="Values of the parameter.")]
+
 SearchPeriods = Annotated[
     str | None,
     typer.Option(

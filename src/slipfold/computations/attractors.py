@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from time import perf_counter
 
-from slipfold.computations.given import checked_count, checked_model
+from slipfold.computations.given import checked_model, starts_given
 from slipfold.flow.simulate import checked_periods
 from slipfold.flow.sizes.typical_sizes import measured
-from slipfold.long_term.box import box_around, checked_box
 from slipfold.long_term.search import SearchProgress, search
 from slipfold.models.model import Model
 from slipfold.results.motions.attractors import Attractors
@@ -76,9 +75,8 @@ def attractors(
     [('periodic', 1), ('periodic', 2)]
     """
     changed = measured(checked_model(model).replace(**parameters))
-    where = box_around(changed) if box is None else checked_box(changed, box)
-    count, most = checked_count(starts, "starts"), checked_periods(periods)
-    places = where.starts(count, checked_count(seed, "seed", least=0))
+    where, places = starts_given(changed, box, starts, seed)
+    most = checked_periods(periods)
     started = perf_counter()
     found = search(changed, places, most, observer)
     return Attractors(

@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from time import perf_counter
 
-import numpy as np
-
-from slipfold.computations.given import checked_count, checked_model, parse_ends, refuse_varied
-from slipfold.errors import InputError
+from slipfold.computations.given import (
+    checked_model,
+    refuse_varied,
+    spread_values,
+    starts_given,
+)
 from slipfold.flow.simulate import checked_periods
 from slipfold.flow.sizes.typical_sizes import measured
 from slipfold.long_term.basin_fractions import find_fractions
-from slipfold.long_term.box import box_around, checked_box
 from slipfold.long_term.search import SearchProgress
 from slipfold.models.model import Model
 from slipfold.results.motions.basin_fractions import BasinFractions
@@ -88,15 +89,10 @@ def basin_fractions(
     """
     refuse_varied((vary,), parameters, "span")
     changed = checked_model(model).replace(**parameters)
-    parameter = changed.variable_parameter(vary)
-    low, high = sorted(parameter.check(end) for end in parse_ends(parameter, span))
-    if low == high:
-        raise InputError(f"the span of {vary} from {low:g} to {high:g} is empty; give two values")
-    values = np.linspace(low, high, checked_count(points, "points", least=2))
-    changed = measured(changed.replace(**{vary: 0.5 * (low + high)}))
-    where = box_around(changed) if box is None else checked_box(changed, box)
-    count, most = checked_count(starts, "starts"), checked_periods(periods)
-    places = where.starts(count, checked_count(seed, "seed", least=0))
+    values = spread_values(changed.variable_parameter(vary), span, points)
+    changed = measured(changed.replace(**{vary: 0.5 * (values[0] + values[-1])}))
+    where, places = starts_given(changed, box, starts, seed)
+    most = checked_periods(periods)
     begun = perf_counter()
     found = find_fractions(changed, vary, values, places, most, observer)
     return BasinFractions(

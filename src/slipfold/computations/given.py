@@ -6,11 +6,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import LOCUS_TYPES, SpecialPoint
 from slipfold.errors import InputError
+from slipfold.long_term.box import Box, box_around, checked_box
 from slipfold.models.model import Model
 from slipfold.models.parameter import Parameter
 from slipfold.models.quantity import parse_quantity
@@ -25,6 +26,8 @@ __all__ = [
     "parse_ends",
     "parse_values",
     "refuse_varied",
+    "spread_values",
+    "starts_given",
 ]
 
 Values = ArrayLike | Sequence[float | str]
@@ -88,6 +91,28 @@ def parse_values(parameter: Parameter, values: Values) -> ArrayLike:
     if isinstance(values, list | tuple):
         return [parse_quantity(value, parameter.unit, parameter.name) for value in values]
     return values
+
+
+def spread_values(parameter: Parameter, span: Any, count: Any) -> NDArray[np.float64]:
+    """Return values spread evenly over a span, least first, shape (count,), or raise."""
+    low, high = sorted(parameter.check(end) for end in parse_ends(parameter, span))
+    if low == high:
+        raise InputError(
+            f"the span of {parameter.name} from {low:g} to {high:g} is empty; give two values"
+        )
+    return np.linspace(low, high, checked_count(count, "points", least=2))
+
+
+def starts_given(
+    model: Model, box: Any, starts: Any, seed: Any, least: int = 1
+) -> tuple[Box, NDArray[np.float64]]:
+    """Return a box, that around the model's start if none is given, and starts in it, or raise.
+
+    Shapes: returns the box and (n_starts, n_states).
+    """
+    where = box_around(model) if box is None else checked_box(model, box)
+    count, begin = checked_count(starts, "starts", least), checked_count(seed, "seed", least=0)
+    return where, where.starts(count, begin) if count else np.empty((0, len(model.states)))
 
 
 def checked_settings(given: Settings | None) -> Settings:

@@ -6,9 +6,7 @@ from collections.abc import Callable, Mapping
 from time import perf_counter
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from slipfold.computations.given import checked_count, checked_model, parse_ends, refuse_varied
+from slipfold.computations.given import checked_count, checked_model, refuse_varied, spread_values
 from slipfold.errors import InputError
 from slipfold.flow.simulate import initial_state
 from slipfold.flow.strobes import StrobeProgress
@@ -97,14 +95,7 @@ def regimes(
         raise InputError(f"points = {points!r} are not two numbers; give e.g. (60, 50)") from None
     places = []
     for (name, span), number in zip(vary.items(), (first, second), strict=True):
-        count = checked_count(number, "points", least=2)
-        parameter = changed.variable_parameter(name)
-        low, high = sorted(parameter.check(end) for end in parse_ends(parameter, span))
-        if low == high:
-            raise InputError(
-                f"the span of {name} from {low:g} to {high:g} is empty; give two values"
-            )
-        places.append(np.linspace(low, high, count))
+        places.append(spread_values(changed.variable_parameter(name), span, number))
     one, other = vary
     begun = perf_counter()
     found = find_regimes(

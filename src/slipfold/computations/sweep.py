@@ -6,13 +6,16 @@ from collections.abc import Callable, Mapping, Sequence
 from time import perf_counter
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from slipfold.computations.given import checked_count, checked_model, parse_ends, refuse_varied
+from slipfold.computations.given import (
+    checked_count,
+    checked_model,
+    refuse_varied,
+    spread_values,
+    starts_given,
+)
 from slipfold.errors import InputError
 from slipfold.flow.simulate import initial_state
 from slipfold.flow.strobes import StrobeProgress
-from slipfold.long_term.box import box_around, checked_box
 from slipfold.long_term.sweep import DOWN, UP, find_sweep
 from slipfold.models.model import Model
 from slipfold.results.motions.sweep import Sweep
@@ -103,19 +106,14 @@ def sweep(
             f"nothing forces {changed.name}, so there is no phase at which to look at its motions; "
             "use attractors"
         )
-    parameter = changed.variable_parameter(vary)
-    low, high = sorted(parameter.check(end) for end in parse_ends(parameter, span))
-    if low == high:
-        raise InputError(f"the span of {vary} from {low:g} to {high:g} is empty; give two values")
+    values = spread_values(changed.variable_parameter(vary), span, points)
     unknown = [name for name in runs if name not in (UP, DOWN)]
     if unknown or isinstance(runs, str):
         raise InputError(f"runs = {runs!r} are not of up and down; give e.g. ('up', 'down')")
     wanted = tuple(name for name in (UP, DOWN) if name in runs)
-    count = checked_count(starts, "starts", least=0)
-    if not wanted and not count:
+    _, places = starts_given(changed, box, starts, seed, least=0)
+    if not wanted and not len(places):
         raise InputError("neither a sweep nor a start is asked for; give runs or starts")
-    values = np.linspace(low, high, checked_count(points, "points", least=2))
-    where = box_around(changed) if box is None else checked_box(changed, box)
     begun = perf_counter()
     found = find_sweep(
         changed,
@@ -123,7 +121,7 @@ def sweep(
         values,
         wanted,
         initial_state(changed, state),
-        where.starts(count, checked_count(seed, "seed", least=0)) if count else np.empty((0, 0)),
+        places,
         checked_count(transient, "transient", least=0),
         checked_count(periods, "periods", least=2),
         observer,

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from slipfold.cli.options import Csv, Friction, Json, ModelName, Out, Sets
+from slipfold.cli.options import Csv, Friction, Json, ModelName, Out, Seed, Sets
 from slipfold.cli.outputs import Outputs
 from slipfold.cli.parsing import parse_assignments, parse_span, parse_whole, refuse_varied
 from slipfold.cli.status import DONE, INTERRUPTED, note
@@ -41,7 +41,6 @@ Scatters = Annotated[
     ),
 ]
 Samples = Annotated[str, typer.Option(metavar="N", help="Number of samples, a power of 2.")]
-Seed = Annotated[str, typer.Option(metavar="N", help="Seed of the samples.")]
 Loads = Annotated[
     list[str] | None,
     typer.Option(

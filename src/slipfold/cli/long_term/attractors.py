@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
-import typer
-
 from slipfold.cli.carry_out import carry_out
-from slipfold.cli.options import Box, Csv, Friction, Json, ModelName, Out, SearchPeriods, Sets
+from slipfold.cli.options import (
+    Box,
+    Csv,
+    Friction,
+    Json,
+    ModelName,
+    Out,
+    SearchPeriods,
+    Seed,
+    Sets,
+    Starts,
+)
 from slipfold.cli.outputs import Outputs
 from slipfold.cli.parsing import parse_assignments, parse_box, parse_whole
 from slipfold.cli.progress import search_text
 
 __all__ = ["attractors"]
-
-Starts = Annotated[str, typer.Option(metavar="N", help="Number of starts in the box.")]
-Seed = Annotated[str, typer.Option(metavar="N", help="Seed of the starts.")]
 
 
 def attractors(

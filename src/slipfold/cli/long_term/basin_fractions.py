@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
-import typer
-
 from slipfold.cli.carry_out import carry_out
-from slipfold.cli.options import Box, Csv, Friction, Json, ModelName, Out, SearchPeriods, Sets
+from slipfold.cli.options import (
+    Box,
+    Csv,
+    Friction,
+    Json,
+    ModelName,
+    Out,
+    PointsOfOne,
+    SearchPeriods,
+    Seed,
+    Sets,
+    Starts,
+    VaryOne,
+)
 from slipfold.cli.outputs import Outputs
 from slipfold.cli.parsing import (
     parse_assignments,
@@ -20,20 +29,12 @@ from slipfold.cli.progress import search_text
 
 __all__ = ["basin_fractions"]
 
-Vary = Annotated[
-    list[str],
-    typer.Option("--vary", metavar="NAME=FIRST:LAST", help="Parameter and its ends."),
-]
-Points = Annotated[str, typer.Option(metavar="N", help="Values of the parameter.")]
-Starts = Annotated[str, typer.Option(metavar="N", help="Number of starts at each value.")]
-Seed = Annotated[str, typer.Option(metavar="N", help="Seed of the starts.")]
-
 
 def basin_fractions(
     model: ModelName,
-    vary: Vary,
+    vary: VaryOne,
     box: Box = None,
-    points: Points = "20",
+    points: PointsOfOne = "20",
     starts: Starts = "256",
     seed: Seed = "0",
     periods: SearchPeriods = None,

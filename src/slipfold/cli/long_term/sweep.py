@@ -7,7 +7,19 @@ from typing import Annotated
 import typer
 
 from slipfold.cli.carry_out import carry_out
-from slipfold.cli.options import Csv, Friction, Json, ModelName, Out, Sets, States
+from slipfold.cli.options import (
+    Box,
+    Csv,
+    Friction,
+    Json,
+    ModelName,
+    Out,
+    PointsOfOne,
+    Seed,
+    Sets,
+    States,
+    VaryOne,
+)
 from slipfold.cli.outputs import Outputs
 from slipfold.cli.parsing import (
     parse_assignments,
@@ -24,11 +36,6 @@ __all__ = ["sweep"]
 
 RUNS = {"both": ("up", "down"), "up": ("up",), "down": ("down",), "none": ()}
 
-Vary = Annotated[
-    list[str],
-    typer.Option("--vary", metavar="NAME=FIRST:LAST", help="Parameter and its ends."),
-]
-Points = Annotated[str, typer.Option(metavar="N", help="Values of the parameter.")]
 Runs = Annotated[
     str,
     typer.Option(
@@ -39,24 +46,14 @@ Runs = Annotated[
 Starts = Annotated[
     str, typer.Option(metavar="N", help="Motions that begin anew at each value, from a box.")
 ]
-Box = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--box",
-        metavar="NAME=LEAST:LARGEST",
-        help="Values of a state in that box; other states are at the model's start. Repeatable; by "
-        "default all states, about their typical sizes.",
-    ),
-]
-Seed = Annotated[str, typer.Option(metavar="N", help="Seed of these starts.")]
 Transient = Annotated[str, typer.Option(metavar="N", help="Forcing periods left out first.")]
 Periods = Annotated[str, typer.Option(metavar="N", help="Forcing periods kept after them.")]
 
 
 def sweep(
     model: ModelName,
-    vary: Vary,
-    points: Points = "200",
+    vary: VaryOne,
+    points: PointsOfOne = "200",
     runs: Runs = "both",
     starts: Starts = "8",
     box: Box = None,

@@ -10,6 +10,7 @@ from slipfold.cli.options import Csv, Json
 from slipfold.cli.outputs import Outputs
 from slipfold.cli.parsing import parse_whole
 from slipfold.cli.status import DONE, INTERRUPTED, note, say
+from slipfold.errors import InputError
 
 if TYPE_CHECKING:
     from slipfold.studies.run import StudyProgress
@@ -81,6 +82,11 @@ def study(
         _check(case, count, scheduler)
         return DONE
     file = out or f"{Path(case).stem}.nc"
+    if Path(file).suffix == ".zarr":
+        raise InputError(
+            f"--out {file} would be netCDF all the same; give a name that ends in .nc (in Python "
+            "to_xarray().to_zarr of the result writes zarr)"
+        )
     outputs = Outputs(json, file, csv)
     outputs.check()
     store = Path(file).with_suffix(".study")

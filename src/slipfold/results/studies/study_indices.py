@@ -79,8 +79,8 @@ def index_lines(found: StudyResult) -> list[str]:
 
 
 def _cells(item: SobolIndices) -> Iterator[str]:
-    for first, total in zip(item.first, item.total, strict=True):
-        yield f"{first:.3f} {total:.3f}"
+    for part in zip(item.first, item.first_error, item.total, item.total_error, strict=True):
+        yield "{:.2f} +- {:.2f}, {:.2f} +- {:.2f}".format(*part)
 
 
 def _all(found: StudyResult) -> tuple[Mapping[str, SobolIndices], list[str]]:
