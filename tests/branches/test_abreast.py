@@ -96,6 +96,13 @@ def test_another_parameter_downwards():
     assert_alike(found, trace_response(model, "f", span), 1.0)
 
 
+def test_a_model_without_limits_whose_sizes_find_themselves():
+    model = sf.built_in_models()["duffing"]()
+    (found,) = abreast([model], "W", (0.5, 1.6))
+    assert [point.type for point in found.branches[0].special] == ["LP", "LP"]
+    assert_alike(found, trace_response(model, "W", (0.5, 1.6)), 1.1)
+
+
 def test_folds_but_none_beyond_a_limit():
     model = sf.SlidingOscillator(f=12.36, mu=0.595, alpha=1.4475, Vd=0.7108)
     (found,) = branches_abreast([model], "Nd", SPAN, sf.Settings())
@@ -107,7 +114,6 @@ def test_folds_but_none_beyond_a_limit():
 
 def test_what_is_out_of_the_ordinary_is_left():
     built_in = sf.built_in_models()
-    assert abreast([built_in["duffing"]()], "W", (0.5, 2.0)) == [None]  # without declared sizes
     closes = sf.SlidingOscillator(Nd=0.06)  # a doubled branch that ends at another doubling
     assert abreast([closes], "f", (12.0, 13.0)) == [None]
     assert abreast([built_in["vanderpol-free"]()], "mu", (0.5, 2.0)) == [None]

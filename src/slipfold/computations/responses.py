@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from slipfold.branches.abreast.responses import FEWEST, TOGETHER, branches_abreast
 from slipfold.branches.event import Event
+from slipfold.branches.response import measured_over
 from slipfold.branches.settings import Settings
 from slipfold.checks.of_branches import check_branches
 from slipfold.computations.given import (
@@ -171,11 +172,12 @@ def _side_by_side(
     models, begun = dict[int, Model](), perf_counter()
     for case in range(start, min(start + TOGETHER, len(cases))):
         with suppress(InputError):  # said of the case when its turn comes
-            models[case] = model.replace(**cases[case], **{vary: span[0]})
-            check_followed(models[case])
+            own = model.replace(**cases[case], **{vary: span[0]})
+            check_followed(own)
+            models[case] = measured_over(own, vary, span)
     try:
         found = branches_abreast(list(models.values()), vary, span, settings) if models else []
-    except BREAKDOWNS:  # whichever case it is, by itself it says so
+    except Exception:  # whichever case it is, by itself it says so
         return {}
     each = (perf_counter() - begun) / max(len(models), 1)
     diagrams = dict[int, Diagram]()

@@ -24,6 +24,7 @@ from slipfold.branches.bifurcations import ON_CIRCLE, is_torus
 from slipfold.branches.branch import Branch
 from slipfold.branches.describe import describe
 from slipfold.branches.method import forced_orbits
+from slipfold.branches.response import measured_over
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.errors import BREAKDOWNS, InputError
@@ -112,6 +113,10 @@ def _followed(
     if steps is None:
         return [Case(model, lost="another kind of model") for model in models]
     models = [model.replace(**{vary: span[0]}) for model in models]
+    models = [
+        model if model.found_sizes is not None else measured_over(model, vary, span)
+        for model in models
+    ]
     cases = [Case(model) for model in models]
     width, forward = abs(span[1] - span[0]), float(np.sign(span[1] - span[0]))
     orbits = ManyOrbits(models, steps, vary, width, 1)
@@ -146,9 +151,7 @@ def _followed(
 def _steps_for(model: Model, settings: Settings) -> LinearisedSteps | None:
     """Return what carries orbits of such models; None if these are not for this way."""
     slips = all(contact.limits for contact in contacts_of(model))
-    known = not np.isnan(model.declared_scales()).any()
-    turns = bool(np.any(model.whole_turns))
-    if not model.forced or not slips or not known or turns:
+    if not model.forced or not slips or np.any(model.whole_turns):
         return None
     return linearised_steps_of(model) if settings.discretisation != "collocation" else None
 

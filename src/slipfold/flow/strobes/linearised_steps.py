@@ -180,7 +180,7 @@ class _Passed:
         """
         lowest, above = np.full((2, watched, count), np.inf)
         motions = np.concatenate(self._motions)
-        if len(motions):
+        if len(motions) and watched:
             steps = np.concatenate(self._steps)
             seen = np.concatenate(self._seen, axis=1).reshape(4, watched, -1)
             before, falls, after, rises = seen * np.array([np.ones_like(steps), steps] * 2)[:, None]
