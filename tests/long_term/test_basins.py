@@ -7,6 +7,9 @@ import pytest
 
 import slipfold as sf
 from helpers.command_line import run
+from helpers.dry_friction import den_hartog
+from slipfold.flow.flow import flow_of
+from slipfold.flow.strobes.released import released
 
 # The hard onset of tests of attractors: rest wins inside the circle of radius 1, else the cycle.
 HARD = """
@@ -108,3 +111,81 @@ def test_bad_input_is_one_sentence(options, words):
     assert done.exit_code == 2
     assert done.stderr.count("\n") == 1
     assert words in done.stderr
+
+
+SHIFTED = """
+name = "shifted"
+parameters = { W = 1.2, F = 0.2, s = 0 }
+forcing = { period = "2*pi/W" }
+[states]
+x = "v"
+v = "F*cos(W*t + s) - 0.1*v - x - 0.25*x^3"
+"""
+"""Duffing's oscillator in its fold; s is the phase at which its motions begin."""
+
+
+def test_a_start_released_later_comes_to_what_it_does_under_a_shifted_forcing():
+    model = sf.System.from_toml(SHIFTED)
+    found = sf.basins(model, {"phase": (0, 1), "x": (-3, 3)}, {"v": 0.5}, points=(5, 6))
+    assert len(found) == 2
+    assert {*np.unique(found.labels)} == {1, 2}
+    # A whole period later all is as before.
+    assert found.labels[:, 0].tolist() == found.labels[:, -1].tolist()
+    sizes = [item.maximum[0] for item in found]
+    for column, phase in enumerate(found.first[:-1]):
+        at = model.replace(s=2 * np.pi * phase)
+        own = sf.basins(at, {"x": (-3, 3), "v": (0.5, 1.0)}, points=(6, 2))
+        shown = [own[label - 1].maximum[0] for label in own.labels[0]]
+        assert [sizes[label - 1] for label in found.labels[:, column]] == pytest.approx(shown)
+
+
+def test_motions_released_in_slip_and_in_stick_are_those_that_come_by():
+    model = sf.SlidingOscillator(f=12.5, Nd=0.02)
+    flow, start = flow_of(model), np.array([[0.1, 0.05, 0.0, 1.0]])
+    constants, none = flow.constants_of(model), np.zeros(1)
+    passing, end = (flow.advance(start, none, none + to, constants) for to in (0.4, 1.0))
+    found, stops = released(model, np.concatenate([passing, start]), np.array([0.4, 0.0]))
+    assert stops == {}
+    assert found[0] == pytest.approx(end[0], rel=1e-9, abs=1e-9)
+    assert found[1].tolist() == start[0].tolist()
+    # Dry friction that holds: nothing moves, whenever it begins.
+    found, stops = released(den_hartog(0.5, 10.0), np.array([[2.0, 0.0]]), np.array([0.3]))
+    assert stops == {}
+    assert found[0] == pytest.approx([2.0, 0.0], abs=1e-12)
+
+
+def test_a_start_that_ends_before_phase_zero_has_ended():
+    floor = sf.System(
+        name="floor",
+        parameters={"F": 0.1, "W": 2.0},
+        states={"x": "v", "v": "F*cos(W*t) - x - 0.1*v"},
+        forcing={"period": "2*pi/W"},
+        outputs={"room": "x + 1"},
+        limits={"floor": {"output": "room", "bound": 0.0}},
+    )
+    found = sf.basins(floor, {"phase": (0.5, 0.75), "v": (-5.0, 0.0)}, points=(2, 2))
+    assert found.labels.tolist() == [[-1, -1], [1, 1]]
+    assert found.ends == {"floor": 2}
+
+
+def test_phases_are_saved_and_drawn(tmp_path):
+    model = sf.System.from_toml(SHIFTED)
+    found = sf.basins(model, {"phase": (0, 1), "x": (-3, 3)}, points=(2, 3))
+    found.save(tmp_path / "basins.nc")
+    assert sf.load(tmp_path / "basins.nc").to_json() == found.to_json()
+    assert found.to_xarray()["first"].attrs["units"] == "forcing period"
+    assert found.plot().get_xlabel() == "phase (forcing period)"
+    assert "phase 0 to 1" in found.summary()
+
+
+@pytest.mark.parametrize(
+    ("model", "phases", "words"),
+    [
+        (sf.System.from_toml(HARD), (0, 1), "nothing forces hard onset, so its starts have no"),
+        (sf.SlidingOscillator(), (0, 2), "the phases from 0 to 2 do not grow within 0 to 1"),
+        (sf.SlidingOscillator(), ("a", 1), "are not two numbers"),
+    ],
+)
+def test_phases_that_cannot_be_used_are_refused(model, phases, words):
+    with pytest.raises(sf.InputError, match=words):
+        sf.basins(model, {"phase": phases, "x": (-1, 1)}, points=2)

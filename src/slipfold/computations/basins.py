@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,9 +14,10 @@ from slipfold.errors import InputError
 from slipfold.flow.simulate import checked_periods, initial_state
 from slipfold.flow.sizes.typical_sizes import measured
 from slipfold.long_term.box import checked_box
-from slipfold.long_term.search import SearchProgress, search
+from slipfold.long_term.released_search import search_released
+from slipfold.long_term.search import SearchProgress
 from slipfold.models.model import Model
-from slipfold.results.motions.basins import Basins
+from slipfold.results.motions.basins import PHASE, Basins
 from slipfold.results.provenance import provenance
 
 __all__ = ["basins"]
@@ -34,7 +36,8 @@ def basins(
     """Tell what motions from a plane of starting states settle on.
 
     A grid of starts, each labelled with the attractor that its motion comes to. Attractors are
-    found and verified on the way, as by `slipfold.attractors`.
+    found and verified on the way, as by `slipfold.attractors`. One axis may be the phase of the
+    forcing at which a start is released.
 
     Parameters
     ----------
@@ -42,9 +45,10 @@ def basins(
         The model, e.g. ``SlidingOscillator()``.
     plane
         Least and largest value of two states at phase zero, by name: numbers in the unit of the
-        state, or text with a unit. The first goes to the right.
+        state, or text with a unit. The first goes to the right. One of them may be ``"phase"``, in
+        forcing periods from 0 to 1, at which the states are those of the start.
     state
-        The other states at phase zero: shape (n_states,), or some by name; what is not given is the
+        The other states of the start: shape (n_states,), or some by name; what is not given is the
         model's start.
     points
         Starts along both states, or along each.
@@ -77,27 +81,36 @@ def basins(
     """
     changed = measured(checked_model(model).replace(**parameters))
     start = initial_state(changed, state)
-    box = checked_box(changed, plane)
-    names = tuple(plane)
+    given: Any = plane
+    names = tuple(given) if isinstance(given, Mapping) else ()
     if len(names) != 2:
         raise InputError(
             f"plane = {plane!r} does not name two states; give two, each with its ends"
         )
+    known = [item.name for item in changed.states]
+    box = checked_box(changed, {name: plane[name] for name in names if not _is_phase(name, known)})
+    ends = [
+        _phases(changed, plane[name])
+        if _is_phase(name, known)
+        else (box.low[known.index(name)], box.high[known.index(name)])
+        for name in names
+    ]
     counts = points if isinstance(points, tuple) else (points, points)
     if len(counts) != 2:
         raise InputError(f"points = {points!r} are not one or two numbers; give e.g. (300, 200)")
-    known = [item.name for item in changed.states]
-    places = [known.index(name) for name in names]
     axes = [
-        np.linspace(box.low[place], box.high[place], checked_count(count, "points", least=2))
-        for place, count in zip(places, counts, strict=True)
+        np.linspace(low, high, checked_count(count, "points", least=2))
+        for (low, high), count in zip(ends, counts, strict=True)
     ]
     grid = np.meshgrid(*axes)
-    starts = np.tile(start, (grid[0].size, 1))
-    for place, values in zip(places, grid, strict=True):
-        starts[:, place] = values.ravel()
+    starts, phases = np.tile(start, (grid[0].size, 1)), np.zeros(grid[0].size)
+    for name, values in zip(names, grid, strict=True):
+        if _is_phase(name, known):
+            phases = values.ravel()
+        else:
+            starts[:, known.index(name)] = values.ravel()
     most, started = checked_periods(periods), perf_counter()
-    found = search(changed, starts, most, observer)
+    found = search_released(changed, starts, phases, most, observer)
     return Basins(
         model=changed,
         plane=(names[0], names[1]),
@@ -111,3 +124,21 @@ def basins(
         interrupted=found.interrupted,
         provenance=provenance(perf_counter() - started),
     )
+
+
+def _is_phase(name: str, states: list[str]) -> bool:
+    return name == PHASE.name and name not in states
+
+
+def _phases(model: Model, given: Any) -> tuple[float, float]:
+    if not model.forced:
+        raise InputError(f"nothing forces {model.name}, so its starts have no phase; give states")
+    try:
+        low, high = (float(end) for end in given)
+    except (TypeError, ValueError):
+        raise InputError(f"the phases {given!r} are not two numbers; give e.g. (0, 1)") from None
+    if not 0 <= low < high <= 1:
+        raise InputError(
+            f"the phases from {low:g} to {high:g} do not grow within 0 to 1; give e.g. (0, 1)"
+        )
+    return low, high

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
@@ -122,12 +123,27 @@ class GuardedFlow:
             done += len(states)
             state = states[-1] if len(states) else state
 
+    def released(self, state: Array, phase: float, constants: Constants) -> Strobe:
+        """Carry a state from a phase below one to the end of that period. Shapes: state (n,)."""
+        stop = self._stop_at_start(state, 0, constants, phase)
+        if stop is not None:
+            return Strobe(state[None][:0], stop)
+        weights = self.weights(state, constants)
+        parameters = np.concatenate([constants.values, constants.scales, weights])
+        return self._run(state, 1, constants, parameters, -phase, phase)
+
     def _run(
-        self, state: Array, count: int, constants: Constants, parameters: Array, done: int
+        self,
+        state: Array,
+        count: int,
+        constants: Constants,
+        parameters: Array,
+        done: float,
+        phase: float = 0.0,
     ) -> Strobe:
         """Integrate a chunk; return the states after each whole period."""
         integrator = self._integrators.get("guarded", self._compiled)
-        integrator.time = 0.0
+        integrator.time = phase
         integrator.state[:] = state / constants.scales
         integrator.pars[:] = parameters
         events = 0
@@ -135,6 +151,7 @@ class GuardedFlow:
             integrator.reset_cooldowns()
             events = len(integrator.t_events)
         grid = np.arange(count + 1.0)
+        grid[0] = phase
         # A stop cuts the grid short, a singularity fills it with what is no number.
         result = integrator.propagate_grid(grid, max_steps=min(CALL * count, STEEP))
         outcome, states = int(result[0]), result[-1][1:] * constants.scales
@@ -159,13 +176,13 @@ class GuardedFlow:
             time = (done + len(states)) * constants.period
         place = f"{'' if known else 'more than '}{time:.6g} s after the start"
         if self._forced:
-            place += f", in forcing period {done + len(states) + 1}"
+            place += f", in forcing period {math.ceil(done) + len(states) + 1}"
         if outcome == STEP_LIMIT and abs(integrator.last_h) > STANDSTILL:
             return Strobe(states, self._stiff(LONGEST, place, constants, time))
         return Strobe(states, self._singular(place, time))
 
     def _implicitly(
-        self, takeover: Takeover, integrator: Any, constants: Constants, done: int
+        self, takeover: Takeover, integrator: Any, constants: Constants, done: float
     ) -> Strobe:
         """Go on to the end of a period in implicit steps."""
         motion = takeover.motion(integrator, 1.0, watch=self._margins(constants))
@@ -174,7 +191,7 @@ class GuardedFlow:
             return Strobe(met[None], implicit=1)
         place = f"{time:.6g} s after the start"
         if self._forced:
-            place += f", in forcing period {done + 1}"
+            place += f", in forcing period {math.ceil(done) + 1}"
         if motion.limit is not None:
             stop = self._stop(motion.limit, met, motion.phase, constants, time)
         elif motion.end is End.MANY:
@@ -228,12 +245,14 @@ class GuardedFlow:
         sizes = np.max(distances, axis=0, initial=0.0, where=np.isfinite(distances))
         return 1 / np.where(sizes > 0, sizes, 1.0)
 
-    def _stop_at_start(self, state: Array, before: int, constants: Constants) -> Stop | None:
-        values = self._flow.outputs(state[None], np.zeros(1), constants)[0]
+    def _stop_at_start(
+        self, state: Array, before: int, constants: Constants, phase: float = 0.0
+    ) -> Stop | None:
+        values = self._flow.outputs(state[None], np.full(1, phase), constants)[0]
         for which, limit in enumerate(self.limits):
             # An event fires where the output crosses its bound, so not if it begins below.
             if not values[self._watched[which]] > limit.bound:
-                return self._stop(which, state, 0.0, constants, before * constants.period)
+                return self._stop(which, state, phase, constants, before * constants.period)
         return None
 
     def _compiled(self) -> Any:

@@ -25,7 +25,8 @@ Plane = Annotated[
     typer.Option(
         "--plane",
         metavar="NAME=LEAST:LARGEST",
-        help="A state and its values at phase zero; give two, the first goes to the right.",
+        help="A state and its values at phase zero; give two, the first goes to the right. One may "
+        "be phase=0:1, in forcing periods, at which starts are released.",
     ),
 ]
 Points = Annotated[

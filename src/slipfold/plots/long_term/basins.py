@@ -12,7 +12,7 @@ from slipfold.long_term.attractor import Attractor
 from slipfold.long_term.search import ENDED, UNDECIDED, UNFINISHED
 from slipfold.plots.axes import axes_or_new, label_of
 from slipfold.plots.region_colours import OTHERS
-from slipfold.results.motions.basins import Basins
+from slipfold.results.motions.basins import PHASE, Basins
 from slipfold.results.motions.found_attractors import in_words
 
 __all__ = ["COLOURS", "draw_basins"]
@@ -48,8 +48,12 @@ def draw_basins(found: Basins, ax: Axes | None = None, *, legend: bool = True) -
         aspect="auto",
         interpolation="nearest",
     )
-    ax.set_xlabel(label_of(found.model, found.plane[0]))
-    ax.set_ylabel(label_of(found.model, found.plane[1]))
+    across, up = (
+        f"{axis.name} ({axis.unit})" if axis is PHASE else label_of(found.model, axis.name)
+        for axis in found.axes
+    )
+    ax.set_xlabel(across)
+    ax.set_ylabel(up)
     if legend:
         handles = [
             Patch(facecolor=colour, label=_text(found, item))

@@ -16,9 +16,13 @@ from slipfold.results.saved_table import SavedTable
 from slipfold.results.sheet import csv_text
 from slipfold.text.one_line import headed, listed, number_text
 
-__all__ = ["Basins"]
+__all__ = ["PHASE", "Basins"]
 
 Array = NDArray[np.float64]
+
+
+PHASE = State("phase", "forcing period", "phase of the forcing at which the start is released")
+"""The axis of a plane that is none of the states."""
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -32,7 +36,8 @@ class Basins(FoundAttractors):
     model
         The model with its parameter values.
     plane
-        Names of the two states that span the plane.
+        Names of the two states that span the plane; one may be ``"phase"``, at which starts are
+        released.
     first, second
         Their values, shapes (n_first,) and (n_second,).
     state
@@ -115,14 +120,16 @@ class Basins(FoundAttractors):
         return {"plane": list(self.plane), "state": self.state.tolist(), "periods": self.asked}
 
     @property
-    def _states(self) -> list[State]:
-        known = {state.name: state for state in self.model.states}
-        return [known[name] for name in self.plane]
+    def axes(self) -> tuple[State, State]:
+        """What spans the plane, with its units."""
+        known = {state.name: state for state in (PHASE, *self.model.states)}
+        first, second = (known[name] for name in self.plane)
+        return first, second
 
     def _variables(self) -> dict[str, Variable]:
         found = super()._variables()
         for name, state, values in zip(
-            ("first", "second"), self._states, (self.first, self.second), strict=True
+            ("first", "second"), self.axes, (self.first, self.second), strict=True
         ):
             attributes = {"long_name": f"{state.name}: {state.doc}", "units": state.unit or "1"}
             found[name] = Variable((name,), values, attributes, True)
@@ -145,7 +152,7 @@ class Basins(FoundAttractors):
 
     def _csv(self) -> str:
         first, second = (values.ravel().tolist() for values in np.meshgrid(self.first, self.second))
-        heads = [*(headed(state) for state in self._states), "reached"]
+        heads = [*(headed(state) for state in self.axes), "reached"]
         return csv_text(heads, zip(first, second, self.labels.ravel().tolist(), strict=True))
 
     @classmethod

@@ -1,0 +1,39 @@
+"""What motions come to that are released at phases of their own."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.flow.strobes.released import released
+from slipfold.long_term.search import ENDED, Observer, Searched, search
+from slipfold.models.model import Model
+
+__all__ = ["search_released"]
+
+Array = NDArray[np.float64]
+
+
+def search_released(
+    model: Model,
+    starts: Array,
+    phases: Array,
+    periods: int | None = None,
+    observer: Observer | None = None,
+) -> Searched:
+    """Let motions go on from their phases to phase zero, and from there until each is known.
+
+    Shapes: starts (k, n); phases (k,), from 0 to 1.
+    """
+    states, stops = released(model, starts, phases)
+    if not stops:
+        return search(model, states, periods, observer)
+    going = np.setdiff1d(np.arange(len(starts)), [*stops])
+    found = search(model, states[going], periods, observer)
+    labels = np.full(len(starts), ENDED)
+    labels[going] = found.labels
+    ends = Counter(stop.kind for stop in stops.values()) + Counter(found.ends)
+    return replace(found, labels=labels, ends=dict(ends))
