@@ -1,9 +1,12 @@
 """Folds and tori of orbits that stick, as loci: against branches, and against motions beside."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import slipfold as sf
+from slipfold.checks.switched_difference import switched_difference
 
 ROWS = [2, 6, -3]
 
@@ -97,3 +100,16 @@ def test_motions_leave_the_orbit_on_one_side_of_a_torus_only(tori, row):
         grows = away[-100:].max() > 2 * away[100:200].max()
         falls = away[-100:].max() < 0.5 * away[100:200].max()
         assert (grows, falls) == (share > 0, share < 0)
+
+
+def test_multipliers_are_checked_where_stick_has_only_just_begun():
+    # After stick of 3e-4 periods differences of motions 1e-6 beside are off by 4e-5, as the square
+    # of that step.
+    orbit = sf.periodic_orbit(chain(0.313, 0.6))
+    span = 0.313, 0.3148539082
+    (branch,) = sf.response(orbit, vary="f", span=span, settings=ALONE).branches
+    last = branch.orbit(-1)
+    assert 1e-4 < last.stuck_fraction < 1e-3
+    assert switched_difference(last).excess <= 1
+    wrong = replace(last, multipliers=last.multipliers * (1 + 1e-5))
+    assert switched_difference(wrong).excess > 1
