@@ -164,6 +164,15 @@ def test_a_published_value_of_a_forced_oscillator():
     assert rates.sum() == pytest.approx(-0.05, abs=1e-8)
 
 
+def test_states_whose_typical_sizes_are_far_off_keep_their_digits():
+    # Of the hard spring that of x is 32768, found before anything moves; the response is of 3.
+    hard = UEDA.replace("d = 0.05", "d = 0.1").replace("7.5", "12.0")
+    found = sf.lyapunov(sf.System.from_toml(hard), periods=500)
+    # A pair of multipliers of one modulus, whose product is the mean divergence.
+    assert found.exponents == pytest.approx([-0.1 * np.pi] * 2, abs=1e-6)
+    assert found.errors.max() < 1e-6
+
+
 def test_strong_decay_keeps_its_digits():
     text = """
     name = "two decays"

@@ -28,8 +28,8 @@ Motions = Annotated[
     bool,
     typer.Option(
         "--motions",
-        help="Draw what motions do, too: figures 2 and 3 with tori and chaos, hysteresis with its "
-        "basins, regimes over the bifurcation set; some ten minutes more.",
+        help="Draw what motions do, too: tori in figures 2 and 3 as with --tori, both completed "
+        "with chaos, hysteresis with its basins, regimes over the bifurcation set; some ten minutes more.",
     ),
 ]
 

@@ -25,6 +25,12 @@ Array = NDArray[np.float64]
 PILOT = 8
 """Periods from which it is seen how unequally perturbations grow."""
 
+SAMPLES = 16
+"""Samples of each of them from which it is seen how far states move."""
+
+STILL = 1e-9
+"""Share of its size below which a state does not move but for rounding."""
+
 SPREAD = 12.0
 """Difference of logarithms of growth over which derivatives are carried at once: of 36, with which
 all digits of the least growth would be lost."""
@@ -80,7 +86,7 @@ class Growth(ABC):
     def carried(self, periods: int) -> Array:
         """Go on; return the derivatives of the ends of pieces of equal length.
 
-        Shapes: returns (periods, parts, n, n), in scaled states.
+        Shapes: returns (periods, parts, n, n), of states over sizes of their own.
         """
 
     def go_on(self, periods: int) -> None:
@@ -104,6 +110,7 @@ class _SmoothGrowth(Growth):
     def __init__(self, model: Model, start: Array) -> None:
         self._motion: Motion = Motion(model, start)
         self._parts = 0
+        self._extents = model.state_scales()
         super().__init__()
 
     def settlement(self, tolerance: float) -> Settlement:
@@ -116,8 +123,21 @@ class _SmoothGrowth(Growth):
         if not len(starts):
             return np.empty((0, 1, self.state.size, self.state.size))
         if not self._parts:
+            self._extents = self._extents_of(starts[:PILOT])
             self._parts = self._parts_of(starts[:PILOT])
         return self._derivatives(starts, self._parts)
+
+    def _extents_of(self, starts: Array) -> Array:
+        """Return how far each state moves, or its typical size where it rests.
+
+        Typical sizes are found before anything moves: of a hard spring the displacement's may be
+        thousands of times too large, and growth looks that unequal.
+        """
+        model, zero = self._motion.model, np.zeros(len(starts))
+        flow, scales = flow_of(model), model.state_scales()
+        states = flow.sample(starts, zero, zero + 1, SAMPLES, flow.constants_of(model))
+        moved = np.ptp(states, axis=(0, 1))
+        return np.where(moved > STILL * np.abs(states).max(axis=(0, 1)), moved, scales)
 
     def _parts_of(self, starts: Array) -> int:
         """Return into how many parts periods are cut, so that each keeps the least growth."""
@@ -133,8 +153,8 @@ class _SmoothGrowth(Growth):
 
     def _derivatives(self, starts: Array, parts: int) -> Array:
         model, n = self._motion.model, starts.shape[1]
-        flow = flow_of(model)
-        constants, scales = flow.constants_of(model), model.state_scales()
+        flow, scales = flow_of(model), self._extents
+        constants = flow.constants_of(model)
         zero = np.zeros(len(starts))
         states = flow.sample(starts, zero, zero + 1, parts, constants).reshape(-1, n)
         begin = np.tile(np.arange(parts) / parts, len(starts))

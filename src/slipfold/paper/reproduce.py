@@ -124,9 +124,9 @@ def reproduce(
 
     Writes ``figure2.pdf`` ... ``figure7.png``, ``thresholds.csv``, ``claims.md``, beyond the paper
     ``bifurcation_set_*.pdf`` and ``.png`` with ``bifurcation_sets.md``, and all that was computed,
-    ``data/*.nc``. With `tori` figures 2 and 3 have them, too. With `motions` there are figures of
-    tori and of what motions do besides: ``figure2_completed``, ``figure3_completed``,
-    ``hysteresis`` and ``regimes_f_Nd``. Ctrl-C ends it with what is finished.
+    ``data/*.nc``. With `tori` figures 2 and 3 have them, too, and so with `motions`, which adds
+    figures of what motions do: ``figure2_completed``, ``figure3_completed``, ``hysteresis`` and
+    ``regimes_f_Nd``. Ctrl-C ends it with what is finished.
     """
     if processes < 1:
         raise InputError(f"processes = {processes} is less than 1; give at least 1")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch, PathPatch
@@ -12,6 +13,7 @@ from matplotlib.patches import Patch, PathPatch
 from slipfold.plots.angles import label_axis
 from slipfold.plots.axes import axes_or_new, cell_edges
 from slipfold.plots.loci import HasLoci, draw_loci
+from slipfold.plots.locus_legend import legend_options
 from slipfold.plots.motions.regime_colours import COLOURS, grouped
 from slipfold.plots.threshold_map import cells
 from slipfold.results.motions.regime_map import RegimeMap
@@ -66,8 +68,15 @@ def draw_regimes(
                 Patch(facecolor="white", edgecolor=DARK, hatch="////", linewidth=0.4,
                       label="coexisting, in the other's colour")
             )  # fmt: skip
+        handles += [] if over is None else _lines(over)
         ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.01, 1.0))
     return ax
+
+
+def _lines(over: HasLoci) -> list[Artist]:
+    """Return what a legend shows of the lines of a bifurcation set, one below the other."""
+    handles = legend_options([over], regions=False, width=0.0)["handles"]
+    return [handle for handle in handles if str(handle.get_label()).strip()]
 
 
 def _ground(name: str) -> dict[str, Any]:
