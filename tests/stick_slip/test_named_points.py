@@ -72,6 +72,33 @@ def test_longest_steps_find_where_turns_begin_to_stick_too(span):
     assert point.value == pytest.approx(brentq(left, 0.11, 0.14, xtol=1e-15), abs=1e-10)
 
 
+@pytest.mark.parametrize("friction", [0.1, 0.2])
+def test_stops_that_vanish_are_passed_in_both_directions(friction):
+    # The first orbit beyond lies on in the frequency, but back in the velocity.
+    found = []
+    for span in ((0.055, 0.09), (0.09, 0.055)):
+        law = sf.Coulomb(mu_s=friction, mu_k=friction)
+        model = sf.Structure(
+            [[1.0]],
+            [[0.1]],
+            [[1.0]],
+            names="x",
+            contacts=sf.FrictionContact("x", law, load=1.0, Vd=0.0),
+            forcing=sf.HarmonicForce("x", F=1.0),
+            f=span[0],
+        )
+        orbit = sf.periodic_orbit(model)
+        (branch,) = sf.response(orbit, vary="f", span=span, settings=SINGLE).branches
+        assert branch.stopped.kind == "span"
+        found.append(branch.special)
+    there, back = found[0], found[1][::-1]
+    assert [point.type for point in there] == ["MEET", "GRAZE"]
+    assert [point.type for point in back] == ["MEET", "GRAZE"]
+    for one, other in zip(there, back, strict=True):
+        # The wider of the two brackets in which it was found
+        assert abs(one.value - other.value) <= one.uncertainty + other.uncertainty
+
+
 def test_a_mass_shaken_across_its_belt_lifts():
     # It slips along the belt; across, a linear oscillator swings about Ns/(k + kn).
     load, stiffness, damping, rate = 0.5, 4.0, 0.1, 0.4 * math.pi

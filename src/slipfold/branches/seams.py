@@ -11,7 +11,14 @@ import numpy as np
 
 from slipfold.continuation.end import End
 from slipfold.continuation.locate import LostCurveError
-from slipfold.continuation.pieces import ahead_of, locate_fold, locate_loss, locate_seam
+from slipfold.continuation.pieces import (
+    APART,
+    ahead_of,
+    locate_ahead,
+    locate_fold,
+    locate_loss,
+    locate_seam,
+)
 from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Sight, Stop, Stretch, Trail
 from slipfold.continuation.vanishing import Vanishing, beyond_vanishing, locate_vanishing
@@ -60,9 +67,6 @@ class FoundTouch(Found[OrbitPoint]):
     place: Vanishing[OrbitPoint]
 
 
-APART = 1e-4
-"""Distance of two orbits, where one piece ends and the next begins, that have nothing in common."""
-
 CAUGHT = (
     "the orbit sticks, and no other was found beyond: a contact only just comes to rest there, "
     "and static friction that is more than kinetic catches it for good or not at all; simulate "
@@ -96,8 +100,7 @@ class Seams:
         kind = _kind(seam.before.piece, seam.after.piece)
         found = Found(kind, seam.before, float("inf"))
         end = _end(kind, self._orbits, seam.before)
-        apart = float(np.linalg.norm(seam.after.z - seam.before.z))
-        beyond = seam.after if apart < APART else None
+        beyond = seam.after if seam.apart < APART else None
         return Sight([found], Stop(seam.before, end, beyond=beyond))
 
     def _lost(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint] | None:
@@ -147,10 +150,13 @@ class Seams:
 
 
 def _fold(trail: Trail[OrbitPoint]) -> None:
-    """Note where the branch turns back on another piece, if that is why it could not go on."""
+    """Note where the branch turns back on another piece, if that is why it could not go on.
+
+    Or where it goes on, but back in the states.
+    """
     last = trail.points[-1]
     try:
-        seam = locate_fold(last.curve, last)
+        seam = locate_fold(last.curve, last) or locate_ahead(last.curve, last)
     except BREAKDOWNS:
         seam = None
     if seam is None:

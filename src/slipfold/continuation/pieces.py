@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Generic
 
@@ -15,7 +17,15 @@ from slipfold.continuation.locate import ALONG, LostCurveError, insert, point_at
 from slipfold.continuation.newton import correct
 from slipfold.continuation.point import P
 
-__all__ = ["Seam", "ahead_of", "locate_fold", "locate_loss", "locate_seam"]
+__all__ = [
+    "APART",
+    "Seam",
+    "ahead_of",
+    "locate_ahead",
+    "locate_fold",
+    "locate_loss",
+    "locate_seam",
+]
 
 Array = NDArray[np.float64]
 
@@ -33,6 +43,9 @@ LOOKS = (1e-6, 1e-5, 1e-4, 1e-3)
 HOPS, LEFT = 4, 1e-3
 """Times that a fold between two pieces is approached, and what is left of the way each time."""
 
+APART = 1e-4
+"""Distance of two points, where one piece ends and the next begins, with nothing in common."""
+
 REACH = 100.0
 """Steps within which the other piece lies."""
 
@@ -45,14 +58,42 @@ class Seam(Generic[P]):
     after: P
     met: P  # where the pieces meet, as far as it is known: beside, or beyond, the point before
 
+    @property
+    def apart(self) -> float:
+        """Distance of the two points."""
+        return float(np.linalg.norm(self.after.z - self.before.z))
 
-def locate_seam(curve: Curve[P], known: list[P], a: P, b: P) -> Seam[P]:
+
+def locate_seam(curve: Curve[P], known: Sequence[P], a: P, b: P) -> Seam[P]:
     """Return where the piece of a point ends on the way to one of another piece.
 
-    Their chord is halved: the place on it belongs to a point alone, while errors of arclengths,
-    which are summed from guess to guess, would grow with every halving.
+    The two may have nothing in common. The next one may go on in the parameter, but back along
+    their chord.
     """
-    chord = _ChordAhead(curve, [point for point in known if point.piece == a.piece], a, b)
+    seam = _halved(curve, known, a, b)
+    if seam.apart < APART:
+        return seam
+    with suppress(LostCurveError):
+        again = _halved(curve, known, a, b, _parameter(a, b.z[-1] - a.z[-1]))
+        if again.apart < APART:
+            return again
+    return seam
+
+
+def _parameter(point: P, sign: float) -> Array:
+    """Return the direction in which the parameter grows or falls, whatever else does."""
+    row = np.zeros(len(point.z))
+    row[-1] = math.copysign(1.0, sign)
+    return row
+
+
+def _halved(curve: Curve[P], known: Sequence[P], a: P, b: P, row: Array | None = None) -> Seam[P]:
+    """Halve a chord, or its shadow along a row, until two neighbours of different pieces are left.
+
+    The place on it belongs to a point alone, while errors of arclengths, which are summed from
+    guess to guess, would grow with every halving.
+    """
+    chord = _ChordAhead(curve, [point for point in known if point.piece == a.piece], a, b, row)
     low, high = 0.0, chord.length
     for _ in range(HALVINGS):
         if high - low <= CLOSE:
@@ -69,11 +110,14 @@ def locate_seam(curve: Curve[P], known: list[P], a: P, b: P) -> Seam[P]:
 class _ChordAhead(Generic[P]):
     """The chord from the last point of a piece to one of another, seen from the piece."""
 
-    def __init__(self, curve: Curve[P], own: Sequence[P], a: P, b: P) -> None:
+    def __init__(
+        self, curve: Curve[P], own: Sequence[P], a: P, b: P, row: Array | None = None
+    ) -> None:
         self._curve, self._a, self._b = curve, a, b
         difference = b.z - a.z
-        self.length = float(np.linalg.norm(difference)) or 1.0
-        self._row = difference / self.length
+        size = float(np.linalg.norm(difference)) or 1.0
+        self._row = difference / size if row is None else row
+        self.length = float(difference @ self._row) or 1.0
         self._known: list[P] = []
         for point in reversed(own):
             place = float((point.z - a.z) @ self._row)
@@ -169,6 +213,24 @@ def locate_fold(curve: Curve[P], last: P) -> Seam[P] | None:
     apart = max(float(np.linalg.norm(other.z - last.z)), CLOSE)
     met = replace(last, z=last.z + left * last.tangent) if 0 < left < apart else last
     return Seam(last, replace(other, arclength=last.arclength + apart), met)
+
+
+def locate_ahead(curve: Curve[P], last: P) -> Seam[P] | None:
+    """Return where a piece ends whose next one goes on in the parameter, but back in the states.
+
+    No step along the tangent leads onto it. None where no point that begins there is found.
+    """
+    row = _parameter(last, last.tangent[-1])
+    for step in LOOKS:
+        far = step * abs(last.tangent[-1])
+        correction = correct(curve, last.z + far * row, row)
+        if not correction.converged or np.linalg.norm(correction.z - last.z) > REACH * step:
+            continue
+        found = curve.point(correction, last.arclength + step)
+        if found.piece != last.piece:
+            seam = _halved(curve, [last], last, found, row)
+            return seam if seam.apart < APART else None
+    return None
 
 
 def _beside(curve: Curve[P], last: P, step: float) -> P | None:
