@@ -20,6 +20,8 @@ from slipfold.orbits.spectrum.degeneracy import PAIRED
 
 __all__ = ["CLEAR", "CLOSED", "ON_CIRCLE", "Bifurcations", "is_torus", "span_end"]
 
+Array = NDArray[np.float64]
+
 CLOSED = "the branch closed on itself"
 """How a closed curve ends."""
 
@@ -55,6 +57,18 @@ class Bifurcations(Zeros[OrbitPoint]):
         super().__init__(orbits)
         self._orbits = orbits
         self._span = span
+
+    def values(self, point: OrbitPoint) -> Array:
+        """Return the functions at a point; what rounding leaves of a level tangent is zero.
+
+        Through a canard explosion the parameter stands, and the sign of its change is that of
+        rounding: between any two points it may seem to touch zero.
+        """
+        values = point.values.copy()
+        level = list(point.tests).index("LP")
+        if abs(values[level]) <= TEST_NOISE:
+            values[level] = 0.0
+        return values
 
     def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:
         """Return the bifurcations between two points; the first step of a branch has none."""
