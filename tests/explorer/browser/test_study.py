@@ -1,5 +1,7 @@
 """A study's map leads to the diagrams of its cases."""
 
+import csv
+
 import pytest
 from playwright.sync_api import expect
 
@@ -62,6 +64,32 @@ def test_a_click_opens_the_diagram_of_a_case_with_the_threshold_that_was_found(e
     expect(page.locator(".cell.chosen")).to_be_hidden()
     page.get_by_label("Undo (Ctrl+Z)").click()
     expect(page.locator(".cell.chosen")).to_be_visible()
+
+
+def test_the_map_and_its_table_are_saved(explorer, study, tmp_path):
+    page = explorer.page
+
+    def saved(item):
+        page.get_by_label("Export the study").first.click()
+        with page.expect_download() as waiting:
+            page.locator("#study .menu").get_by_text(item, exact=True).click()
+        return waiting.value.path().read_bytes()
+
+    study.to_csv(tmp_path / "study.csv")
+    ours, theirs = (
+        list(csv.reader(text.splitlines()))
+        for text in (saved("CSV").decode(), (tmp_path / "study.csv").read_text())
+    )
+    assert ours[0] == theirs[0]
+    for one, other in zip(ours[1:], theirs[1:], strict=True):
+        assert [float(cell) for cell in one[:4]] == [float(cell) for cell in other[:4]]
+        assert one[4:] == other[4:]
+    assert saved("PNG").startswith(b"\x89PNG")
+    picture = saved("SVG").decode()
+    assert "threshold (N)" in picture
+    assert "threshold over Vd, mu, 6 cases" in picture
+    items = page.locator("#study .menu [role=menuitem]")
+    assert items.all_text_contents() == ["PNG", "SVG", "CSV"]
 
 
 def test_arrow_keys_go_from_case_to_case(explorer):

@@ -114,7 +114,7 @@ function build(models, study) {
       simulations.node),
     basins: panel("basins", "Basins", [], new BasinsPanel(session, simulation).node),
   };
-  const studies = study ? [studyPanel(session, new Study(study))] : [];
+  const studies = study ? [studyPanel(session, new Study(study), page)] : [];
   const main = element("main", {}, ...studies, panels.diagram, panels.plane, panels.orbit, panels.simulation, panels.basins);
   document.getElementById("page").replaceChildren(
     new Toolbar(session, { status: status.node, say, tour }).node, notices.node, panels.parameters, main,
@@ -135,9 +135,11 @@ function build(models, study) {
   document.getElementById("page").dataset.started = "";
 }
 
-function studyPanel(session, study) {
-  const { title, nodes } = new StudyPanel(session, study);
-  return panel("study", "Study", [title], ...nodes);
+function studyPanel(session, study, page) {
+  const shown = new StudyPanel(session, study);
+  const picture = (format) => plotted(shown, format);
+  const menu = new ExportMenu("study", { picture, table: () => study.table() }, page);
+  return panel("study", "Study", [shown.title, menu.node], ...shown.nodes);
 }
 
 function panel(id, title, tools, ...children) {

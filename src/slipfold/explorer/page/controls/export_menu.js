@@ -8,7 +8,8 @@ const TYPES = { csv: "CSV", nc: "netCDF" };
 
 /**
  * @typedef {object} Source
- * @property {() => object|null} request what made the view; null if there is nothing yet
+ * @property {() => object|null} [request] what made the view; null if there is nothing yet
+ * @property {() => string} [table] the rows of a spreadsheet, of what the server cannot make again
  * @property {(format: "png"|"svg") => Promise<Blob>} picture
  * @property {() => string|null} [readings] name of the file whose readings are drawn
  */
@@ -35,10 +36,13 @@ export class ExportMenu {
       type: "button", role: "menuitem", on: { click: () => this.#act(act) },
     }, text);
     const menu = element("div", { class: "menu", role: "menu", "aria-label": `Export the ${name}` },
-      item("Copy as Python", () => this.#text("python", "Python")),
-      item("Copy as TOML", () => this.#text("toml", "TOML")),
+      ...(source.table ? [] : [
+        item("Copy as Python", () => this.#text("python", "Python")),
+        item("Copy as TOML", () => this.#text("toml", "TOML")),
+      ]),
       item("PNG", () => this.#picture("png")), item("SVG", () => this.#picture("svg")),
-      item("CSV", () => this.#file("csv")), item("netCDF", () => this.#file("nc")));
+      ...(source.table ? [item("CSV", () => this.#table())]
+        : [item("CSV", () => this.#file("csv")), item("netCDF", () => this.#file("nc"))]));
     this.node = element("details", { class: "export" },
       element("summary", { "aria-label": `Export the ${name}`, title: "Copy or save" }, icon(SHARE)), menu);
     this.node.addEventListener("focusout", (event) => {
@@ -51,7 +55,7 @@ export class ExportMenu {
     this.node.open = false;
     // What has the focus now gets it back from a dialog, and the items of a closed menu cannot.
     this.node.querySelector("summary").focus();
-    if (!this.#source.request()) {
+    if (!this.#source.table && !this.#source.request()) {
       this.#say(`There is no ${this.#name} yet.`);
       return;
     }
@@ -72,6 +76,11 @@ export class ExportMenu {
   async #picture(format) {
     download(await this.#source.picture(format), `slipfold-${this.#name}.${format}`);
     this.#say(`Saved as ${format.toUpperCase()}.`);
+  }
+
+  #table() {
+    download(new Blob([this.#source.table()], { type: "text/csv" }), `slipfold-${this.#name}.csv`);
+    this.#say("Saved as CSV.");
   }
 
   async #file(format) {

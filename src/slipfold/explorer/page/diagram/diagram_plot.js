@@ -11,7 +11,7 @@ import { CONFIG, frame, layout, mapping } from "../plots/plot_frame.js";
 import { axisTitle, display, formatted, withUnit } from "../parameters/quantities.js";
 import { readingTraces, readingValues } from "../readings/reading_traces.js";
 import { roundStep, stepped } from "../plots/steps.js";
-import { colours, themeChanged } from "../style/theme.js";
+import { LIGHT, colours, themeChanged } from "../style/theme.js";
 import { STATISTICS, inside } from "../session/view.js";
 import { crossings, nearestPlace, nearestSpecial } from "./working_point.js";
 
@@ -365,13 +365,6 @@ export class DiagramPlot {
 function faint(traces, isFaint = false) {
   return traces.map((trace) => ({ ...trace, opacity: isFaint ? FAINT : 1 }));
 }
-
-/** Colours of figures that go into files. */
-const LIGHT = {
-  ink: "#1a1c20", panel: "#ffffff", live: "#0d0887", grid: "#ececea", axis: "#55585e",
-  simulation: "#00695c", readings: "#c2410c", "pin-1": "#a72197", "pin-2": "#d8576b", "pin-3": "#f0843c",
-  "pin-4": "#6400a7", "pin-5": "#4d7a86", "pin-6": "#8a6d1b",
-};
 
 /** The title of the ordinate, e.g. `max |x/L|`. */
 export function valueTitle(quantity) {

@@ -9,6 +9,14 @@ export class Study {
     this.count = told.reasons.length;
   }
 
+  /** All cases as the rows of a spreadsheet, in SI units: as `to_csv` has them. */
+  table() {
+    const columns = [...this.parameters, ...this.quantities];
+    const heads = columns.map(({ name, unit }) => (unit ? `${name} (${unit})` : name));
+    const rows = this.reasons.map((reason, i) => [i, ...columns.map(({ values }) => values[i] ?? ""), reason]);
+    return [["case", ...heads, "failed"], ...rows].map((row) => `${row.map(cell).join(",")}\n`).join("");
+  }
+
   /** A parameter by name. */
   parameter(name) {
     return this.parameters.find((item) => item.name === name);
@@ -57,4 +65,10 @@ export class Study {
     const parameters = { ...usual.parameters, ...own, [vary]: value };
     return { ...base, vary, span, parameters, at: null, zoom: null };
   }
+}
+
+/** What a cell of a spreadsheet holds. */
+function cell(value) {
+  const text = String(value);
+  return /[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
 }

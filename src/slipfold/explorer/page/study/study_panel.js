@@ -44,6 +44,11 @@ export class StudyPanel {
     this.#plot.mark(study.shownBy(session.view));
   }
 
+  /** What is drawn, for a file. */
+  figure() {
+    return this.#plot.figure();
+  }
+
   #turn(axis, name) {
     const { x, y } = this.#picture;
     const other = axis === "x" ? "y" : "x";

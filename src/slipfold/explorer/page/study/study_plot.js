@@ -7,13 +7,18 @@ import { CONFIG, layout, mapping } from "../plots/plot_frame.js";
 import { axisTitle, display, withUnit } from "../parameters/quantities.js";
 import { inside } from "../session/view.js";
 import { colouring } from "./study_colours.js";
-import { colours, themeChanged } from "../style/theme.js";
+import { LIGHT, colours, themeChanged } from "../style/theme.js";
 
 const REACH = 14;
 const DOT = 9;
 
 /** Pixels between a case and what is said of it. */
 const AWAY = 6;
+
+/** Pixels that a file has besides for what explains its colours, for each letter of a word there, and for a title. */
+const BAR = 90;
+const LETTER = 7;
+const TITLE = 26;
 
 export class StudyPlot {
   /** The element to put on the page. */
@@ -25,6 +30,7 @@ export class StudyPlot {
   #study;
   #choose;
   #picture = null;
+  #drawn = null;
   #number = -1;
   #boxes = [];
   #map = null;
@@ -59,6 +65,33 @@ export class StudyPlot {
     this.#put(this.#chosen, this.#boxes.find((box) => box.number === number));
   }
 
+  /** What is drawn, with its colours explained: for a file. */
+  figure() {
+    const { quantity, y } = this.#picture;
+    const { trace, sheet, colour_of: { words } } = this.#drawn;
+    const bar = {
+      title: { text: escaped(axisTitle(quantity)), side: "right" }, outlinewidth: 0, thickness: 14,
+      ...(words ? { tickvals: words.map((_, i) => i), ticktext: words.map(({ text }) => escaped(text)) } : {}),
+    };
+    const shown = { showscale: true, colorbar: bar };
+    const isMap = trace.type === "heatmap";
+    const told = isMap ? { ...trace, ...shown } : { ...trace, marker: { ...trace.marker, ...(y === null ? {} : shown) } };
+    const { margin, width, ...rest } = structuredClone(sheet);
+    for (const axis of [rest.xaxis, rest.yaxis]) {
+      Object.assign(axis, { gridcolor: LIGHT.grid, linecolor: LIGHT.axis, tickcolor: LIGHT.axis });
+    }
+    const room = y === null ? 0 : BAR + (words ? LETTER * Math.max(0, ...words.map(({ text }) => text.length)) : 0);
+    return {
+      data: [told],
+      layout: {
+        ...rest, paper_bgcolor: "#ffffff", plot_bgcolor: "#ffffff", font: { ...rest.font, color: LIGHT.ink },
+        width: width + room, margin: { ...margin, r: margin.r + room, t: margin.t + TITLE },
+        height: sheet.height + TITLE,
+        title: { text: escaped(this.#study.title), font: { size: 13 }, x: 0.5 },
+      },
+    };
+  }
+
   #schedule() {
     if (this.#frame) return;
     this.#frame = requestAnimationFrame(() => {
@@ -88,6 +121,7 @@ export class StudyPlot {
       });
     }
     this.#map = mapping(size, drawn.x, drawn.y);
+    this.#drawn = { trace: drawn.trace, sheet, colour_of };
     window.Plotly.react(this.#canvas, [drawn.trace], sheet, CONFIG);
     this.#boxes = drawn.boxes(this.#map.toPixel);
     this.mark(this.#number);
