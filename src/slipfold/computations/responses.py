@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.abreast.responses import FEWEST, TOGETHER, branches_abreast
+from slipfold.branches.abreast.responses import FEWEST, branches_abreast
 from slipfold.branches.event import Event
 from slipfold.branches.response import measured_over
 from slipfold.branches.settings import Settings
@@ -34,6 +34,10 @@ from slipfold.results.provenance import provenance
 from slipfold.results.responses import INTERRUPTED, Responses
 
 __all__ = ["CaseProgress", "responses"]
+
+
+AT_ONCE = 256
+"""Cases that are followed side by side: of more each takes as long, and progress is told after."""
 
 
 @dataclass(frozen=True)
@@ -133,7 +137,7 @@ def responses(
     known = dict[int, Diagram]()
     try:
         for case, values in enumerate(cases):
-            if case % TOGETHER == 0 and total >= FEWEST and not events:
+            if case % AT_ONCE == 0 and total >= FEWEST and not events:
                 known = _side_by_side(changed, vary, (first, last), cases, case, chosen)
             found = known.pop(case, None) or _one(
                 changed, vary, (first, last), values, settings=chosen, events=events
@@ -170,7 +174,7 @@ def _side_by_side(
     if own_events(model, vary):
         return {}
     models, begun = dict[int, Model](), perf_counter()
-    for case in range(start, min(start + TOGETHER, len(cases))):
+    for case in range(start, min(start + AT_ONCE, len(cases))):
         with suppress(InputError):  # said of the case when its turn comes
             own = model.replace(**cases[case], **{vary: span[0]})
             check_followed(own)
