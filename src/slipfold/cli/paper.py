@@ -29,7 +29,8 @@ Motions = Annotated[
     typer.Option(
         "--motions",
         help="Draw what motions do, too: tori in figures 2 and 3 as with --tori, both completed "
-        "with chaos, hysteresis with its basins, regimes over the bifurcation set; some ten minutes more.",
+        "with chaos, hysteresis with its basins, regimes over the bifurcation set; some ten "
+        "minutes more.",
     ),
 ]
 

@@ -62,7 +62,7 @@ def draw_regimes(
         label_axis(ax, "x" if which == "x" else "y", found.model.parameter(name))
     if legend:
         shown = [name for name in order if (named == name).any() or name in hatched]
-        handles = [Patch(**_ground(name), label=name) for name in shown]
+        handles: list[Artist] = [Patch(**_ground(name), label=name) for name in shown]
         if hatched:
             handles.append(
                 Patch(facecolor="white", edgecolor=DARK, hatch="////", linewidth=0.4,
