@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
+from helpers.dry_friction import sliding
 
 WINDOW = {"Vd": (0.5, 1.5), "f": (0.05, 0.35)}
 
@@ -96,3 +97,18 @@ def test_a_law_without_stick_has_no_such_loci():
     smooth = sf.Regularised(sf.Coulomb(mu_s=1.0, mu_k=1.0), "sqrt", e=0.01)
     with pytest.raises(sf.InputError, match="none of whose contacts sticks"):
         sf.bifurcation_set(shaken(0.4, smooth), ("Vd", "f"), WINDOW, types="GRAZE", regions=False)
+
+
+@pytest.mark.long
+def test_in_the_plane_regions_say_where_the_tip_sticks():
+    window = {"Vd": (0.045, 0.07), "Nd": (0.25, 0.35)}
+    found = sf.bifurcation_set(sliding(0.3, 0.058), ("Vd", "Nd"), window)
+    (locus,) = found.loci
+    assert (locus.type, locus.begun.kind, locus.stopped.kind) == ("GRAZE", "window", "window")
+    assert {region.name for region in found.regions.regions} == {"period 1", "period 1, sticks"}
+    for share in (-0.02, 0.02):
+        for speed, pulsation in locus.values[2:-2:2]:
+            beside = (1 + share) * speed
+            motion = sf.simulate(sliding(pulsation, beside), 300)
+            assert bool(motion.stuck_fraction) == (share < 0)
+            assert bool(found.regions.at(beside, pulsation).sticking) == (share < 0)

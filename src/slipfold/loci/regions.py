@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.branches.special_point import SpecialPoint
 from slipfold.loci.fan import FanLine
 from slipfold.loci.into_stick.motions import add_sticking, sticking_checks
 from slipfold.loci.into_stick.touches import BranchEnd
@@ -31,6 +33,8 @@ __all__ = ["map_regions"]
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Labels = NDArray[np.int64]
+
+NONE_TOUCH: Mapping[BranchEnd, SpecialPoint] = MappingProxyType({})
 
 SMALLEST = 2e-4
 """Share of the window below which a piece is not a region of its own but belongs to what lies
@@ -61,7 +65,7 @@ def map_regions(
     loci: Sequence[Locus],
     lines: Sequence[FanLine],
     observer: LocusObserver | None = None,
-    touching: Collection[BranchEnd] = (),
+    touching: Mapping[BranchEnd, SpecialPoint] = NONE_TOUCH,
 ) -> RegionMap:
     """Label the regions between loci by the stable responses of period 1 and 2 in them.
 
@@ -82,7 +86,12 @@ def map_regions(
     pieces = _without_slivers(pieces, boundary)
     distance: Array = ndimage.distance_transform_edt(np.pad(pieces > 0, 1))[1:-1, 1:-1]
     clear = ndimage.distance_transform_edt(~boundary) > CLEARANCE
-    votes = list(collect_votes(pieces, clear, raster, plane, lines))
+    bands = list(_short_of_touches(lines, plane, touching))
+    votes = [
+        vote
+        for vote in collect_votes(pieces, clear, raster, plane, lines)
+        if not any((low <= vote.place).all() and (vote.place <= high).all() for low, high in bands)
+    ]
     regions, labels = _labelled(model, plane, pieces, votes, distance, raster)
     split = {int(labels[cell]) for cell in _forks(lines, plane, raster) if clear[cell]}
     regions = [
@@ -135,6 +144,26 @@ def _boundaries(
                 yield curve.between(i)
     yield from _gaps_beside_stick(loci, lines, plane, window, touching)
     yield from _limit_lines(lines, plane, window, touching)
+
+
+def _short_of_touches(
+    lines: Sequence[FanLine],
+    plane: tuple[str, str],
+    touching: Mapping[BranchEnd, SpecialPoint],
+) -> Iterator[Array]:
+    """Yield the ends of stretches of lines in which a response still slips, too slowly to follow.
+
+    They say nothing of their region. Shapes: (2, 2).
+    """
+    for line in lines:
+        for branch in line.branches:
+            for row in (0, -1):
+                touch = touching.get((branch, row))
+                if touch is None:
+                    continue
+                ends = np.full((2, 2), line.value)
+                ends[:, plane.index(line.vary)] = sorted((branch.parameter[row], touch.value))
+                yield ends
 
 
 def _gaps_beside_stick(

@@ -90,8 +90,12 @@ def _beside(
 
     It lies at the same value of the parameter that the branch does not follow.
     """
-    widths = dict(zip(plane, (high - low for low, high in window), strict=True))
     last = branch.orbit(row)
+    # A small window does not make the way to the touch long.
+    widths = {
+        name: max(high - low, abs(last.model.values[name]))
+        for name, (low, high) in zip(plane, window, strict=True)
+    }
     orbits = orbits_of(last.model, widths, branch.period, 1, by=SwitchedShooting)
     z = orbits.unknown(last.nodes[:1], last.model)
     fixed = np.zeros(len(z))
