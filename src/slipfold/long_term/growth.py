@@ -57,6 +57,8 @@ class Growth(ABC):
         self.model = self._motion.model
         self._frame: Array = np.eye(self.state.size)
         self._logarithms: list[Array] = []
+        # How far states move, over their typical sizes: in these the frame is told
+        self._extents: Array = np.ones(self.state.size)
 
     @property
     def logarithms(self) -> Array:
@@ -86,18 +88,21 @@ class Growth(ABC):
     def carried(self, periods: int) -> Array:
         """Go on; return the derivatives of the ends of pieces of equal length.
 
-        Shapes: returns (periods, parts, n, n), of states over sizes of their own.
+        Shapes: returns (periods, parts, n, n), in scaled states.
         """
 
     def go_on(self, periods: int) -> None:
         """Go on for some periods, as far as it comes."""
-        matrices = self.carried(periods)
+        matrices = self._in_extents(self.carried(periods))
         found = np.zeros((len(matrices), matrices.shape[-1]))
         for row, pieces in zip(found, matrices, strict=True):
             for matrix in pieces:
                 self._frame, factors = np.linalg.qr(matrix @ self._frame)
                 row += self._logarithms_of(np.abs(np.diag(factors)))
         self._logarithms.append(found)
+
+    def _in_extents(self, matrices: Array) -> Array:
+        return matrices * (self._extents / self._extents[:, None])
 
     def _logarithms_of(self, factors: Array) -> Array:
         with np.errstate(divide="ignore"):
@@ -110,7 +115,6 @@ class _SmoothGrowth(Growth):
     def __init__(self, model: Model, start: Array) -> None:
         self._motion: Motion = Motion(model, start)
         self._parts = 0
-        self._extents = model.state_scales()
         super().__init__()
 
     def settlement(self, tolerance: float) -> Settlement:
@@ -128,22 +132,24 @@ class _SmoothGrowth(Growth):
         return self._derivatives(starts, self._parts)
 
     def _extents_of(self, starts: Array) -> Array:
-        """Return how far each state moves, or its typical size where it rests.
+        """Return how far each state moves, over its typical size; one where it rests.
 
         Typical sizes are found before anything moves: of a hard spring the displacement's may be
         thousands of times too large, and growth looks that unequal.
         """
         model, zero = self._motion.model, np.zeros(len(starts))
-        flow, scales = flow_of(model), model.state_scales()
+        flow = flow_of(model)
         states = flow.sample(starts, zero, zero + 1, SAMPLES, flow.constants_of(model))
         moved = np.ptp(states, axis=(0, 1))
-        return np.where(moved > STILL * np.abs(states).max(axis=(0, 1)), moved, scales)
+        moves = moved > STILL * np.abs(states).max(axis=(0, 1))
+        return np.where(moves, moved / model.state_scales(), 1.0)
 
     def _parts_of(self, starts: Array) -> int:
         """Return into how many parts periods are cut, so that each keeps the least growth."""
         parts = 1
         while parts < MOST_PARTS:
-            sizes = np.linalg.svd(self._derivatives(starts, parts), compute_uv=False)
+            matrices = self._in_extents(self._derivatives(starts, parts))
+            sizes = np.linalg.svd(matrices, compute_uv=False)
             with np.errstate(divide="ignore"):
                 spread = np.log(sizes[..., 0] / sizes[..., -1])
             if spread.max(initial=0.0) <= SPREAD:
@@ -153,8 +159,8 @@ class _SmoothGrowth(Growth):
 
     def _derivatives(self, starts: Array, parts: int) -> Array:
         model, n = self._motion.model, starts.shape[1]
-        flow, scales = flow_of(model), self._extents
-        constants = flow.constants_of(model)
+        flow = flow_of(model)
+        constants, scales = flow.constants_of(model), model.state_scales()
         zero = np.zeros(len(starts))
         states = flow.sample(starts, zero, zero + 1, parts, constants).reshape(-1, n)
         begin = np.tile(np.arange(parts) / parts, len(starts))
