@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from slipfold.design_space.sobol_indices import SALTELLI, SobolIndices, indices_of
 from slipfold.errors import InputError
-from slipfold.studies.cases import Rows
+from slipfold.studies.cases import Cases, Rows
+from slipfold.studies.work.work import Quantity
 from slipfold.text.printed_table import PrintedTable
-
-if TYPE_CHECKING:
-    from slipfold.results.studies.study_result import StudyResult
 
 __all__ = ["are_told", "index_lines", "index_records", "indices_in"]
 
@@ -22,13 +20,33 @@ CONSTANT = 1e-12
 """Deviation over size of what is the same in all cases but for rounding."""
 
 
-def are_told(found: StudyResult) -> bool:
+class Found(Protocol):
+    """What a study found, as far as indices want to know."""
+
+    @property
+    def cases(self) -> Cases:
+        """The cases."""
+
+    @property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """What was found of each."""
+
+    @property
+    def values(self) -> Mapping[str, NDArray[Any]]:
+        """That by name, a value a case."""
+
+    @property
+    def reasons(self) -> NDArray[np.object_]:
+        """Why cases failed; empty where they did not."""
+
+
+def are_told(found: Found) -> bool:
     """Whether cases were drawn so that indices can be told of them."""
     cases = found.cases
     return isinstance(cases, Rows) and (cases.drawn or {}).get("sample") == SALTELLI
 
 
-def indices_in(found: StudyResult, quantity: str | ArrayLike) -> SobolIndices:
+def indices_in(found: Found, quantity: str | ArrayLike) -> SobolIndices:
     """Return the indices of a quantity by name, or of a number for each case."""
     if not are_told(found):
         raise InputError(
@@ -54,7 +72,7 @@ def indices_in(found: StudyResult, quantity: str | ArrayLike) -> SobolIndices:
     return indices_of(values, found.cases.names, int((found.cases.drawn or {})["seed"]))
 
 
-def index_records(found: StudyResult) -> dict[str, Any]:
+def index_records(found: Found) -> dict[str, Any]:
     """Return the indices of all numbers that differ from case to case, as plain data."""
     return {
         name: {
@@ -68,7 +86,7 @@ def index_records(found: StudyResult) -> dict[str, Any]:
     }
 
 
-def index_lines(found: StudyResult) -> list[str]:
+def index_lines(found: Found) -> list[str]:
     """Return a table of the indices, and why some are not told."""
     known, missing = _all(found)
     if not known:
@@ -83,7 +101,7 @@ def _cells(item: SobolIndices) -> Iterator[str]:
         yield "{:.2f} +- {:.2f}, {:.2f} +- {:.2f}".format(*part)
 
 
-def _all(found: StudyResult) -> tuple[Mapping[str, SobolIndices], list[str]]:
+def _all(found: Found) -> tuple[Mapping[str, SobolIndices], list[str]]:
     known, missing = {}, dict[str, None]()
     if are_told(found):
         for item in found.quantities:
