@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import slipfold as sf
-from helpers.dry_friction import sliding
+from helpers.dry_friction import belt, highest_after_a_touch, sliding
 
 WINDOW = {"Vd": (0.5, 1.5), "f": (0.05, 0.35)}
 
@@ -97,6 +98,19 @@ def test_a_law_without_stick_has_no_such_loci():
     smooth = sf.Regularised(sf.Coulomb(mu_s=1.0, mu_k=1.0), "sqrt", e=0.01)
     with pytest.raises(sf.InputError, match="none of whose contacts sticks"):
         sf.bifurcation_set(shaken(0.4, smooth), ("Vd", "f"), WINDOW, types="GRAZE", regions=False)
+
+
+@pytest.mark.long
+def test_cycles_on_a_belt_begin_to_stick_on_one_curve():
+    law = sf.Stribeck(mu_s=1.0, mu_k=0.5, vs=0.5)
+    window = {"Vd": (1.0, 2.5), "mu_k": (0.2, 0.9)}
+    model, plane = belt(law, 1.8, damping=0.1), ("Vd", "mu_k")
+    (locus,) = sf.bifurcation_set(model, plane, window, types="GRAZE", regions=False).loci
+    assert (locus.id, locus.type) == (1, "GRAZE")
+    for speed, kinetic in locus.values[::4]:
+        near = 0.999 * speed, 1.001 * speed
+        found = brentq(highest_after_a_touch, *near, args=(kinetic,), xtol=1e-12)
+        assert found == pytest.approx(speed, abs=1e-9)
 
 
 @pytest.mark.long

@@ -13,6 +13,7 @@ from slipfold.flow.sizes.typical_sizes import measured_within
 from slipfold.flow.switched.mode_equations import contacts_of
 from slipfold.loci.fan import FanLine, follow_fan, follow_settled, largest_period
 from slipfold.loci.follow import follow_found
+from slipfold.loci.into_stick.copies import without_copies
 from slipfold.loci.into_stick.touches import Touches
 from slipfold.loci.isolated import follow_isolated
 from slipfold.loci.locus import Locus
@@ -108,6 +109,7 @@ def find_bifurcation_set(
     # A locus is followed as soon as a response shows it: whoever watches sees it at once.
     remarks: list[str] = []
     loci = follow_found(points, plane, window, settings, observer, types, max(periods), remarks)
+    loci = without_copies(loci, window)
     if not any(line.branches for line in lines):
         raise InputError(
             f"no response exists on any of {len(lines)} lines across the window: {lines[0].failure}"
