@@ -83,7 +83,7 @@ def follow(
             known, taken = trail.recent(MEMORY), len(trail.points) - 1
             steps = walk(trail.curve, known, step, bounds, settings, cap, taken)
             watching = monitors(trail.curve) if callable(monitors) else monitors
-            step = _advance(trail, steps, watching, bounds, settings, endings, watch)
+            step = _advance(trail, steps, step, watching, bounds, settings, endings, watch)
             other = otherwise(trail) if step is None else None
             if other is not None:
                 trail.curve, trail.points[-1] = other
@@ -97,6 +97,7 @@ def follow(
 def _advance(
     trail: Trail[P],
     steps: Iterator[P | Failure],
+    begun: float,
     monitors: Sequence[Monitor[P]],
     bounds: Sequence[Bound],
     settings: Stepping,
@@ -106,9 +107,11 @@ def _advance(
     """Follow a curve until it ends; return None then.
 
     Where a point between two others cannot be found, the curve is not known well enough there: the
-    last step is undone, and a shorter one to take instead is returned. Where the curve is better
-    described in another way from a point on, the next step is.
+    last step is undone, and a shorter one to take instead is returned: shorter than that with which
+    it was begun, even if it led farther, onto another curve. Where the curve is better described in
+    another way from a point on, the next step is.
     """
+    first = trail.points[-1]
     for item in steps:
         if isinstance(item, Failure):
             trail.end = endings.failed(trail, item)
@@ -117,7 +120,8 @@ def _advance(
         try:
             _extend(trail, item, monitors)
         except BREAKDOWNS as error:
-            step = RETREAT * (item.arclength - before.arclength)
+            taken = item.arclength - before.arclength
+            step = RETREAT * (min(taken, begun) if before is first else taken)
             if step >= settings.steps.smallest:
                 return step
             trail.end = endings.failed(trail, Failure("failed", lost_reason(error)))
