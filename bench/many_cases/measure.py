@@ -13,6 +13,8 @@ import subprocess
 import sys
 import tempfile
 import time
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -36,6 +38,9 @@ MOTION = {
 }
 
 SMALL, TASKS = 4000, 2000
+
+GROUP = 64
+"""Responses that go side by side."""
 
 
 def scattered(count):
@@ -106,7 +111,7 @@ def cluster():
 def main():
     """Measure, print the record."""
     parser = argparse.ArgumentParser(description="studies")
-    parser.add_argument("--cases", type=int, default=2000, help="responses (default 2000)")
+    parser.add_argument("--cases", type=int, default=512, help="responses (default 512)")
     parser.add_argument("--largest", type=int, default=100_000, help="motions (default 100,000)")
     parser.add_argument("--memory", type=int, help=argparse.SUPPRESS)
     options = parser.parse_args()
@@ -115,9 +120,11 @@ def main():
         return
     timed({**RESPONSE, **scattered(2)}, None)  # compiles, or loads what is compiled
     timed({**MOTION, **scattered(2)}, None)
-    few = max(options.cases // 8, 1)
+    few = max(options.cases // 2, 1)  # several groups for each process
     one, _ = timed({**RESPONSE, **scattered(few)}, None)
-    several, _ = timed({**RESPONSE, **scattered(few)}, PROCESSES)
+    with ProcessPoolExecutor(PROCESSES, get_context("spawn")) as pool:
+        timed({**RESPONSE, **scattered(min(few, 4 * GROUP))}, pool)  # they begin, and load
+        several, _ = timed({**RESPONSE, **scattered(few)}, pool)
     seconds, found = timed({**RESPONSE, **scattered(options.cases)}, PROCESSES)
     counts = [10**power for power in range(2, 8) if 10**power <= options.largest]
     each = [sys.executable, __file__, "--memory"]

@@ -46,7 +46,7 @@ def section(record: dict[str, Any]) -> list[str]:
         f"{rate:.3g} cases a second on {processes} processes, {milliseconds(1 / rate)} ms a case; "
         f"{record['special']:,} special points, {record['failures']} cases failed. "
         f"{record['few']} of them in one process: {record['one']:.3g} s, in {processes}: "
-        f"{record['several']:.3g} s, their start included.",
+        f"{record['several']:.3g} s, begun before.",
         *cluster_lines(record["cluster"]),
         "Motions of one period, for what a case costs besides its computation:",
         table(heads, rows),

@@ -70,7 +70,7 @@ export class StudyPlot {
     const { quantity, y } = this.#picture;
     const { trace, sheet, colour_of: { words } } = this.#drawn;
     const bar = {
-      title: { text: escaped(axisTitle(quantity)), side: "right" }, outlinewidth: 0, thickness: 14,
+      title: { text: escaped(axisTitle(quantity)), side: words ? "top" : "right" }, outlinewidth: 0, thickness: 14,
       ...(words ? { tickvals: words.map((_, i) => i), ticktext: words.map(({ text }) => escaped(text)) } : {}),
     };
     const shown = { showscale: true, colorbar: bar };
