@@ -16,7 +16,7 @@ from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.text.one_line import OneLine, number_text
 from slipfold.text.printed_table import PrintedTable
 
-__all__ = ["Spectrum", "find_spectrum"]
+__all__ = ["SpectralLines", "Spectrum", "find_spectrum"]
 
 Array = NDArray[np.float64]
 
@@ -24,8 +24,40 @@ SHOWN = 10
 """Lines that a notebook shows."""
 
 
+class SpectralLines(OneLine):
+    """Complex amplitudes of all outputs, a line a row."""
+
+    names: tuple[str, ...]
+    coefficients: NDArray[np.complex128]
+
+    @property
+    def amplitude(self) -> Array:
+        """Moduli of the coefficients, in the units of the outputs, shape (m, n_outputs)."""
+        return np.abs(self.coefficients)
+
+    def of(self, name: str) -> Array:
+        """Return the amplitudes of one output, shape (m,).
+
+        Parameters
+        ----------
+        name
+            A state or output of the model.
+
+        Raises
+        ------
+        InputError
+            If there is none of that name.
+        """
+        return self.amplitude[:, self._column(name)]
+
+    def _column(self, name: str) -> int:
+        if name not in self.names:
+            raise InputError(f"no output {name!r}; there are {', '.join(self.names)}")
+        return self.names.index(name)
+
+
 @dataclass(frozen=True, eq=False, repr=False)
-class Spectrum(OneLine):
+class Spectrum(SpectralLines):
     """Single-sided spectra of all outputs over a whole number of forcing periods; frozen.
 
     That of an angle which turns round is of what it does besides turning evenly.
@@ -78,29 +110,9 @@ class Spectrum(OneLine):
         return PrintedTable(["f (Hz)", *self.names], lines)
 
     @property
-    def amplitude(self) -> Array:
-        """Moduli of the coefficients, in the units of the outputs, shape (m, n_outputs)."""
-        return np.abs(self.coefficients)
-
-    @property
     def order(self) -> Array:
         """Frequencies over the forcing frequency, shape (m,)."""
         return np.arange(len(self.frequency)) / self.periods
-
-    def of(self, name: str) -> Array:
-        """Return the amplitudes of one output, shape (m,).
-
-        Parameters
-        ----------
-        name
-            A state or output of the model.
-
-        Raises
-        ------
-        InputError
-            If there is none of that name.
-        """
-        return self.amplitude[:, self._column(name)]
 
     def line(self, name: str, order: float) -> float:
         """Return the amplitude of one output at a multiple of the forcing frequency.
@@ -127,11 +139,6 @@ class Spectrum(OneLine):
                 f"1/{self.periods} up to {self.order[-1]:g}"
             )
         return float(self.amplitude[index, self._column(name)])
-
-    def _column(self, name: str) -> int:
-        if name not in self.names:
-            raise InputError(f"no output {name!r}; there are {', '.join(self.names)}")
-        return self.names.index(name)
 
 
 def find_spectrum(

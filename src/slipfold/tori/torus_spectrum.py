@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from slipfold.drawing import draw
 from slipfold.errors import InputError
 from slipfold.flow.flow import flow_of
+from slipfold.long_term.spectrum import SpectralLines
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
-from slipfold.text.one_line import OneLine, number_text
+from slipfold.text.one_line import number_text
 from slipfold.text.printed_table import PrintedTable
 from slipfold.tori.surface import Surface
 
@@ -26,7 +27,7 @@ SHOWN = 12
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class TorusSpectrum(OneLine):
+class TorusSpectrum(SpectralLines):
     """Single-sided spectra of all outputs on one torus; frozen.
 
     Made by `TorusBranch.spectrum`. Lines lie at ``k f1 + l f2``. They come from the series of the
@@ -93,26 +94,6 @@ class TorusSpectrum(OneLine):
         """Frequencies of the lines in Hz, in rising order, shape (m,)."""
         return np.asarray(self.orders @ np.array(self.frequencies))
 
-    @property
-    def amplitude(self) -> Array:
-        """Moduli of the coefficients, in the units of the outputs, shape (m, n_outputs)."""
-        return np.abs(self.coefficients)
-
-    def of(self, name: str) -> Array:
-        """Return the amplitudes of one output, shape (m,).
-
-        Parameters
-        ----------
-        name
-            A state or output of the model.
-
-        Raises
-        ------
-        InputError
-            If there is none of that name.
-        """
-        return self.amplitude[:, self._column(name)]
-
     def line(self, name: str, k: int, l: int) -> float:  # noqa: E741
         """Return the amplitude of one output at ``k f1 + l f2``.
 
@@ -159,11 +140,6 @@ class TorusSpectrum(OneLine):
             For an unknown output.
         """
         return draw(self, output=output, **options)
-
-    def _column(self, name: str) -> int:
-        if name not in self.names:
-            raise InputError(f"no output {name!r}; there are {', '.join(self.names)}")
-        return self.names.index(name)
 
 
 def spectrum_of(model: Model, surface: Surface) -> TorusSpectrum:
