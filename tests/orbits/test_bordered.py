@@ -55,3 +55,24 @@ def test_along_a_mesh_what_grows_is_not_eliminated(size, kind):
     blocks = np.tile(size * np.eye(n), (m, 1, 1))
     linearisation = Linearisation(np.zeros((m, n)), blocks, np.ones((m, n, 1)))
     assert type(linearisation.bordered(np.ones(m * n + 1))) is kind
+
+
+def test_factors_of_a_mesh_stay_thin_whatever_grows_on_it():
+    m, n, k = 200, 2, 2
+    random = np.random.default_rng(0)
+    growth = np.exp(np.where(np.arange(m) < m // 2, 3.0, -3.0) * random.random(m))
+    turned = np.linalg.qr(np.eye(n) + 0.1 * random.normal(size=(m, n, n)))[0]
+    ratios = np.stack([growth, np.ones(m)], axis=1)
+    blocks = turned @ (ratios[:, :, None] * turned.transpose(0, 2, 1))
+    along = random.normal(size=(m, n, k))
+    bordered = Sparse(blocks, along, random.normal(size=(k, m * n + k)) / np.sqrt(m * n))
+    # Blocks of n by 2 n, and full columns and rows of k, before and after elimination.
+    factors = bordered._factors
+    assert factors.L.nnz + factors.U.nnz < 2 * m * n * (3 * n + 2 * k)
+    right = random.normal(size=m * n + k)
+    assert bordered.matrix @ bordered.solve(right) == pytest.approx(right, abs=1e-9)
+    assert bordered.matrix.T @ bordered.solve_transposed(right) == pytest.approx(right, abs=1e-9)
+    sign, logarithm = np.linalg.slogdet(bordered.matrix)
+    length = np.linalg.norm(bordered.solve(np.eye(m * n + k)[-1]))
+    assert bordered.sign == sign
+    assert bordered.volume == pytest.approx(logarithm + np.log(length), abs=1e-9)
