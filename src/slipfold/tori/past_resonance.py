@@ -37,15 +37,18 @@ def past_resonance(trail: Trail[CirclePoint]) -> tuple[Circles, CirclePoint] | N
     circle knows nothing of it, and is continued by the rotation number, across. A strong one may be
     passed like this where nothing happens but that the angles of the circle on it are free.
     """
-    if trail.end is None or trail.end.kind not in ("broken", "failed"):
+    if trail.end is None or trail.end.kind not in ("broken", "failed", "resonance"):
         return None
     last = trail.points[-1]
     away = {ratio: last.curve.rotation(last.z) - float(ratio) for ratio in RESONANCES}
     ratio = min(away, key=lambda each: abs(away[each]))
     if abs(away[ratio]) > NEAR:
         return None
-    side, rotation = float(np.sign(away[ratio])), float(ratio)
-    known = [point for point in trail.points if side * (point.z[-2] - rotation) > NEAR][-KNOWN:]
+    rotation = float(ratio)
+    # The last circle may lie on it, or to either side by rounding.
+    apart = [point for point in trail.points if abs(point.z[-2] - rotation) > NEAR]
+    side = float(np.sign(apart[-1].z[-2] - rotation)) if apart else 0.0
+    known = [point for point in apart if side * (point.z[-2] - rotation) > 0][-KNOWN:]
     for times in BEYOND if len(known) > 1 else ():
         found = _at(known, rotation - side * times * NEAR, -side)
         if found is not None:
