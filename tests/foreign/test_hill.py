@@ -170,7 +170,7 @@ def test_a_branch_that_nothing_leads_to_is_found_by_motions_and_bounded_by_its_f
 
 
 def test_what_motions_find_and_no_response_has_leaves_a_region_unknown(monkeypatch):
-    monkeypatch.setattr(search, "follow_isolated", lambda *_: ())
+    monkeypatch.setattr(search, "follow_isolated", lambda *_, **__: ())
     found = bifurcation_set(System.from_toml(HILL), ("a", "q"), ISOLATED)
     region = max(found.regions.regions, key=lambda region: region.share)
     assert (region.stable, region.consistent, region.known) == ((1,), True, False)
