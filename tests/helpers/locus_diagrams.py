@@ -124,7 +124,7 @@ def region_map(**changes):
     )
     motions = (
         RegionMotion((12.5, 0.4), "torus", 0, 1e-9),
-        RegionMotion((12.5, 0.6), "periodic", 4, -0.1),
+        RegionMotion((12.5, 0.6), "periodic", 4),
     )
     given = {
         "first": np.array([12.0, 13.0]),

@@ -57,6 +57,31 @@ def test_only_regions_that_are_not_known_to_have_stable_responses_are_asked():
     assert resolve_regions(MODEL, PLANE, WINDOW, untouched, (1, 4))[0] is untouched
 
 
+def test_a_region_whose_motions_contradict_its_label_is_not_known():
+    # A damped linear oscillator has one response, of period 1, and it is stable.
+    linear = sf.System(
+        name="linear",
+        parameters={"F": 0.3, "W": 1.5, "d": 1.0},
+        states={"x": "v", "v": "F*cos(W*t) - d*v - x"},
+        forcing={"period": "2*pi/W"},
+    )
+    axes = np.linspace(1.1, 1.9, 5), np.linspace(0.1, 0.5, 5)
+    labels = np.ones((5, 5), np.int64)
+    window = ((1.0, 2.0), (0.05, 0.55))
+    none, right = Region(1, (), 1.0, (1.5, 0.3)), Region(1, (1,), 1.0, (1.5, 0.3), False)
+    told, kept = (
+        resolve_regions(linear, ("W", "F"), window, RegionMap(*axes, labels, (one,)), (2, 2))[0]
+        for one in (none, right)
+    )
+    assert none.known
+    assert told.regions[0].name == "unknown"
+    assert told.at(1.5, 0.3) is None
+    (check,) = told.regions[0].checks
+    assert (check.values, check.settled, check.agrees) == ((1.25, 0.175), 1, False)
+    assert "none across the region has, as do 4 of 4 motions" in check.note
+    assert kept.regions[0].checks == ()
+
+
 def test_a_region_smaller_than_the_grid_is_asked_at_its_own_place():
     found, _ = resolve_regions(
         MODEL, PLANE, WINDOW,

@@ -69,13 +69,13 @@ class RegionMotion(OneLine):
     period
         Period in forcing periods; 0 of what does not repeat.
     exponent
-        Largest Lyapunov exponent, a forcing period, where it was needed; else NaN.
+        Largest Lyapunov exponent, a forcing period, where it was needed; else None.
     """
 
     values: tuple[float, float]
     kind: str
     period: int = 0
-    exponent: float = float("nan")
+    exponent: float | None = None
 
     def _line(self) -> str:
         return f"RegionMotion at {_place(self.values)}: {self.name}"
@@ -105,7 +105,7 @@ class Region(OneLine):
         Whether all responses computed across the region agree on its label, and none of them has
         a pitchfork inside it.
     checks
-        Simulations.
+        Simulations; one of its `motions` is among them where these contradict its label.
     sticking
         Periods of those of its stable responses whose contacts stop on the way round, as motions
         show; empty if none does.

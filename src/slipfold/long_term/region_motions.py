@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from slipfold.flow.strobes.strobe_many import StrobeProgress
 from slipfold.loci.progress import LocusObserver, LocusProgress
-from slipfold.loci.region_map import Region, RegionMap, RegionMotion
+from slipfold.loci.region_map import Region, RegionCheck, RegionMap, RegionMotion
 from slipfold.loci.window import Window
+from slipfold.long_term.open_motions import PERIODIC
 from slipfold.long_term.places import NOT_DONE, Places
 from slipfold.models.model import Model
 
@@ -36,7 +37,8 @@ def resolve_regions(
 ) -> tuple[RegionMap, bool]:
     """Follow motions on a grid in regions whose stable responses are none or not known.
 
-    Returns the regions with their motions, and whether that was interrupted.
+    Returns the regions with their motions, and whether that was interrupted. A region whose label
+    motions contradict has a check more that says so, and is not known any longer.
     """
     places = {
         region.id: _places(regions, region, window, points)
@@ -67,11 +69,27 @@ def resolve_regions(
     for number, place, (kind, period, exponent) in zip(numbers, values, told, strict=True):
         if kind != NOT_DONE:
             at = (float(place[0]), float(place[1]))
-            found[int(number)].append(RegionMotion(at, str(kind), int(period), float(exponent)))
-    resolved = tuple(
-        replace(region, motions=tuple(found.get(region.id, ()))) for region in regions.regions
-    )
+            known = None if np.isnan(exponent) else float(exponent)
+            found[int(number)].append(RegionMotion(at, str(kind), int(period), known))
+    resolved = tuple(_with(region, tuple(found.get(region.id, ()))) for region in regions.regions)
     return replace(regions, regions=resolved), interrupted
+
+
+def _with(region: Region, motions: tuple[RegionMotion, ...]) -> Region:
+    """Return a region with its motions, and a check for each period of those that its label lacks.
+
+    Longer periods are no contradiction: the label speaks of periods 1 and 2.
+    """
+    against = []
+    for period in sorted({1, 2} - {*region.stable}):
+        seen = [one.values for one in motions if (one.kind, one.period) == (PERIODIC, period)]
+        if seen:
+            note = (
+                f"settled on a response of period {period} that none across the region has, as do "
+                f"{len(seen)} of {len(motions)} motions"
+            )
+            against.append(RegionCheck(seen[0], "rest", period, False, note))
+    return replace(region, motions=motions, checks=(*region.checks, *against))
 
 
 def _places(

@@ -36,7 +36,7 @@ MOTIONS = Table(
         Column("kind", TEXT, "what the motion does", record=True),
         Column("period", WHOLE, "period in forcing periods, 0 for none", "", record=True),
         Column("exponent", meaning="largest Lyapunov exponent, where it was needed",
-               unit="1/forcing period", record=True),
+               unit="1/forcing period", optional=True, record=True),
     ),
     "motion_",
     ("region", "region it lies in"),
