@@ -112,6 +112,20 @@ def test_folds_but_none_beyond_a_limit():
     assert [branch.stopped.kind for branch in found] == ["limit", "span"]
 
 
+def test_rest_under_a_pulsing_spring_loses_its_stability_where_it_does_alone():
+    model = sf.System(
+        name="rest",
+        parameters={"d": 0.1, "k": 80.0},
+        states={"x": "v", "v": "-d*v - (k + 0.3*cos(t))*x - x^3"},
+        forcing={"period": "2*pi"},
+    )
+    span = (0.02, -0.02)
+    found = abreast([model.replace(k=k) for k in (30.0, 86.0)], "d", span)
+    for response, k in zip(found, (30.0, 86.0), strict=True):
+        assert_alike(response, trace_response(model.replace(k=k), "d", span), 0.04)
+        assert [point.type for point in response.branches[0].special] == ["NS"]
+
+
 def test_what_is_out_of_the_ordinary_is_left():
     built_in = sf.built_in_models()
     closes = sf.SlidingOscillator(Nd=0.06)  # a doubled branch that ends at another doubling

@@ -177,25 +177,27 @@ def _gaps_beside_stick(
     if not any(locus.type in TOUCHED for locus in loci):
         return
     low, high = np.transpose(window)
-    touches = np.concatenate([
+    touches = [
         locus_curve(locus).between(i)
         for locus in loci
         for i in range(len(locus) - 1)
         if locus.type in TOUCHED
-    ])  # fmt: skip
+    ]
     doubled = [
         (line.value, end.value)[:: 1 if line.fixed == plane[0] else -1]
         for line in lines
         for end in _ends(line, touching)
         if end.period > 1 and end.reason
     ]
+    near = (np.concatenate([np.empty((0, 2)), *touches]), SHORT_OF_STICK)
+    jumps = (np.reshape(doubled, (-1, 2)), LIMIT_JUMP)
     for locus in loci:
         for end in (locus.begun, locus.stopped):
             if locus.type in TOUCHED or end.kind != "limit":
                 continue
-            for others, reach in ((touches, SHORT_OF_STICK), (np.array(doubled), LIMIT_JUMP)):
+            for others, reach in (near, jumps):
                 apart = np.linalg.norm((others - end.values) / (high - low), axis=-1)
-                if len(others) and apart.min() < reach:
+                if apart.min(initial=np.inf) < reach:
                     yield np.array([end.values, others[apart.argmin()]])
 
 

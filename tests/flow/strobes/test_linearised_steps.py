@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
 import slipfold as sf
 from slipfold.flow import flow_of
@@ -45,6 +46,25 @@ def test_states_and_derivatives_are_those_of_the_flow(motions):
     apart = np.abs(found.matrices - matrices) * scales[:, None] / scales[:, :, None]
     assert (apart <= 10 * close[..., None]).all()
     assert (np.abs(found.vectors - vectors[..., 0]) / scales <= 10 * close).all()
+
+
+def test_derivatives_about_rest_where_states_do_not_move_at_all():
+    # The steps must be short for the sake of the derivatives alone.
+    model = sf.System(
+        name="rest",
+        parameters={"k": 200.0},
+        states={"x": "v", "v": "-k*x - 0.1*v - x^3"},
+        forcing={"period": 2 * np.pi},
+    )
+    constants = flow_of(model).constants(model.vector[None], np.ones((1, 2)))
+    change = constants.rates[:, :, model.parameter_index("k")]
+    found = linearised_steps_of(model).carry(
+        np.zeros((1, 2)), np.zeros(1), 1.0, constants.values, np.ones((1, 2)), change
+    )
+    exact = expm(2 * np.pi * np.array([[0.0, 1.0], [-200.0, -0.1]]))
+    # Over fourteen turns, at some thirty steps each, each with such an error of its frequency.
+    assert np.abs(found.matrices[0] - exact).max() < 14 * 30 * 200 * TOLERANCE
+    assert np.abs(found.ends).max() == 0.0
 
 
 def test_each_is_the_same_by_itself(motions):

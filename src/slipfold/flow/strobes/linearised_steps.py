@@ -27,8 +27,8 @@ __all__ = ["Carried", "LinearisedSteps", "linearised_steps_of"]
 Array = NDArray[np.float64]
 
 TOLERANCE = 1e-10
-"""Error of a step, in scales. What is decided rests on special points, which are corrected by the
-flow itself; orbits are then known to 1e-9 and better."""
+"""Error of a step and of its derivatives, in scales. What is decided rests on special points, which
+are corrected by the flow itself; orbits are then known to 1e-9 and better."""
 
 FIRST = 1 / 32
 """Step that is tried first, in forcing periods."""
@@ -137,7 +137,6 @@ class LinearisedSteps:
         phase, step = work[size], work[size + 1]
         values = np.empty((size + 1 + 4 * watched, work.shape[1]))
         left = phase < ends
-        wanted = step.copy()
         for _ in range(ROUND):
             last = phase + step >= ends
             step[last] = (ends - phase)[last]
@@ -210,7 +209,8 @@ def _shared_steps(kind: Kind) -> LinearisedSteps | None:
     if len(method().B) * len(take_apart(equations)) * (equations.dimension + 2) > COMPILED:
         return None
     bounds = [limit.output for limit in model.limits]
-    key = f"linearised explicit steps watching rates of {bounds!r}\n{equations.fingerprint()}"
+    watching = f"errors of derivatives too, watching rates of {bounds!r}"
+    key = f"linearised explicit steps, {watching}\n{equations.fingerprint()}"
     function = cached(key, lambda: _build(equations, whole, changes, model.limits))
     return LinearisedSteps(function, equations.dimension, len(model.limits))
 
@@ -226,7 +226,7 @@ def _with_derivatives(equations: Equations) -> tuple[Equations, list[Any]]:
     slopes = hy.diff_tensors(
         list(equations.field), diff_args=[*states, *coefficients], diff_order=1
     ).jacobian.tolist()
-    names, symbols, field = list(equations.names), list(states), list(equations.field)
+    symbols, field = list(states), list(equations.field)
     for column in range(len(states) + 1):
         own = [hy.expression(f"derivative {column} of {state}") for state in states]
         along = [*own, *changes] if column == len(states) else own
@@ -249,7 +249,11 @@ def _build(
     scales = [hy.expression(f"scale of {name}") for name in equations.names]
     slopes = stage_slopes(whole, step)
     ends = moved_by(whole, slopes, method().B)
-    error = step_error(equations, slopes, ends[: len(scales)], scales)
+    # Derivatives count, too: where states hardly move they tell nothing of the rates around them.
+    sizes = [*scales, *(own / first for first in scales for own in scales), *scales]
+    own_slopes = [row[: len(scales)] for row in slopes]
+    error = step_error(equations, own_slopes, ends[: len(scales)], scales)
+    error += step_error(whole, slopes, ends, sizes)
     outputs = dict(equations.outputs)
     watched = [outputs[limit.output] for limit in limits]
     watched += [_rate(item, equations) for item in watched]
