@@ -126,3 +126,40 @@ def test_in_the_plane_regions_say_where_the_tip_sticks():
             motion = sf.simulate(sliding(pulsation, beside), 300)
             assert bool(motion.stuck_fraction) == (share < 0)
             assert bool(found.regions.at(beside, pulsation).sticking) == (share < 0)
+
+
+BELT = """
+name = "belt"
+[parameters]
+Vd = 1.0
+W = { value = 1.2, above = 0 }
+A = 0.3
+[states]
+x = "v"
+v = "F - x - 0.1*v - HARD*x^3 + A*cos(W*t)"
+[contacts.F]
+slip = "Vd - v"
+normal = "1.0 + 0.5*x"
+friction = { law = "Coulomb", mu_s = "0.4", mu_k = "0.4" }
+[forcing]
+period = "2*pi/W"
+[outputs]
+room = "x"
+[limits]
+wall = { output = "room", bound = -100.0 }
+"""
+
+
+def test_a_limit_that_is_never_met_hides_no_stick():
+    model = sf.System.from_toml(BELT.replace("HARD", "0.0"))
+    found = sf.bifurcation_set(model, ("W", "A"), {"W": (1.0, 1.1), "A": (0.05, 0.4)})
+    assert {locus.type for locus in found.loci} == {"GRAZE"}
+    assert any("sticks" in region.name for region in found.regions.regions)
+
+
+@pytest.mark.long
+def test_folds_that_end_at_stick_without_doubled_branches_have_regions():
+    model = sf.System.from_toml(BELT.replace("HARD", "0.3"))
+    found = sf.bifurcation_set(model, ("W", "A"), {"W": (0.9, 1.8), "A": (0.05, 0.6)})
+    assert {"GRAZE", "LP"} <= {locus.type for locus in found.loci}
+    assert any("sticks" in region.name for region in found.regions.regions)

@@ -77,10 +77,17 @@ def ends_in_stick(branch: Branch, row: int = -1) -> bool:
     beyond = {name for contact in contacts_of(model) for name in contact.limits}
     if not beyond:
         return False
-    orbits = orbits_of(model, {branch.vary: 1.0}, branch.period, branch.nodes.shape[1])
-    margins = limit_margins(orbits, orbits.unknown(branch.nodes[row], model))
-    nearest = int((margins / np.array([limit.bound for limit in model.limits])).argmin())
+    # Of the limit that it ends at next to nothing is left of what was left one point before.
+    before = _margins(branch, 1 if row == 0 else -2) if len(branch) > 1 else np.ones(1)
+    nearest = int((_margins(branch, row) / before).argmin())
     return model.limits[nearest].name in beyond
+
+
+def _margins(branch: Branch, row: int) -> Array:
+    """Return by how much an orbit of a branch keeps each limit."""
+    model = branch.orbit(row).model
+    orbits = orbits_of(model, {branch.vary: 1.0}, branch.period, branch.nodes.shape[1])
+    return limit_margins(orbits, orbits.unknown(branch.nodes[row], model))
 
 
 def _beside(
