@@ -126,6 +126,20 @@ def test_rest_under_a_pulsing_spring_loses_its_stability_where_it_does_alone():
         assert [point.type for point in response.branches[0].special] == ["NS"]
 
 
+@pytest.mark.parametrize(
+    "settings",
+    [
+        sf.Settings(steps=sf.Steps(points=8)),
+        sf.Settings(steps=sf.Steps(smallest=1e-3)),
+        sf.Settings(steps=sf.Steps(largest=1e-3)),
+        sf.Settings(newton=sf.Newton(iterations=2)),
+    ],
+    ids=["points", "smallest", "largest", "iterations"],
+)
+def test_settings_that_would_not_be_kept_are_left_to_each_alone(settings):
+    assert responses_abreast(scattered(1, seed=7), "Nd", SPAN, settings) == [None]
+
+
 def test_what_is_out_of_the_ordinary_is_left():
     built_in = sf.built_in_models()
     closes = sf.SlidingOscillator(Nd=0.06)  # a doubled branch that ends at another doubling

@@ -175,7 +175,7 @@ def _side_by_side(
         return {}
     models, begun = dict[int, Model](), perf_counter()
     for case in range(start, min(start + AT_ONCE, len(cases))):
-        with suppress(InputError):  # said of the case when its turn comes
+        with suppress(InputError, *BREAKDOWNS):  # said of the case when its turn comes
             own = model.replace(**cases[case], **{vary: span[0]})
             check_followed(own)
             models[case] = measured_over(own, vary, span)
@@ -188,7 +188,10 @@ def _side_by_side(
     for case, branches in zip(models, found, strict=True):
         if branches is not None:
             begun = perf_counter()
-            checked = check_branches(branches)
+            try:
+                checked = check_branches(branches)
+            except BREAKDOWNS:
+                continue
             told = provenance(each + perf_counter() - begun)
             diagrams[case] = Diagram(
                 models[case], vary, span, branches, settings, (), told, checked

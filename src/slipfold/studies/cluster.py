@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-import pickle
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
 from contextlib import contextmanager, suppress
+from functools import partial
 from time import monotonic
 from typing import Any
 
@@ -56,17 +56,22 @@ class _Unread(Executor):
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Send what, when it is read, has been done."""
-        return self._executor.submit(pickle.loads, pickle.dumps(_Call(fn, args)))
+        # As Dask writes it: what a script defines itself goes along.
+        from distributed.protocol import pickle
+
+        written: Any = pickle
+        call = _Call(partial(fn, *args, **kwargs))
+        return self._executor.submit(written.loads, written.dumps(call))
 
 
 class _Call:
     """A call that is made when it is unpickled: what is read is what it returns."""
 
-    def __init__(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
-        self._made_of = function, arguments
+    def __init__(self, call: Callable[[], Any]) -> None:
+        self._call = call
 
-    def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any, ...]]:
-        return self._made_of
+    def __reduce__(self) -> tuple[Callable[[], Any], tuple[()]]:
+        return self._call, ()
 
 
 class _Slots:

@@ -19,7 +19,7 @@ from slipfold.orbits.discretisations.shooting import SEGMENTS
 from slipfold.orbits.spectrum.floquet import floquet_multipliers
 from slipfold.orbits.spectrum.test_functions import evaluate_each
 
-__all__ = ["TESTS", "Corrected", "ManyOrbits", "Settled"]
+__all__ = ["ITERATIONS", "TESTS", "Corrected", "ManyOrbits", "Settled"]
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

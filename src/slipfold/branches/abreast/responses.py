@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from slipfold.branches.abreast.assembled import assembled, placed_on, settle
 from slipfold.branches.abreast.located import Approached, approach
-from slipfold.branches.abreast.many_orbits import ManyOrbits
+from slipfold.branches.abreast.many_orbits import ITERATIONS, ManyOrbits
 from slipfold.branches.abreast.own_branch import Case, OwnBranch
-from slipfold.branches.abreast.walk import Start, Walk
+from slipfold.branches.abreast.walk import MOST, SMALLEST, Start, Walk
 from slipfold.branches.bifurcations import ON_CIRCLE, is_torus
 from slipfold.branches.branch import Branch
 from slipfold.branches.describe import describe
@@ -54,6 +54,9 @@ takes seconds to compile."""
 
 TOGETHER = 64
 """Cases that go side by side, at least: of 16 each takes twice as long, of 128 four fifths."""
+
+LONG = 4.0
+"""Arclength of a branch, in spans, for which the rounds of steps have to suffice."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,7 +156,18 @@ def _steps_for(model: Model, settings: Settings) -> LinearisedSteps | None:
     slips = all(contact.limits for contact in contacts_of(model))
     if not model.forced or not slips or np.any(model.whole_turns):
         return None
-    return linearised_steps_of(model) if settings.discretisation != "collocation" else None
+    return linearised_steps_of(model) if _are_kept(settings) else None
+
+
+def _are_kept(settings: Settings) -> bool:
+    """Whether branches that are followed side by side keep to all settings."""
+    steps = settings.steps
+    return (
+        settings.discretisation != "collocation"
+        and settings.newton.iterations >= ITERATIONS
+        and steps.smallest <= SMALLEST
+        and steps.largest * MOST > LONG
+    )
 
 
 def _begun(

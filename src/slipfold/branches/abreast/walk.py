@@ -24,7 +24,7 @@ from slipfold.flow.switched.mode_equations import contacts_of
 from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.orbits.limits import limit_margins
 
-__all__ = ["Bracket", "Start", "Walk"]
+__all__ = ["MOST", "SMALLEST", "Bracket", "Start", "Walk"]
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -361,6 +361,7 @@ class Walk:
         at_end = (self._z[some, -1, -1] == self._low) | (self._z[some, -1, -1] == self._high)
         self._leave(some[broken.any(axis=1)], "limit")
         self._leave(some[at_end], "span")
+        self._leave(some[self._count[some] >= self._steps.points], "points")
 
     def _margins(self, branch: int) -> Array:
         """Return by how much the last orbit of a branch keeps each limit."""
