@@ -10,6 +10,7 @@ import numpy as np
 from slipfold.studies.cases import total
 from slipfold.studies.plan import Plan
 from slipfold.studies.task import Task, compute, versions
+from slipfold.studies.work.work import Work
 
 __all__ = ["Estimate", "estimate"]
 
@@ -27,6 +28,7 @@ class Estimate:
     tried: int
     seconds: float  # a case
     failures: tuple[str, ...]  # why some of them failed
+    beside: bool  # whether cases of the study go side by side, which takes less
 
 
 def estimate(plan: Plan) -> Estimate:
@@ -44,4 +46,6 @@ def estimate(plan: Plan) -> Estimate:
         failures += [record["failed"] for record in done.records if "failed" in record]
         if len(times) > 1 and perf_counter() - begun > ENOUGH:
             break
-    return Estimate(len(times), float(np.mean(times[1:] or times)), tuple(failures))
+    able = type(plan.work).together is not Work.together
+    beside = able and count >= max(plan.work.together_from, 2)
+    return Estimate(len(times), float(np.mean(times[1:] or times)), tuple(failures), beside)

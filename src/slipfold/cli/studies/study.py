@@ -131,9 +131,11 @@ def _check(case: str, workers: int, scheduler: str | None) -> None:
     processes = "one process" if workers == 1 else f"{workers} processes"
     if scheduler is not None:
         processes += f" of this machine, not at {scheduler}"
+    alone, most = (" by itself", "at most ") if found.beside else ("", "")
     say(
-        f"{found.seconds:.3g} s a case, from {found.tried} of them: "
-        f"{duration_text(count * found.seconds / workers)} on {processes}"
+        f"{found.seconds:.3g} s a case{alone}, from {found.tried} of them: "
+        f"{most}{duration_text(count * found.seconds / workers)} on {processes}"
+        f"{', as cases go side by side' if found.beside else ''}"
     )
     for reason in found.failures:
         say(f"one of these failed: {reason}")
