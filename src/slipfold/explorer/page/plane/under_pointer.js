@@ -26,8 +26,8 @@ function sentence({ x, y, at, shown, picture }) {
 function regionAt(regions, at) {
   const id = regions && cellOf(regions.labels, regions.x, regions.y, at);
   if (!id) return [];
-  return regions.stable[id]?.length === 0 ? ["neither period 1 nor 2 stable"]
-    : [regions.known[id] ? `stable: ${regions.names[id]}` : "not known what is stable"];
+  if (!regions.known[id]) return ["not known what is stable"];
+  return [regions.stable[id].length ? `stable: ${regions.names[id]}` : "neither period 1 nor 2 stable"];
 }
 
 function regimeAt(picture, at) {
