@@ -1,5 +1,7 @@
 """Sobol's indices of whatever a study finds, amplitudes among it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -65,8 +67,38 @@ def test_indices_that_cannot_be_told_say_why(found):
     compute = {"what": "simulation", "periods": 1}
     with pytest.raises(InputError, match='not drawn for indices; give cases with sample = "sal'):
         sf.study({**LINEAR, "compute": compute, "cases": cases}).indices("max_q")
-    cases = {**LINEAR["cases"], "count": 2, "scatter": {"W": "normal 1:-5:5"}}
+    cases = {**LINEAR["cases"], "count": 4, "scatter": {"W": "normal 1:-5:5"}}
     lost = sf.study({**LINEAR, "compute": compute, "cases": cases})
-    assert "indices are shares of a variance" in lost.summary()
-    with pytest.raises(InputError, match=r"cases\.count = 3 is not a power of 2"):
-        sf.study({**LINEAR, "cases": {**LINEAR["cases"], "count": 3}})
+    (said,) = (line for line in lost.summary().splitlines() if "shares of a variance" in line)
+    assert said.startswith("no indices of time, last_q, last_v, min_q, max_q, ")
+    assert f"these are missing in {len(lost.failures)} of 12 cases; first: " in said
+    assert len(lost.failures) > 0
+    for count, why in [(3, "is not a power of 2"), (1, "is too few to tell errors of indices")]:
+        with pytest.raises(InputError, match=rf"cases\.count = {count} {why}"):
+            sf.study({**LINEAR, "cases": {**LINEAR["cases"], "count": count}})
+
+
+@pytest.mark.parametrize(
+    ("quantity", "what"),
+    [
+        (1.0, r"shape \(\)"),
+        ([1.0], r"shape \(1,\)"),
+        (np.zeros((2, 192)), r"shape \(2, 192\)"),
+        (["one"] * 192, "words or the like"),
+        ([[1.0], [1.0, 2.0]], "words or the like"),
+    ],
+)
+def test_what_is_no_number_a_case_is_refused(found, quantity, what):
+    with pytest.raises(InputError, match=f"of {what}; give a number for each of the 192 cases"):
+        found.indices(quantity)
+
+
+def test_counts_have_indices_where_they_are_asked_for(found):
+    assert "settled" not in found.to_json()["indices"]
+    with pytest.raises(InputError, match="settled is the same in all cases"):
+        found.indices("settled")
+    # A period of zero is none.
+    periods = np.where(np.arange(192) < 3, 0, 1)
+    some = replace(found, values={**found.values, "period": periods})
+    with pytest.raises(InputError, match="period is missing in 3 of 192 cases"):
+        some.indices("period")

@@ -188,7 +188,7 @@ def _drawn(given: _Given, model: Model) -> Rows:
     ]
     if given.sample == SALTELLI:
         check_power(given.count, "cases.count")
-        rows = index_design(scatters, given.count, given.seed)
+        rows = index_design(scatters, given.count, given.seed, "cases.count")
     else:
         rows = drawn(given.sample, given.count, given.seed, scatters, "cases.count")
     how = {"sample": given.sample, "count": given.count, "seed": given.seed}

@@ -16,6 +16,10 @@ from slipfold.text.printed_table import PrintedTable
 
 __all__ = ["are_told", "index_lines", "index_records", "indices_in"]
 
+Array = NDArray[np.float64]
+
+SHARES = "indices are shares of a variance, and"
+
 CONSTANT = 1e-12
 """Deviation over size of what is the same in all cases but for rounding."""
 
@@ -52,28 +56,64 @@ def indices_in(found: Found, quantity: str | ArrayLike) -> SobolIndices:
         raise InputError(
             f'cases of this study were not drawn for indices; give cases with sample = "{SALTELLI}"'
         )
-    known = {item.name: item.kind for item in found.quantities}
-    name = quantity if isinstance(quantity, str) else "the quantity"
-    if isinstance(quantity, str) and known.get(quantity, "text") == "text":
-        numbers = ", ".join(name for name, kind in known.items() if kind != "text")
-        raise InputError(f"the study has no number {quantity!r}; it has {numbers}")
-    given = found.values[quantity] if isinstance(quantity, str) else quantity
-    values = np.where(found.reasons == "", np.asarray(given, dtype=float), np.nan)
-    lost = np.flatnonzero(~np.isfinite(values))
-    if len(lost):
-        why = str(found.reasons[lost[0]] or found.values.get("reason", {lost[0]: ""})[lost[0]])
-        raise InputError(
-            f"indices are shares of a variance, and {name} is missing in {len(lost)} of "
-            f"{len(values)} cases{'; first: ' if why else ''}{why}"
-        )
-    if not np.ptp(values) > CONSTANT * np.abs(values).max():
+    if isinstance(quantity, str):
+        name, values = quantity, _named(found, quantity)
+    else:
+        name, values = "the quantity", _given(found, quantity)
+    lack = _lack(found, values)
+    if lack:
+        raise InputError(f"{SHARES} {name} is {lack}")
+    if _is_constant(values):
         raise InputError(f"{name} is the same in all cases, so nothing accounts for its variance")
+    return _told(found, values)
+
+
+def _named(found: Found, name: str) -> Array:
+    """Return a number that was found, NaN where there is none."""
+    items = {item.name: item for item in found.quantities if item.kind != "text"}
+    if name not in items:
+        raise InputError(f"the study has no number {name!r}; it has {', '.join(items)}")
+    values = np.asarray(found.values[name], dtype=float)
+    lacking = (found.reasons != "") | (values == items[name].none)
+    return np.where(lacking, np.nan, values)
+
+
+def _given(found: Found, quantity: ArrayLike) -> Array:
+    """Return numbers of one's own, NaN where there are none."""
+    shape = found.reasons.shape
+    try:
+        values = np.asarray(quantity)
+    except ValueError:  # rows of different lengths
+        values = np.empty(0, object)
+    if values.dtype.kind not in "biuf" or values.shape != shape:
+        what = "words or the like" if values.dtype.kind not in "biuf" else f"shape {values.shape}"
+        raise InputError(
+            f"the quantity is an array of {what}; give a number for each of the {shape[0]} cases, "
+            "or a name"
+        )
+    return np.where(found.reasons != "", np.nan, values.astype(float))
+
+
+def _lack(found: Found, values: Array) -> str:
+    """Say of how many cases numbers are missing, and why of the first; empty if of none."""
+    lost = np.flatnonzero(~np.isfinite(values))
+    if not len(lost):
+        return ""
+    why = str(found.reasons[lost[0]] or found.values.get("reason", {lost[0]: ""})[lost[0]])
+    return f"missing in {len(lost)} of {len(values)} cases{'; first: ' if why else ''}{why}"
+
+
+def _is_constant(values: Array) -> bool:
+    return not np.ptp(values) > CONSTANT * np.abs(values).max()
+
+
+def _told(found: Found, values: Array) -> SobolIndices:
     assert isinstance(found.cases, Rows)
     return indices_of(values, found.cases.names, int((found.cases.drawn or {})["seed"]))
 
 
 def index_records(found: Found) -> dict[str, Any]:
-    """Return the indices of all numbers that differ from case to case, as plain data."""
+    """Return the indices of all numbers that differ from case to case, counts aside."""
     return {
         name: {
             parameter: {
@@ -102,14 +142,18 @@ def _cells(item: SobolIndices) -> Iterator[str]:
 
 
 def _all(found: Found) -> tuple[Mapping[str, SobolIndices], list[str]]:
-    known, missing = {}, dict[str, None]()
-    if are_told(found):
-        for item in found.quantities:
-            if item.kind != "real" or not np.isfinite(found.values[item.name]).any():
-                continue
+    """Return the indices of all numbers but those that count, and why others have none."""
+    known, missing = dict[str, SobolIndices](), dict[str, list[str]]()
+    for item in found.quantities if are_told(found) else ():
+        if item.kind != "real" or not np.isfinite(found.values[item.name]).any():
+            continue
+        values = _named(found, item.name)
+        lack = _lack(found, values)
+        if lack:
+            missing.setdefault(f"{SHARES} these are {lack}", []).append(item.name)
+        elif not _is_constant(values):
             try:
-                known[item.name] = indices_in(found, item.name)
+                known[item.name] = _told(found, values)
             except InputError as error:
-                if "the same in all cases" not in str(error):
-                    missing[f"no indices of {item.name}: {error}"] = None
-    return known, [*missing]
+                missing.setdefault(str(error), []).append(item.name)
+    return known, [f"no indices of {', '.join(names)}: {why}" for why, names in missing.items()]

@@ -175,7 +175,8 @@ class StudyResult(Result):
         Raises
         ------
         InputError
-            If cases were not drawn by ``sample = "saltelli"``, or a case has no such number.
+            If cases were not drawn by ``sample = "saltelli"``, a case has no such number (a period
+            of 0 is none), or what is given is not a number for each case.
 
         Examples
         --------

@@ -33,7 +33,7 @@ class Lyapunov(Work):
         numbers = range(1, len(model.states) + 1)
         return (
             Quantity("verdict", "text", "periodic, torus, chaos, equilibrium or undecided"),
-            Quantity("period", "whole", "of a periodic motion, in forcing periods; else 0"),
+            Quantity("period", "whole", "of a periodic motion, in forcing periods; else 0", none=0),
             *(Quantity(f"exponent_{k}", "real", "Lyapunov exponent", unit) for k in numbers),
             *(Quantity(f"error_{k}", "real", f"error of exponent {k}", unit) for k in numbers),
         )

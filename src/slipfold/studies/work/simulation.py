@@ -33,7 +33,7 @@ class Simulation(Work):
         """Return what is found of every case."""
         return (
             Quantity("settled", "whole", "1 if the motion has settled, else 0"),
-            Quantity("period", "whole", "period of what it settled on; 0 if it has not"),
+            Quantity("period", "whole", "period of what it settled on; 0 if it has not", none=0),
             Quantity("duration", "real", "seconds that one round of a cycle takes", "s"),
             Quantity("time", "real", "seconds of the motion", "s"),
             Quantity("reason", "text", "why the motion ended early"),

@@ -43,6 +43,7 @@ class Quantity:
     kind: Literal["real", "whole", "text"]
     meaning: str
     unit: str = ""
+    none: int | None = None  # the whole number that stands for none
 
 
 @dataclass(frozen=True)
