@@ -132,8 +132,9 @@ class LocusSummary:
                 for check in differing
             ]
             if not region.consistent:
+                what = "bifurcations of what sticks" if region.sticking else "branch points"
                 sentences.append(
-                    f"{title}: not true all over it, as responses across it show; branch points, "
+                    f"{title}: not true all over it, as responses across it show; {what}, "
                     "whose loci are not known, may divide it"
                 )
         return sentences
