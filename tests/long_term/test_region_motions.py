@@ -78,7 +78,7 @@ def test_a_region_whose_motions_contradict_its_label_is_not_known():
     assert told.at(1.5, 0.3) is None
     (check,) = told.regions[0].checks
     assert (check.values, check.settled, check.agrees) == ((1.25, 0.175), 1, False)
-    assert "none across the region has, as do 4 of 4 motions" in check.note
+    assert "none across the region has, seen at 4 of 4 places" in check.note
     assert kept.regions[0].checks == ()
 
 

@@ -85,8 +85,8 @@ def _with(region: Region, motions: tuple[RegionMotion, ...]) -> Region:
         seen = [one.values for one in motions if (one.kind, one.period) == (PERIODIC, period)]
         if seen:
             note = (
-                f"settled on a response of period {period} that none across the region has, as do "
-                f"{len(seen)} of {len(motions)} motions"
+                f"settled on a response of period {period} that none across the region has, seen "
+                f"at {len(seen)} of {len(motions)} places"
             )
             against.append(RegionCheck(seen[0], "rest", period, False, note))
     return replace(region, motions=motions, checks=(*region.checks, *against))

@@ -150,7 +150,7 @@ def _all(found: Found) -> tuple[Mapping[str, SobolIndices], list[str]]:
         values = _named(found, item.name)
         lack = _lack(found, values)
         if lack:
-            missing.setdefault(f"{SHARES} these are {lack}", []).append(item.name)
+            missing.setdefault(f"{SHARES} numbers are {lack}", []).append(item.name)
         elif not _is_constant(values):
             try:
                 known[item.name] = _told(found, values)
