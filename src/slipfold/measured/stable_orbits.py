@@ -16,9 +16,9 @@ from slipfold.errors import InputError
 from slipfold.measured.quantity import Quantity, read_off
 from slipfold.models.model import Model
 from slipfold.orbits.carry_to import hold_parameter
+from slipfold.orbits.correct_orbits import correct_orbits
 from slipfold.orbits.extrema import find_extrema
 from slipfold.orbits.forced_orbits import ForcedOrbits
-from slipfold.orbits.many_orbits import correct_orbits
 from slipfold.orbits.spectrum.floquet import floquet_multipliers
 from slipfold.text.stability import outside
 

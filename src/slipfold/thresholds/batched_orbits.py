@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from slipfold.continuation.newton import Rule, correct_many, solve_each
 from slipfold.flow import Flow
-from slipfold.orbits.many_orbits import transitions
+from slipfold.orbits.correct_orbits import transitions
 from slipfold.orbits.spectrum.floquet import floquet_multipliers
 
 __all__ = ["Doublings", "Orbits", "find_doublings", "find_orbits"]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from slipfold.branches.abreast.limits import approached_limits
 from slipfold.branches.abreast.located import Approached, placed
-from slipfold.branches.abreast.many_orbits import ManyOrbits, Settled
+from slipfold.branches.abreast.orbits_of_cases import OrbitsOfCases, Settled
 from slipfold.branches.abreast.own_branch import Case, OwnBranch
 from slipfold.branches.abreast.walk import Walk
 from slipfold.branches.bifurcations import span_end
@@ -54,7 +54,7 @@ def placed_on(
 
 
 def settle(
-    orbits: ManyOrbits,
+    orbits: OrbitsOfCases,
     walk: Walk,
     cases: Sequence[Case],
     branches: Sequence[OwnBranch],

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.abreast.located import Approached, approach
-from slipfold.branches.abreast.many_orbits import Corrected, ManyOrbits
+from slipfold.branches.abreast.orbits_of_cases import Corrected, OrbitsOfCases
 from slipfold.branches.abreast.walk import Bracket, Walk
 from slipfold.branches.stops import LIMIT_CLOSE
 from slipfold.orbits.forced_orbits import ForcedOrbits
@@ -27,7 +27,7 @@ BEYOND = 1.5
 
 
 def approached_limits(
-    orbits: ManyOrbits, walk: Walk, tolerance: float
+    orbits: OrbitsOfCases, walk: Walk, tolerance: float
 ) -> dict[int, Approached | None]:
     """Return where branches end that ended at a limit, by their numbers; None where that fails."""
     found: dict[int, Approached | None] = {
@@ -57,7 +57,7 @@ def approached_limits(
 
 
 def _bracket(
-    orbits: ManyOrbits, branch: int, case: int, z: Array, tangents: Array, places: Array
+    orbits: OrbitsOfCases, branch: int, case: int, z: Array, tangents: Array, places: Array
 ) -> Bracket | None:
     """Return two orbits between which one limit is broken; None if there is no such limit.
 
@@ -89,11 +89,11 @@ def _bracket(
     return Bracket(branch, case, name, z[-2:], tangents[-2:], places[-2:], values, (0, 0))
 
 
-def _limit(orbits: ManyOrbits, bracket: Bracket) -> int:
+def _limit(orbits: OrbitsOfCases, bracket: Bracket) -> int:
     return [limit.name for limit in orbits.models[bracket.case].limits].index(bracket.kind)
 
 
-def _margins(orbits: ManyOrbits, case: int, z: Array) -> Array:
+def _margins(orbits: OrbitsOfCases, case: int, z: Array) -> Array:
     """Return by how much an orbit keeps each limit."""
     if not np.isfinite(z).all():
         return np.full(len(orbits.models[case].limits), np.nan)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.abreast.between import hermite_each
-from slipfold.branches.abreast.many_orbits import TESTS, Corrected, ManyOrbits
+from slipfold.branches.abreast.orbits_of_cases import TESTS, Corrected, OrbitsOfCases
 from slipfold.branches.abreast.walk import Bracket
 from slipfold.continuation.locate import CLOSE, inverse_interpolation
 from slipfold.continuation.newton import correct
@@ -46,7 +46,7 @@ class Approached:
 
 
 def approach(
-    orbits: ManyOrbits,
+    orbits: OrbitsOfCases,
     brackets: Sequence[Bracket],
     function: Callable[[Sequence[Bracket], Corrected], Array] | None = None,
     near: float = NEAR,

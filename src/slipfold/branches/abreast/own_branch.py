@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.abreast.located import Approached
-from slipfold.branches.abreast.many_orbits import Settled
+from slipfold.branches.abreast.orbits_of_cases import Settled
 from slipfold.models.model import Model
 
 __all__ = ["Case", "OwnBranch"]

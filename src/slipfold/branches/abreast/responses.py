@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from slipfold.branches.abreast.assembled import assembled, placed_on, settle
 from slipfold.branches.abreast.located import Approached, approach
-from slipfold.branches.abreast.many_orbits import ITERATIONS, ManyOrbits
+from slipfold.branches.abreast.orbits_of_cases import ITERATIONS, OrbitsOfCases
 from slipfold.branches.abreast.own_branch import Case, OwnBranch
 from slipfold.branches.abreast.walk import MOST, SMALLEST, Start, Walk
 from slipfold.branches.bifurcations import ON_CIRCLE, is_torus
@@ -122,7 +122,7 @@ def _followed(
     ]
     cases = [Case(model) for model in models]
     width, forward = abs(span[1] - span[0]), float(np.sign(span[1] - span[0]))
-    orbits = ManyOrbits(models, steps, vary, width, 1)
+    orbits = OrbitsOfCases(models, steps, vary, width, 1)
     starts = _begun(orbits, cases, vary, width, forward, settings)
     parents: list[tuple[int, int] | None] = [None] * len(starts)
     while starts:
@@ -171,7 +171,7 @@ def _are_kept(settings: Settings) -> bool:
 
 
 def _begun(
-    orbits: ManyOrbits,
+    orbits: OrbitsOfCases,
     cases: Sequence[Case],
     vary: str,
     width: float,
@@ -205,7 +205,7 @@ def _begun(
     ]
 
 
-def _approached(orbits: ManyOrbits, walk: Walk) -> list[list[Approached | None]]:
+def _approached(orbits: OrbitsOfCases, walk: Walk) -> list[list[Approached | None]]:
     """Return what lies within the brackets of each branch that came to an end."""
     kept = [
         item
@@ -233,8 +233,8 @@ def _crosses(item: Approached) -> bool:
 
 
 def _next_starts(
-    orbits: ManyOrbits, cases: Sequence[Case], settings: Settings
-) -> tuple[ManyOrbits, list[Start], list[tuple[int, int] | None]]:
+    orbits: OrbitsOfCases, cases: Sequence[Case], settings: Settings
+) -> tuple[OrbitsOfCases, list[Start], list[tuple[int, int] | None]]:
     """Return where the branches of twice the period begin."""
     period, starts = 2 * orbits.period, list[Start]()
     parents = list[tuple[int, int] | None]()

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.abreast.between import arcs, are_doubtful, hermite_each, lagrange_each
-from slipfold.branches.abreast.many_orbits import TESTS, Corrected, ManyOrbits
+from slipfold.branches.abreast.orbits_of_cases import TESTS, Corrected, OrbitsOfCases
 from slipfold.branches.closed_branches import AROUND, BEFORE
 from slipfold.branches.stops import ONE
 from slipfold.continuation.follow import BIRTH, FIRST
@@ -90,7 +90,11 @@ class Walk:
     """
 
     def __init__(
-        self, orbits: ManyOrbits, starts: Sequence[Start], span: tuple[float, float], steps: Steps
+        self,
+        orbits: OrbitsOfCases,
+        starts: Sequence[Start],
+        span: tuple[float, float],
+        steps: Steps,
     ) -> None:
         k, u = len(starts), orbits.size + 1
         self._orbits, self._steps = orbits, steps

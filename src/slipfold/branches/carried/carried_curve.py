@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.orbits.correct_orbits import Corrected
 from slipfold.orbits.forced_orbits import ForcedOrbits
-from slipfold.orbits.many_orbits import Corrected
 from slipfold.orbits.spectrum.floquet import floquet_multipliers
 from slipfold.orbits.spectrum.test_functions import evaluate_tests
 

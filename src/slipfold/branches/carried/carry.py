@@ -20,9 +20,9 @@ from slipfold.branches.carried.carried_curve import CarriedCurve, curve_through
 from slipfold.branches.carried.carried_points import TESTS, carried_points
 from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
 from slipfold.models.model import Model
+from slipfold.orbits.correct_orbits import Corrected, correct_orbits
 from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.orbits.limits import broken_limit
-from slipfold.orbits.many_orbits import Corrected, correct_orbits
 
 __all__ = ["carry_branches"]
 

@@ -1,4 +1,4 @@
-"""Many periodic orbits at once: all their segments side by side in the lanes of the flow.
+"""Many orbits of one model corrected at once: their segments side by side in the lanes of the flow.
 
 One orbit after the other fills the lanes with its own segments and pays for each call.
 """

@@ -19,7 +19,7 @@ from slipfold.orbits.discretisations.shooting import SEGMENTS
 from slipfold.orbits.spectrum.floquet import floquet_multipliers
 from slipfold.orbits.spectrum.test_functions import evaluate_each
 
-__all__ = ["ITERATIONS", "TESTS", "Corrected", "ManyOrbits", "Settled"]
+__all__ = ["ITERATIONS", "TESTS", "Corrected", "OrbitsOfCases", "Settled"]
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -71,7 +71,7 @@ class Settled:
         return Settled(*(part[some] for part in parts))
 
 
-class ManyOrbits:
+class OrbitsOfCases:
     """Orbits of a period of k models of one kind, in one parameter."""
 
     def __init__(
@@ -89,9 +89,9 @@ class ManyOrbits:
         self._length = period / SEGMENTS
         self._start = np.arange(SEGMENTS) * self._length
 
-    def of_period(self, period: int) -> ManyOrbits:
+    def of_period(self, period: int) -> OrbitsOfCases:
         """Return the same for orbits of another period."""
-        return ManyOrbits(self.models, self._steps, self.vary, self.width, period)
+        return OrbitsOfCases(self.models, self._steps, self.vary, self.width, period)
 
     def join(self, some: Indices, nodes: Array, values: Array) -> Array:
         """Scale nodes and values of the parameter into unknowns. Shapes: nodes (k, m, n)."""
