@@ -157,6 +157,16 @@ def test_a_limit_that_is_never_met_hides_no_stick():
     assert any("sticks" in region.name for region in found.regions.regions)
 
 
+def test_it_hides_none_from_branches_either():
+    # Friction of that load only softens the spring, to 0.8.
+    model = sf.System.from_toml(BELT.replace("HARD", "0.0"))
+    (branch,) = sf.response(model, vary="W", span=(0.7, 0.775)).branches
+    (point,) = branch.special
+    assert point.type == "GRAZE"
+    assert 0.3 * point.value == pytest.approx(np.hypot(0.8 - point.value**2, 0.1 * point.value))
+    assert branch.stuck_fraction[-1] > 0
+
+
 @pytest.mark.long
 def test_folds_that_end_at_stick_without_doubled_branches_have_regions():
     model = sf.System.from_toml(BELT.replace("HARD", "0.3"))

@@ -61,7 +61,8 @@ class Change:
             return beyond
         if end is not None and end.kind == "limit" and self._through_stick:
             self._slipped = _Before(end, list(trail.points), list(trail.found))
-            return through_stick(last.curve, last)
+            before = trail.points[-2] if len(trail.points) > 1 else None
+            return through_stick(last.curve, last, before)
         if end is None or end.kind not in ("failed", "unresolved", GROWS):
             return None
         if not self.may_come(last.curve):

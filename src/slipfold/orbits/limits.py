@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from slipfold.orbits.extrema import refine_minimum
 from slipfold.orbits.orbit_curve import Orbits
 
-__all__ = ["broken_limit", "limit_margins", "loses_equations"]
+__all__ = ["broken_limit", "limit_margins", "limit_met", "loses_equations"]
 
 Array = NDArray[np.float64]
 
@@ -68,6 +68,14 @@ def limit_margins(orbits: Orbits, z: Array) -> Array:
             np.ones(1),
         )[0]
     return lowest - bounds
+
+
+def limit_met(margins: Array, before: Array | None) -> int:
+    """Return the number of the limit that a curve ends at, by its margins there and shortly before.
+
+    Of that next to nothing is left of what was left, in whatever units; none may be known before.
+    """
+    return int((margins / (np.ones(len(margins)) if before is None else before)).argmin())
 
 
 def loses_equations(orbits: Orbits, z: Array) -> bool:

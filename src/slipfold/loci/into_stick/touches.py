@@ -18,7 +18,7 @@ from slipfold.loci.window import Window
 from slipfold.models.turns import without_turns
 from slipfold.orbits.discretisations.switched_shooting import SwitchedShooting
 from slipfold.orbits.kinds import orbits_of
-from slipfold.orbits.limits import limit_margins
+from slipfold.orbits.limits import limit_margins, limit_met
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.stick_slip.touch import TOUCHED
 from slipfold.orbits.stick_slip.touching_shooting import TouchingShooting
@@ -77,10 +77,8 @@ def ends_in_stick(branch: Branch, row: int = -1) -> bool:
     beyond = {name for contact in contacts_of(model) for name in contact.limits}
     if not beyond:
         return False
-    # Of the limit that it ends at next to nothing is left of what was left one point before.
-    before = _margins(branch, 1 if row == 0 else -2) if len(branch) > 1 else np.ones(1)
-    nearest = int((_margins(branch, row) / before).argmin())
-    return model.limits[nearest].name in beyond
+    before = _margins(branch, 1 if row == 0 else -2) if len(branch) > 1 else None
+    return model.limits[limit_met(_margins(branch, row), before)].name in beyond
 
 
 def _margins(branch: Branch, row: int) -> Array:

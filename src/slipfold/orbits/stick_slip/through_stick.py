@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from typing import TypeVar
 
-import numpy as np
-
 from slipfold.flow.switched.mode_equations import contacts_of
 from slipfold.orbits.discretisations.switched_shooting import SwitchedShooting
-from slipfold.orbits.limits import limit_margins
+from slipfold.orbits.limits import limit_margins, limit_met
 from slipfold.orbits.orbit_curve import OrbitCurve
 from slipfold.orbits.orbit_point import OrbitPoint
 
@@ -17,18 +15,20 @@ __all__ = ["through_stick"]
 C = TypeVar("C", bound=OrbitCurve)
 
 
-def through_stick(curve: C, point: OrbitPoint) -> tuple[C, OrbitPoint] | None:
+def through_stick(
+    curve: C, point: OrbitPoint, before: OrbitPoint | None
+) -> tuple[C, OrbitPoint] | None:
     """Return a curve through stick and slip instead of one that ends at a limit, and its point.
 
-    None where the limit that is nearest is none of a contact that may stick.
+    None where the limit, told by the point before, is none of a contact that may stick.
     """
     orbits = curve.orbits
     beyond = {name for contact in contacts_of(orbits.model) for name in contact.limits}
     limits = orbits.model.limits
     if not beyond or not limits:
         return None
-    margins = limit_margins(orbits, point.z) / np.array([limit.bound for limit in limits])
-    if limits[int(margins.argmin())].name not in beyond:
+    earlier = None if before is None else limit_margins(before.curve.orbits, before.z)
+    if limits[limit_met(limit_margins(orbits, point.z), earlier)].name not in beyond:
         return None
     by = SwitchedShooting(orbits.model, orbits.by.free, orbits.period)
     other = curve.described_by(by)
