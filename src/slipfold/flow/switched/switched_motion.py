@@ -264,6 +264,8 @@ def _after(flow: SwitchedFlow, leg: Leg, constants: Constants, weights: Array) -
                 wanted[contact] = event.towards
         elif math.hypot(*slip) * weights[contact] <= AT_REST:
             rest.append(contact)
+        elif status is Status.OPEN:
+            continue  # it slips as it lands
         elif len(slip) == 1 and float(status) * slip[0] * weights[contact] < -BACKWARDS:
             raise Undecided(f"{flow.contacts[contact].name} slips against its own friction")
     after = next_mode(now, places, mode, rest, wanted)
