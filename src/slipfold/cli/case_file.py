@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from slipfold.cli.parsing import parse_assignments, parse_span, refuse_varied
 
 if TYPE_CHECKING:
     from slipfold.models.friction import FrictionLaw
     from slipfold.models.model import Model
 
-__all__ = ["equations_file", "find_model"]
+__all__ = ["equations_file", "find_model", "find_varied"]
 
 
 def find_model(given: str, changes: Mapping[str, str], friction: str | None = None) -> Model:
@@ -26,6 +28,21 @@ def find_model(given: str, changes: Mapping[str, str], friction: str | None = No
     if given.endswith(".toml"):
         return model_of_file(given, changes, law)
     return model_named(given, **with_law(given, law), **changes)
+
+
+def find_varied(
+    given: str, vary: Sequence[str], set_: Sequence[str] | None, friction: str | None = None
+) -> tuple[Model, str, tuple[float, float]]:
+    """Make the model that a command names, and read the parameter it varies with its ends.
+
+    >>> find_varied("sliding", ["Nd=0:0.98"], ["f=12.5"])[1:]
+    ('Nd', (0.0, 0.98))
+    """
+    changes = parse_assignments(set_)
+    model = find_model(given, changes, friction)
+    name, span = parse_span(vary, model)
+    refuse_varied(changes, (name,))
+    return model, name, span
 
 
 def equations_file(given: str) -> Path | None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from slipfold.cli.carry_out import carry_out
+from slipfold.cli.case_file import find_model
 from slipfold.cli.options import Csv, Friction, Json, MaxPoints, MaxStep, Out, Sets, Tolerance
 from slipfold.cli.outputs import Outputs
 from slipfold.cli.parsing import (
@@ -117,8 +118,7 @@ def locus(
     """
     from slipfold.loci.bifurcation_set import PERIODS
 
-    outputs = Outputs(json, out, csv)
-    outputs.check()
+    outputs = Outputs(json, out, csv).checked()
     types = [text.upper() for text in type_] if type_ else None
     periods = [parse_whole(text, "--period") for text in period] if period else None
     settings = parse_settings(max_step, tolerance, max_points)
@@ -138,7 +138,6 @@ def locus(
             points = matching_points(response, model, (plane, window), types, periods)
         compute = partial(follow, points, plane, window)
     else:
-        from slipfold.cli.case_file import find_model
         from slipfold.computations.bifurcation_set import bifurcation_set
 
         if label:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from slipfold.cli.carry_out import carry_out
+from slipfold.cli.case_file import find_model
 from slipfold.cli.options import Csv, Friction, Json, ModelName, Out, Sets
 from slipfold.cli.outputs import Outputs
 from slipfold.cli.parsing import (
@@ -107,7 +108,7 @@ def measure(
 
     if csv is not None:
         check_writable(csv)
-    chosen = _model(model, set_, friction)
+    chosen = find_model(model, parse_assignments(set_), friction)
     name, values = _values(vary, points, chosen)
     total = 0
     with live_line() as show, deferred_interrupts() as check:
@@ -163,9 +164,8 @@ def fit(
     from slipfold.computations.fit import fit as compute
     from slipfold.measured.csv_file import read_measurement
 
-    outputs = Outputs(json, out, csv)
-    outputs.check()
-    chosen = _model(model, set_, friction)
+    outputs = Outputs(json, out, csv).checked()
+    chosen = find_model(model, parse_assignments(set_), friction)
     measurement = read_measurement(data, chosen)
     carry_out(
         lambda observer: compute(
@@ -198,9 +198,8 @@ def plan(
     from slipfold.computations.plan_measurement import plan_measurement as compute
     from slipfold.errors import InputError
 
-    outputs = Outputs(json, out, csv)
-    outputs.check()
-    chosen = _model(model, set_, friction)
+    outputs = Outputs(json, out, csv).checked()
+    chosen = find_model(model, parse_assignments(set_), friction)
     errors = _errors(error)
     if errors is None:
         raise InputError("no --error is given; give what readings scatter by, e.g. --error 1e-4")
@@ -212,13 +211,6 @@ def plan(
     if best is not None and json != "-":
         say(f"best at {name} = {', '.join(f'{value:.6g}' for value in found.values)}")
     return DONE
-
-
-def _model(given: str, set_: list[str] | None, friction: str | None) -> Model:
-    """Make the model that is named, with what is set."""
-    from slipfold.cli.case_file import find_model
-
-    return find_model(given, parse_assignments(set_), friction)
 
 
 def _values(vary: list[str], points: str, model: Model) -> tuple[str, list[float]]:

@@ -6,9 +6,9 @@ import json
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
-from slipfold.cli.status import DONE, INTERRUPTED, note, say
+from slipfold.cli.status import DONE, FAILED, INTERRUPTED, note, say
 from slipfold.errors import InputError
 
 if TYPE_CHECKING:
@@ -33,15 +33,15 @@ class Outputs:
             return "what was finished is printed; --out FILE.nc would keep it"
         return f"what was finished is in {' and '.join(map(str, files))}"
 
-    def status(self, interrupted: bool) -> int:
-        """Return the exit status of what cannot stop early but by Ctrl-C, and say so if it did."""
-        if not interrupted:
-            return DONE
-        note(f"interrupted; {self.kept}")
-        return INTERRUPTED
+    def status(self, interrupted: bool, failed: bool = False) -> int:
+        """Return the exit status; say so if it is Ctrl-C that ended the computation."""
+        if interrupted:
+            note(f"interrupted; {self.kept}")
+            return INTERRUPTED
+        return FAILED if failed else DONE
 
-    def check(self) -> None:
-        """Make sure before computing that all files can be written."""
+    def checked(self) -> Self:
+        """Return them, made sure before computing that all files can be written."""
         from slipfold.results.writing import check_writable
 
         paths = [path for path in (self.out, self.csv) if path is not None]
@@ -54,6 +54,7 @@ class Outputs:
             if real in seen and os.path.isfile(real) | (not os.path.exists(real)):
                 raise InputError(f"{path} is given for two outputs; give each a file of its own")
             seen.add(real)
+        return self
 
     def write(self, result: Result) -> None:
         """Write the files; print the summary, or the JSON if that is asked for."""

@@ -24,6 +24,7 @@ __all__ = [
     "parse_span",
     "parse_states",
     "parse_whole",
+    "parse_whole_if_given",
     "parse_window",
     "refuse_varied",
 ]
@@ -121,6 +122,11 @@ def parse_whole(text: str, option: str, least: int = 1) -> int:
             f"{option} {text} is not a whole number of at least {least}; give e.g. {option} 4"
         )
     return value
+
+
+def parse_whole_if_given(text: str | None, option: str) -> int | None:
+    """Read a whole number of at least 1; None if it is not given."""
+    return None if text is None else parse_whole(text, option)
 
 
 def parse_span(texts: Sequence[str], model: Model) -> tuple[str, tuple[float, float]]:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from slipfold.cli.case_file import find_varied
 from slipfold.cli.interruption import deferred_interrupts
 from slipfold.cli.options import (
     Box,
@@ -25,8 +26,6 @@ from slipfold.cli.parsing import (
     parse_assignments,
     parse_box,
     parse_event,
-    parse_span,
-    refuse_varied,
 )
 from slipfold.cli.progress import done_text, live_line, response_text
 from slipfold.cli.settings import parse_settings
@@ -130,15 +129,10 @@ def response(
     followed to its end, 130 interrupted.
     """
     from slipfold.branches.complete import complete_branches
-    from slipfold.cli.case_file import find_model
     from slipfold.computations.response import response as compute
 
-    outputs = Outputs(json, out, csv)
-    outputs.check()
-    given = parse_assignments(set_)
-    chosen = find_model(model, given, friction)
-    name, span = parse_span(vary, chosen)
-    refuse_varied(given, (name,))
+    outputs = Outputs(json, out, csv).checked()
+    chosen, name, span = find_varied(model, vary, set_, friction)
     events = [parse_event(text, chosen, name) for text in event or ()]
     events += [parse_event(text, chosen, name, stop=True) for text in stop_at or ()]
     settings = parse_settings(max_step, tolerance, max_points, largest_period, discretisation)

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from slipfold.cli.carry_out import carry_out
+from slipfold.cli.case_file import find_model
 from slipfold.cli.options import Friction, Json, ModelName, Out, Sets, States
 from slipfold.cli.outputs import Outputs
-from slipfold.cli.parsing import parse_assignments, parse_number, parse_states, parse_whole
+from slipfold.cli.parsing import parse_assignments, parse_number, parse_states, parse_whole_if_given
 from slipfold.cli.progress import motion_text
 from slipfold.cli.status import DONE, FAILED, INTERRUPTED, note
 
@@ -50,15 +51,13 @@ def simulate(
     Ctrl-C keeps the motion as far as it came. Exit status: 0 done, 2 bad input, 3 the motion became
     singular, 130 interrupted.
     """
-    from slipfold.cli.case_file import find_model
     from slipfold.computations.simulate import simulate as compute
 
-    outputs = Outputs(json, out)
-    outputs.check()
+    outputs = Outputs(json, out).checked()
     chosen = find_model(model, parse_assignments(set_), friction)
     start = parse_states(state, chosen)
     each = "forcing period" if chosen.forced else "interval"
-    count = None if periods is None else parse_whole(periods, "--periods")
+    count = parse_whole_if_given(periods, "--periods")
     least = parse_number(tolerance, "--tolerance")
     motion = carry_out(
         lambda observer: compute(chosen, count, start, tolerance=least, observer=observer),

@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from slipfold.cli.design_space.uncertainty import Period, Type, Vary
+from slipfold.cli.carry_out import carry_out
+from slipfold.cli.case_file import find_varied
+from slipfold.cli.design_space.threshold import (
+    Period,
+    Type,
+    Vary,
+    threshold_response,
+    threshold_text,
+)
 from slipfold.cli.options import Csv, Friction, Json, ModelName, Out, Sets
 from slipfold.cli.outputs import Outputs
-from slipfold.cli.parsing import parse_assignments, parse_span, parse_whole, refuse_varied
-from slipfold.cli.status import DONE, FAILED, INTERRUPTED, note
+from slipfold.cli.parsing import parse_assignments, parse_whole, parse_whole_if_given
 from slipfold.errors import InputError
 
 if TYPE_CHECKING:
-    from slipfold.computations.design import DesignProgress
+    from slipfold.results.design_space.design import Design
 
 __all__ = ["design"]
 
@@ -73,19 +81,11 @@ def design(
 
     Exit status: 0 done, 2 bad input, 3 nothing found, 130 interrupted; what was known is kept.
     """
-    from slipfold.cli.case_file import find_model
-    from slipfold.cli.interruption import deferred_interrupts
-    from slipfold.cli.progress import done_text, live_line
     from slipfold.cli.special_points import first_point
     from slipfold.computations.design import design as compute
-    from slipfold.computations.response import response
 
-    outputs = Outputs(json, out, csv)
-    outputs.check()
-    given = parse_assignments(set_)
-    chosen = find_model(model, given, friction)
-    name, span = parse_span(vary, chosen)
-    refuse_varied(given, (name,))
+    outputs = Outputs(json, out, csv).checked()
+    chosen, name, span = find_varied(model, vary, set_, friction)
     bounds = {
         each: _pair(text, f"--choose {each}")
         for each, text in parse_assignments(choose, "--choose").items()
@@ -95,37 +95,26 @@ def design(
         for each, least in parse_assignments(keep, "--keep").items()
     }
     window = None if outside is None else _pair(outside, "--outside")
-    rounds = None if period is None else parse_whole(period, "--period")
-    with live_line() as show, deferred_interrupts() as check:
-        show("response")
-        diagram = response(chosen, name, span, observer=lambda progress: check())
-        if diagram.interrupted:
-            raise KeyboardInterrupt
-        point = first_point(diagram, type_, rounds)
-        kept = {
-            each: (first_point(diagram, kind, turns), least)
-            for each, (kind, turns, least) in others.items()
-        }
+    rounds = parse_whole_if_given(period, "--period")
 
-        def observe(progress: DesignProgress) -> None:
-            show(done_text("searches", progress.done, progress.total))
-            check()
-
-        found = compute(
-            point,
+    def find(observer: Callable[[Any], None]) -> Design:
+        diagram = threshold_response(chosen, name, span, observer)
+        return compute(
+            first_point(diagram, type_, rounds),
             bounds,
             load=load,
             above=above or None,
             outside=window,
-            keep=kept,
+            keep={
+                each: (first_point(diagram, kind, turns), least)
+                for each, (kind, turns, least) in others.items()
+            },
             state=state,
-            observer=observe,
+            observer=observer,
         )
-        outputs.write(found)
-    if found.interrupted:
-        note(f"interrupted; {outputs.kept}")
-        return INTERRUPTED
-    return FAILED if found.reasons.any() else DONE
+
+    found = carry_out(find, threshold_text("searches"), outputs)
+    return outputs.status(found.interrupted, bool(found.reasons.any()))
 
 
 def _pair(text: str, option: str) -> tuple[str, str]:

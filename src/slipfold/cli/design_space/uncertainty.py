@@ -2,35 +2,29 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from slipfold.cli.carry_out import carry_out
+from slipfold.cli.case_file import find_varied
+from slipfold.cli.design_space.threshold import (
+    Period,
+    Type,
+    Vary,
+    threshold_response,
+    threshold_text,
+)
 from slipfold.cli.options import Csv, Friction, Json, ModelName, Out, Seed, Sets
 from slipfold.cli.outputs import Outputs
-from slipfold.cli.parsing import parse_assignments, parse_span, parse_whole, refuse_varied
-from slipfold.cli.status import DONE, INTERRUPTED, note
+from slipfold.cli.parsing import parse_assignments, parse_whole, parse_whole_if_given
 
 if TYPE_CHECKING:
-    from slipfold.design_space.sampling import SampleProgress
+    from slipfold.results.design_space.threshold_uncertainty import ThresholdUncertainty
 
-__all__ = ["Period", "Type", "Vary", "uncertainty"]
+__all__ = ["uncertainty"]
 
-Vary = Annotated[
-    list[str],
-    typer.Option(
-        metavar="NAME=FIRST:LAST",
-        help="Parameter of which the threshold is a value, and where it is looked for.",
-    ),
-]
-Type = Annotated[
-    str | None,
-    typer.Option("--type", metavar="TYPE", help="Type of the special point; by default the first."),
-]
-Period = Annotated[
-    str | None,
-    typer.Option("--period", metavar="K", help="Period of its orbit in forcing periods."),
-]
 Scatters = Annotated[
     list[str],
     typer.Option(
@@ -72,44 +66,26 @@ def uncertainty(
 
     Exit status: 0 done, 2 bad input, 130 interrupted; what was known by then is kept.
     """
-    from slipfold.cli.case_file import find_model
-    from slipfold.cli.interruption import deferred_interrupts
-    from slipfold.cli.progress import done_text, live_line
     from slipfold.cli.special_points import first_point
-    from slipfold.computations.response import response
     from slipfold.computations.uncertainty import uncertainty as compute
 
-    outputs = Outputs(json, out, csv)
-    outputs.check()
-    given = parse_assignments(set_)
-    chosen = find_model(model, given, friction)
-    name, span = parse_span(vary, chosen)
-    refuse_varied(given, (name,))
+    outputs = Outputs(json, out, csv).checked()
+    chosen, name, span = find_varied(model, vary, set_, friction)
     known = parse_assignments(scatter, "--scatter")
     count, start = parse_whole(samples, "--samples"), parse_whole(seed, "--seed", least=0)
-    rounds = None if period is None else parse_whole(period, "--period")
-    with live_line() as show, deferred_interrupts() as check:
-        show("response")
-        diagram = response(chosen, name, span, observer=lambda progress: check())
-        if diagram.interrupted:
-            raise KeyboardInterrupt
-        point = first_point(diagram, type_, rounds)
+    rounds = parse_whole_if_given(period, "--period")
 
-        def observe(progress: SampleProgress) -> None:
-            show(done_text("samples", progress.done, progress.total))
-            check()
-
-        found = compute(
-            point,
+    def find(observer: Callable[[Any], None]) -> ThresholdUncertainty:
+        diagram = threshold_response(chosen, name, span, observer)
+        return compute(
+            first_point(diagram, type_, rounds),
             known,
             samples=count,
             seed=start,
             loads=quiet or (),
             indices=indices,
-            observer=observe,
+            observer=observer,
         )
-        outputs.write(found)
-    if found.interrupted:
-        note(f"interrupted; {outputs.kept}")
-        return INTERRUPTED
-    return DONE
+
+    found = carry_out(find, threshold_text("samples"), outputs)
+    return outputs.status(found.interrupted)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from slipfold.cli.carry_out import carry_out
+from slipfold.cli.case_file import find_model
 from slipfold.cli.options import (
     Box,
     Csv,
@@ -16,7 +17,7 @@ from slipfold.cli.options import (
     Starts,
 )
 from slipfold.cli.outputs import Outputs
-from slipfold.cli.parsing import parse_assignments, parse_box, parse_whole
+from slipfold.cli.parsing import parse_assignments, parse_box, parse_whole, parse_whole_if_given
 from slipfold.cli.progress import search_text
 
 __all__ = ["attractors"]
@@ -38,11 +39,9 @@ def attractors(
 
     Exit status: 0 done, 2 bad input, 130 interrupted; what was found by then is kept.
     """
-    from slipfold.cli.case_file import find_model
     from slipfold.computations.attractors import attractors as compute
 
-    outputs = Outputs(json, out, csv)
-    outputs.check()
+    outputs = Outputs(json, out, csv).checked()
     chosen = find_model(model, parse_assignments(set_), friction)
     found = carry_out(
         lambda observer: compute(
@@ -50,7 +49,7 @@ def attractors(
             parse_box(box),
             starts=parse_whole(starts, "--starts"),
             seed=parse_whole(seed, "--seed", least=0),
-            periods=None if periods is None else parse_whole(periods, "--periods"),
+            periods=parse_whole_if_given(periods, "--periods"),
             observer=observer,
         ),
         search_text,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from slipfold.cli.carry_out import carry_out
+from slipfold.cli.case_file import find_varied
 from slipfold.cli.options import (
     Box,
     Csv,
@@ -19,11 +20,9 @@ from slipfold.cli.options import (
 )
 from slipfold.cli.outputs import Outputs
 from slipfold.cli.parsing import (
-    parse_assignments,
     parse_box,
-    parse_span,
     parse_whole,
-    refuse_varied,
+    parse_whole_if_given,
 )
 from slipfold.cli.progress import search_text
 
@@ -49,15 +48,10 @@ def basin_fractions(
     Draw the result with slipfold plot. Exit status: 0 done, 2 bad input, 130 interrupted; the
     values finished by then are kept.
     """
-    from slipfold.cli.case_file import find_model
     from slipfold.computations.basin_fractions import basin_fractions as compute
 
-    outputs = Outputs(json, out, csv)
-    outputs.check()
-    given = parse_assignments(set_)
-    chosen = find_model(model, given, friction)
-    name, span = parse_span(vary, chosen)
-    refuse_varied(given, [name])
+    outputs = Outputs(json, out, csv).checked()
+    chosen, name, span = find_varied(model, vary, set_, friction)
     found = carry_out(
         lambda observer: compute(
             chosen,
@@ -67,7 +61,7 @@ def basin_fractions(
             points=parse_whole(points, "--points", least=2),
             starts=parse_whole(starts, "--starts"),
             seed=parse_whole(seed, "--seed", least=0),
-            periods=None if periods is None else parse_whole(periods, "--periods"),
+            periods=parse_whole_if_given(periods, "--periods"),
             observer=observer,
         ),
         search_text,

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from slipfold.cli.carry_out import carry_out
+from slipfold.cli.case_file import find_model
 from slipfold.cli.options import Csv, Friction, Json, ModelName, Out, SearchPeriods, Sets, States
 from slipfold.cli.outputs import Outputs
 from slipfold.cli.parsing import (
@@ -14,7 +15,7 @@ from slipfold.cli.parsing import (
     parse_box,
     parse_points,
     parse_states,
-    parse_whole,
+    parse_whole_if_given,
 )
 from slipfold.cli.progress import search_text
 
@@ -51,11 +52,9 @@ def basins(
     Draw the result with slipfold plot. Exit status: 0 done, 2 bad input, 130 interrupted; what was
     found by then is kept.
     """
-    from slipfold.cli.case_file import find_model
     from slipfold.computations.basins import basins as compute
 
-    outputs = Outputs(json, out, csv)
-    outputs.check()
+    outputs = Outputs(json, out, csv).checked()
     chosen = find_model(model, parse_assignments(set_), friction)
     found = carry_out(
         lambda observer: compute(
@@ -63,7 +62,7 @@ def basins(
             parse_box(plane, "--plane") or {},
             parse_states(state, chosen),
             points=parse_points(points),
-            periods=None if periods is None else parse_whole(periods, "--periods"),
+            periods=parse_whole_if_given(periods, "--periods"),
             observer=observer,
         ),
         search_text,

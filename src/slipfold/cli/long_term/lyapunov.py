@@ -7,9 +7,10 @@ from typing import Annotated
 import typer
 
 from slipfold.cli.carry_out import carry_out
+from slipfold.cli.case_file import find_model
 from slipfold.cli.options import Csv, Friction, Json, ModelName, Out, Sets, States
 from slipfold.cli.outputs import Outputs
-from slipfold.cli.parsing import parse_assignments, parse_number, parse_states, parse_whole
+from slipfold.cli.parsing import parse_assignments, parse_number, parse_states, parse_whole_if_given
 from slipfold.cli.progress import exponents_text
 
 __all__ = ["lyapunov"]
@@ -43,17 +44,15 @@ def lyapunov(
 
     Exit status: 0 done, 2 bad input, 130 interrupted; what was known by then is kept.
     """
-    from slipfold.cli.case_file import find_model
     from slipfold.computations.lyapunov import lyapunov as compute
 
-    outputs = Outputs(json, out, csv)
-    outputs.check()
+    outputs = Outputs(json, out, csv).checked()
     chosen = find_model(model, parse_assignments(set_), friction)
     start = parse_states(state, chosen)
     found = carry_out(
         lambda observer: compute(
             chosen,
-            None if periods is None else parse_whole(periods, "--periods"),
+            parse_whole_if_given(periods, "--periods"),
             start,
             tolerance=parse_number(tolerance, "--tolerance"),
             observer=observer,

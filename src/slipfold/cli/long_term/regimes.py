@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from slipfold.cli.carry_out import carry_out
+from slipfold.cli.case_file import find_model
 from slipfold.cli.options import Csv, Friction, Json, ModelName, Out, Sets, States
 from slipfold.cli.outputs import Outputs
 from slipfold.cli.parsing import (
@@ -52,11 +53,9 @@ def regimes(
 
     Exit status: 0 done, 2 bad input, 130 interrupted; what was known by then is kept.
     """
-    from slipfold.cli.case_file import find_model
     from slipfold.computations.regimes import regimes as compute
 
-    outputs = Outputs(json, out, csv)
-    outputs.check()
+    outputs = Outputs(json, out, csv).checked()
     given = parse_assignments(set_)
     chosen = find_model(model, given, friction)
     names, spans = parse_window(vary, chosen)

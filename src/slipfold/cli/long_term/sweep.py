@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from slipfold.cli.carry_out import carry_out
+from slipfold.cli.case_file import find_varied
 from slipfold.cli.options import (
     Box,
     Csv,
@@ -22,12 +23,9 @@ from slipfold.cli.options import (
 )
 from slipfold.cli.outputs import Outputs
 from slipfold.cli.parsing import (
-    parse_assignments,
     parse_box,
-    parse_span,
     parse_states,
     parse_whole,
-    refuse_varied,
 )
 from slipfold.cli.progress import strobe_text
 from slipfold.errors import InputError
@@ -71,15 +69,10 @@ def sweep(
 
     Exit status: 0 done, 2 bad input, 130 interrupted; what was finished by then is kept.
     """
-    from slipfold.cli.case_file import find_model
     from slipfold.computations.sweep import sweep as compute
 
-    outputs = Outputs(json, out, csv)
-    outputs.check()
-    given = parse_assignments(set_)
-    chosen = find_model(model, given, friction)
-    name, span = parse_span(vary, chosen)
-    refuse_varied(given, [name])
+    outputs = Outputs(json, out, csv).checked()
+    chosen, name, span = find_varied(model, vary, set_, friction)
     if runs not in RUNS:
         raise InputError(f"--runs {runs} is unknown; give {', '.join(RUNS)}")
     found = carry_out(
