@@ -47,7 +47,7 @@ def section(record: dict[str, Any]) -> list[str]:
     return [
         f"## {points(record):,} thresholds",
         f"Nd at the PD of period 1, f = 12.5 Hz, for {size} values of Vd from 0.3 to 1.2 m/s and "
-        f"{size} of alpha from 20 to 80 degrees; eight at a time, one thread.",
+        f"{size} of alpha from 20 to 80 degrees; many at a time, one thread.",
         table(["", "s", "ms a threshold", "processor ms a threshold"], list(rows(record))),
         f"Thresholds: {record['thresholds']:,}; {failures(record)}. {record['followed']} by the "
         "whole response, the others guessed between neighbours, corrected and checked. The largest "

@@ -50,7 +50,7 @@ def threshold_map(
         First and last value of the threshold: numbers in SI units, or text with a unit. A
         descending span is fine.
     observer
-        Called after every line of the grid with a `slipfold.MapProgress`. If it raises
+        Called after every few lines of the grid with a `slipfold.MapProgress`. If it raises
         `KeyboardInterrupt`, or the user does, the points not reached say so.
     **parameters
         Parameters of the model to change first: numbers in SI units, or text with a unit.

@@ -78,6 +78,8 @@ class Parameter:
             If `value` is not finite or outside the bounds.
         """
         value = float(value)
+        if self.lower < value < self.upper:  # as nearly all are
+            return value
         if not math.isfinite(value):
             raise InputError(f"{self.name} = {value} is not a finite number; give {self.bounds}")
         below = value <= self.lower if self.lower_open else value < self.lower

@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.flow import flow_of
-from slipfold.flow.scaled import power_of_two
 from slipfold.models.model import Model
 from slipfold.thresholds.batched_limits import keep_limits
 from slipfold.thresholds.batched_orbits import Orbits, find_doublings, find_orbits
+from slipfold.thresholds.one_period import OnePeriod
 from slipfold.thresholds.stable_segment import SHARES, Segments, find_doubts, shortened
 
 __all__ = ["BatchedThresholds", "Found"]
@@ -41,14 +40,24 @@ class Found:
     residuals: Array  # how far the orbit there fails to close, in scaled states, shape (m,)
 
 
+@dataclass(frozen=True, eq=False)
+class _Ends:
+    """Orbits at which the stable parts of responses end."""
+
+    multipliers: NDArray[np.complex128]  # shape (m, n)
+    clear: Mask  # whether each stays far from all limits, as far as was looked, shape (m,)
+    # Length of the last correction, shape (m,); none where they are period doublings
+    moved: Array | None = None
+
+
 class BatchedThresholds:
     """Finds thresholds of one parameter, from guesses for many sets of the others."""
 
     def __init__(self, model: Model, vary: str, span: tuple[float, float]) -> None:
         self.model = model
-        self.flow = flow_of(model)
-        self.index = model.parameter_index(vary)
         self.first, self.last = span
+        width = abs(self.last - self.first)
+        self.period = OnePeriod(model, model.parameter_index(vary), width)
 
     def doublings(self, parameters: Array, scales: Array, guess: Segments) -> Found:
         """Find first period doublings, or that they lie beyond the span.
@@ -56,14 +65,8 @@ class BatchedThresholds:
         Shapes: parameters (m, n_p); scales (m, n).
         """
         width = self.last - self.first
-        found = find_doublings(
-            self.flow,
-            guess.paths[:, -1],
-            self._at(parameters, guess.ends),
-            self.index,
-            scales,
-            abs(width),
-        )
+        at_guess = self.period.at(parameters, guess.ends)
+        found = find_doublings(self.period, guess.paths[:, -1], at_guess, scales)
         far = np.linalg.norm((found.states - guess.paths[:, -1]) / scales, axis=1)
         with np.errstate(invalid="ignore"):
             near = (far < ANOTHER_BRANCH) & (
@@ -76,8 +79,9 @@ class BatchedThresholds:
         loses = inside.copy()
         if inside.any():
             some = Segments(found.values, paths).of(inside)
+            there = _Ends(found.multipliers[inside], found.clear[inside])
             loses[inside], paths[inside] = self._prove(
-                parameters[inside], scales[inside], some, found.multipliers[inside]
+                parameters[inside], scales[inside], some, there
             )
         result = Found(
             loses,
@@ -98,18 +102,17 @@ class BatchedThresholds:
 
         Shapes: parameters (m, n_p); scales (m, n).
         """
-        at_end = self._at(parameters, guess.ends)
-        orbits = find_orbits(self.flow, guess.paths[:, -1], at_end, scales, ON_THE_WAY)
+        at_end = self.period.at(parameters, guess.ends)
+        orbits = find_orbits(self.period, guess.paths[:, -1], at_end, scales, ON_THE_WAY)
         paths = np.concatenate([guess.paths[:, :-1], orbits.states[:, None]], axis=1)
-        lasts, paths = self._prove(
-            parameters, scales, Segments(guess.ends, paths), orbits.multipliers, orbits.moved
-        )
+        ends = _Ends(orbits.multipliers, orbits.clear, orbits.moved)
+        lasts, paths = self._prove(parameters, scales, Segments(guess.ends, paths), ends)
         return Found(
             np.zeros_like(lasts),
             lasts,
             Segments(guess.ends, paths),
             orbits.multipliers,
-            self._residuals(paths[:, -1], at_end, scales),
+            self.period.residuals(paths[:, -1], at_end, scales),
         )
 
     def walk(self, parameters: Array, scales: Array, guess: Segments) -> tuple[Array, Orbits]:
@@ -125,9 +128,8 @@ class BatchedThresholds:
         repeated = np.tile(parameters, (len(shares), 1))
         scale = np.tile(scales, (len(shares), 1))
         guessed = guess.paths[:, :-1].swapaxes(0, 1).reshape(-1, n)
-        orbits = find_orbits(
-            self.flow, guessed, self._at(repeated, values.ravel()), scale, ON_THE_WAY
-        )
+        there = self.period.at(repeated, values.ravel())
+        orbits = find_orbits(self.period, guessed, there, scale, ON_THE_WAY)
         far = np.linalg.norm((orbits.states - guessed) / scale, axis=1)
         with np.errstate(invalid="ignore"):
             orbits.states[~(far < ANOTHER_BRANCH)] = np.nan
@@ -135,51 +137,26 @@ class BatchedThresholds:
         return np.concatenate([on_the_way, guess.paths[:, -1:]], axis=1), orbits
 
     def _prove(
-        self,
-        parameters: Array,
-        scales: Array,
-        segments: Segments,
-        multipliers: NDArray[np.complex128],
-        moved: Array | None = None,
+        self, parameters: Array, scales: Array, segments: Segments, ends: _Ends
     ) -> tuple[Mask, Array]:
-        """Return whether responses are stable on the way, and the states there.
-
-        Without `moved`, what the last correction of the ends was, they are period doublings.
-        """
+        """Return whether responses are stable on the way, and the states there."""
         paths, orbits = self.walk(parameters, scales, segments)
         before = paths.shape[1] - 1
-        all_multipliers = np.concatenate(
-            [_by_response(orbits.multipliers, before), multipliers[:, None]], axis=1
+        multipliers = np.concatenate(
+            [_by_response(orbits.multipliers, before), ends.multipliers[:, None]], axis=1
         )
-        doubling = moved is None
-        ends_moved = np.zeros(len(parameters)) if moved is None else moved
-        all_moved = np.column_stack([_by_response(orbits.moved, before), ends_moved])
-        all_moved[~np.isfinite(paths).all(axis=2)] = np.inf
-        proved = find_doubts(all_multipliers, all_moved, doubling) == ""
-        if proved.any():
-            proved[proved] = self._keep_limits(
-                parameters[proved], segments.ends[proved], paths[proved]
-            )
+        doubling = ends.moved is None
+        ends_moved = np.zeros(len(parameters)) if ends.moved is None else ends.moved
+        moved = np.column_stack([_by_response(orbits.moved, before), ends_moved])
+        moved[~np.isfinite(paths).all(axis=2)] = np.inf
+        proved = find_doubts(multipliers, moved, doubling) == ""
+        near = ~np.column_stack([_by_response(orbits.clear, before), ends.clear])
+        case, place = np.nonzero(near & proved[:, None])
+        values = self.first + np.array(SHARES)[place] * (segments.ends[case] - self.first)
+        there = self.period.at(parameters[case], values)
+        kept = keep_limits(self.period.flow, self.model, paths[case, place], there)
+        proved[case[~kept]] = False
         return proved, paths
-
-    def _keep_limits(self, parameters: Array, ends: Array, paths: Array) -> Mask:
-        m, count, n = paths.shape
-        values = self.first + np.multiply.outer(np.array(SHARES), ends - self.first)
-        repeated = self._at(np.tile(parameters, (count, 1)), values.ravel())
-        states = paths.swapaxes(0, 1).reshape(-1, n)
-        kept = keep_limits(self.flow, self.model, states, repeated)
-        return np.asarray(kept.reshape(count, m).all(axis=0), dtype=bool)
-
-    def _at(self, parameters: Array, values: Array) -> Array:
-        moved = parameters.copy()
-        moved[:, self.index] = values
-        return moved
-
-    def _residuals(self, states: Array, parameters: Array, scales: Array) -> Array:
-        zero = np.zeros(len(states))
-        constants = self.flow.constants(parameters, power_of_two(scales))
-        ends = self.flow.advance(states, zero, zero + 1, constants)
-        return np.abs((ends - states) / scales).max(axis=1)
 
 
 def _by_response(rows: NDArray[Any], count: int) -> NDArray[Any]:

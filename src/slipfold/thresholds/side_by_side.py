@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.errors import BREAKDOWNS, InputError
-from slipfold.flow import Flow
 from slipfold.flow.linear_response import linear_response
 from slipfold.flow.switched.mode_equations import contacts_of
 from slipfold.models.model import Model
 from slipfold.models.variations import carried_whole
 from slipfold.thresholds.batched_orbits import find_orbits
 from slipfold.thresholds.batched_thresholds import BatchedThresholds
+from slipfold.thresholds.one_period import OnePeriod
 from slipfold.thresholds.stable_segment import SHARES, Segments
 
 __all__ = ["first_doublings"]
@@ -58,7 +58,7 @@ def first_doublings(models: Sequence[Model], vary: str, span: tuple[float, float
     batches = BatchedThresholds(model, vary, span)
     parameters = np.array([item.vector for item in models])
     scales = np.array([item.state_scales() for item in models])
-    carried = _Carried(batches.flow, parameters, scales, batches.index, span)
+    carried = _Carried(batches.period, parameters, scales, span)
     carried.begin(models, vary)
     for _ in range(STEPS):
         if not carried.going.any():
@@ -79,10 +79,10 @@ class _Carried:
     """
 
     def __init__(
-        self, flow: Flow, parameters: Array, scales: Array, index: int, span: tuple[float, float]
+        self, period: OnePeriod, parameters: Array, scales: Array, span: tuple[float, float]
     ) -> None:
-        self._flow, self._parameters, self._scales = flow, parameters, scales
-        self._index, self._span = index, span
+        self._period, self._parameters, self._scales = period, parameters, scales
+        self._span = span
         m, n = scales.shape
         self.going: Mask = np.full(m, True)
         self.ends = np.full(m, np.nan)
@@ -97,8 +97,9 @@ class _Carried:
         for guess, model, scales in zip(guesses, models, self._scales, strict=True):
             with suppress(InputError, *BREAKDOWNS):  # of others at that value nothing is known
                 there = model.replace(**{vary: self._span[0]})
-                constants = self._flow.constants(there.vector)
-                guess[:] = linear_response(self._flow, constants, scales, 1, there.start)[0]
+                flow = self._period.flow
+                constants = flow.constants(there.vector)
+                guess[:] = linear_response(flow, constants, scales, 1, there.start)[0]
         everywhere, first = np.arange(len(models)), np.zeros(len(models))
         self._accept(everywhere, first, guesses, BEGUN_NEAR)
         self.going &= np.isfinite(self._states).all(axis=1)
@@ -118,7 +119,7 @@ class _Carried:
     def _accept(self, some: NDArray[np.int64], shares: Array, guesses: Array, far: float) -> Mask:
         """Correct guesses, keep what is near them; return which that is."""
         scales = self._scales[some]
-        orbits = find_orbits(self._flow, guesses, self._at(some, shares), scales, CLOSE)
+        orbits = find_orbits(self._period, guesses, self._at(some, shares), scales, CLOSE)
         distance = np.linalg.norm((orbits.states - guesses) / scales, axis=1)
         with np.errstate(invalid="ignore"):
             good = np.asarray(distance < far)
@@ -151,6 +152,5 @@ class _Carried:
 
     def _at(self, some: NDArray[np.int64], shares: Array) -> Array:
         """Return parameter vectors at shares of the span."""
-        vectors = self._parameters[some]
-        vectors[:, self._index] = self._span[0] + shares * (self._span[1] - self._span[0])
-        return vectors
+        values = self._span[0] + shares * (self._span[1] - self._span[0])
+        return self._period.at(self._parameters[some], values)

@@ -41,7 +41,7 @@ class MapProgress:
 
 
 MapObserver = Callable[[MapProgress], None]
-"""Called after every line of the grid; may raise `KeyboardInterrupt` to stop with what is done."""
+"""Called after every few lines of the grid; may raise `KeyboardInterrupt` to stop there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,7 +138,7 @@ def find_threshold_map(
 
     The responses of a few points are followed from the first value of the span. Between them the
     threshold, the orbit there and the stable response on the way are guessed by interpolation and
-    corrected, eight points at a time; a point is accepted if the orbits on the way are stable, keep
+    corrected, many points at a time; a point is accepted if the orbits on the way are stable, keep
     the limits of the model and lie near their guess. Where that cannot be shown, the response of
     the point itself is followed.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,9 @@ Indices = NDArray[np.int64]
 INTERRUPTED = "interrupted"
 
 CONTRADICTION = "contradictory parameters"
+
+TOGETHER = 1024
+"""Points that are guessed and corrected in one go, at least a line."""
 
 ATTEMPTS = 2
 """Guesses from different neighbours that are tried before the response is followed."""
@@ -75,8 +78,9 @@ class ThresholdSearch:
             seeds = [seed_lines(len(places)) for places in self.places]
             self._follow([(int(i), int(j)) for i in seeds[0] for j in seeds[1]])
             for axis, known, new, others in refinements(self.values.shape):
-                for line in new:
-                    self._fill_line(axis, known, int(line), others)
+                count = max(TOGETHER // len(others), 1)
+                for first in range(0, len(new), count):
+                    self._fill(axis, known, new[first : first + count], others)
         except KeyboardInterrupt:
             pass
 
@@ -94,19 +98,21 @@ class ThresholdSearch:
         }
         return self.model.replace(**values, **{self.vary: self.span[0]})
 
-    # -- a line of the grid from known ones ------------------------------------------------------
+    # -- lines of the grid from known ones -------------------------------------------------------
 
-    def _fill_line(self, axis: int, known: Indices, line: int, others: Indices) -> None:
-        rows, columns = np.full(len(others), line), others
+    def _fill(self, axis: int, known: Indices, new: Indices, others: Indices) -> None:
+        """Find the thresholds on new lines; what comes first on each is guessed first."""
+        rows, columns = np.repeat(new, len(others)), np.tile(others, len(new))
         if axis == 1:
             rows, columns = columns, rows
-        attempts = np.zeros(len(others), dtype=np.int64)
-        for stencil in stencils(self.places[axis], known, line):
+        attempts = np.zeros(len(rows), dtype=np.int64)
+        ways = [stencils(self.places[axis], known, int(line)) for line in new]
+        for way in range(max(map(len, ways))):
             for kind, solve in (("", self.batches.doublings), (NO_THRESHOLD, self.batches.lasting)):
                 waiting = self.kinds[rows, columns] == INTERRUPTED
                 if not waiting.any():
                     break
-                guess = self._guess(axis, stencil, others, kind)
+                guess = self._guesses(axis, [item[way : way + 1] for item in ways], others, kind)
                 some = np.flatnonzero(waiting & np.isfinite(guess.ends) & (attempts < ATTEMPTS))
                 if len(some):
                     attempts[some] += 1
@@ -116,18 +122,24 @@ class ThresholdSearch:
         left = np.flatnonzero(self.kinds[rows, columns] == INTERRUPTED)
         self._follow([(int(rows[i]), int(columns[i])) for i in left])
 
-    def _guess(self, axis: int, stencil: Stencil, others: Indices, kind: str) -> Segments:
-        """Guess the stable parts on a line from points of one kind; NaN beside others."""
-        where = np.ix_(stencil.lines, others)
+    def _guesses(
+        self, axis: int, ways: Sequence[Sequence[Stencil]], others: Indices, kind: str
+    ) -> Segments:
+        """Guess the stable parts on lines, one way each, one line after the other."""
         # The axis that is refined comes first.
         kinds, ends, paths = (
-            item.swapaxes(0, axis)[where]
-            for item in (self.kinds, self.segments.ends, self.segments.paths)
+            item.swapaxes(0, axis) for item in (self.kinds, self.segments.ends, self.segments.paths)
         )
-        guess = Segments(stencil.weights @ ends, np.tensordot(stencil.weights, paths, axes=1))
-        usable = (kinds == kind).all(axis=0) & np.isfinite(guess.paths).all(axis=(1, 2))
-        guess.ends[~usable] = np.nan
-        return guess
+        shape = len(ways), len(others)
+        found = Segments(np.full(shape, np.nan), np.full((*shape, *paths.shape[2:]), np.nan))
+        usable = (kinds == kind) & np.isfinite(paths).all(axis=(2, 3))
+        for line, way in enumerate(ways):
+            for stencil in way:
+                where = np.ix_(stencil.lines, others)
+                good = usable[where].all(axis=0)
+                found.ends[line, good] = (stencil.weights @ ends[where])[good]
+                found.paths[line] = np.tensordot(stencil.weights, paths[where], axes=1)
+        return Segments(found.ends.ravel(), found.paths.reshape(-1, *paths.shape[2:]))
 
     def _accept(self, found: Found, where: tuple[Indices, Indices]) -> None:
         """Keep what was proved."""
