@@ -15,6 +15,7 @@ from slipfold.orbits.extrema import Extrema, find_extrema
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
 from slipfold.orbits.uncertainty import multiplier_uncertainty
+from slipfold.read_only import ReadOnly
 from slipfold.text.one_line import OneLine, headed, listed, number_text, parameter_text
 from slipfold.text.printed_table import PrintedTable
 from slipfold.text.stability import outside
@@ -24,7 +25,7 @@ __all__ = ["Branch", "End"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Branch(OneLine):
+class Branch(OneLine, ReadOnly):
     """Periodic orbits followed in one parameter; frozen, one row a point.
 
     Parameters
@@ -83,17 +84,6 @@ class Branch(OneLine):
     begun: End
     durations: NDArray[np.float64] | None = None
     stuck_fraction: NDArray[np.float64] | None = None
-
-    def __post_init__(self) -> None:
-        """Lock the arrays."""
-        for values in (
-            self.parameter,
-            self.nodes,
-            self.multipliers,
-            self.residual,
-            self.arclength,
-        ):
-            values.setflags(write=False)
 
     def __len__(self) -> int:
         """Number of points."""

@@ -14,6 +14,7 @@ from slipfold.models.parameter import DURATION
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
 from slipfold.orbits.stick_slip.touch import TOUCHED
+from slipfold.read_only import ReadOnly
 from slipfold.text.one_line import OneLine, certain, number_text, parameter_text
 from slipfold.text.printed_table import PrintedTable
 
@@ -30,7 +31,7 @@ LOCUS_TYPES = ("LP", "PD", "NS", "BP", "HB", *TOUCHED)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SpecialPoint(OneLine):
+class SpecialPoint(OneLine, ReadOnly):
     """A located point of a branch; frozen.
 
     Parameters
@@ -98,11 +99,6 @@ class SpecialPoint(OneLine):
     leads_to: int | None = None
     stuck_fraction: float = np.nan
     gradients: Mapping[str, float] | None = None
-
-    def __post_init__(self) -> None:
-        """Lock the arrays."""
-        for values in (self.nodes, self.multipliers, self.multiplier_uncertainty):
-            values.setflags(write=False)
 
     def _line(self) -> str:
         value = certain(self.value, self.uncertainty)

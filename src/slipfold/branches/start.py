@@ -91,7 +91,7 @@ def equilibrium_start(
             "elsewhere"
         )
     jacobian = evaluation_of(model).jacobian(model, state)
-    paced = model.replace(duration=unit_of_time(model, jacobian))
+    paced = model.replace(duration=unit_of_time(jacobian))
     orbits = Equilibria(paced, {vary: abs(last - first)})
     row = hold_parameter(orbits.size) * np.sign(last - first)
     correction = correct(orbits, orbits.pack(state[None], first), row)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.models.model import Model
+from slipfold.read_only import ReadOnly
 from slipfold.text.one_line import OneLine, number_text
 from slipfold.text.printed_table import PrintedTable
 from slipfold.text.stability import multipliers_text
@@ -16,7 +17,7 @@ __all__ = ["CollocatedOrbit"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class CollocatedOrbit(OneLine):
+class CollocatedOrbit(OneLine, ReadOnly):
     """A periodic orbit by piecewise polynomials; frozen.
 
     Parameters
@@ -68,8 +69,3 @@ class CollocatedOrbit(OneLine):
     def _rows(self) -> PrintedTable:
         facts = {"duration (s)": self.duration, "mismatch": self.mismatch, "error": self.error}
         return PrintedTable(["", ""], [[name, number_text(v)] for name, v in facts.items()])
-
-    def __post_init__(self) -> None:
-        """Lock the arrays."""
-        for values in (self.edges, self.states, self.anchors, self.multipliers):
-            values.setflags(write=False)

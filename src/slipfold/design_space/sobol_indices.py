@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,7 +13,7 @@ from slipfold.design_space.drawn import quantiles
 from slipfold.design_space.scatter import Scatter
 from slipfold.errors import InputError
 
-__all__ = ["SALTELLI", "SobolIndices", "index_design", "indices_of", "names_of", "sobol_indices"]
+__all__ = ["SALTELLI", "SobolIndices", "index_design", "indices_of", "names_of"]
 
 Array = NDArray[np.float64]
 
@@ -48,20 +48,6 @@ class SobolIndices:
     total: Array
     first_error: Array
     total_error: Array
-
-
-def sobol_indices(
-    function: Callable[[Array], Array], scatters: Sequence[Scatter], count: int, seed: int = 0
-) -> SobolIndices:
-    """Return the indices of a function of scattered parameters.
-
-    Shapes: function (n, d) -> (n,). It is evaluated `count` (d + 2) times; a power of two.
-
-    >>> flat = [Scatter(name, "uniform", 0.0, 1.0) for name in "ab"]
-    >>> sobol_indices(lambda x: 2 * x[:, 0] + x[:, 1], flat, 256).first.round(2).tolist()
-    [0.8, 0.2]
-    """
-    return indices_of(function(index_design(scatters, count, seed)), names_of(scatters), seed)
 
 
 def index_design(

@@ -17,7 +17,7 @@ from slipfold.explorer.workers import Workers
 
 __all__ = ["Session"]
 
-POLICY_VIOLATION, TOO_BIG, TRY_AGAIN = 1008, 1009, 1013
+POLICY_VIOLATION, TRY_AGAIN = 1008, 1013
 """Codes with which a WebSocket is closed (RFC 6455)."""
 
 PATIENCE = 500

@@ -20,7 +20,7 @@ from slipfold.flow.settling.settlement import Settlement, judge_settlement
 from slipfold.flow.sizes.typical_sizes import measured
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.model import Model
-from slipfold.models.suggestion import suggest
+from slipfold.models.suggestion import unknown
 from slipfold.models.turns import turns_between, turns_by_name
 from slipfold.text.turns import turns_text
 
@@ -240,10 +240,7 @@ def initial_state(model: Model, state: ArrayLike | Mapping[str, float] | None) -
     if isinstance(state, Mapping):
         for name in state:
             if name not in names:
-                raise InputError(
-                    f"{model.name} has no state {name!r}; {suggest(str(name), names)}"
-                    f"it has {', '.join(names)}"
-                )
+                raise unknown(f"{model.name} has no state", name, names)
         own = dict(zip(names, model.start, strict=True))
         state = [state.get(name, own[name]) for name in names]
     try:

@@ -14,6 +14,7 @@ from slipfold.models.model import Model
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.orbits.spectrum.eigenvalues import eigenvalues_of
 from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
+from slipfold.read_only import ReadOnly
 from slipfold.text.one_line import OneLine, certain, headed, listed, number_text, parameter_text
 from slipfold.text.printed_table import PrintedTable
 
@@ -66,7 +67,7 @@ LocusEnd = End
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LocusPoint(OneLine):
+class LocusPoint(OneLine, ReadOnly):
     """A special point of a locus; frozen.
 
     Parameters
@@ -125,11 +126,6 @@ class LocusPoint(OneLine):
     kind: str = "periodic"
     stuck_fraction: float = np.nan
 
-    def __post_init__(self) -> None:
-        """Lock the arrays."""
-        for values in (self.nodes, self.multipliers):
-            values.setflags(write=False)
-
     def _line(self) -> str:
         pairs = zip(self.vary, self.certain_values, strict=True)
         at = ", ".join(parameter_text(self.model.parameter(name), value) for name, value in pairs)
@@ -180,7 +176,7 @@ class LocusPoint(OneLine):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Locus(OneLine):
+class Locus(OneLine, ReadOnly):
     """Orbits at a bifurcation, followed in two parameters; frozen, one row a point.
 
     Parameters
@@ -245,18 +241,6 @@ class Locus(OneLine):
     kind: str = "periodic"
     durations: Array | None = None
     stuck_fraction: Array | None = None
-
-    def __post_init__(self) -> None:
-        """Lock the arrays."""
-        for values in (
-            self.values,
-            self.nodes,
-            self.multipliers,
-            self.coefficient,
-            self.residual,
-            self.arclength,
-        ):
-            values.setflags(write=False)
 
     def __len__(self) -> int:
         """Number of points."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.read_only import ReadOnly
 from slipfold.text.one_line import OneLine, listed, number_text
 from slipfold.text.printed_table import PrintedTable
 
@@ -202,7 +203,7 @@ class Region(OneLine):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RegionMap(OneLine):
+class RegionMap(OneLine, ReadOnly):
     """The regions of a window; frozen.
 
     Parameters
@@ -221,11 +222,6 @@ class RegionMap(OneLine):
     second: NDArray[np.float64]
     labels: NDArray[np.int64]
     regions: tuple[Region, ...]
-
-    def __post_init__(self) -> None:
-        """Lock the arrays."""
-        for values in (self.first, self.second, self.labels):
-            values.setflags(write=False)
 
     def _line(self) -> str:
         size = f"{len(self.first)} x {len(self.second)} cells"

@@ -83,7 +83,7 @@ def map_regions(
         raster.draw(boundary, values)
     exists = where_models_exist(model, plane, raster)
     pieces: Labels = ndimage.label(~boundary & exists)[0].astype(np.int64)
-    pieces = _without_slivers(pieces, boundary)
+    pieces = _without_slivers(pieces)
     distance: Array = ndimage.distance_transform_edt(np.pad(pieces > 0, 1))[1:-1, 1:-1]
     clear = ndimage.distance_transform_edt(~boundary) > CLEARANCE
     bands = list(_short_of_touches(lines, plane, touching))
@@ -283,7 +283,7 @@ def _joined(left: list[_End], right: list[_End], reach: float) -> Iterator[tuple
             yield end.value, nearest
 
 
-def _without_slivers(pieces: Labels, boundary: Mask) -> Labels:
+def _without_slivers(pieces: Labels) -> Labels:
     """Give pieces too small to be regions no number."""
     sizes = np.bincount(pieces.ravel())
     small = sizes < SMALLEST * pieces.size

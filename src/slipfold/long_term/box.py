@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.models.quantity import parse_quantity
-from slipfold.models.suggestion import suggest
+from slipfold.models.suggestion import unknown
 
 __all__ = ["Box", "box_around", "checked_box"]
 
@@ -56,10 +56,7 @@ def checked_box(model: Model, given: Any) -> Box:
         raise InputError(f"box = {given!r} does not say which states; give e.g. {example!r}")
     for name, ends in given.items():
         if name not in units:
-            raise InputError(
-                f"{model.name} has no state {name!r}; {suggest(str(name), units)}"
-                f"it has {', '.join(units)}"
-            )
+            raise unknown(f"{model.name} has no state", name, units)
         try:
             first, last = ends
         except (TypeError, ValueError):

@@ -14,7 +14,7 @@ from slipfold.flow.switched.mode import Mode
 from slipfold.flow.switched.mode_equations import contacts_of
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.model import Model
-from slipfold.models.suggestion import suggest
+from slipfold.models.suggestion import unknown
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
 __all__ = ["ShownContacts", "find_contacts"]
@@ -103,7 +103,4 @@ def _check(model: Model, contact: str | None) -> None:
             "outputs instead"
         )
     if contact is not None and contact not in names:
-        raise InputError(
-            f"{model.name} has no contact {contact!r}; {suggest(contact, names)}"
-            f"it has {', '.join(names)}"
-        )
+        raise unknown(f"{model.name} has no contact", contact, names)

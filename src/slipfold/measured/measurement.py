@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from slipfold.errors import InputError
 from slipfold.measured.quantity import Quantity
+from slipfold.read_only import ReadOnly
 from slipfold.text.one_line import OneLine, number_text
 from slipfold.text.printed_table import PrintedTable
 
@@ -22,7 +23,7 @@ SWEEPS = ("up", "down", "")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Measurement(OneLine):
+class Measurement(OneLine, ReadOnly):
     """A measured response, a row a reading; frozen, in SI units.
 
     Made by `slipfold.read_measurement` and `slipfold.measure`.
@@ -63,11 +64,6 @@ class Measurement(OneLine):
     errors: Array
     sweep: tuple[str, ...]
     stopped: str | None = None
-
-    def __post_init__(self) -> None:
-        """Lock the arrays."""
-        for values in (self.values, self.readings, self.errors):
-            values.setflags(write=False)
 
     def __len__(self) -> int:
         """Number of rows."""

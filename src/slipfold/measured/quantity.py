@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from slipfold.errors import InputError
 from slipfold.models.model import Model
-from slipfold.models.suggestion import suggest
+from slipfold.models.suggestion import unknown
 from slipfold.orbits.extrema import Extrema
 
-__all__ = ["MEASURES", "Quantity", "parse_measured", "read_off"]
+__all__ = ["MEASURES", "Quantity", "headed_quantities", "parse_measured", "read_off"]
 
 MEASURES = ("max", "min", "peak_to_peak", "modulus")
 """What of an output is measured over a period, as diagrams draw it."""
@@ -42,6 +42,11 @@ class Quantity:
         return f"{self.measure} {self.output}"
 
 
+def headed_quantities(quantities: Sequence[Quantity]) -> list[str]:
+    """Return the heads of columns, with units, e.g. ``"max y (mm)"``."""
+    return [f"{item} ({item.unit})" if item.unit else str(item) for item in quantities]
+
+
 def parse_measured(text: str, model: Model) -> Quantity:
     """Read ``MEASURE OUTPUT``.
 
@@ -58,10 +63,7 @@ def parse_measured(text: str, model: Model) -> Quantity:
     units = {item.name: item.unit for item in model.states}
     units |= {item.name: item.unit for item in model.outputs()}
     if output not in units:
-        raise InputError(
-            f"{model.name} has no output {output!r}; {suggest(output, list(units))}"
-            f"it has {', '.join(units)}"
-        )
+        raise unknown(f"{model.name} has no output", output, units)
     return Quantity(measure, output, units[output])
 
 

@@ -18,7 +18,7 @@ from slipfold.models.evaluation import evaluation_of
 from slipfold.models.output import Expression, Limit, Output, Symbols
 from slipfold.models.parameter import DURATION, Parameter, State
 from slipfold.models.quantity import parse_quantity
-from slipfold.models.suggestion import suggest
+from slipfold.models.suggestion import unknown
 from slipfold.models.turns import TURN
 
 __all__ = ["Kind", "Model"]
@@ -232,10 +232,7 @@ class Model(ABC):
         names = [parameter.name for parameter in self.parameters]
         if name in names:
             return self.parameters[names.index(name)]
-        raise InputError(
-            f"{self.name} has no parameter {name!r}; {suggest(name, names)}"
-            f"it has {', '.join(names)}"
-        )
+        raise unknown(f"{self.name} has no parameter", name, names)
 
     @property
     def variable_parameters(self) -> tuple[Parameter, ...]:
@@ -256,11 +253,9 @@ class Model(ABC):
         InputError
             If the model has no such parameter, or it comes out of the computation.
         """
-        self.parameter(name)  # complains of one that there is not
-        named = {item.name: item for item in self.variable_parameters}
-        if name in named:
-            return named[name]
-        names = list(named)
+        parameter, names = self.parameter(name), [item.name for item in self.variable_parameters]
+        if name in names:
+            return parameter
         others = f"vary one of {', '.join(names)}" if names else "it has nothing that may be varied"
         raise InputError(
             f"the {name} of {self.name} comes out of the computation, so it cannot be varied; "
@@ -314,10 +309,7 @@ class Model(ABC):
         """
         functions = evaluation_of(self)
         if name not in functions.names:
-            raise InputError(
-                f"{self.name} has no output {name!r}; {suggest(name, functions.names)}"
-                f"it has {', '.join(functions.names)}"
-            )
+            raise unknown(f"{self.name} has no output", name, functions.names)
         states = np.asarray(state, dtype=float)
         if not states.ndim or states.shape[-1] != len(self.states):
             raise InputError(

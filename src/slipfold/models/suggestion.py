@@ -1,11 +1,13 @@
-"""The nearest known name, for messages about unknown ones."""
+"""What is said of unknown names: the nearest known one, and which there are."""
 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
-__all__ = ["suggest"]
+from slipfold.errors import InputError
+
+__all__ = ["suggest", "unknown"]
 
 
 def suggest(name: str, known: Iterable[str]) -> str:
@@ -19,3 +21,14 @@ def suggest(name: str, known: Iterable[str]) -> str:
     lowered = {item.lower(): item for item in known}
     near = difflib.get_close_matches(name.lower(), lowered, n=1, cutoff=0.5)
     return f"did you mean {lowered[near[0]]}? " if near else ""
+
+
+def unknown(what: str, name: object, known: Collection[str]) -> InputError:
+    """Return the error of a name that something has not, with those it has.
+
+    >>> raise unknown("sliding has no parameter", "vd", ["Vd", "Nd"])
+    Traceback (most recent call last):
+    ...
+    slipfold.errors.InputError: sliding has no parameter 'vd'; did you mean Vd? it has Vd, Nd
+    """
+    return InputError(f"{what} {name!r}; {suggest(str(name), known)}it has {', '.join(known)}")

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.models.model import Model
+from slipfold.read_only import ReadOnly
 from slipfold.results.column import REAL, TEXT, WHOLE, Column
 from slipfold.results.diagram import Diagram
 from slipfold.results.labelled_table import LabelledTable
@@ -43,7 +44,7 @@ class Found(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Responses(Sequence["Diagram | None"]):
+class Responses(ReadOnly, Sequence["Diagram | None"]):
     """The periodic responses of a model for many cases; frozen, a sequence of diagrams.
 
     Made by `slipfold.responses`. Each diagram is what `slipfold.response` gives for its case alone.
@@ -89,10 +90,9 @@ class Responses(Sequence["Diagram | None"]):
     provenance: Provenance
 
     def __post_init__(self) -> None:
-        """Lock the arrays."""
+        """Lock the arrays, and the mapping of parameters."""
         object.__setattr__(self, "over", MappingProxyType(dict(self.over)))
-        for values in self.over.values():
-            values.setflags(write=False)
+        super().__post_init__()
 
     def __len__(self) -> int:
         return len(self.diagrams)

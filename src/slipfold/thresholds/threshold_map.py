@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from slipfold.errors import InputError
 from slipfold.flow.sizes.typical_sizes import measured_within
 from slipfold.models.model import Model
+from slipfold.read_only import ReadOnly
 from slipfold.thresholds.threshold_search import INTERRUPTED, ThresholdSearch
 
 __all__ = ["MapObserver", "MapProgress", "GridThresholds", "find_threshold_map"]
@@ -45,7 +46,7 @@ MapObserver = Callable[[MapProgress], None]
 
 
 @dataclass(frozen=True, eq=False)
-class GridThresholds:
+class GridThresholds(ReadOnly):
     """Where the response of period 1 first loses its stability, over two parameters; frozen.
 
     Every array has the grid's two axes first. Where there is no threshold, `kinds` and `reasons`
@@ -66,13 +67,6 @@ class GridThresholds:
     kinds: NDArray[np.str_]
     reasons: NDArray[np.object_]
     followed: NDArray[np.bool_]
-
-    def __post_init__(self) -> None:
-        """Lock the arrays."""
-        for values in (self.values, self.states, self.residuals, *self.over.values()):
-            values.setflags(write=False)
-        for others in (self.multipliers, self.kinds, self.reasons, self.followed):
-            others.setflags(write=False)
 
     @property
     def axes(self) -> tuple[str, str]:

@@ -13,6 +13,7 @@ from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
 from slipfold.orbits.extrema import Extrema
+from slipfold.read_only import ReadOnly
 from slipfold.text.one_line import OneLine, headed, listed, number_text, parameter_text
 from slipfold.text.printed_table import PrintedTable
 from slipfold.tori.surface import surface_of
@@ -51,7 +52,7 @@ class Locked(OneLine):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class TorusBranch(OneLine):
+class TorusBranch(OneLine, ReadOnly):
     """Quasi-periodic tori followed in one parameter; frozen, one row a torus.
 
     The first row is the Neimark-Sacker point at which they are born: a torus without thickness.
@@ -119,13 +120,6 @@ class TorusBranch(OneLine):
     locked: tuple[Locked, ...]
     stopped: End
     durations: Array | None = None
-
-    def __post_init__(self) -> None:
-        """Lock the arrays."""
-        names = ("parameter", "rotation", "circles", "growth", "growth_error", "truncation")
-        durations = () if self.durations is None else ("durations",)
-        for name in (*names, "omitted", *durations):
-            getattr(self, name).setflags(write=False)
 
     def __len__(self) -> int:
         """Number of points."""

@@ -14,6 +14,7 @@ from slipfold.flow.flow import flow_of
 from slipfold.long_term.spectrum import SpectralLines
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
+from slipfold.read_only import ReadOnly
 from slipfold.text.one_line import number_text
 from slipfold.text.printed_table import PrintedTable
 from slipfold.tori.surface import Surface
@@ -27,7 +28,7 @@ SHOWN = 12
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class TorusSpectrum(SpectralLines):
+class TorusSpectrum(SpectralLines, ReadOnly):
     """Single-sided spectra of all outputs on one torus; frozen.
 
     Made by `TorusBranch.spectrum`. Lines lie at ``k f1 + l f2``. They come from the series of the
@@ -67,11 +68,6 @@ class TorusSpectrum(SpectralLines):
     frequencies: tuple[float, float]
     orders: NDArray[np.int64]
     coefficients: NDArray[np.complex128]
-
-    def __post_init__(self) -> None:
-        """Lock the arrays."""
-        self.orders.setflags(write=False)
-        self.coefficients.setflags(write=False)
 
     def _line(self) -> str:
         first, second = map(number_text, self.frequencies)

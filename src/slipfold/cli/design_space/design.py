@@ -2,27 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
-from slipfold.cli.carry_out import carry_out
 from slipfold.cli.case_file import find_varied
-from slipfold.cli.design_space.threshold import (
-    Period,
-    Type,
-    Vary,
-    threshold_response,
-    threshold_text,
-)
+from slipfold.cli.design_space.threshold import Period, Type, Vary, carry_out_on_response
 from slipfold.cli.options import Csv, Friction, Json, ModelName, Out, Sets
 from slipfold.cli.outputs import Outputs
 from slipfold.cli.parsing import parse_assignments, parse_whole, parse_whole_if_given
 from slipfold.errors import InputError
-
-if TYPE_CHECKING:
-    from slipfold.results.design_space.design import Design
 
 __all__ = ["design"]
 
@@ -85,7 +74,7 @@ def design(
     from slipfold.computations.design import design as compute
 
     outputs = Outputs(json, out, csv).checked()
-    chosen, name, span = find_varied(model, vary, set_, friction)
+    of = find_varied(model, vary, set_, friction)
     bounds = {
         each: _pair(text, f"--choose {each}")
         for each, text in parse_assignments(choose, "--choose").items()
@@ -96,10 +85,9 @@ def design(
     }
     window = None if outside is None else _pair(outside, "--outside")
     rounds = parse_whole_if_given(period, "--period")
-
-    def find(observer: Callable[[Any], None]) -> Design:
-        diagram = threshold_response(chosen, name, span, observer)
-        return compute(
+    found = carry_out_on_response(
+        of,
+        lambda diagram, observer: compute(
             first_point(diagram, type_, rounds),
             bounds,
             load=load,
@@ -111,9 +99,10 @@ def design(
             },
             state=state,
             observer=observer,
-        )
-
-    found = carry_out(find, threshold_text("searches"), outputs)
+        ),
+        "searches",
+        outputs,
+    )
     return outputs.status(found.interrupted, bool(found.reasons.any()))
 
 

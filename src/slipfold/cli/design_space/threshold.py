@@ -1,24 +1,24 @@
-"""The threshold that a command is about: its options, and the response on which it lies."""
+"""What starts from a threshold: its options, and the response on which it lies."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 
+from slipfold.cli.carry_out import carry_out
+from slipfold.cli.outputs import Outputs
 from slipfold.cli.progress import done_text
 
 if TYPE_CHECKING:
-    from slipfold.branches.progress import Progress
-    from slipfold.computations.design import DesignProgress
-    from slipfold.design_space.sampling import SampleProgress
     from slipfold.models.model import Model
     from slipfold.results.diagram import Diagram
+    from slipfold.results.result import Result
 
-    ThresholdProgress = Progress | SampleProgress | DesignProgress
+__all__ = ["Period", "Type", "Vary", "carry_out_on_response"]
 
-__all__ = ["Period", "Type", "Vary", "threshold_response", "threshold_text"]
+Found = TypeVar("Found", bound="Result")
 
 Vary = Annotated[
     list[str],
@@ -37,25 +37,25 @@ Period = Annotated[
 ]
 
 
-def threshold_response(
-    model: Model, vary: str, span: tuple[float, float], observer: Callable[[Progress], None]
-) -> Diagram:
-    """Return the response on which a threshold is looked for; interrupted, there is none."""
+def carry_out_on_response(
+    of: tuple[Model, str, tuple[float, float]],
+    compute: Callable[[Diagram, Callable[[Any], None]], Found],
+    stage: str,
+    outputs: Outputs,
+) -> Found:
+    """Follow a response, then carry out what starts from it; interrupted before, there is none."""
+    from slipfold.branches.progress import Progress
     from slipfold.computations.response import response
 
-    diagram = response(model, vary, span, observer=observer)
-    if diagram.interrupted:
-        raise KeyboardInterrupt
-    return diagram
+    def find(observer: Callable[[Any], None]) -> Found:
+        diagram = response(*of, observer=observer)
+        if diagram.interrupted:
+            raise KeyboardInterrupt
+        return compute(diagram, observer)
 
-
-def threshold_text(stage: str) -> Callable[[ThresholdProgress], str]:
-    """Return what puts into words the response, then the stage that comes after it."""
-    from slipfold.branches.progress import Progress
-
-    def text(progress: ThresholdProgress) -> str:
+    def text(progress: Any) -> str:
         if isinstance(progress, Progress):
             return "response"
         return done_text(stage, progress.done, progress.total)
 
-    return text
+    return carry_out(find, text, outputs)

@@ -2,26 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
-from slipfold.cli.carry_out import carry_out
 from slipfold.cli.case_file import find_varied
-from slipfold.cli.design_space.threshold import (
-    Period,
-    Type,
-    Vary,
-    threshold_response,
-    threshold_text,
-)
+from slipfold.cli.design_space.threshold import Period, Type, Vary, carry_out_on_response
 from slipfold.cli.options import Csv, Friction, Json, ModelName, Out, Seed, Sets
 from slipfold.cli.outputs import Outputs
 from slipfold.cli.parsing import parse_assignments, parse_whole, parse_whole_if_given
-
-if TYPE_CHECKING:
-    from slipfold.results.design_space.threshold_uncertainty import ThresholdUncertainty
 
 __all__ = ["uncertainty"]
 
@@ -70,14 +59,13 @@ def uncertainty(
     from slipfold.computations.uncertainty import uncertainty as compute
 
     outputs = Outputs(json, out, csv).checked()
-    chosen, name, span = find_varied(model, vary, set_, friction)
+    of = find_varied(model, vary, set_, friction)
     known = parse_assignments(scatter, "--scatter")
     count, start = parse_whole(samples, "--samples"), parse_whole(seed, "--seed", least=0)
     rounds = parse_whole_if_given(period, "--period")
-
-    def find(observer: Callable[[Any], None]) -> ThresholdUncertainty:
-        diagram = threshold_response(chosen, name, span, observer)
-        return compute(
+    found = carry_out_on_response(
+        of,
+        lambda diagram, observer: compute(
             first_point(diagram, type_, rounds),
             known,
             samples=count,
@@ -85,7 +73,8 @@ def uncertainty(
             loads=quiet or (),
             indices=indices,
             observer=observer,
-        )
-
-    found = carry_out(find, threshold_text("samples"), outputs)
+        ),
+        "samples",
+        outputs,
+    )
     return outputs.status(found.interrupted)

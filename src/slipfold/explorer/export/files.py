@@ -49,7 +49,7 @@ def export_view(
         model = asked_model(catalogue, view)
         file = catalogue.file(model)
         if request.format == "toml":
-            return toml_text(model, view, orbit, file).encode()
+            return toml_text(model, view, file).encode()
         return python_text(model, view, orbit, file, request.readings).encode()
     if isinstance(view, OrbitRequest):
         found = computing.orbit(view, check)

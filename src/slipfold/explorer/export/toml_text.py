@@ -21,14 +21,11 @@ from slipfold.models.model import Model
 from slipfold.models.sliding_oscillator import SlidingOscillator
 from slipfold.models.system import System
 from slipfold.models.unforced import Unforced
-from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
 __all__ = ["toml_text"]
 
 
-def toml_text(
-    model: Model, view: DrawnRequest, orbit: PeriodicOrbit | None, file: Path | None = None
-) -> str:
+def toml_text(model: Model, view: DrawnRequest, file: Path | None = None) -> str:
     """Return a case file; its first line is the command that computes what the view shows.
 
     >>> from slipfold.explorer.messages import parse_request
@@ -37,7 +34,7 @@ def toml_text(
     ...     '{"kind": "diagram", "id": 1, "model": "sliding", "vary": "Nd", "span": [0, 0.98],'
     ...     ' "show": "x"}'
     ... )
-    >>> print(toml_text(SlidingOscillator(f=12.2), view, None))
+    >>> print(toml_text(SlidingOscillator(f=12.2), view))
     # slipfold response case.toml --vary Nd=0.0:0.98
     model = "sliding"
     <BLANKLINE>

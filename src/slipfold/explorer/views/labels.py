@@ -5,12 +5,11 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from slipfold.errors import InputError
 from slipfold.explorer.plain_text import plain_text
 from slipfold.models.model import Model
 from slipfold.models.output import Output
 from slipfold.models.parameter import State
-from slipfold.models.suggestion import suggest
+from slipfold.models.suggestion import unknown
 
 __all__ = ["axis_of"]
 
@@ -39,9 +38,7 @@ def axis_of(model: Model, name: str) -> dict[str, Any]:
             same = [other.label for other in shown].count(item.label) > 1
             return _axis(name, "" if same else item.label, item.unit, item.doc)
     names = [item.name for item in shown]
-    raise InputError(
-        f"{model.name} has no output {name!r}; {suggest(name, names)}it has {', '.join(names)}"
-    )
+    raise unknown(f"{model.name} has no output", name, names)
 
 
 def _axis(name: str, label: str, unit: str, doc: str) -> dict[str, Any]:

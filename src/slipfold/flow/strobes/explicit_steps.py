@@ -116,7 +116,7 @@ def _step(
     away = [*_limits_away(equations, step, limits), *_turns_away(equations, step)]
     none, one = hy.expression(0.0), hy.expression(1.0)
     near = [hy.select(hy.lt(none, item), none, one) for item in away]
-    return [*ends, hy.sum([step_error(equations, slopes, ends, scales), *near])]
+    return [*ends, hy.sum([step_error(slopes, ends, scales), *near])]
 
 
 def stage_slopes(equations: Equations, step: Expression) -> list[list[Expression]]:
@@ -148,7 +148,6 @@ def _combined(
 
 
 def step_error(
-    equations: Equations,
     slopes: Sequence[Sequence[Expression]],
     ends: Sequence[Expression],
     scales: Sequence[Expression],

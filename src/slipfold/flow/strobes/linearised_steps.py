@@ -252,8 +252,8 @@ def _build(
     # Derivatives count, too: where states hardly move they tell nothing of the rates around them.
     sizes = [*scales, *(own / first for first in scales for own in scales), *scales]
     own_slopes = [row[: len(scales)] for row in slopes]
-    error = step_error(equations, own_slopes, ends[: len(scales)], scales)
-    error += step_error(whole, slopes, ends, sizes)
+    error = step_error(own_slopes, ends[: len(scales)], scales)
+    error += step_error(slopes, ends, sizes)
     outputs = dict(equations.outputs)
     watched = [outputs[limit.output] for limit in limits]
     watched += [_rate(item, equations) for item in watched]

@@ -22,7 +22,7 @@ from slipfold.models.friction.quantities import declared
 from slipfold.models.output import Expression, Symbols
 from slipfold.models.parameter import Parameter, State
 from slipfold.models.quantity import parse_quantity
-from slipfold.models.suggestion import suggest
+from slipfold.models.suggestion import unknown
 
 __all__ = ["FrictionLaw"]
 
@@ -209,10 +209,7 @@ class FrictionLaw(ABC):
         for name in changes:
             if name not in fields:
                 names = list(dict.fromkeys([*fields, *self.values]))
-                raise InputError(
-                    f"{type(self).__name__} has no parameter {name!r}; {suggest(name, names)}"
-                    f"it has {', '.join(names)}"
-                )
+                raise unknown(f"{type(self).__name__} has no parameter", name, names)
         return dataclasses.replace(self, **changes)
 
     def coefficient(self, speed: Expression, p: Symbols | None = None) -> Expression:

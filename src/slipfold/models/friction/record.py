@@ -15,7 +15,7 @@ from slipfold.models.friction.jenkins import Jenkins
 from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.friction.regularised import Regularised
 from slipfold.models.friction.stribeck import CubicStribeck, RationalStribeck, Stribeck
-from slipfold.models.suggestion import suggest
+from slipfold.models.suggestion import suggest, unknown
 
 __all__ = ["friction_laws", "law_from_record", "law_record"]
 
@@ -78,9 +78,7 @@ def law_from_record(record: Mapping[str, Any]) -> FrictionLaw:
     values = {key: _restored(value) for key, value in record.items() if key != "law"}
     for key in values:
         if key not in fields:
-            raise InputError(
-                f"{name} has no parameter {key!r}; {suggest(key, fields)}it has {', '.join(fields)}"
-            )
+            raise unknown(f"{name} has no parameter", key, fields)
     if law is Regularised and "of" not in values:
         raise InputError("Regularised needs the law that it regularises, as 'of'")
     return law(**{fields[key]: value for key, value in values.items()})

@@ -57,7 +57,7 @@ def find_cycle(
     settle: int = 400,
 ) -> tuple[Cycles, Correction]:
     """Return a cycle of an autonomous model near a motion of it."""
-    unit = unit_of_time(model, _jacobian(model, model.start if state is None else state))
+    unit = unit_of_time(_jacobian(model, model.start if state is None else state))
     paced = model.replace(duration=unit)
     if state is None:
         state = _motion(paced, _start(paced), WINDOW * max(1, settle // 100))[-1]

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.models.model import Model
 from slipfold.orbits.linearisation import Linearisation
 from slipfold.orbits.spectrum.degeneracy import Degeneracy
 from slipfold.orbits.spectrum.multipliers import Multipliers
@@ -141,7 +140,7 @@ def transition(jacobian: Array) -> Array:
     return np.asarray(expm(jacobian), dtype=float)
 
 
-def unit_of_time(model: Model, jacobian: Array) -> float:
+def unit_of_time(jacobian: Array) -> float:
     """Return a time over which the multipliers of an equilibrium are well told apart, in s.
 
     Shapes: jacobian (n, n).

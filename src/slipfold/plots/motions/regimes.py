@@ -53,7 +53,7 @@ def draw_regimes(
         rasterized=True,
         zorder=0,
     )
-    hatched = _hatch(ax, found, run, edges, named)
+    hatched = _hatch(ax, found, edges, named)
     if over is not None:
         draw_loci(over, ax, regions=False, legend=False)
     ax.set_xlim(edges[0][0], edges[0][-1])
@@ -88,7 +88,7 @@ def _grouped(found: RegimeMap, run: str) -> Any:
     return grouped(found.names(run))
 
 
-def _hatch(ax: Axes, found: RegimeMap, run: str, edges: tuple[Any, ...], named: Any) -> set[str]:
+def _hatch(ax: Axes, found: RegimeMap, edges: tuple[Any, ...], named: Any) -> set[str]:
     """Hatch undecided cells, and those where other runs came to something else."""
     _patch(ax, edges, named == "undecided", "0.6", UNDECIDED)
     masks: dict[str, Any] = {}

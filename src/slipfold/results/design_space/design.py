@@ -146,13 +146,6 @@ class Design(OneLine, Result):
     interrupted: bool
     provenance: Provenance
 
-    def __post_init__(self) -> None:
-        """Lock the arrays."""
-        for values in (self.bounds, self.wanted, self.values, self.thresholds, self.levels):
-            values.setflags(write=False)
-        for others in (self.reasons, self.confirmed):
-            others.setflags(write=False)
-
     def model_at(self, row: int) -> Model:
         """Return the model of a design, at its threshold.
 

@@ -127,11 +127,6 @@ class ThresholdUncertainty(OneLine, Result):
     interrupted: bool
     provenance: Provenance
 
-    def __post_init__(self) -> None:
-        """Lock the arrays."""
-        for values in (self.gradient, self.samples, self.thresholds, self.reasons):
-            values.setflags(write=False)
-
     @property
     def linear(self) -> Array:
         """The threshold at each sample as its gradients have it, shape (n,)."""

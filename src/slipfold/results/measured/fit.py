@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from slipfold.drawing import draw
 from slipfold.measured.least_squares import Estimate
 from slipfold.measured.measurement import Measurement
-from slipfold.measured.quantity import parse_measured
+from slipfold.measured.quantity import headed_quantities, parse_measured
 from slipfold.models.model import Model
 from slipfold.results.column import REAL, TEXT, TRUTH, WHOLE, Column
 from slipfold.results.labelled_table import Variable
@@ -20,7 +20,7 @@ from slipfold.results.result import Result
 from slipfold.results.saved_table import SavedTable
 from slipfold.results.sheet import Sheet
 from slipfold.results.table import Table
-from slipfold.text.one_line import OneLine, listed, number_text
+from slipfold.text.one_line import OneLine, headed, listed, number_text
 from slipfold.text.printed_table import PrintedTable, with_unit
 
 __all__ = ["Fit"]
@@ -195,7 +195,7 @@ class Fit(OneLine, Result):
     def _rows(self) -> PrintedTable:
         rows = [
             [
-                with_unit(item.name, f"({item.unit})" if item.unit else ""),
+                headed(item),
                 number_text(item.value, 10),
                 f"{item.error:.2g}",
                 f"{item.low:.6g} to {item.high:.6g}",
@@ -229,8 +229,7 @@ class Fit(OneLine, Result):
         ]
 
     def _axes(self) -> dict[str, list[str]]:
-        quantities = self.measurement.quantities
-        heads = [with_unit(str(item), f"({item.unit})" if item.unit else "") for item in quantities]
+        heads = headed_quantities(self.measurement.quantities)
         return {"quantity": heads, "other": [item.name for item in self.estimates]}
 
     def _variables(self) -> dict[str, Variable]:

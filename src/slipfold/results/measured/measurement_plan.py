@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from slipfold.drawing import draw
 from slipfold.errors import InputError
 from slipfold.measured.information import Planned, best_rows, expected
-from slipfold.measured.quantity import Quantity, parse_measured
+from slipfold.measured.quantity import Quantity, headed_quantities, parse_measured
 from slipfold.models.model import Model
 from slipfold.results.column import REAL, TEXT, Column
 from slipfold.results.labelled_table import Variable
@@ -21,8 +21,8 @@ from slipfold.results.result import Result
 from slipfold.results.saved_table import SavedTable
 from slipfold.results.sheet import Sheet
 from slipfold.results.table import Table
-from slipfold.text.one_line import OneLine, listed
-from slipfold.text.printed_table import PrintedTable, with_unit
+from slipfold.text.one_line import OneLine, headed, listed
+from slipfold.text.printed_table import PrintedTable
 
 __all__ = ["MeasurementPlan"]
 
@@ -232,10 +232,10 @@ class MeasurementPlan(OneLine, Result):
         for name, error, line in zip(
             self.fitted, self.errors_expected, self.correlation, strict=True
         ):
-            unit, value = self.model.parameter(name).unit, self.model.values[name]
+            value = self.model.values[name]
             correlations = " ".join(f"{each:+.3f}" for each in line)
             rows.append(
-                [with_unit(name, f"({unit})" if unit else ""), f"{value:g}", f"{error:.3g}",
+                [headed(self.model.parameter(name)), f"{value:g}", f"{error:.3g}",
                  f"{100 * error / abs(value):.2g} %", correlations]
             )  # fmt: skip
         heads = ["parameter", "value", "expected error", "of it", "correlations"]
@@ -251,8 +251,7 @@ class MeasurementPlan(OneLine, Result):
         return {}
 
     def _axes(self) -> dict[str, list[str]]:
-        heads = [with_unit(str(item), f"({item.unit})" if item.unit else "")
-                 for item in self.quantities]  # fmt: skip
+        heads = headed_quantities(self.quantities)
         return {"quantity": heads, "fitted": list(self.fitted), "other": list(self.fitted)}
 
     def _variables(self) -> dict[str, Variable]:

@@ -140,11 +140,6 @@ class BasinFractions(OneLine, Result):
     interrupted: bool
     provenance: Provenance
 
-    def __post_init__(self) -> None:
-        """Lock the arrays."""
-        for each in (self.values, self.starts, self.labels):
-            each.setflags(write=False)
-
     @property
     def numbers(self) -> tuple[int, ...]:
         """Numbers of all attractors, in the order in which they were found."""

@@ -131,11 +131,9 @@ class RegimeMap(OneLine, Result):
     """Motions from the model's start, and carried up and down along the second parameter."""
 
     def __post_init__(self) -> None:
-        """Lock the arrays."""
+        """Lock the arrays, and the mapping of parameters."""
         object.__setattr__(self, "over", MappingProxyType(dict(self.over)))
-        arrays = (self.kinds, self.periods, self.exponents, self.states, self.means)
-        for each in (*arrays, *self.over.values()):
-            each.setflags(write=False)
+        super().__post_init__()
 
     def __getstate__(self) -> dict[str, Any]:
         """Give what can be copied and sent to other processes: read-only mappings cannot."""

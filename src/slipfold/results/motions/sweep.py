@@ -113,11 +113,6 @@ class Sweep(OneLine, Result):
     interrupted: bool
     provenance: Provenance
 
-    def __post_init__(self) -> None:
-        """Lock the arrays."""
-        for each in (self.values, self.states, self.stuck, self.reasons):
-            each.setflags(write=False)
-
     def run(self, name: str) -> int:
         """Return the place of a run.
 

@@ -107,12 +107,6 @@ class StudyResult(Result):
     provenance: Provenance
     stopped: bool = False
 
-    def __post_init__(self) -> None:
-        """Lock the arrays."""
-        for columns in (self.values, self.listed, {"failed": self.reasons}):
-            for array in columns.values():
-                array.setflags(write=False)
-
     def __len__(self) -> int:
         """Number of cases."""
         return len(self.reasons)
