@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from slipfold.collocation_points import gauss_points
 from slipfold.flow.equations import Constants
 from slipfold.flow.switched.at_the_limit import at_rest
+from slipfold.flow.switched.contact_quantities import ContactsNow
 from slipfold.flow.switched.events import Ending
 from slipfold.flow.switched.mode import Status
 from slipfold.flow.switched.switched_flow import Leg, SwitchedFlow
@@ -81,10 +82,12 @@ def _forces(flow: SwitchedFlow, leg: Leg, constants: Constants, weights: Array) 
     assert leg.polynomials is not None
     phases = np.linspace(leg.begin, leg.end, SEEN)
     states = leg.polynomials(phases)[:, : len(leg.state)] * constants.scales
-    found, mode, count = [0.0], leg.seen, len(leg.mode)
-    for state, phase in zip(states, phases, strict=True):
-        now, places = flow.quantities.at(state, float(phase), constants), flow.quantities.places
-        friction = friction_in(now, places, mode, at_rest(flow, mode, now, weights))
+    found, mode, count, places = [0.0], leg.seen, len(leg.mode), flow.quantities.places
+    along = flow.quantities.along(states, phases, constants)
+    for now in along:
+        friction = list[float]()
+        if Status.STICK in mode:
+            friction = friction_in(now, places, mode, at_rest(flow, mode, now, weights))
         for contact, (status, place) in enumerate(zip(mode, places, strict=True)):
             slip = now.slip[place]
             if status is Status.STICK:
@@ -94,17 +97,15 @@ def _forces(flow: SwitchedFlow, leg: Leg, constants: Constants, weights: Array) 
                 found.append(now.normal[contact] * weights[count + contact])
             elif len(slip) == 1:
                 found.append(-float(status) * slip[0] * weights[contact])
-    return max(*found, _event(flow, leg, states[-1], constants, weights))
+    return max(*found, _event(flow, leg, along[-1], weights))
 
 
-def _event(
-    flow: SwitchedFlow, leg: Leg, state: Array, constants: Constants, weights: Array
-) -> float:
-    """Return how far that which ended a leg is from zero. Shapes: state (n,)."""
+def _event(flow: SwitchedFlow, leg: Leg, now: ContactsNow, weights: Array) -> float:
+    """Return how far that which ended a leg is from zero."""
     event, count = leg.event, len(leg.mode)
     if event is None or leg.released:
         return 0.0
-    now, which = flow.quantities.at(state, leg.end, constants), event.which
+    which = event.which
     place = flow.quantities.places[which] if which < count else slice(0)
     if event.ending is Ending.STOPS:
         return math.hypot(*now.slip[place]) * float(weights[which])

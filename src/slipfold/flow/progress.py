@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 __all__ = ["MotionObserver", "MotionProgress"]
 
 
-@dataclass(frozen=True)
-class MotionProgress:
+class MotionProgress(NamedTuple):
     """State of a simulation.
 
     Parameters

@@ -67,13 +67,13 @@ class OwnMotion:
         if self._switched is None:
             self._switched, self._before = SwitchedMotion(self.model, state), done
         motion = self._switched
-        first, seen = motion.modes[-1], len(motion.recorder.changes)
+        first, seen = motion.modes[-1], len(motion.recorder.modes)
         motion.go_on(1)
         if motion.stopped is not None:
             later = self._before * motion.constants.period
             self.stopped = replace(motion.stopped, time=motion.stopped.time + later)
             return []
-        modes = [first, *(change.mode for change in motion.recorder.changes[seen:])]
+        modes = [first, *motion.recorder.modes[seen:]]
         self.stuck = any(status in (Status.STICK, Status.OPEN) for mode in modes for status in mode)
         if not self.stuck and not self._sticks:
             self._switched = None  # the next period may be one of those without events

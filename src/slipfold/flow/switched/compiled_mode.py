@@ -24,7 +24,7 @@ from slipfold.flow.switched.events import (
     events_of,
 )
 from slipfold.flow.switched.linear_symbols import is_zero
-from slipfold.flow.switched.mode import Status
+from slipfold.flow.switched.mode import STUCK, Mode, Status
 from slipfold.flow.switched.mode_equations import ANGLE, LOGARITHM, ModeEquations
 from slipfold.flow.switched.slopes import Slopes
 from slipfold.models.compiled_function import compiled_function
@@ -56,6 +56,8 @@ class CompiledMode:
             hy.expression(f"weight {place}") for place in range(2 * count + len(limits))
         ]
         self.events = events_of(mode, limits, self._weights[:count])
+        # What follows the outcome of an event, of a contact along a line that is the only one
+        self.follows = _follows(self.events) if count == 1 else {}
         self.held = [equations.names.index(name) for name in mode.held]
         # Whether what contacts hold stays as it is: on counter-bodies at a constant speed
         self.rests = mode.slow is None and all(
@@ -146,6 +148,15 @@ class CompiledMode:
         elif event.ending is not Ending.STOPS:
             which += count
         return self._weights[which] * event.expression + (-BEYOND if event.rising else BEYOND)
+
+
+def _follows(events: Sequence[Event]) -> dict[int, Mode]:
+    after = {Ending.STOPS: STUCK}
+    after_each = {
+        -1 - place: (event.towards,) if event.ending is Ending.YIELDS else after.get(event.ending)
+        for place, event in enumerate(events)
+    }
+    return {outcome: mode for outcome, mode in after_each.items() if mode is not None}
 
 
 def _held_alone(mode: ModeEquations) -> list[Expression]:

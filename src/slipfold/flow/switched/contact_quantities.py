@@ -62,7 +62,15 @@ class ContactQuantities:
 
     def at(self, state: Array, phase: float, constants: Constants) -> ContactsNow:
         """Evaluate at a state. Shapes: state (n,)."""
-        values = self._function(self._arguments.of(state, phase, constants)).tolist()
+        return self._sorted(self._function(self._arguments.of(state, phase, constants)).tolist())
+
+    def along(self, states: Array, phases: Array, constants: Constants) -> list[ContactsNow]:
+        """Evaluate at many states. Shapes: states (p, n); phases (p,)."""
+        known = np.repeat(constants.values[:, None], len(states), axis=1)
+        values = self._function(np.concatenate([states.T, phases[None], known]))
+        return [self._sorted(row) for row in values.T.tolist()]
+
+    def _sorted(self, values: Numbers) -> ContactsNow:
         found, m = [values[part] for part in self._parts], self._components
         matrices = found[2 : 2 + m], found[2 + m : 2 + 2 * m]
         return ContactsNow(found[0], found[1], *matrices, *found[2 + 2 * m :])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import repeat
+from itertools import chain, repeat
 from operator import attrgetter
 from typing import NamedTuple
 
@@ -56,45 +56,56 @@ class Recorder:
     """Notes legs and changes while a motion goes on; what they amount to is found afterwards."""
 
     def __init__(self, contacts: Sequence[str], mode: Mode) -> None:
-        self._contacts, self._mode = contacts, mode
+        self._contacts = contacts
         self._energies: list[Array] = []
-        self._legs: list[int] = []  # before each change
-        self.changes: list[Change] = []
+        # Of all that begins with a mode: when, in which state, and how many legs came before
+        self.modes, self._times, self._legs = [mode], [0.0], [0]
+        self._states: list[Array] = []
+        self.begun = 0  # periods that are over where times are counted from
 
     def went_on(self, energies: Array) -> None:
-        """Note the energies of a leg, shape (2, k)."""
+        """Note the energies of a leg, shape (2 k,)."""
         self._energies.append(energies)
 
     def changed(self, time: float, state: Array, mode: Mode) -> None:
-        """Note a new mode."""
-        self.changes.append(Change(time, state, mode))
+        """Note a new mode, at a phase of the present period."""
+        self.modes.append(mode)
+        self._times.append(self.begun + time)
+        self._states.append(state)
         self._legs.append(len(self._energies))
+
+    @property
+    def changes(self) -> list[Change]:
+        """All of them so far."""
+        return list(map(Change, self._times[1:], self._states, self.modes[1:]))
+
+    @property
+    def last_time(self) -> float:
+        """When something changed last, zero if nothing did, in phases."""
+        return self._times[-1]
 
     def ended(self, time: float) -> tuple[Interval, ...]:
         """Return all intervals, those that still last as far as the end, by their ends."""
         count = len(self._contacts)
-        energies = np.concatenate([*self._energies, np.zeros((2, count))]).reshape(-1, 2, count)
+        energies = np.zeros((len(self._energies) + 1, 2, count))
+        if self._energies:
+            energies[:-1] = np.concatenate(self._energies).reshape(-1, 2, count)
         found = [
-            item
+            self._intervals(place, name, energies[:, :, place], time)
             for place, name in enumerate(self._contacts)
-            for item in self._intervals(place, name, energies[:, :, place], time)
         ]
-        return tuple(sorted(found, key=attrgetter("end")))
+        if count == 1:
+            return tuple(found[0])
+        return tuple(sorted(chain.from_iterable(found), key=attrgetter("end")))
 
     def _intervals(self, place: int, name: str, energies: Array, time: float) -> list[Interval]:
         """Return what one contact did. Shapes: energies (legs + 1, 2)."""
-        doing = [self._mode[place], *(change.mode[place] for change in self.changes)]
-        times = [0.0, *(change.time for change in self.changes)]
-        legs = [0, *self._legs]
-        kept = [0, *(i for i in range(1, len(doing)) if doing[i] is not doing[i - 1])]
-        begins = [times[i] for i in kept]
-        sums = np.add.reduceat(energies, [legs[i] for i in kept])
-        found = map(
-            Interval,
-            repeat(name),
-            [status_name(doing[i]) for i in kept],
-            begins,
-            [*begins[1:], time],
-            *sums.T.tolist(),
-        )
-        return [item for item in found if item.end > item.begin]
+        doing = np.array([mode[place] for mode in self.modes])
+        kept = np.flatnonzero(np.append(True, doing[1:] != doing[:-1]))
+        sums = np.add.reduceat(energies, np.array(self._legs)[kept])
+        begins = np.array(self._times)[kept]
+        ends = np.append(begins[1:], time)
+        lasts = ends > begins
+        names = map(status_name, doing[kept][lasts].tolist())
+        columns = (part[lasts].tolist() for part in (begins, ends, *sums.T))
+        return [*map(Interval._make, zip(repeat(name), names, *columns, strict=False))]

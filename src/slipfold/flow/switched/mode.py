@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import IntEnum
 from functools import cache
 
-__all__ = ["Mode", "Status", "shown", "status_name"]
+__all__ = ["STUCK", "Mode", "Status", "shown", "status_name"]
 
 
 class Status(IntEnum):
@@ -23,6 +23,9 @@ class Status(IntEnum):
 Mode = tuple[Status, ...]
 """What each contact does."""
 
+STUCK: Mode = (Status.STICK,)
+"""That of a contact that is the only one."""
+
 
 @cache
 def shown(mode: Mode) -> Mode:
@@ -30,9 +33,9 @@ def shown(mode: Mode) -> Mode:
     return tuple(Status.FORTH if status is Status.SLOW else status for status in mode)
 
 
-def status_name(status: Status) -> str:
+def status_name(status: int) -> str:
     """Return what histories say of it."""
     return _NAMES.get(status, "slip")
 
 
-_NAMES = {Status.STICK: "stick", Status.OPEN: "free"}
+_NAMES: dict[int, str] = {Status.STICK: "stick", Status.OPEN: "free"}

@@ -4,15 +4,23 @@ from __future__ import annotations
 
 from typing import Any
 
+import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.flow.equations import Constants
 from slipfold.flow.switched.compiled_mode import CompiledMode
+from slipfold.flow.switched.events import Ending, Event
 
-__all__ = ["ReadyMode"]
+__all__ = ["STEPS", "ReadyMode"]
 
 Array = NDArray[np.float64]
+
+STEPS = 20_000
+"""Steps of the integrator between two changes at most."""
+
+ARRIVED = int(hy.taylor_outcome.time_limit)
+STEP_LIMIT = int(hy.taylor_outcome.step_limit)
 
 
 class ReadyMode:
@@ -27,8 +35,39 @@ class ReadyMode:
         self.constants, self.weights = constants, weights
         n, count = len(constants.scales), compiled.contacts
         own = 0 if compiled.slow is None else 3
-        whole = integrator.state
-        self.scaled = whole[:n]
-        self.slow = whole[n : n + own]  # logarithm and angle of slow slip, and the phase
-        self.energies = whole[n + own :].reshape(2, count)
-        self.units = 1 / (weights[:count] * weights[count : 2 * count])  # of energies, in J
+        self.whole = integrator.state
+        self.scaled = self.whole[:n]
+        self.slow = self.whole[n : n + own]  # logarithm and angle of slow slip, and the phase
+        self.energies = self.whole[n + own :]
+        self.dimension = n
+        energies = np.tile(1 / (weights[:count] * weights[count : 2 * count]), 2)
+        # Of states in their units, and of energies in J
+        self.units = np.concatenate([constants.scales, np.ones(own), energies])
+
+    def set_out(self, state: Array, phase: float) -> None:
+        """Put the integrator at a beginning. Shapes: state (n,)."""
+        np.divide(state, self.constants.scales, self.scaled)
+        self.energies.fill(0.0)
+        if self.compiled.events:
+            self.integrator.reset_cooldowns()
+        self.integrator.time = phase
+
+    def propagate(self, until: float) -> tuple[Event | None, float]:
+        """Integrate up to a time; return what ended it there or before, and when."""
+        # By name the number of steps would take as long as a step.
+        outcome = int(self.integrator.propagate_until(until, STEPS)[0])
+        return self.ending(outcome), self.integrator.time
+
+    def ending(self, outcome: int) -> Event | None:
+        """Return what ended a piece of motion; None if it came to where it was asked to."""
+        if outcome == ARRIVED:
+            return None
+        if -len(self.compiled.events) <= outcome < 0:
+            event = self.compiled.events[-1 - outcome]
+            return None if event.ending is Ending.ARRIVES else event
+        return Event(Ending.STIFF if outcome == STEP_LIMIT else Ending.SINGULAR, 0, None)
+
+    def arrived(self) -> tuple[Array, Array]:
+        """Return state and energies, shapes (n,) and (2 k,)."""
+        found = self.whole * self.units
+        return found[: self.dimension], found[-len(self.energies) :]

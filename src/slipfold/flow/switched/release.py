@@ -85,7 +85,7 @@ def release(
         if np.linalg.norm(before) >= speed:  # it has begun already
             return []
         after = flow.slipping(mode, state, speed * first.along, phase, constants)
-        nothing = np.zeros((2, len(flow.contacts)))
+        nothing = np.zeros(2 * len(flow.contacts))
         return [Leg(mode, phase, phase, after, nothing, None, released=True)]
     stuck = tuple(Status.STICK if i == contact else item for i, item in enumerate(mode))
     legs, growths = list[Leg](), [first]
@@ -125,11 +125,12 @@ def release(
     least = LEAST_SEEN / weights[contact]
     legs = [_seen(flow, leg, _Slip(before, growths, phase, time, least), constants) for leg in legs]
     energies = legs[1].energies.copy()
+    given = energies.reshape(2, -1)
     # Friction was less than what would have held by what lets slip grow.
     speeds = [float(np.linalg.norm(item)) for item in (before, middle, slip)]
     heat = growths[-1].friction * (speeds[0] + 4 * speeds[1] + speeds[2]) * time / 6
     driven = float(np.linalg.solve(growths[-1].change, slip - before) @ known.plate[place])
-    energies[:, contact] += driven - heat, heat
+    given[:, contact] += driven - heat, heat
     return [legs[0], replace(legs[1], state=after, energies=energies)]
 
 

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from threading import Lock
 
-import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,10 +20,10 @@ from slipfold.flow.scaled import power_of_two
 from slipfold.flow.switched.arguments import Arguments
 from slipfold.flow.switched.compiled_mode import CompiledMode
 from slipfold.flow.switched.contact_quantities import ContactQuantities
-from slipfold.flow.switched.events import REST, UNIT, Ending, Event
-from slipfold.flow.switched.mode import Mode, Status, shown
+from slipfold.flow.switched.events import REST, UNIT, Event
+from slipfold.flow.switched.mode import STUCK, Mode, Status, shown
 from slipfold.flow.switched.mode_equations import contacts_of, mode_equations, with_given_forces
-from slipfold.flow.switched.ready_mode import ReadyMode
+from slipfold.flow.switched.ready_mode import STEPS, ReadyMode
 from slipfold.flow.switched.slopes import Slopes
 from slipfold.flow.switched.step_polynomials import BegunPolynomials, SlowPolynomials, step_to
 from slipfold.flow.switched.transition import SLACK
@@ -34,9 +33,6 @@ from slipfold.models.output import Limit
 __all__ = ["Leg", "SwitchedFlow", "switched_flow_of"]
 
 Array = NDArray[np.float64]
-
-STEPS = 20_000
-"""Steps of the integrator between two changes at most."""
 
 FOREVER = 1e30
 """An end of the time that goes with the speed of slip, which no motion comes to."""
@@ -50,7 +46,7 @@ class Leg:
     begin: float  # phases
     end: float
     state: Array  # at its end, shape (n,)
-    energies: Array  # put into the structure by each contact, then heat, in J, shape (2, k)
+    energies: Array  # put into the structure by each contact, then heat, in J, shape (2 k,)
     event: Event | None  # what ended it; None if it came to where it was asked to
     held: Mode | None = None  # where it is still as in another mode: that one
     released: bool = False  # whether it is the beginning of slip in the plane, taken by itself
@@ -108,17 +104,19 @@ class SwitchedFlow:
         """Return a state with some slow slip in m/s in a mode. Shapes: state (n,); slip (2,)."""
         return self._placed(self._mode(mode), state, _polar(slip, 0.0), phase, constants)
 
-    def rested(self, state: Array, phase: float, constants: Constants) -> tuple[Array, bool]:
-        """Return a state in which a contact along a line, the only one, comes to rest.
+    @cached_property
+    def rests_by(self) -> list[int]:
+        """Which states follow from the others where a contact, the only one, sticks."""
+        return self.places_held(STUCK)
+
+    def rested(self, state: Array, phase: float, constants: Constants) -> tuple[float, bool]:
+        """Return the speed of a state when a contact along a line, the only one, comes to rest.
 
         With it whether friction holds it, clearly within its limit: most do. Shapes: state (n,).
         """
-        compiled = self._mode(STUCK)
         known = self._arguments.of(state, phase, constants)
-        held, needed, most = compiled.holding(known).tolist()
-        result = state.copy()
-        result[compiled.held[0]] = held
-        return result, abs(needed) < most * (1 - SLACK)
+        speed, needed, most = self._mode(STUCK).holding(known).tolist()
+        return speed, abs(needed) < most * (1 - SLACK)
 
     def _placed(
         self,
@@ -191,26 +189,35 @@ class SwitchedFlow:
         dense: bool = False,
     ) -> Leg:
         """Carry a state on in a mode, until it changes. Shapes: state (n,)."""
-        ready = self._ready(mode, constants, weights)
-        compiled, integrator = ready.compiled, ready.integrator
-        np.divide(state, constants.scales, ready.scaled)
-        ready.energies.fill(0.0)
-        if compiled.events:
-            integrator.reset_cooldowns()
-        integrator.time, until, slow = begin, end, compiled.slow
+        ready = self.ready(mode, constants, weights)
+        ready.set_out(state, begin)
+        if ready.compiled.slow is not None or dense:
+            return self._run_closely(ready, mode, state, begin, end, dense=dense)
+        event, time = ready.propagate(end)
+        final, energies = ready.arrived()
+        if not ready.compiled.rests:
+            final = self._placed(ready.compiled, final, (), time, constants)
+        return Leg(mode, begin, time, final, energies, event)
+
+    def _run_closely(
+        self, ready: ReadyMode, mode: Mode, state: Array, begin: float, end: float, *, dense: bool
+    ) -> Leg:
+        """Do so where slip is slow, or all that lies between is wanted."""
+        compiled, integrator, constants = ready.compiled, ready.integrator, ready.constants
+        until, slow = end, compiled.slow
         if slow is not None:
             slip = self.quantities.at(state, begin, constants).slip[self.quantities.places[slow]]
-            logarithm, angle = _polar(slip, 2 * REST / weights[slow])
+            logarithm, angle = _polar(slip, 2 * REST / ready.weights[slow])
             ready.slow[:] = logarithm / UNIT, angle, begin
             integrator.time, until = 0.0, FOREVER
             integrator.pars[-1] = end
         polynomials: StepPolynomials | SlowPolynomials | None = None
         if dense:
             outcome, polynomials = step_to(integrator, until, STEPS)
+            event, time = ready.ending(outcome), integrator.time
         else:
-            outcome = int(integrator.propagate_until(until, max_steps=STEPS)[0])
-        event = None if outcome == ARRIVED else _event(compiled, outcome)
-        final, time = ready.scaled * constants.scales, integrator.time
+            event, time = ready.propagate(until)
+        final, energies = ready.arrived()
         polar: tuple[float, ...] = ()
         if slow is not None:
             logarithm, angle, time = ready.slow.tolist()
@@ -218,15 +225,8 @@ class SwitchedFlow:
             time = end if event is None else time
             if isinstance(polynomials, StepPolynomials):
                 polynomials = self._slowly(compiled, polynomials, constants)
-        return Leg(
-            mode,
-            begin,
-            time,
-            final if compiled.rests else self._placed(compiled, final, polar, time, constants),
-            ready.energies * ready.units,
-            event,
-            polynomials=polynomials,
-        )
+        final = self._placed(compiled, final, polar, time, constants)
+        return Leg(mode, begin, time, final, energies, event, polynomials=polynomials)
 
     def _slowly(
         self, compiled: CompiledMode, polynomials: StepPolynomials, constants: Constants
@@ -239,7 +239,8 @@ class SwitchedFlow:
 
         return SlowPolynomials(polynomials, len(scales), placed, compiled.held)
 
-    def _ready(self, mode: Mode, constants: Constants, weights: Array) -> ReadyMode:
+    def ready(self, mode: Mode, constants: Constants, weights: Array) -> ReadyMode:
+        """Return a mode with its integrator, this thread's own."""
         own = self._own.modes
         ready = own.get(mode)
         if ready is None or ready.constants is not constants or ready.weights is not weights:
@@ -279,20 +280,6 @@ class SwitchedFlow:
                     equations = mode_equations(self._model, mode)
                     self._modes[mode] = CompiledMode(equations, self.limits)
         return self._modes[mode]
-
-
-ARRIVED = int(hy.taylor_outcome.time_limit)
-STEP_LIMIT = int(hy.taylor_outcome.step_limit)
-
-STUCK = (Status.STICK,)
-
-
-def _event(compiled: CompiledMode, outcome: int) -> Event | None:
-    """Return what ended a piece of motion; None if slow slip came to where it was asked to."""
-    if -len(compiled.events) <= outcome < 0:
-        event = compiled.events[-1 - outcome]
-        return None if event.ending is Ending.ARRIVES else event
-    return Event(Ending.STIFF if outcome == STEP_LIMIT else Ending.SINGULAR, 0, None)
 
 
 def _polar(slip: Sequence[float] | Array, least: float) -> tuple[float, float]:

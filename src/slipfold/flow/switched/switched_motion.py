@@ -16,7 +16,8 @@ from slipfold.flow.switched.at_the_limit import AT_REST, let_go
 from slipfold.flow.switched.contact_quantities import Numbers
 from slipfold.flow.switched.events import SLOW, Ending, Event
 from slipfold.flow.switched.history import Recorder
-from slipfold.flow.switched.mode import Mode, Status, shown
+from slipfold.flow.switched.in_turn import in_turn
+from slipfold.flow.switched.mode import STUCK, Mode, Status, shown
 from slipfold.flow.switched.mode_equations import Undetermined
 from slipfold.flow.switched.release import begins, release
 from slipfold.flow.switched.switched_flow import Leg, SwitchedFlow, switched_flow_of
@@ -32,8 +33,6 @@ BACKWARDS = 1e-9
 
 FURTHER = 0.5
 """Phases by which a leg with constant rates may go beyond the end of a period."""
-
-STUCK = (Status.STICK,)
 
 MOST = 10_000
 """Changes in a forcing period that are followed."""
@@ -76,19 +75,22 @@ class SwitchedMotion:
     @property
     def time(self) -> float:
         """Seconds so far, of whole periods and of what is known of another."""
-        changes = self.recorder.changes
-        last = changes[-1].time if changes else 0.0
-        return max(self.periods, last) * self.constants.period
+        return max(self.periods, self.recorder.last_time) * self.constants.period
 
     def go_on(self, periods: int, tell: Callable[[], None] = lambda: None) -> None:
         """Integrate some more periods, as far as it comes; who is told of each may interrupt."""
         last, state, mode, phase = self.periods + periods, self._states[-1], self.modes[-1], 0.0
         further = FURTHER
         while (done := self.periods) < last:
-            until = 1 + further if done + 1 < last else 1.0
-            known = self.flow, mode, state, 1.0, self.constants, self.weights
+            beyond = further if done + 1 < last else 0.0
+            flow, known, self.recorder.begun = self.flow, (self.constants, self.weights), done
+            if flow.straight:
+                noting = self.recorder, self._ended
+                mode, state, phase = in_turn(flow, mode, state, phase, beyond, *known, *noting)
+            args = flow, mode, state, 1.0, *known
+            closely = legs(*args, begin=phase, steadily=1 + beyond) if phase < 1 else ()
             try:
-                for leg, after in legs(*known, begin=phase, steadily=until):
+                for leg, after in closely:
                     self.recorder.went_on(leg.energies)
                     if leg.end > 1:
                         share = (1 - leg.begin) / (leg.end - leg.begin)
@@ -96,7 +98,7 @@ class SwitchedMotion:
                     state, phase = leg.state, leg.end
                     if shown(after) != mode:
                         mode = shown(after)
-                        self.recorder.changed(done + phase, state, mode)
+                        self.recorder.changed(phase, state, mode)
             except Broken as broken:
                 if broken.stop.time > 1:  # the end of the period is still to come
                     further = 0.0
@@ -213,7 +215,7 @@ def _begun(
         if slips != mode:
             contact = next(i for i, status in enumerate(slips) if status is not mode[i])
             event = Event(Ending.YIELDS, contact, None, towards=slips[contact])
-            nothing = np.zeros((2, len(mode)))
+            nothing = np.zeros(2 * len(mode))
             first.append((Leg(mode, phase, phase, state, nothing, event), slips))
         slow = slips.index(Status.SLOW) if Status.SLOW in slips else None
         if slow is not None and begins(flow, slips, slow, state, phase, constants, weights):
@@ -283,9 +285,9 @@ def _alone(flow: SwitchedFlow, leg: Leg, event: Event, constants: Constants) -> 
     if event.ending is Ending.YIELDS:
         return (event.towards,)
     if event.ending is Ending.STOPS:
-        rested, holds = flow.rested(leg.state, leg.end, constants)
+        speed, holds = flow.rested(leg.state, leg.end, constants)
         if holds:
-            leg.state = rested
+            leg.state[flow.rests_by[0]] = speed
             return STUCK
     return None
 
