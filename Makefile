@@ -108,12 +108,8 @@ layers: $(SETUP) ## check which layer imports which
 
 check: lint types layers ## lint, types and layers
 
-bench: $(BENCH_INSTALLED) ## compare with other programs (needs gfortran); PARTS="locus size" for some, PARTS=all for all
-	$(if $(OTHER_PARTS),$(BIN)/python bench/run.py $(OTHER_PARTS),)
-	$(if $(filter latency all,$(PARTS)),$(BIN)/python bench/latency.py,)
-	$(if $(PARTS),,$(BIN)/python bench/run.py && $(BIN)/python bench/latency.py)
-
-OTHER_PARTS = $(filter-out latency,$(PARTS))
+bench: $(BENCH_INSTALLED) ## compare with other programs in a quarter of an hour (needs gfortran); PARTS="locus size" for some
+	$(BIN)/python bench/run.py $(PARTS)
 
 docs: $(DOCS_INSTALLED) ## build the documentation into docs/_build/html
 	$(BIN)/sphinx-build -W --keep-going -q -b html docs docs/_build/html

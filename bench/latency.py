@@ -1,6 +1,6 @@
 """From moving a slider of the explorer to the new curve on the screen, in headless Chromium.
 
-    python bench/latency.py [--moves 60]
+    python bench/latency.py --moves 60
 
 The base case (Fig. 2 of the paper) with all special points; each move waits until the one before is
 on the screen, as a reader's eye does. The first curve after a move may be a draft: what it is and
@@ -8,12 +8,15 @@ how far it may be off is told in docs/explorer.md. "refined" is the time until t
 """
 
 import argparse
+import json
 import os
 import re
 import shutil
 import subprocess
 import sys
-from statistics import median
+
+import machine
+from slipfold.version import package_version
 
 PLOT = "#diagram .plot"
 
@@ -57,10 +60,6 @@ DRAGS = {"f": (12.46, 12.54), "Vd": (0.56, 0.64), "mu": (0.47, 0.53)}
 """Sliders, and between which values they are moved."""
 
 
-def note(sentence):
-    print(f"latency: {sentence}")
-
-
 def measure(page, count):
     """Times in ms until the first curve after each move, how many were drafts, and the rest."""
     first, drafts, refined = [], 0, []
@@ -83,13 +82,11 @@ def main():
     count = parser.parse_args().moves
     chromium = shutil.which("chromium") or shutil.which("chromium-browser")
     if chromium is None:
-        note("there is no chromium, so nothing is measured (on Debian: apt-get install chromium)")
-        return
+        raise SystemExit("there is no chromium (on Debian: apt-get install chromium).")
     try:
         from playwright.sync_api import sync_playwright
     except ImportError:
-        note("playwright is not installed, so nothing is measured")
-        return
+        raise SystemExit("playwright is not installed: pip install playwright.") from None
     as_root = ["--no-sandbox"] if hasattr(os, "geteuid") and os.geteuid() == 0 else []
     command = [sys.executable, "-m", "slipfold.cli", "explore", "--no-browser"]
     with (
@@ -107,13 +104,15 @@ def main():
             browser.close()
         finally:
             server.terminate()
-    first.sort()
-    note(
-        f"{len(first)} moves of {', '.join(DRAGS)}, {drafts} drawn as drafts first, on "
-        f"{os.cpu_count()} processors: median {median(first):.0f} ms, 95th percentile "
-        f"{first[int(0.95 * len(first))]:.0f} ms, longest {first[-1]:.0f} ms; refined after "
-        f"{median(refined):.0f} ms"
-    )
+    seconds = {"first": first, "refined": refined}
+    record = {
+        "version": package_version(),
+        "machine": machine.description(),
+        "sliders": list(DRAGS),
+        "drafts": drafts,
+        "seconds": {name: [took / 1000 for took in found] for name, found in seconds.items()},
+    }
+    print(json.dumps(record))
 
 
 if __name__ == "__main__":

@@ -2,16 +2,18 @@
 
 import json
 import os
+import signal
 import subprocess
 import sys
 import tempfile
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
 BENCH = Path(__file__).parent
-TIMEOUT = 900
-"""Seconds after which a peer is given up."""
+TIMEOUT = 900.0
+"""Seconds after which a script is given up that has no budget of its own."""
 
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 """Environment in which linear algebra keeps to one thread."""
@@ -36,23 +38,35 @@ def interpreter(peer: str) -> str:
     return str(own) if own.exists() else sys.executable
 
 
-def ask(script: str, *arguments: str, **environment: str) -> dict[str, Any] | Absent:
+def ask(
+    script: str, *arguments: str, seconds: float | None = None, **environment: str
+) -> dict[str, Any] | Absent:
     """The record a script of this folder prints, or why there is none."""
     own = interpreter(Path(script).stem.partition("_")[0])
+    patience = TIMEOUT if seconds is None else seconds
+    # A session of its own, so that what a script has started ends with it.
+    with subprocess.Popen(
+        [own, str(BENCH / script), *arguments],
+        env={**os.environ, **environment},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    ) as process:
+        try:
+            found, said = process.communicate(timeout=patience)
+        except subprocess.TimeoutExpired:
+            return Absent(f"not finished in {patience:g} s.")
+        finally:
+            with suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
+    lines = said.strip().splitlines()
+    if process.returncode:
+        return Absent(lines[-1] if lines else f"{script} ended with status {process.returncode}.")
     try:
-        done = subprocess.run(
-            [own, str(BENCH / script), *arguments],
-            env={**os.environ, **environment},
-            capture_output=True,
-            text=True,
-            timeout=TIMEOUT,
-        )
-    except subprocess.TimeoutExpired:
-        return Absent(f"{script} was not done after {TIMEOUT} s.")
-    if done.returncode:
-        lines = done.stderr.strip().splitlines()
-        return Absent(lines[-1] if lines else f"{script} ended with status {done.returncode}.")
-    record: dict[str, Any] = json.loads(done.stdout)
+        record: dict[str, Any] = json.loads(found)
+    except ValueError:
+        return Absent(f"{script} printed no record.")
     return record
 
 

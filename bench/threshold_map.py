@@ -16,23 +16,21 @@ import time
 
 import numpy as np
 
+import grid
 import machine
 from slipfold.branches import Settings, trace_response
 from slipfold.models import SlidingOscillator
 from slipfold.thresholds.threshold_map import GridThresholds, find_threshold_map
 from slipfold.version import package_version
 
-SPAN = (0.0, 0.98)
+SPAN = (0.0, grid.LAST)
 MODEL = SlidingOscillator(f=12.5)
 ALONE = Settings(largest_period=1)
 
 
 def compute(size: int) -> tuple[GridThresholds, float, float]:
     """The map, its wall time and its processor time in seconds."""
-    over = {
-        "Vd": np.linspace(0.3, 1.2, size),
-        "alpha": np.radians(np.linspace(20, 80, size)),
-    }
+    over = dict(zip(("Vd", "alpha"), grid.places(size), strict=True))
     begun, used = time.perf_counter(), time.process_time()
     found = find_threshold_map(MODEL, "Nd", over=over, span=SPAN)
     return found, time.perf_counter() - begun, time.process_time() - used
@@ -48,10 +46,9 @@ def apart(value: float, expected: float) -> float:
 
 def compare(found: GridThresholds, count: int) -> tuple[float, float]:
     """Largest distance from responses followed one by one, and seconds that each of them takes."""
-    chosen = np.random.default_rng(0).integers(found.values.shape, size=(count, 2))
     begun, distances = time.perf_counter(), []
-    for i, j in chosen:
-        model = found.model_at(int(i), int(j))
+    for i, j in grid.picked(count, len(found.values)):
+        model = found.model_at(i, j)
         (branch,) = trace_response(model, "Nd", SPAN, settings=ALONE)
         doublings = [point.value for point in branch.special if point.type == "PD"]
         expected = doublings[0] if doublings else np.nan
@@ -62,7 +59,7 @@ def compare(found: GridThresholds, count: int) -> tuple[float, float]:
 def main() -> None:
     """Compute, compare, print the record."""
     parser = argparse.ArgumentParser(description="a map of thresholds of the sliding oscillator")
-    parser.add_argument("--size", type=int, default=100, help="points along each axis")
+    parser.add_argument("--size", type=int, default=grid.SIZE, help="points of an axis")
     parser.add_argument("--repeat", type=int, default=3, help="timed repeats (default 3)")
     parser.add_argument("--sample", type=int, default=20, help="points compared (default 20)")
     options = parser.parse_args()
@@ -82,6 +79,7 @@ def main() -> None:
         "largest_residual": float(np.nanmax(found.residuals)),
         "sample": options.sample,
         "largest_difference": difference,
+        "picked": [float(found.values[at]) for at in grid.picked(options.sample, options.size)],
         "response_ms_each": 1e3 * each,
     }
     print(json.dumps(record))

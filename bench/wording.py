@@ -23,6 +23,11 @@ def magnitude(error: float) -> str:
     return f"{error:.0e}" if error >= reference.PRECISION else f"< {reference.PRECISION:.0e}"
 
 
+def multiple(ratio: float) -> str:
+    """Two digits, or whole ones."""
+    return f"{ratio:.2g}" if ratio < 100 else f"{ratio:,.0f}"
+
+
 def verdict(met: bool) -> str:
     """Whether an aim is met."""
     return "met" if met else "falls short"

@@ -54,14 +54,13 @@ def main() -> None:
                 "tori": {
                     "points": sum(len(branch.parameter) for branch in tori),
                     "branches": len(tori),
-                    "seconds": tori_times,
                 },
                 "basins": {
                     "points": options.points,
                     "cores": cores,
                     "periods": sorted(item.period for item in basins),
-                    "seconds": basin_times,
                 },
+                "seconds": {"tori": tori_times, "basins": basin_times},
             }
         )
     )

@@ -12,7 +12,8 @@ import time
 import record
 from stick import FREQUENCY, FRICTION, PERIOD
 
-PERIODS = 2
+PERIODS = 1
+"""It takes most of a minute for each."""
 TOLERANCES = {"rtol": 1e-4, "atol": 1e-6}
 SPAN = PERIODS * PERIOD
 

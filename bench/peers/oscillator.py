@@ -50,7 +50,9 @@ HORIZONTAL = Mode.of(362.58, 6.59, 0.0057)
 VERTICAL = Mode.of(317.98, 6.12, 0.006)
 
 
-def rates(x: Any, y: Any, vx: Any, vy: Any, cosine: Any, nd: Any) -> tuple[Any, Any, Any, Any]:
+def rates(
+    x: Any, y: Any, vx: Any, vy: Any, cosine: Any, nd: Any, plate: tuple[float, float] = PLATE
+) -> tuple[Any, Any, Any, Any]:
     """Return the scaled rates of change of (x, y, vx, vy).
 
     Only arithmetic is used, so the arguments may be floats or the symbols of a tracer.
@@ -63,9 +65,11 @@ def rates(x: Any, y: Any, vx: Any, vy: Any, cosine: Any, nd: Any) -> tuple[Any, 
         The forcing cos(2 pi f t) at this instant.
     nd
         Amplitude of the dynamic load in N.
+    plate
+        Velocity of the plate along x and y in m/s.
     """
-    slip_x = PLATE[0] - RATE * vx
-    slip_y = PLATE[1] - RATE * vy
+    slip_x = plate[0] - RATE * vx
+    slip_y = plate[1] - RATE * vy
     grip = FRICTION * (STEADY_LOAD + nd * cosine) / (slip_x * slip_x + slip_y * slip_y) ** 0.5
     pull = SPRING * LENGTH * (1 - 1 / ((1 + y) * (1 + y) + x * x) ** 0.5)
     force_x = (

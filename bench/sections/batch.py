@@ -7,7 +7,7 @@ from statistics import median
 from typing import Any
 
 from slipfold.paper.tables import table
-from wording import magnitude, verdict
+from wording import magnitude, multiple, verdict
 
 RATE = 500_000
 """Forcing periods a second and core."""
@@ -61,3 +61,17 @@ def aim_rows(records: dict[str, dict[str, Any]]) -> Iterator[list[str]]:
             f"{ours / rate:.2g} times ({name})",
             verdict(ours / rate >= FASTER),
         ]
+
+
+def brief(records: dict[str, dict[str, Any]]) -> Iterator[list[str]]:
+    """The row for README.md."""
+    (_, ours, error), *others = runs(records)
+    shown = [
+        f"{name} {rate:,.0f} ({multiple(ours / rate)} times, {magnitude(theirs)})"
+        for name, rate, theirs in others
+    ]
+    yield [
+        "many motions at once, periods a second and core (error)",
+        f"{ours:,.0f} ({magnitude(error)})",
+        "; ".join(shown),
+    ]

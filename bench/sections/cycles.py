@@ -49,17 +49,22 @@ def rows(name: str, records: Records) -> Iterator[list[str]]:
         ]
 
 
+def right(name: str, records: Records) -> Records:
+    """The records of other programs that have the whole branch, nothing missed or invented."""
+    return {
+        who: record
+        for who, record in records.items()
+        if who != "slipfold" and not fault(name, record)
+    }
+
+
 def aim_rows(cycles: dict[str, Records]) -> Iterator[list[str]]:
     """Every aim beside what was measured, in processor time."""
     for name, records in cycles.items():
         title, ours = OSCILLATORS[name].title, records["slipfold"]
         yield [f"{title}: nothing missed or invented", fault(name, ours) or "so it is",
                verdict(not fault(name, ours))]  # fmt: skip
-        rivals = {
-            who: record
-            for who, record in records.items()
-            if who != "slipfold" and not fault(name, record)
-        }
+        rivals = right(name, records)
         if not rivals:
             aim = f"{title}: no slower than who is right"
             if len(records) > 1:
@@ -96,3 +101,19 @@ def section(cycles: dict[str, Records]) -> list[str]:
             table(["", "points", "wall", "processor", "ratio", "error"], list(rows(name, records))),
         ]
     return parts
+
+
+def brief(cycles: dict[str, Records]) -> Iterator[list[str]]:
+    """Rows for README.md: slipfold and the fastest that is right."""
+    for name, records in cycles.items():
+        ours, rivals = records["slipfold"], right(name, records)
+        fastest = min(rivals, key=lambda who: processor(rivals[who]), default=None)
+        others = f"none of {len(records) - 1} is right" if len(records) > 1 else "none ends in time"
+        theirs = rivals.get(fastest or "")
+        yield [
+            OSCILLATORS[name].title,
+            f"{milliseconds(processor(ours))} ms",
+            others if theirs is None else f"{milliseconds(processor(theirs))} ms ({fastest})",
+            fault(name, ours) or f"{largest_error(name, ours):.0e}",
+            "" if theirs is None else f"{largest_error(name, theirs):.0e}",
+        ]

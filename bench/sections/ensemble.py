@@ -39,3 +39,12 @@ def aim_rows(record: dict[str, Any]) -> Iterator[list[str]]:
         f"{milliseconds(took)} ms",
         verdict(1000 * took < MILLISECONDS),
     ]
+
+
+def brief(record: dict[str, Any]) -> Iterator[list[str]]:
+    """The row for README.md."""
+    yield [
+        f"{record['cases']} responses with random parameters in one call, one core, each",
+        f"{milliseconds(each(record))} ms",
+        f"{record['special']} special points, {record['failures']} failed",
+    ]

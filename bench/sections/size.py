@@ -84,3 +84,13 @@ def aim_rows(record: dict[str, Any]) -> Iterator[list[str]]:
         f"{took:.2g} s",
         verdict(took < COMPILE_SECONDS),
     ]
+
+
+def brief(record: dict[str, Any]) -> Iterator[list[str]]:
+    """The row for README.md."""
+    largest = record["sizes"][-1]
+    yield [
+        f"a structure of {largest['size']} masses: compiled, then an orbit with derivatives",
+        f"{largest['compile_seconds']:.2g} s, {milliseconds(median(largest['seconds']))} ms",
+        f"time grows with the power {exponent(record):.1f} of the masses",
+    ]

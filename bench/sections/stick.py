@@ -8,7 +8,7 @@ from typing import Any
 
 from peers.stick import FREQUENCY, FRICTION, state_after
 from slipfold.paper.tables import table
-from wording import verdict
+from wording import multiple, verdict
 
 FASTER = 50
 
@@ -49,3 +49,17 @@ def aim_rows(records: dict[str, dict[str, Any]]) -> Iterator[list[str]]:
             f"{ours / rate:.2g} times",
             verdict(ours / rate >= FASTER),
         ]
+
+
+def brief(records: dict[str, dict[str, Any]]) -> Iterator[list[str]]:
+    """The row for README.md."""
+    (_, ours, error), *others = runs(records)
+    shown = []
+    for name, rate, theirs in sorted(others, key=lambda run: -run[1]):
+        if not any(name.split()[0] in other for other in shown):  # the fastest of each program
+            shown.append(f"{name} {rate:.3g} ({multiple(ours / rate)} times, {theirs:.0e})")
+    yield [
+        "stick and slip, periods a second (error)",
+        f"{ours:,.0f} ({error:.0e})",
+        "; ".join(shown),
+    ]

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from slipfold.paper.tables import table
-from wording import milliseconds, verdict
+from wording import milliseconds, multiple, verdict
 
 SCALING = 1.8
 RATIO = 100
@@ -85,3 +85,16 @@ def aim_rows(record: dict[str, Any]) -> Iterator[list[str]]:
             f"{growth(record, work):.2f}",
             verdict(growth(record, work) < FLAT),
         ]
+
+
+def brief(record: dict[str, Any]) -> Iterator[list[str]]:
+    """The row for README.md."""
+    rate, auto = record["cases"] / record["seconds"], record["auto"]
+    beside = f"{record['failures']} failed"
+    if auto is not None:
+        beside += f"; {multiple(auto * rate)} times AUTO-07p's engine in a loop at its fastest"
+    yield [
+        f"a study of {record['cases']:,} force responses on {record['processes']} cores, each",
+        f"{milliseconds(1 / rate)} ms",
+        beside,
+    ]

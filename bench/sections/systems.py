@@ -10,7 +10,8 @@ from slipfold.paper.tables import table
 from systems import SYSTEMS, errors
 from wording import magnitude, milliseconds, verdict
 
-FASTER = 10
+FASTER = {"duffing": 2, "vanderpol": 2, "chain": 4}
+"""Times as fast as the fastest other program that is right."""
 
 Records = dict[str, dict[str, Any]]
 
@@ -64,9 +65,11 @@ def aim_rows(systems: dict[str, Records]) -> Iterator[list[str]]:
             continue
         fastest = min(rivals, key=lambda who: processor(rivals[who]))
         ratio = processor(rivals[fastest]) / processor(records["slipfold"])
-        title = SYSTEMS[name].title
-        for aim, least in ((f"{FASTER} times faster than the fastest", FASTER), ("no slower", 1)):
-            yield [f"{title}: {aim}", f"{ratio:.2g} times ({fastest})", verdict(ratio >= least)]
+        yield [
+            f"{SYSTEMS[name].title}: {FASTER[name]} times faster than the fastest",
+            f"{ratio:.2g} times ({fastest})",
+            verdict(ratio >= FASTER[name]),
+        ]
 
 
 def section(systems: dict[str, Records]) -> list[str]:
@@ -92,21 +95,16 @@ def section(systems: dict[str, Records]) -> list[str]:
     return parts
 
 
-def brief(systems: dict[str, Records]) -> str:
-    """The table for README.md: slipfold and the fastest that finds every point."""
-    lines = []
+def brief(systems: dict[str, Records]) -> Iterator[list[str]]:
+    """Rows for README.md: slipfold and the fastest that finds every point."""
     for name, records in systems.items():
         ours, rivals = records["slipfold"], complete(name, records)
         fastest = min(rivals, key=lambda who: processor(rivals[who]), default=None)
         theirs = rivals.get(fastest or "")
-        lines.append(
-            [
-                SYSTEMS[name].title,
-                f"{milliseconds(processor(ours))} ms",
-                "none" if theirs is None else f"{milliseconds(processor(theirs))} ms ({fastest})",
-                magnitude(error_of(name, ours) or 0.0),
-                "" if theirs is None else magnitude(error_of(name, theirs) or 0.0),
-            ]
-        )
-    heads = ["frequency response", "slipfold", "fastest other program", "error", "its error"]
-    return table(heads, lines)
+        yield [
+            SYSTEMS[name].title,
+            f"{milliseconds(processor(ours))} ms",
+            "none" if theirs is None else f"{milliseconds(processor(theirs))} ms ({fastest})",
+            magnitude(error_of(name, ours) or 0.0),
+            "" if theirs is None else magnitude(error_of(name, theirs) or 0.0),
+        ]

@@ -11,8 +11,9 @@ import pytest
 BENCH = Path(__file__).parents[2] / "bench"
 
 AFTER = {
-    "tori": {"points": 40, "branches": 2, "seconds": [1.0, 1.2, 1.4]},
-    "basins": {"points": 200, "cores": 2, "periods": [1, 2], "seconds": [30.0]},
+    "tori": {"points": 40, "branches": 2},
+    "basins": {"points": 200, "cores": 2, "periods": [1, 2]},
+    "seconds": {"tori": [1.0, 1.2, 1.4], "basins": [30.0]},
 }
 
 
@@ -29,7 +30,7 @@ def asked(run, monkeypatch):
 
     def ask(script, *_, **__):
         scripts.append(script)
-        return AFTER if "after_the_hopf" in script else {"seconds": {}}
+        return {"seconds": {}}
 
     monkeypatch.setattr(run.processes, "ask", ask)
     for command in ("response_process", "paper_process"):
@@ -48,15 +49,46 @@ def test_each_part_is_measured_alone_by_scripts_that_exist(run, asked):
         if part not in ("commands", "paper"):
             assert all((BENCH / script).exists() for script in asked)
             everything |= set(asked)
-        assert sum(map(bool, measured)) == (2 if part == "commands" else 1)
+        assert set(measured.records) == ({part} if part in (*run.GROUPS, "study") else set())
+        assert len(measured.usages) == {"commands": 2, "paper": 1}.get(part, 0)
+        assert not measured.absent
+        assert not measured.failed
     peers = {str(path.relative_to(BENCH)) for path in (BENCH / "peers").glob("*_*.py")}
     assert peers <= everything
 
 
-def test_ten_minutes_are_some_of_all(run):
-    assert set(run.QUICK) < set(run.PARTS)
+def test_who_fails_or_takes_too_long_is_reported_and_the_others_go_on(run, monkeypatch):
+    budgets = {}
+
+    def ask(script, *arguments, seconds, **_):
+        budgets[script] = seconds
+        if "cycles" in script:
+            return run.Absent("not finished in 40 s.")
+        if "auto07p" in script:
+            return run.Absent("AUTO-07p is not installed.")
+        return {"seconds": {"branch": [1.0]}}
+
+    monkeypatch.setattr(run.processes, "ask", ask)
+    measured = run.measure(["beam", "vanderpol"], 1)
+    assert measured.failed == {"beam": "ours_cycles.py did not run: not finished in 40 s."}
+    assert set(measured.of("vanderpol")) == {
+        "slipfold", "XPPAUT, usual", "XPPAUT, large", "XPPAUT, fine"
+    }  # fmt: skip
+    why = {("vanderpol", f"AUTO-07p, {name}"): "AUTO-07p is not installed."
+           for name in ("usual", "large", "fine")}  # fmt: skip
+    assert measured.absent == why
+    assert budgets["peers/xppaut_systems.py"] < budgets["ours_systems.py"]
+    report = importlib.import_module("report")
+    told = report.left_out(measured)
+    assert told[0].startswith("Left out, AUTO-07p, usual (vanderpol), AUTO-07p, large (vander")
+    assert told[0].endswith(": AUTO-07p is not installed.")
+    assert told[1] == f"slipfold failed (beam): {measured.failed['beam']}"
+
+
+def test_rounds_and_budgets_are_of_parts_there_are(run):
+    assert set(run.contenders.ROUNDS) <= set(run.PARTS)
+    assert set(run.contenders.BUDGETS) <= set(run.GROUPS)
     assert len(set(run.PARTS)) == len(run.PARTS)
-    assert {"beam", "study", "paper"}.isdisjoint(run.QUICK)
 
 
 def test_tori_and_basins_are_told_and_judged(monkeypatch):
@@ -70,6 +102,7 @@ def test_tori_and_basins_are_told_and_judged(monkeypatch):
         ["30 ms", "met"],
         ["30.0 s", "falls short"],
     ]
+    assert [row[1] for row in report.brief(AFTER)] == ["30 ms", "30.0 s"]
     small = {**AFTER, "basins": {**AFTER["basins"], "points": 8}}
     assert len(list(report.aim_rows(small))) == 1
 
@@ -96,7 +129,7 @@ SMALLEST = {
 
 
 def test_each_part_has_a_smallest_size(run):
-    assert set(SMALLEST) == set(run.PARTS) - {"commands", "paper"}
+    assert set(SMALLEST) == set(run.PARTS) - {"commands", "paper", "latency"}
 
 
 @pytest.mark.long

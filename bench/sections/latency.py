@@ -1,0 +1,46 @@
+"""The explorer's sliders in the report."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from statistics import median
+from typing import Any
+
+from slipfold.paper.tables import table
+from wording import verdict
+
+MILLISECONDS = 50
+
+
+def section(record: dict[str, Any]) -> list[str]:
+    """The part of the report, its heading first."""
+    first, refined = sorted(record["seconds"]["first"]), record["seconds"]["refined"]
+    row = [f"{1e3 * median(first):.0f}", f"{1e3 * first[int(0.95 * len(first))]:.0f}",
+           f"{1e3 * first[-1]:.0f}", f"{1e3 * median(refined):.0f}"]  # fmt: skip
+    return [
+        "## From a slider to the curve",
+        f"The base case with all special points in headless Chromium, {len(first)} moves of "
+        f"{', '.join(record['sliders'])}; {record['drafts']} drawn as drafts first.",
+        table(["median ms", "95th percentile", "longest", "exact after"], [row]),
+    ]
+
+
+def aim_rows(record: dict[str, Any]) -> Iterator[list[str]]:
+    """The aim beside what was measured."""
+    took = median(record["seconds"]["refined"])
+    yield [
+        f"from a slider to the exact curve in {MILLISECONDS} ms",
+        f"{1e3 * took:.0f} ms",
+        verdict(1e3 * took < MILLISECONDS),
+    ]
+
+
+def brief(record: dict[str, Any]) -> Iterator[list[str]]:
+    """The row for README.md."""
+    times = {name: f"{1e3 * median(found):.0f} ms" for name, found in record["seconds"].items()}
+    yield [
+        "from a slider of the explorer to the curve",
+        times["first"],
+        f"{record['drafts']} of {len(record['seconds']['first'])} drafts; "
+        f"exact after {times['refined']}",
+    ]
