@@ -1,9 +1,13 @@
-"""Curves between and beyond their points: polynomials through values and tangents."""
+"""Curves between and beyond their points: polynomials through values and tangents.
+
+Places are numbers of one curve, or arrays of them, one of each of many curves.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import acos, prod, sin
+from math import acos, sin
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +19,10 @@ from slipfold.continuation.point import P, Point
 __all__ = [
     "angle_between",
     "arc_between",
+    "arcs",
     "derivatives",
     "hermite",
+    "hermite_each",
     "lagrange",
     "polynomial",
     "polynomial_weights",
@@ -37,6 +43,17 @@ def arc_between(a: Point, b: Point) -> float:
     """Return the arclength between two points of a curve, exact for a circle."""
     chord, turn = length_of(b.z - a.z), angle_between(a.tangent, b.tangent)
     return chord if turn < 1e-4 else chord * 0.5 * turn / sin(0.5 * turn)
+
+
+def arcs(difference: Array, before: Array, after: Array) -> tuple[Array, Array]:
+    """Return these arclengths and angles between two points of each of many curves.
+
+    Shapes: differences and unit tangents (k, u); returns (k,), (k,).
+    """
+    chord = np.sqrt((difference * difference).sum(axis=1))
+    turn = np.arccos(np.clip((before * after).sum(axis=1), -1.0, 1.0))
+    bent = np.where(turn < 1e-4, 1.0, turn)
+    return np.where(turn < 1e-4, chord, chord * 0.5 * bent / np.sin(0.5 * bent)), turn
 
 
 def angle_between(a: Array, b: Array) -> float:
@@ -63,33 +80,49 @@ def well_spaced(known: Sequence[P], low: float, high: float, count: int) -> list
 
 def hermite(points: Sequence[Point], arclength: float) -> tuple[Array, Array]:
     """Evaluate the polynomial through points and tangents, and its derivative."""
-    values, slopes = _hermite_weights([point.arclength for point in points], arclength)
+    values, slopes = map(
+        np.array, _hermite_weights([point.arclength for point in points], arclength)
+    )
     data = np.array([point.z for point in points] + [point.tangent for point in points])
     slope = slopes @ data
     return values @ data, slope / length_of(slope)
 
 
-def _hermite_weights(where: list[float], target: float) -> tuple[Array, Array]:
+def hermite_each(where: Array, values: Array, slopes: Array, target: Array) -> tuple[Array, Array]:
+    """Evaluate those of many curves, and the unit vectors along them.
+
+    Shapes: where (k, c); values, slopes (k, c, u); target (k,); returns (k, u), (k, u).
+    """
+    weights = np.array(_hermite_weights(list(where.T), target))
+    # In order: how products are summed depends on it, and must not on how many curves there are.
+    ordered = np.ascontiguousarray(weights.transpose(0, 2, 1))
+    found, along = (ordered[:, :, None] @ np.concatenate([values, slopes], axis=1))[:, :, 0]
+    return found, along / np.sqrt((along * along).sum(axis=1))[:, None]
+
+
+def _hermite_weights(where: Sequence[Any], target: Any) -> tuple[list[Any], list[Any]]:
     """Weights of values and slopes that give the polynomial's value and slope at the target.
 
     With Lagrange's polynomials l_i, the weight of a value is (1 - 2 (x - x_i) l_i'(x_i)) l_i(x)^2
-    and that of a slope (x - x_i) l_i(x)^2. Plain floats: there are three points at most.
+    and that of a slope (x - x_i) l_i(x)^2. Plain floats of one curve: there are three points at
+    most.
     """
     of_values, of_slopes, d_values, d_slopes = [], [], [], []
+    zero = 0.0 * target
     for i, x_i in enumerate(where):
         others = [x for j, x in enumerate(where) if j != i]
-        basis, d_basis, d_node = 1.0, 0.0, 0.0
+        basis, d_basis, d_node = 1.0 + zero, zero, zero
         for x_j in others:
             d_basis = (d_basis * (target - x_j) + basis) / (x_i - x_j)
-            basis *= (target - x_j) / (x_i - x_j)
-            d_node += 1.0 / (x_i - x_j)
+            basis = basis * ((target - x_j) / (x_i - x_j))
+            d_node = d_node + 1.0 / (x_i - x_j)
         away, square, d_square = target - x_i, basis * basis, 2 * basis * d_basis
         factor = 1 - 2 * away * d_node
         of_values.append(factor * square)
         of_slopes.append(away * square)
         d_values.append(-2 * d_node * square + factor * d_square)
         d_slopes.append(square + away * d_square)
-    return np.array(of_values + of_slopes), np.array(d_values + d_slopes)
+    return of_values + of_slopes, d_values + d_slopes
 
 
 def derivatives(curve: Curve[P], points: Sequence[P], arclength: float) -> Linearised | None:
@@ -125,11 +158,12 @@ def polynomial(where: Array, values: Array, targets: Array) -> Array:
 
 
 def polynomial_weights(where: Array, targets: Array) -> Array:
-    """Weights of values that give the polynomial through them at many targets, shape (t, k)."""
-    places, ones = where.tolist(), np.ones(len(targets))
-    away = [targets - x for x in places]
-    weights = np.empty((len(targets), len(places)))
-    for i, x_i in enumerate(places):
-        apart = prod(x_i - x for x in places[:i] + places[i + 1 :])
-        weights[:, i] = prod(away[:i] + away[i + 1 :], start=ones) / apart
-    return weights
+    """Weights of values that give the polynomial through them at many targets.
+
+    Shapes: where (c,), targets (t,), returns (t, c); or, of many curves, (k, c), (k, t), (k, t, c).
+    """
+    itself = np.eye(where.shape[-1], dtype=bool)
+    apart = np.where(itself, 1.0, where[..., :, None] - where[..., None, :])
+    away = targets[..., None] - where[..., None, :]
+    others = np.where(itself, 1.0, away[..., None, :])
+    return np.asarray(others.prod(axis=-1) / apart.prod(axis=-1)[..., None, :])

@@ -23,9 +23,9 @@ from slipfold.errors import breakdown
 
 __all__ = [
     "ALONG",
+    "Enclosed",
     "LostCurveError",
     "insert",
-    "inverse_interpolation",
     "locate",
     "lost_reason",
     "point_at",
@@ -117,29 +117,63 @@ def locate(
             a, values = middle, (value, values[1])
         else:
             b, values = middle, (values[0], value)
-    tried = [(0.0, values[0]), (chord.length, values[1])]
-    low, high = 0.0, chord.length
-    for count in range(EVALUATIONS):
-        at = inverse_interpolation(tried, low, high)
-        if not low < at < high or (count > PATIENCE and count % 2):
-            at = 0.5 * (low + high)
+    zero = Enclosed(chord.length, values)
+    for _ in range(EVALUATIONS):
+        at = zero.next_place()
         try:
             point = chord.point_at(at)
         except LostCurveError:  # Newton's method is singular exactly at a branch point
             at += ASIDE * close
             point = chord.point_at(at)
         value = function(point)
-        if value == 0.0 or _error(tried, at, value) <= close or high - low <= close:
+        if value == 0.0 or zero.error(at, value) <= close or zero.width <= close:
             return point
         insert(known, point)
-        tried.append((at, value))
-        if (value > 0) == (values[0] > 0):
-            low = at
-        else:
-            high = at
-    if high - low > BLURRED:
+        zero.add(at, value)
+    if zero.width > BLURRED:
         raise LostCurveError(f"a zero was not found in {EVALUATIONS} points")
     return point
+
+
+class Enclosed:
+    """A zero of a function that has different signs at zero and at some length."""
+
+    def __init__(self, length: float, values: tuple[float, float]) -> None:
+        self._tried = [(0.0, values[0]), (length, values[1])]
+        self._low, self._high, self._positive = 0.0, length, values[0] > 0
+
+    @property
+    def width(self) -> float:
+        """Length within which it is known to lie."""
+        return self._high - self._low
+
+    def next_place(self) -> float:
+        """Return where to look next, inside of what encloses it."""
+        at, count = _inverse_interpolation(self._tried, self._low, self._high), len(self._tried) - 2
+        if not self._low < at < self._high or (count > PATIENCE and count % 2):
+            return 0.5 * (self._low + self._high)
+        return at
+
+    def error(self, at: float, value: float) -> float:
+        """Return the distance of a place to the zero by the secant through the nearest one."""
+        nearest, other = self._nearest(at)
+        return abs(value * (at - nearest) / (value - other)) if value != other else np.inf
+
+    def slope(self, at: float, value: float) -> float:
+        """Return the slope of that secant."""
+        nearest, other = self._nearest(at)
+        return (value - other) / (at - nearest)
+
+    def add(self, at: float, value: float) -> None:
+        """Note a value of the function."""
+        self._tried.append((at, value))
+        if (value > 0) == self._positive:
+            self._low = at
+        else:
+            self._high = at
+
+    def _nearest(self, at: float) -> tuple[float, float]:
+        return min(self._tried, key=lambda item: abs(item[0] - at))
 
 
 class _Chord(Generic[P]):
@@ -185,13 +219,7 @@ class _Chord(Generic[P]):
         return replace(point, arclength=place, tangent=point.tangent / (point.tangent @ self._row))
 
 
-def _error(tried: list[tuple[float, float]], at: float, value: float) -> float:
-    """Distance to the zero by the secant through the nearest place tried."""
-    nearest, other = min(tried, key=lambda item: abs(item[0] - at))
-    return abs(value * (at - nearest) / (value - other)) if value != other else np.inf
-
-
-def inverse_interpolation(tried: list[tuple[float, float]], low: float, high: float) -> float:
+def _inverse_interpolation(tried: list[tuple[float, float]], low: float, high: float) -> float:
     """Place of the zero by Neville's scheme through both ends of the bracket and the last two."""
     ends = [item for item in tried if item[0] in (low, high)]
     others = [item for item in tried if item[0] not in (low, high)]

@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.continuation.curve import Curve
-from slipfold.continuation.interpolation import lagrange, polynomial_weights, well_spaced
+from slipfold.continuation.interpolation import well_spaced
 from slipfold.continuation.locate import insert, locate, point_at
 from slipfold.continuation.point import P
+from slipfold.continuation.unseen import Expected, expectation_weights, places_between
 
 __all__ = ["Found", "Watch", "locate_test", "search_between"]
 
@@ -24,13 +25,6 @@ DEPTH = 7
 
 KNOTS = 4
 """Points that test functions are interpolated through."""
-
-UNSURE = 0.25
-"""Share of the difference between a test function and what its neighbours let expect, below which
-it may have changed its sign twice: a parabola with that error in its slope falls by so much."""
-
-TOUCH = 0.15
-"""A test function that falls between two points to this share of its values there is looked at."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,81 +119,19 @@ def _suspicious_place(watch: Watch[P], known: Sequence[P], a: P, b: P) -> float 
     what it follows from.
     """
     near = well_spaced(known, a.arclength, b.arclength, KNOTS)
-    grid = np.linspace(a.arclength, b.arclength, 18)[1:-1]
+    grid = places_between(a.arclength, b.arclength)
     ends = np.array([watch.values(a), watch.values(b)])
-    weights = _weights(near, grid, (a, b))
+    where = np.array([point.arclength for point in near])
+    own = _number(near, a), _number(near, b)
+    weights = expectation_weights(where, grid, (a.arclength, b.arclength), own)
     values = weights @ np.array([watch.values(point) for point in near])
-    place = _Expected.of(values, grid, ends).doubtful_place()
+    place = Expected.of(values, ends).doubtful_place(grid)
     foreseen = None if place is None else watch.foreseen(near, weights)
     if foreseen is None:
         return place
-    return _Expected.of(values, grid, ends, foreseen).doubtful_place()
+    return Expected.of(values, ends, foreseen).doubtful_place(grid)
 
 
-def _weights(near: Sequence[P], grid: Array, ends: tuple[P, P]) -> Array:
-    """Weights of points in what they let expect at other places: a row for each, shape (t, points).
-
-    First on the grid, then there without the point farthest away, then at both ends without these.
-    """
-    where = np.array([point.arclength for point in near])
-    size = len(grid)
-    weights = np.zeros((2 * size + 2, len(near)))
-    weights[:size] = polynomial_weights(where, grid)
-    weights[size:-2, :-1] = polynomial_weights(where[:-1], grid)
-    for row, end in zip(weights[-2:], ends, strict=True):
-        others = [i for i, point in enumerate(near) if point is not end]
-        row[others] = lagrange(where[others].tolist(), end.arclength)
-    return weights
-
-
-@dataclass(frozen=True, eq=False)
-class _Expected:
-    """Test functions as they are expected between two points."""
-
-    grid: Array  # places between them, shape (t,)
-    inside: Array  # the functions there, shape (t, f)
-    errors: Array  # by how much these change if the point farthest away is left out, shape (t, f)
-    ends: Array  # the functions at the points, shape (2, f)
-    surprises: Array  # by how much these differ from what the others let expect, shape (2, f)
-
-    @staticmethod
-    def of(values: Array, grid: Array, ends: Array, foreseen: Array | None = None) -> _Expected:
-        """Expect the functions from their values, or as they are foreseen where that is better.
-
-        Shapes: values, foreseen as the rows of `_weights`, (2 t + 2, f).
-        """
-        size = len(grid)
-        if foreseen is not None:
-            one, other = (np.abs(each[:size] - each[size:-2]) for each in (values, foreseen))
-            values = np.where(other.max(axis=0) < one.max(axis=0), foreseen, values)
-        inside = values[:size]
-        errors = np.abs(inside - values[size:-2])
-        return _Expected(grid, inside, errors, ends, np.abs(ends - values[-2:]))
-
-    def doubtful_place(self) -> float | None:
-        """Return where a function may touch zero, or pass it more often than its ends tell.
-
-        Between the points it may be as far from its interpolation as that is from the one through a
-        point less. At a point where it is far from what its neighbours let expect and near zero,
-        its slope is not known, and it may have come from the other side.
-        """
-        grid = self.grid
-        columns = zip(self.inside.T, self.errors.T, self.ends.T, self.surprises.T, strict=True)
-        for curve, error, (f_a, f_b), (e_a, e_b) in columns:
-            # A function that is not defined everywhere, or is zero everywhere.
-            if not np.isfinite(curve).all() or f_a == f_b == 0:
-                continue
-            inner = (np.sign(f_a) or -np.sign(f_b)) * curve
-            if f_a * f_b > 0:
-                doubtful = inner - np.maximum(error, TOUCH * min(abs(f_a), abs(f_b)))
-                lowest = int(doubtful.argmin())
-                if doubtful[lowest] < 0:
-                    return float(grid[lowest])
-                if abs(f_a) < UNSURE * e_a or abs(f_b) < UNSURE * e_b:
-                    return float(0.5 * (grid[0] + grid[-1]))
-            else:
-                signs = np.sign(np.concatenate([[1.0], inner, [-1.0]]))
-                changes = np.flatnonzero(np.diff(signs))
-                if len(changes) > 1:
-                    return float(grid[min(changes[1], len(grid) - 1)])
-        return None
+def _number(points: Sequence[P], point: P) -> int:
+    """Return the number of a point among others, -1 if it is not among them."""
+    return next((i for i, item in enumerate(points) if item is point), -1)

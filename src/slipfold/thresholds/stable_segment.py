@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.continuation.search import TOUCH
+from slipfold.continuation.unseen import TOUCH
 
 __all__ = ["SHARES", "Segments", "find_doubts", "shortened"]
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.abreast.between import hermite_each
 from slipfold.branches.abreast.orbits_of_cases import TESTS, Corrected, OrbitsOfCases
 from slipfold.branches.abreast.walk import Bracket
-from slipfold.continuation.locate import CLOSE, inverse_interpolation
+from slipfold.continuation.interpolation import hermite_each
+from slipfold.continuation.locate import CLOSE, Enclosed
 from slipfold.continuation.newton import correct
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
@@ -66,15 +66,15 @@ def approach(
     rows = chord / lengths[:, None]
     slopes = np.array([item.tangents for item in brackets])
     slopes /= (slopes * rows[:, None]).sum(axis=2)[..., None]  # by the place along the chord
-    tried = [
-        [(0.0, float(item.values[0])), (length, float(item.values[1]))]
+    zeros = [
+        Enclosed(length, (float(item.values[0]), float(item.values[1])))
         for item, length in zip(brackets, lengths.tolist(), strict=True)
     ]
     going = np.arange(len(brackets))
     for _ in range(ROUNDS):
         if not len(going):
             break
-        places = np.array([_next_place(tried[i]) for i in going])
+        places = np.array([zeros[i].next_place() for i in going])
         where = np.column_stack([np.zeros(len(going)), lengths[going]])
         guess, _ = hermite_each(where, z[going], slopes[going], places)
         off = places - ((guess - z[going, 0]) * rows[going]).sum(axis=1)
@@ -85,14 +85,13 @@ def approach(
         for row, i in enumerate(going.tolist()):
             if not np.isfinite(values[row]) or not item.tangents[row] @ rows[i] > 0:
                 continue
-            nearest = min(tried[i], key=lambda known: abs(known[0] - places[row]))
-            rise = (values[row] - nearest[1]) / (places[row] - nearest[0])
-            tried[i].append((float(places[row]), float(values[row])))
-            if abs(values[row]) > near * abs(rise):
+            at, value = float(places[row]), float(values[row])
+            if zeros[i].error(at, value) > near:
+                zeros[i].add(at, value)
                 left.append(i)
                 continue
             # Along the branch, not along its chord.
-            slope = float(rise * (item.tangents[row] @ rows[i]))
+            slope = zeros[i].slope(at, value) * float(item.tangents[row] @ rows[i])
             found[i] = Approached(
                 brackets[i],
                 item.z[row],
@@ -100,7 +99,7 @@ def approach(
                 item.multipliers[row],
                 item.blocks[row],
                 slope,
-                float(np.interp(places[row], (0.0, lengths[i]), brackets[i].places)),
+                float(np.interp(at, (0.0, lengths[i]), brackets[i].places)),
             )
         going = np.array(left, dtype=np.int64)
     return found
@@ -109,15 +108,6 @@ def approach(
 def _tests(brackets: Sequence[Bracket], found: Corrected) -> Array:
     kinds = [TESTS.index(item.kind) for item in brackets]
     return np.asarray(found.tests[np.arange(len(brackets)), kinds])
-
-
-def _next_place(tried: Sequence[tuple[float, float]]) -> float:
-    """Return where to look next, inside of what brackets the zero."""
-    positive = tried[0][1] > 0
-    low = max(place for place, value in tried if (value > 0) == positive)
-    high = min(place for place, value in tried if (value > 0) != positive)
-    at = inverse_interpolation(list(tried), low, high)
-    return at if low < at < high and len(tried) < ROUNDS - 2 else 0.5 * (low + high)
 
 
 def placed(

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.continuation.newton import solve_each
+from slipfold.continuation.newton import Rule, correct_many, solve_each
 from slipfold.flow import flow_of, precision
 from slipfold.flow.strobes.linearised_steps import TOLERANCE, LinearisedSteps
 from slipfold.models.model import Model
@@ -49,6 +49,7 @@ class Corrected:
     stiffness: Array  # largest entry of the inverse of what is left of the equations, shape (k,)
     lowest: Array  # least value seen of what the limits watch, shape (k, n_limits)
     above: Array  # a bound from below of what it may be, shape (k, n_limits)
+    moved: Array  # length of the last correction, infinite where there was none, shape (k,)
 
     @property
     def found(self) -> NDArray[np.bool_]:
@@ -109,44 +110,38 @@ class OrbitsOfCases:
         Shapes: guesses, rows (k, u).
         """
         k, n, u = len(some), self.scales.shape[1], guesses.shape[1]
-        limits = self._steps.limits
-        z, before, moved = guesses.copy(), np.full(k, np.inf), np.zeros(k)
         tangents, blocks = np.full((k, u), np.nan), np.full((k, self.nodes, n, n), np.nan)
-        monodromies, signs, stiffness = np.full((k, n, n), np.nan), np.zeros(k), np.zeros(k)
-        lowest, above = np.full((2, k, limits), np.nan)
-        found, going = np.zeros(k, bool), np.arange(k)
-        for _ in range(ITERATIONS):
-            if not len(going):
-                break
-            part = self._linearise(some[going], z[going])
-            right = np.einsum("ka,ka->k", rows[going], guesses[going] - z[going])
-            step, tangent, condensed = self._solve(part, rows[going], right)
-            length = np.sqrt((step * step).sum(axis=1))
-            moved[going] += length
-            with np.errstate(invalid="ignore"):
-                good = (length < GROWTH * before[going]) & (moved[going] < longest)
-                done = good & (length < close)
-            z[going] += step
-            before[going] = length
-            here, now = going[done], np.flatnonzero(done)
-            going = going[good & ~done]
-            if not len(now):
-                continue
-            tangents[here], blocks[here] = tangent[now], part.blocks[now]
-            lowest[here], above[here] = part.lowest[now], part.above[now]
-            monodromies[here] = condensed[now, :n, :n] + np.eye(n)
-            with np.errstate(invalid="ignore"):
-                signs[here] = np.linalg.slogdet(condensed[now])[0]
-            inverse = solve_each(condensed[now], np.tile(np.eye(n + 1), (len(now), 1, 1)))
-            stiffness[here] = np.abs(inverse).max(axis=(1, 2))
-            found[here] = np.isfinite(monodromies[here]).all(axis=(1, 2))
+        condensed = np.full((k, n + 1, n + 1), np.nan)
+        lowest, above = np.full((2, k, self._steps.limits), np.nan)
+        moved = np.full(k, np.inf)
+
+        def steps(here: Indices, z: Array) -> Array:
+            part = self._linearise(some[here], z)
+            right = np.einsum("ka,ka->k", rows[here], guesses[here] - z)
+            step, tangents[here], condensed[here] = self._solve(part, rows[here], right)
+            blocks[here], lowest[here], above[here] = part.blocks, part.lowest, part.above
+            moved[here] = np.sqrt((step * step).sum(axis=1))
+            return step
+
+        rule = Rule(close, longest, GROWTH, iterations=ITERATIONS)
+        solved = correct_many(steps, guesses, rule)
+        monodromies = condensed[:, :n, :n] + np.eye(n)
+        found = solved.found & np.isfinite(monodromies).all(axis=(1, 2))
+        signs, stiffness = np.zeros(k), np.zeros(k)
         tests = np.full((k, len(TESTS)), np.nan)
         multipliers = np.full((k, n), complex(np.nan, np.nan))
         if found.any():
+            signs[found] = np.linalg.slogdet(condensed[found])[0]
+            inverse = solve_each(condensed[found], np.tile(np.eye(n + 1), (found.sum(), 1, 1)))
+            stiffness[found] = np.abs(inverse).max(axis=(1, 2))
             multipliers[found] = floquet_multipliers(monodromies[found])
             tests[found, :-1] = evaluate_each(multipliers[found], TESTS[:-1])
             tests[found, -1] = tangents[found, -1]
-        return Corrected(z, tangents, blocks, multipliers, tests, signs, stiffness, lowest, above)
+        for item in (tangents, blocks, lowest, above):
+            item[~found] = np.nan
+        moved[np.isnan(moved)] = np.inf
+        told = tangents, blocks, multipliers, tests, signs, stiffness, lowest, above, moved
+        return Corrected(solved.z, *told)
 
     def settled(self, some: Indices, z: Array, rows: Array, tolerance: float) -> Settled:
         """Correct orbits that are nearly met until they fail by a tenth of what they may.

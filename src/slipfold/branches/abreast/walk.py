@@ -1,8 +1,9 @@
 """Branches of one period of many cases, followed side by side, each at steps of its own.
 
-Steps are chosen and points accepted as `continuation.walk` and `continuation.search` do; where they
-would look between two points, the step is taken again at half its length. A branch on which
-anything happens but folds, period doublings and tori is left: it has to be followed by itself.
+How long steps are, which points are accepted and what lies between two of them in doubt are the
+rules of a curve alone (`continuation.step_length`, `continuation.unseen`). Where that one would be
+searched, the step is taken again at half its length. A branch on which anything happens but folds,
+period doublings and tori is left: it has to be followed by itself.
 """
 
 from __future__ import annotations
@@ -13,13 +14,26 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.abreast.between import arcs, are_doubtful, hermite_each, lagrange_each
 from slipfold.branches.abreast.orbits_of_cases import TESTS, Corrected, OrbitsOfCases
 from slipfold.branches.closed_branches import AROUND, BEFORE
 from slipfold.branches.stops import ONE
 from slipfold.continuation.follow import BIRTH, FIRST
+from slipfold.continuation.interpolation import POINTS, arcs, hermite_each, polynomial_weights
+from slipfold.continuation.search import KNOTS
 from slipfold.continuation.settings import Steps
-from slipfold.continuation.walk import DRIFT, ERROR, GUESSES, LONGER, POWER, REJECT, SLACK
+from slipfold.continuation.step_length import (
+    HARDER,
+    LONGER,
+    REACH,
+    Measures,
+    drift,
+    lengthened,
+    place_of_bound,
+    shortened,
+    shortened_where_lost,
+)
+from slipfold.continuation.unseen import Expected, expectation_weights, places_between
+from slipfold.continuation.walk import SLACK
 from slipfold.flow.switched.mode_equations import contacts_of
 from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.orbits.limits import limit_margins
@@ -36,11 +50,8 @@ CLOSE = 1e-5
 SMALLEST = 1e-6
 """A branch that needs a smaller step is left."""
 
-KNOTS = 4
-"""Points that are remembered: test functions are interpolated through so many."""
-
-POINTS = 3
-"""Points a branch is extrapolated from."""
+NOISE = 1e-9
+"""Test functions below this are rounding."""
 
 LARGEST = 1e6
 """Multiplier from which on a branch is left: rounding begins to matter."""
@@ -53,6 +64,9 @@ RETURN = 4
 
 MOST = 400
 """Rounds of steps after which all branches still on their way are left."""
+
+HALF = 0.5
+"""What is left of a step within which anything may lie that is not seen from its ends."""
 
 PD, FOLD, NS, LP = range(len(TESTS))
 
@@ -166,7 +180,7 @@ class Walk:
                     + (share * self._step[some])[:, None] * self._tangents[some, -1]
                 )
                 rows = self._tangents[some, -1]
-                looks.append(self._orbits.correct(self.cases[some], guess, rows, CLOSE, _reach()))
+                looks.append(self._orbits.correct(self.cases[some], guess, rows, CLOSE, REACH))
             first, nearer = looks
             more = _outside(first) - outside
             with np.errstate(invalid="ignore"):
@@ -184,22 +198,23 @@ class Walk:
                 self._step[some], np.maximum(BEFORE, 0.9 * _length(self._halves(self._z[some, -1])))
             )
         guess, rows, held = self._predicted(some)
-        found = self._orbits.correct(self.cases[some], guess, rows, CLOSE, _reach())
+        found = self._orbits.correct(self.cases[some], guess, rows, CLOSE, REACH)
         found.z[held, -1] = guess[held, -1]
         beyond = found.found & ~held & self._is_beyond(found.z[:, -1], 0.0)
         self._held[some] = beyond
         last = self._tangents[some, -1]
         length, turn = arcs(found.z - self._z[some, -1], last, found.tangents)
-        factor, fits = self._measured(some, found, guess, length, turn)
-        fits &= found.found & ~beyond
+        measures = self._measured(some, found, guess, length, turn)
+        fits = measures.fits & found.found & ~beyond
         brackets, doubt = self._judged(some, found, length, fits)
         accepted = fits & ~doubt
-        shorter = np.where(found.found, np.where(fits, 0.5, np.minimum(factor, 0.7)), 0.35)
-        step = self._step[some]
-        longer = np.minimum(np.minimum(factor, self._growth[some]), LONGER)
-        self._step[some] = np.where(accepted, np.minimum(step * longer, self._steps.largest),
-                                    np.where(beyond, step, step * shorter))  # fmt: skip
-        self._growth[some] = np.where(accepted, LONGER, np.where(beyond, self._growth[some], 0.8))
+        # One that leads beyond a bound is taken again, to the bound.
+        step, growth = self._step[some], self._growth[some]
+        longer = lengthened(step, measures, growth, self._steps.largest)
+        shorter = np.where(fits, HALF * step, shortened(step, measures))
+        shorter = np.where(found.found, shorter, shortened_where_lost(step, found.moved))
+        self._step[some] = np.where(accepted, longer, np.where(beyond, step, shorter))
+        self._growth[some] = np.where(accepted, LONGER, np.where(beyond, growth, HARDER))
         self._leave(some[~accepted & (self._step[some] < SMALLEST)], "steps")
         for row in np.flatnonzero(accepted & (brackets >= 0)):
             self._bracket(int(some[row]), found, length, int(row), TESTS[brackets[row]])
@@ -215,11 +230,11 @@ class Walk:
             return guess, rows, held
         here, forward = some[which], rows[which, -1] > 0
         bound = np.where(forward, self._high, self._low)
-        near, far = self._places[here, -1], target[which]
-        for _ in range(GUESSES):
-            middle = 0.5 * (near + far)
-            passed = (self._hermite(here, middle)[0][:, -1] > bound) == forward
-            near, far = np.where(passed, near, middle), np.where(passed, middle, far)
+
+        def component(place: Array) -> Array:
+            return self._hermite(here, place)[0][:, -1]
+
+        far = place_of_bound(component, self._places[here, -1], target[which], bound, forward)
         guess[which] = self._hermite(here, far)[0]
         guess[which, -1] = bound
         rows[which] = 0.0
@@ -245,30 +260,18 @@ class Walk:
 
     def _measured(
         self, some: Indices, found: Corrected, guess: Array, length: Array, turn: Array
-    ) -> tuple[Array, Mask]:
-        """Return by how much the next steps may be longer, and whether these fit."""
-        error = np.maximum(_length(found.z - guess), 1e-12) / ERROR
-        turn = turn / self._steps.turn
-        drift = np.zeros(len(some))
+    ) -> Measures:
+        """Measure how well steps fitted."""
+        drifted = np.zeros(len(some))
         counts = np.minimum(self._count[some], POINTS)
         for count in np.unique(counts[counts > 1]).tolist():
             which = np.flatnonzero(counts == count)
             here = some[which]
-            values = self._tests[here, -count:]
+            values, actual = self._tests[here, -count:], found.tests[which]
             target = self._places[here, -1] + length[which]
-            expected = (lagrange_each(self._places[here, -count:], target[:, None]) @ values)[:, 0]
-            actual = found.tests[which]
-            sizes = np.maximum(np.abs(values).max(axis=1), np.maximum(np.abs(actual), 1e-9))
-            drift[which] = (np.abs(actual - expected) / sizes).max(axis=1) / DRIFT
-        with np.errstate(invalid="ignore"):
-            lengths = (
-                error**-POWER,
-                0.9 / np.maximum(turn, 1e-3),
-                np.maximum(drift, 1e-6) ** -0.4,
-            )
-            factor = np.clip(0.9 * np.minimum.reduce(lengths), 0.2, LONGER)
-            fits = (turn <= 1) & (np.maximum(error, drift) <= REJECT)
-        return factor, fits
+            weights = polynomial_weights(self._places[here, -count:], target[:, None])
+            drifted[which] = drift(np.abs(actual - (weights @ values)[:, 0]), values, actual, NOISE)
+        return Measures.of(_length(found.z - guess), turn, drifted, self._steps.turn)
 
     # -- what lies between two points ------------------------------------------------------------
 
@@ -284,10 +287,16 @@ class Walk:
             here = some[which]
             if not len(which):
                 continue
-            new = self._places[here, -1] + length[which]
-            where = np.column_stack([self._places[here, -count:], new])
-            values = np.concatenate([self._tests[here, -count:], found.tests[which, None]], axis=1)
-            doubt[which] = are_doubtful(where, values)
+            last = self._places[here, -1]
+            new = last + length[which]
+            # The nearest first; their two ends are the points of number 1 and 0.
+            where = np.column_stack([new, self._places[here, : -count - 1 : -1]])
+            known = self._tests[here, : -count - 1 : -1]
+            values = np.concatenate([found.tests[which, None], known], axis=1)
+            grid = places_between(last, new)
+            weights = expectation_weights(where, grid, (last, new), (1, 0))
+            expected = Expected.of(weights @ values, values[:, 1::-1])
+            doubt[which] = expected.doubtful.any(axis=1)
         changed = (self._tests[some, -1] > 0) != (found.tests > 0)
         changed &= ~leaves[:, None]
         change = np.abs(_outside(found) - self._unstable[some])
@@ -399,7 +408,3 @@ def _outside(found: Corrected) -> Indices:
 
 def _length(vectors: Array) -> Array:
     return np.asarray(np.sqrt((vectors * vectors).sum(axis=1)))
-
-
-def _reach() -> float:
-    return 2 * REJECT * ERROR
