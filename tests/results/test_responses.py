@@ -5,6 +5,7 @@ import pytest
 import xarray
 
 import slipfold as sf
+from slipfold.branches import make_branch
 from slipfold.results.responses import INTERRUPTED
 
 MODEL = sf.SlidingOscillator(f=12.5)
@@ -65,6 +66,56 @@ def test_an_interruption_keeps_what_is_finished():
     assert [diagram is None for diagram in found] == [False, False, True]
     assert found.interrupted
     assert found.failures == {2: INTERRUPTED}
+
+
+SIDE_BY_SIDE = {"Vd": np.linspace(0.5, 0.65, 16)}
+
+
+def test_progress_is_told_while_many_go_side_by_side():
+    seen = []
+    sf.responses(MODEL, "Nd", (0, 0.06), over=SIDE_BY_SIDE, observer=seen.append)
+    stages = list(dict.fromkeys(item.stage for item in seen))
+    periods = [f"{what} of period {period}" for period in (1, 2) for what in ("branches", "orbits")]
+    assert stages == ["equations", *periods, "cases"]
+    walked = [item.share for item in seen if item.stage == "branches of period 1"]
+    assert len(walked) > 3
+    assert walked == sorted(walked)
+    assert walked[-1] == 1
+    assert [item.done for item in seen if item.stage == "cases"] == list(range(1, 17))
+
+
+def test_an_interruption_is_heard_while_many_go_side_by_side():
+    def stop(progress):
+        if progress.stage == "branches of period 1":
+            raise KeyboardInterrupt
+
+    found = sf.responses(MODEL, "Nd", SPAN, over=SIDE_BY_SIDE, observer=stop)
+    assert found.diagrams == (None,) * 16
+
+
+def test_an_interruption_is_heard_while_a_case_of_many_is_described(monkeypatch):
+    described = []
+
+    def describe(found):
+        described.append(found)
+        if len(described) == 2:
+            raise KeyboardInterrupt
+        return known(found)
+
+    known = make_branch.describe
+    monkeypatch.setattr(make_branch, "describe", describe)
+    found = sf.responses(MODEL, "Nd", (0, 0.06), over=SIDE_BY_SIDE)
+    assert len(described) == 2
+    assert [diagram is None for diagram in found] == [False] + [True] * 15
+    assert all(np.isfinite(item.point.uncertainty) for item in found.special)
+
+
+def test_what_an_observer_raises_is_not_caught():
+    def fail(progress):
+        raise ValueError("no disk")
+
+    with pytest.raises(ValueError, match="no disk"):
+        sf.responses(MODEL, "Nd", SPAN, over=SIDE_BY_SIDE, observer=fail)
 
 
 def test_one_dataset_holds_cases_and_their_special_points(found):

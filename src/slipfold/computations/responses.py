@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.abreast.responses import FEWEST, branches_abreast
+from slipfold.branches.abreast.assembled import assembled
+from slipfold.branches.abreast.own_branch import Case
+from slipfold.branches.abreast.responses import FEWEST, follow_abreast
 from slipfold.branches.event import Event
 from slipfold.branches.response import measured_over
 from slipfold.branches.settings import Settings
@@ -37,7 +40,7 @@ __all__ = ["CaseProgress", "responses"]
 
 
 AT_ONCE = 256
-"""Cases that are followed side by side: of more each takes as long, and progress is told after."""
+"""Cases that are followed side by side: of more each takes as long."""
 
 
 @dataclass(frozen=True)
@@ -50,11 +53,25 @@ class CaseProgress:
         Cases that are settled, and all of them.
     failures
         Cases settled so far that have no diagram.
+    stage
+        What is done now: ``"cases"``, one by one; of many that go side by side, before the first of
+        them is settled, ``"equations"`` (compiled once), ``"branches of period 1"`` and
+        ``"orbits of period 1"`` (corrected, their special points and ends approached), then those
+        of twice the period.
+    share
+        Share of that stage that is done, from 0 to 1: of branches as far as they have come through
+        the span at least.
     """
 
     done: int
     total: int
     failures: int
+    stage: str = "cases"
+    share: float = 1.0
+
+
+class _ObserverFailedError(BaseException):
+    """What an observer raised, which is not for those to catch whom it watches."""
 
 
 def responses(
@@ -92,8 +109,9 @@ def responses(
     events
         Values of outputs or of the parameter to locate.
     observer
-        Called after every case with a `slipfold.CaseProgress`. If it raises `KeyboardInterrupt`, or
-        the user does, the cases not finished say so.
+        Called after every case with a `slipfold.CaseProgress`, and several times a second while
+        many go side by side. If it raises `KeyboardInterrupt`, or the user does, the cases not
+        finished say so.
     **parameters
         Parameters of the model to change first: numbers in SI units, or text with a unit.
 
@@ -134,20 +152,30 @@ def responses(
     cases = [
         {name: float(column[case]) for name, column in columns.items()} for case in range(total)
     ]
-    known = dict[int, Diagram]()
+    beside = dict[int, Callable[[], Diagram | None]]()
+
+    def tell(stage: str, share: float) -> None:
+        if observer is not None:
+            progress = CaseProgress(len(diagrams), total, sum(map(bool, reasons)), stage, share)
+            try:
+                observer(progress)
+            except Exception as error:
+                raise _ObserverFailedError(error) from error
+
     try:
         for case, values in enumerate(cases):
             if case % AT_ONCE == 0 and total >= FEWEST and not events:
-                known = _side_by_side(changed, vary, (first, last), cases, case, chosen)
-            found = known.pop(case, None) or _one(
+                beside = _side_by_side(changed, vary, (first, last), cases, case, chosen, tell)
+            found = beside.pop(case, lambda: None)() or _one(
                 changed, vary, (first, last), values, settings=chosen, events=events
             )
             if isinstance(found, Diagram) and found.interrupted:
                 raise KeyboardInterrupt
             diagrams.append(None if isinstance(found, str) else found)
             reasons.append(found if isinstance(found, str) else "")
-            if observer is not None:
-                observer(CaseProgress(case + 1, total, sum(map(bool, reasons))))
+            tell("cases", 1.0)
+    except _ObserverFailedError as error:
+        raise error.args[0] from None
     except KeyboardInterrupt:
         pass
     missing = total - len(diagrams)
@@ -169,8 +197,9 @@ def _side_by_side(
     cases: Sequence[Mapping[str, float]],
     start: int,
     settings: Settings,
-) -> dict[int, Diagram]:
-    """Return the diagrams of some cases by their numbers, where these need not go by themselves."""
+    tell: Callable[[str, float], None],
+) -> dict[int, Callable[[], Diagram | None]]:
+    """Return what makes the diagrams of some cases by their numbers; None of those left."""
     if own_events(model, vary):
         return {}
     models, begun = dict[int, Model](), perf_counter()
@@ -179,24 +208,38 @@ def _side_by_side(
             own = model.replace(**cases[case], **{vary: span[0]})
             check_followed(own)
             models[case] = measured_over(own, vary, span)
+    if not models:
+        return {}
     try:
-        found = branches_abreast(list(models.values()), vary, span, settings) if models else []
+        found = follow_abreast(list(models.values()), vary, span, settings, tell)
     except Exception:  # whichever case it is, by itself it says so
         return {}
-    each = (perf_counter() - begun) / max(len(models), 1)
-    diagrams = dict[int, Diagram]()
-    for case, branches in zip(models, found, strict=True):
-        if branches is not None:
-            begun = perf_counter()
-            try:
-                checked = check_branches(branches)
-            except BREAKDOWNS:
-                continue
-            told = provenance(each + perf_counter() - begun)
-            diagrams[case] = Diagram(
-                models[case], vary, span, branches, settings, (), told, checked
-            )
-    return diagrams
+    each = (perf_counter() - begun) / len(models)
+    return {
+        case: partial(_diagram, models[case], vary, span, settings, followed, each)
+        for case, followed in zip(models, found, strict=True)
+    }
+
+
+def _diagram(
+    model: Model,
+    vary: str,
+    span: tuple[float, float],
+    settings: Settings,
+    followed: Case,
+    seconds: float,
+) -> Diagram | None:
+    """Return the diagram of a case that was followed beside others; None if it was left."""
+    begun = perf_counter()
+    try:
+        branches = assembled(followed, vary, span)
+        if branches is None:
+            return None
+        checked = check_branches(branches)
+    except Exception:  # by itself it says what it is
+        return None
+    told = provenance(seconds + perf_counter() - begun)
+    return Diagram(model, vary, span, branches, settings, (), told, checked)
 
 
 def _one(

@@ -8,9 +8,10 @@ sticks.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +44,7 @@ __all__ = [
     "FollowedBranch",
     "FollowedResponse",
     "branches_abreast",
+    "follow_abreast",
     "responses_abreast",
 ]
 
@@ -57,6 +59,10 @@ TOGETHER = 64
 
 LONG = 4.0
 """Arclength of a branch, in spans, for which the rounds of steps have to suffice."""
+
+
+Tell = Callable[[str, float], None]
+"""Called with what is done now, and which share of it is."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,8 +105,18 @@ def branches_abreast(
     models: Sequence[Model], vary: str, span: tuple[float, float], settings: Settings
 ) -> list[tuple[Branch, ...] | None]:
     """Follow them in the same way; return the branches with all their points."""
-    cases = _followed(models, vary, span, settings, whole=True)
-    return [assembled(case, vary, span) for case in cases]
+    return [assembled(case, vary, span) for case in follow_abreast(models, vary, span, settings)]
+
+
+def follow_abreast(
+    models: Sequence[Model],
+    vary: str,
+    span: tuple[float, float],
+    settings: Settings,
+    tell: Tell = lambda stage, share: None,
+) -> list[Case]:
+    """Follow them in the same way; return what the branches with all their points are made of."""
+    return _followed(models, vary, span, settings, tell, whole=True)
 
 
 def _followed(
@@ -108,10 +124,12 @@ def _followed(
     vary: str,
     span: tuple[float, float],
     settings: Settings,
+    tell: Tell = lambda stage, share: None,
     *,
     whole: bool,
 ) -> list[Case]:
     """Follow all branches of all cases, the shorter periods first."""
+    tell("equations", 0.0)
     steps = _steps_for(models[0], settings)
     if steps is None:
         return [Case(model, lost="another kind of model") for model in models]
@@ -127,7 +145,9 @@ def _followed(
     parents: list[tuple[int, int] | None] = [None] * len(starts)
     while starts:
         walk = Walk(orbits, starts, span, settings.steps)
-        walk.run()
+        walk.run(partial(tell, f"branches of period {orbits.period}"))
+        stage = f"orbits of period {orbits.period}"
+        tell(stage, 0.0)
         found = _approached(orbits, walk)
         fresh = list[OwnBranch]()
         for place, start in enumerate(starts):
@@ -146,6 +166,7 @@ def _followed(
             fresh.append(OwnBranch(orbits.period, stable, fate, genuine, parents[place]))
             case.branches.append(fresh[-1])
         if whole:
+            tell(stage, 0.5)
             settle(orbits, walk, cases, fresh, settings.newton.tolerance)
         orbits, starts, parents = _next_starts(orbits, cases, settings)
     return cases

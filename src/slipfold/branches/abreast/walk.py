@@ -8,7 +8,7 @@ period doublings and tori is left: it has to be followed by itself.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -135,14 +135,22 @@ class Walk:
         self._begin(starts)
         self._note(np.arange(k))
 
-    def run(self) -> None:
-        """Follow all of them to their ends."""
+    def run(self, tell: Callable[[float], None] = lambda share: None) -> None:
+        """Follow all of them to their ends, telling after each step how far they have come."""
         for _ in range(MOST):
             some = np.flatnonzero(self.going)
             if not len(some):
                 return
             self._take_steps(some)
+            tell(self._share)
         self._leave(np.flatnonzero(self.going), "points")
+
+    @property
+    def _share(self) -> float:
+        """How far they have come through the span, on average; those that ended are through."""
+        begun = np.array([points[0][0][-1] for points in self.points])
+        come = np.abs(self._z[:, -1, -1] - begun) / (self._high - self._low)
+        return float(np.where(self.going, np.minimum(come, 1.0), 1.0).mean())
 
     # -- where branches begin --------------------------------------------------------------------
 
