@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.flow import Flow
+from slipfold.flow.equations import Constants
+from slipfold.models.output import Limit
 from slipfold.orbits.extrema import refine_minimum
 from slipfold.orbits.orbit_curve import Orbits
 
-__all__ = ["broken_limit", "limit_margins", "limit_met", "loses_equations"]
+__all__ = ["broken_limit", "limit_margins", "limit_met", "loses_equations", "margins_each"]
 
 Array = NDArray[np.float64]
 
@@ -38,36 +42,56 @@ def limit_margins(orbits: Orbits, z: Array) -> Array:
     if not orbits.by.smooth:  # a motion that meets a limit ends there: an orbit has met none
         return np.full(len(limits), np.inf)
     flow, constants = orbits.flow, orbits.constants(z)
-    columns = [flow.output_index(limit.output) for limit in limits]
-    bounds = np.array([limit.bound for limit in limits])
     known = orbits.by.passed_through(orbits.nodes(z), constants)
     if known is not None and len(known[1]) >= SAMPLES * orbits.period:
+        columns, bounds = _watched(flow, limits)
         values = flow.outputs(*known, constants)[:, columns]
         fall = np.abs(values - np.roll(values, 1, axis=0)).max(axis=0)
         if (values.min(axis=0) - fall >= 2 * bounds).all():
             return np.asarray(values.min(axis=0) - bounds)
-    nodes = orbits.evenly(z)
-    grid = _grid(len(nodes), orbits.period)
-    phases, spacing = grid.ravel(), orbits.period / grid.size
-    samples = flow.along(nodes, grid, constants).reshape(grid.size, -1)
-    values = flow.outputs(samples, phases, constants)[:, columns]
-    lowest = values.min(axis=0)
-    closed = np.concatenate([values[-1:], values, values[:1]])
-    steps = closed[1:] - closed[:-1]
-    bends = steps[1:] - steps[:-1]
-    fall = np.minimum(np.abs(steps).max(axis=0), np.abs(bends).max(axis=0))
-    for i in (lowest - fall < 2 * bounds).nonzero()[0]:
-        before = [int(values[:, i].argmin()) - 1]  # -1 is the last sample: the orbit is closed
-        lowest[i] = refine_minimum(
+    return margins_each(flow, constants, limits, orbits.evenly(z)[None], orbits.period)[0]
+
+
+def margins_each(
+    flow: Flow, constants: Constants, limits: Sequence[Limit], nodes: Array, period: int
+) -> Array:
+    """Return the same of many orbits of a period in slip, from states at equidistant phases.
+
+    Shapes: constants of one or of k orbits; nodes (k, m, n); returns (k, n_limits).
+    """
+    count, segments, n = nodes.shape
+    columns, bounds = _watched(flow, limits)
+    grid = _grid(segments, period)
+    phases, spacing = grid.ravel(), period / grid.size
+    each = constants.repeated(segments)
+    samples = flow.along(nodes.reshape(-1, n), np.tile(grid, (count, 1)), each)
+    at = np.tile(phases, count)
+    values = flow.outputs(samples.reshape(-1, n), at, constants.repeated(grid.size))[:, columns]
+    samples, values = samples.reshape(count, -1, n), values.reshape(count, -1, len(limits))
+    lowest = values.min(axis=1)
+    closed = np.concatenate([values[:, -1:], values, values[:, :1]], axis=1)
+    steps = closed[:, 1:] - closed[:, :-1]
+    bends = steps[:, 1:] - steps[:, :-1]
+    fall = np.minimum(np.abs(steps).max(axis=1), np.abs(bends).max(axis=1))
+    rows, near = (lowest - fall < 2 * bounds).nonzero()
+    if len(rows):
+        before = values[rows, :, near].argmin(axis=1) - 1  # -1 is the last sample: it is closed
+        lowest[rows, near] = refine_minimum(
             flow,
-            constants,
-            samples[before],
+            constants.rows(rows),
+            samples[rows, before],
             phases[before],
             spacing,
-            np.array([columns[i]]),
-            np.ones(1),
-        )[0]
-    return lowest - bounds
+            columns[near],
+            np.ones(len(rows)),
+        )
+    return np.asarray(lowest - bounds)
+
+
+def _watched(flow: Flow, limits: Sequence[Limit]) -> tuple[NDArray[np.int64], Array]:
+    """Return the columns of outputs that limits watch, and their bounds."""
+    columns = [flow.output_index(limit.output) for limit in limits]
+    return np.array(columns, dtype=np.int64), np.array([limit.bound for limit in limits])
 
 
 def limit_met(margins: Array, before: Array | None) -> int:

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.abreast.limits import approached_limits
-from slipfold.branches.abreast.located import Approached, placed
+from slipfold.branches.abreast.limits import AtLimit, orbits_at_limits
+from slipfold.branches.abreast.located import placed
 from slipfold.branches.abreast.orbits_of_cases import OrbitsOfCases, Settled
 from slipfold.branches.abreast.own_branch import Case, OwnBranch
 from slipfold.branches.abreast.walk import Walk
@@ -16,7 +16,6 @@ from slipfold.branches.bifurcations import span_end
 from slipfold.branches.branch import Branch
 from slipfold.branches.make_branch import assemble
 from slipfold.branches.response import span_begin
-from slipfold.branches.stops import LIMIT_CLOSE
 from slipfold.continuation.atlas import Chart, Start
 from slipfold.continuation.end import End
 from slipfold.continuation.search import Found
@@ -25,7 +24,6 @@ from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.births import passed_twice
 from slipfold.orbits.carry_to import hold_parameter
 from slipfold.orbits.forced_orbits import ForcedOrbits
-from slipfold.orbits.limits import limit_margins
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.spectrum.floquet import floquet_multipliers
 
@@ -62,7 +60,7 @@ def settle(
 ) -> None:
     """Add all orbits to branches that were walked, as well as they are to be told."""
     numbers = [number for number, fate in enumerate(walk.fates) if fate in ("span", "limit")]
-    limits = approached_limits(orbits, walk, tolerance)
+    limits = orbits_at_limits(orbits, walk, tolerance)
     kept, rows = [], []
     for number in numbers:
         points, case = walk.points[number], cases[int(walk.cases[number])]
@@ -73,7 +71,7 @@ def settle(
         if branches[number].fate == "limit":
             branches[number].limit = limit = limits[number]
             inner = slice(inner.start, -1)
-            if limit is None:
+            if limit is None or not (limit.orbit.residuals <= tolerance).all():
                 case.lost = case.lost or "limit not located"
             else:  # what was taken for an orbit before the limit may lie beyond it
                 before = sum(point[2] < limit.arclength for point in points)
@@ -143,11 +141,8 @@ def _chart(
     if branch.limit is None:
         end = span_end(orbits, points[-1])
     else:
-        last = _limit_end(orbits, branch.limit)
-        if last is None:
-            return None
-        points.append(last[0])
-        end = last[1]
+        points.append(_points(orbits, branch.limit.orbit, np.array([branch.limit.arclength]))[0])
+        end = _limit_end(orbits, branch.limit, points[-1])
     trail = Trail(orbits, points, branch.parent is not None, found, end)
     start = Start(orbits, (points[0],), departs=trail.departs, parent=parent, found=birth)
     return Chart(number, start, trail, None)
@@ -171,16 +166,7 @@ def _points(orbits: ForcedOrbits, settled: Settled, arclengths: Array) -> list[O
     ]
 
 
-def _limit_end(orbits: ForcedOrbits, item: Approached) -> tuple[OrbitPoint, End] | None:
-    """Return the last orbit before a limit of the model, and say that the branch ends there."""
-    limits = orbits.model.limits
-    index = [limit.name for limit in limits].index(item.bracket.kind)
-
-    def margin(point: OrbitPoint) -> float:
-        return float(limit_margins(orbits, point.z)[index])
-
-    last = placed(orbits, item, margin, LIMIT_CLOSE)
-    if last is None:
-        return None
-    reason = limits[index].reason.format(value=margin(last) + limits[index].bound)
-    return last, End("limit", reason, orbits.place(last.z))
+def _limit_end(orbits: ForcedOrbits, at: AtLimit, last: OrbitPoint) -> End:
+    """Say that a branch ends at a limit of the model."""
+    limit = orbits.model.limits[at.limit]
+    return End("limit", limit.reason.format(value=at.margin + limit.bound), orbits.place(last.z))

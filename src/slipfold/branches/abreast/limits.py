@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.abreast.located import Approached, approach
-from slipfold.branches.abreast.orbits_of_cases import Corrected, OrbitsOfCases
+from slipfold.branches.abreast.located import SECANTS, Approached, approach
+from slipfold.branches.abreast.orbits_of_cases import Corrected, OrbitsOfCases, Settled
 from slipfold.branches.abreast.walk import Bracket, Walk
 from slipfold.branches.stops import LIMIT_CLOSE
-from slipfold.orbits.forced_orbits import ForcedOrbits
-from slipfold.orbits.limits import limit_margins
 
-__all__ = ["approached_limits"]
+__all__ = ["AtLimit", "orbits_at_limits"]
 
 Array = NDArray[np.float64]
 
@@ -25,12 +24,26 @@ to a few digits less, and on which side of the limit they are may not be."""
 BEYOND = 1.5
 """Times the distance to the limit, as it seems, by which it is passed."""
 
+FARTHEST = 5.0
+"""Times the distance of the last two orbits by which that may be: a walk that sees the limit in its
+own steps, which are coarser, ends up to three before it."""
 
-def approached_limits(
+
+@dataclass(frozen=True, eq=False)
+class AtLimit:
+    """The last orbit of a branch, at a limit of the model."""
+
+    orbit: Settled  # this one alone
+    arclength: float
+    limit: int  # which, by number
+    margin: float  # by how much it is kept, up to rounding
+
+
+def orbits_at_limits(
     orbits: OrbitsOfCases, walk: Walk, tolerance: float
-) -> dict[int, Approached | None]:
+) -> dict[int, AtLimit | None]:
     """Return where branches end that ended at a limit, by their numbers; None where that fails."""
-    found: dict[int, Approached | None] = {
+    found: dict[int, AtLimit | None] = {
         number: None for number, fate in enumerate(walk.fates) if fate == "limit"
     }
     numbers = [number for number in found if len(walk.points[number]) >= LAST]
@@ -40,52 +53,83 @@ def approached_limits(
     z, tangents, places = (np.array(item) for item in zip(*points, strict=True))
     cases = np.repeat(walk.cases[numbers], LAST)
     settled = orbits.settled(cases, z, tangents, tolerance)
+    known = orbits.margins(cases, settled.z)
     brackets = list[Bracket]()
     for row, number in enumerate(numbers):
         some = slice(row * LAST, (row + 1) * LAST)
-        bracket = _bracket(
-            orbits, number, int(walk.cases[number]), settled.z[some], tangents[some], places[some]
-        )
+        parts = settled.z[some], tangents[some], places[some], known[some]
+        bracket = _bracket(orbits, number, int(walk.cases[number]), *parts)
         brackets += [] if bracket is None else [bracket]
 
     def margins(which: Sequence[Bracket], now: Corrected) -> Array:
-        pairs = zip(which, now.z, strict=True)
-        return np.array([_margins(orbits, item.case, z)[_limit(orbits, item)] for item, z in pairs])
+        return _margins(orbits, which, now.z)
 
     items = approach(orbits, brackets, margins, LIMIT_CLOSE)
-    return found | {bracket.branch: item for bracket, item in zip(brackets, items, strict=True)}
+    near = [item for item in items if item is not None]
+    return found | {item.bracket.branch: at for item, at in _settled(orbits, near, tolerance)}
+
+
+def _settled(
+    orbits: OrbitsOfCases, items: Sequence[Approached], tolerance: float
+) -> list[tuple[Approached, AtLimit]]:
+    """Return orbits at limits as they are told, by secants."""
+    done = list[tuple[Approached, AtLimit]]()
+    going = list(items)
+    z = np.array([item.z for item in going])
+    rows = np.array([item.tangent for item in going])
+    for last in range(SECANTS):
+        if not going:
+            break
+        cases = np.array([item.bracket.case for item in going])
+        found = orbits.settled(cases, z, rows, tolerance)
+        left = _margins(orbits, [item.bracket for item in going], found.z)
+        slopes = np.array([item.slope for item in going])
+        met = np.abs(left) <= LIMIT_CLOSE * np.abs(slopes)
+        if last == SECANTS - 1:  # what is left is rounding
+            met = np.isfinite(left)
+        for row in np.flatnonzero(met).tolist():
+            item, one = going[row], found.of(slice(row, row + 1))
+            limit = _limit(orbits, item.bracket)
+            done.append((item, AtLimit(one, item.arclength, limit, float(left[row]))))
+        more = np.flatnonzero(~met & np.isfinite(left))
+        going = [going[row] for row in more.tolist()]
+        z = (found.z - (left / slopes)[:, None] * found.tangents)[more]
+        rows = found.tangents[more]
+    return done
 
 
 def _bracket(
-    orbits: OrbitsOfCases, branch: int, case: int, z: Array, tangents: Array, places: Array
+    orbits: OrbitsOfCases,
+    branch: int,
+    case: int,
+    z: Array,
+    tangents: Array,
+    places: Array,
+    margins: Array,
 ) -> Bracket | None:
     """Return two orbits between which one limit is broken; None if there is no such limit.
 
-    Shapes: z, tangents (LAST, u); places (LAST,).
+    Shapes: z, tangents (LAST, u); places (LAST,); margins (LAST, n_limits).
     """
-    known = [_margins(orbits, case, item) for item in z[-2:]]
-    if not (known[0] > 0).all():
-        z, tangents, places = z[:-1], tangents[:-1], places[:-1]
-        known = [_margins(orbits, case, z[-2]), known[0]]
-    elif (known[1] > 0).all():
+    if not (margins[-2] > 0).all():
+        z, tangents, places, margins = z[:-1], tangents[:-1], places[:-1], margins[:-1]
+    elif (margins[-1] > 0).all():
         length = places[-1] - places[-2]
-        left = known[1] / np.maximum(known[0] - known[1], 1e-300) * length
+        left = margins[-1] / np.maximum(margins[-2] - margins[-1], 1e-300) * length
         further = BEYOND * float(left.min())
-        if not further < length:
+        if not further < FARTHEST * length:
             return None
-        beyond = z[-1] + further * tangents[-1]
-        row = tangents[-1:]
-        now = orbits.correct(np.array([case]), beyond[None], row, 1e-6, length)
-        z = np.array([z[-1], now.z[0]])
-        tangents = np.array([tangents[-1], now.tangents[0]])
-        places = np.array([places[-1], places[-1] + further])
-        known = [known[1], _margins(orbits, case, now.z[0])]
-    broken = np.flatnonzero(~(known[1] > 0))
-    if not (known[0] > 0).all() or len(broken) != 1 or not np.isfinite(tangents).all():
+        some, row = np.array([case]), tangents[-1:]
+        now = orbits.correct(some, z[-1:] + further * row, row, 1e-6, further)
+        z, tangents = np.concatenate([z, now.z]), np.concatenate([tangents, now.tangents])
+        places = np.append(places, places[-1] + further)
+        margins = np.concatenate([margins, orbits.margins(some, now.z)])
+    broken = np.flatnonzero(~(margins[-1] > 0))
+    if not (margins[-2] > 0).all() or len(broken) != 1 or not np.isfinite(tangents[-2:]).all():
         return None
     index = int(broken[0])
-    values = np.array([known[0][index], known[1][index]])
     name = orbits.models[case].limits[index].name
+    values = margins[-2:, index]
     return Bracket(branch, case, name, z[-2:], tangents[-2:], places[-2:], values, (0, 0))
 
 
@@ -93,9 +137,8 @@ def _limit(orbits: OrbitsOfCases, bracket: Bracket) -> int:
     return [limit.name for limit in orbits.models[bracket.case].limits].index(bracket.kind)
 
 
-def _margins(orbits: OrbitsOfCases, case: int, z: Array) -> Array:
-    """Return by how much an orbit keeps each limit."""
-    if not np.isfinite(z).all():
-        return np.full(len(orbits.models[case].limits), np.nan)
-    alone = ForcedOrbits(orbits.models[case], {orbits.vary: orbits.width}, orbits.period)
-    return limit_margins(alone, z)
+def _margins(orbits: OrbitsOfCases, brackets: Sequence[Bracket], z: Array) -> Array:
+    """Return by how much orbits keep the limits that lie in brackets, shape (k,)."""
+    cases = np.array([item.case for item in brackets])
+    which = [_limit(orbits, item) for item in brackets]
+    return np.asarray(orbits.margins(cases, z)[np.arange(len(which)), which])

@@ -16,7 +16,7 @@ from slipfold.continuation.newton import correct
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
-__all__ = ["Approached", "approach", "placed"]
+__all__ = ["SECANTS", "Approached", "approach", "placed"]
 
 Array = NDArray[np.float64]
 
@@ -110,16 +110,8 @@ def _tests(brackets: Sequence[Bracket], found: Corrected) -> Array:
     return np.asarray(found.tests[np.arange(len(brackets)), kinds])
 
 
-def placed(
-    orbits: Orbits,
-    item: Approached,
-    function: Callable[[OrbitPoint], float] | None = None,
-    close: float = CLOSE,
-) -> OrbitPoint | None:
-    """Return a zero as the flow itself has it; None where it does not come to it.
-
-    Of the test function, if no other is given.
-    """
+def placed(orbits: Orbits, item: Approached) -> OrbitPoint | None:
+    """Return a zero as the flow itself has it; None where it does not come to it."""
     guess, row, slope = item.z, item.tangent, item.slope
     kind, before = item.bracket.kind, np.inf
     for _ in range(SECANTS):
@@ -127,8 +119,8 @@ def placed(
         if not correction.converged:
             return None
         point = orbits.point(correction, item.arclength)
-        value = point.tests[kind] if function is None else function(point)
-        if abs(value) <= close * abs(slope) or abs(value) >= before:  # what is left is rounding
+        value = point.tests[kind]
+        if abs(value) <= CLOSE * abs(slope) or abs(value) >= before:  # what is left is rounding
             break
         guess, row = point.z - value / slope * point.tangent, point.tangent
         before = abs(value)

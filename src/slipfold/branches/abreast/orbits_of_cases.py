@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 
 from slipfold.continuation.newton import Rule, correct_many, solve_each
 from slipfold.flow import flow_of, precision
+from slipfold.flow.scaled import power_of_two
 from slipfold.flow.strobes.linearised_steps import TOLERANCE, LinearisedSteps
 from slipfold.models.model import Model
 from slipfold.orbits.discretisations.shooting import SEGMENTS
+from slipfold.orbits.limits import margins_each
 from slipfold.orbits.spectrum.floquet import floquet_multipliers
 from slipfold.orbits.spectrum.test_functions import evaluate_each
 
@@ -143,6 +145,23 @@ class OrbitsOfCases:
         told = tangents, blocks, multipliers, tests, signs, stiffness, lowest, above, moved
         return Corrected(solved.z, *told)
 
+    def margins(self, some: Indices, z: Array) -> Array:
+        """Return by how much orbits keep each limit, NaN where one is not known.
+
+        Shapes: z (k, u); returns (k, n_limits).
+        """
+        limits = self.models[0].limits
+        found = np.full((len(some), len(limits)), np.nan)
+        known = np.flatnonzero(np.isfinite(z).all(axis=1))
+        if limits and len(known):
+            some, z = some[known], z[known]
+            scales = power_of_two(self.scales[some])
+            constants = self._flow.constants(self._values(some, z), scales)
+            found[known] = margins_each(
+                self._flow, constants, limits, self._nodes(some, z), self.period
+            )
+        return found
+
     def settled(self, some: Indices, z: Array, rows: Array, tolerance: float) -> Settled:
         """Correct orbits that are nearly met until they fail by a tenth of what they may.
 
@@ -165,14 +184,22 @@ class OrbitsOfCases:
         found.residuals[going] = np.inf  # of the orbit before its last correction
         return found
 
+    def _values(self, some: Indices, z: Array) -> Array:
+        """Return all parameters of each, shape (k, n_p)."""
+        parameters = self._parameters[some]
+        parameters[:, self._index] = z[:, -1] * self.width
+        return parameters
+
+    def _nodes(self, some: Indices, z: Array) -> Array:
+        """Return the states at the nodes of each, shape (k, m, n)."""
+        nodes = z[:, :-1] * self._node_scales[some]
+        return np.asarray(nodes.reshape(len(some), self.nodes, -1))
+
     def _linearise(self, some: Indices, z: Array, tolerance: float = TOLERANCE) -> _Part:
         """Return by how much nodes are missed, with derivatives, all in scaled variables."""
         k, m, n = len(some), self.nodes, self.scales.shape[1]
-        parameters = self._parameters[some]
-        parameters[:, self._index] = z[:, -1] * self.width
-        constants = self._flow.constants(parameters)
-        nodes = (z[:, :-1] * self._node_scales[some]).reshape(k, m, n)
-        scales = self.scales[some]
+        constants = self._flow.constants(self._values(some, z))
+        nodes, scales = self._nodes(some, z), self.scales[some]
         carried = self._steps.carry(
             nodes.reshape(k * m, n),
             np.tile(self._start, k),

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.branches.abreast.limits import AtLimit
 from slipfold.branches.abreast.located import Approached
 from slipfold.branches.abreast.orbits_of_cases import Settled
 from slipfold.models.model import Model
@@ -25,7 +26,7 @@ class OwnBranch:
     parent: tuple[int, int] | None  # place of its parent, and of its birth among what is on that
     orbits: Settled | None = None  # if asked for: all orbits but those where it is born or ends
     arclengths: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))  # of these
-    limit: Approached | None = None  # if asked for: where it ends at a limit
+    limit: AtLimit | None = None  # if asked for: its last orbit, if it ends at a limit
 
 
 @dataclass(eq=False)

@@ -35,8 +35,6 @@ from slipfold.continuation.step_length import (
 from slipfold.continuation.unseen import Expected, expectation_weights, places_between
 from slipfold.continuation.walk import SLACK
 from slipfold.flow.switched.mode_equations import contacts_of
-from slipfold.orbits.forced_orbits import ForcedOrbits
-from slipfold.orbits.limits import limit_margins
 
 __all__ = ["MOST", "SMALLEST", "Bracket", "Start", "Walk"]
 
@@ -376,20 +374,14 @@ class Walk:
     def _end(self, some: Indices, lowest: Array, above: Array) -> None:
         """End branches at limits and bounds."""
         broken = lowest <= self._bounds
-        for row in np.flatnonzero((above <= self._bounds).any(axis=1) & ~broken.any(axis=1)):
-            broken[row] = ~(self._margins(int(some[row])) > 0)
+        doubtful = np.flatnonzero((above <= self._bounds).any(axis=1) & ~broken.any(axis=1))
+        here = some[doubtful]
+        broken[doubtful] = ~(self._orbits.margins(self.cases[here], self._z[here, -1]) > 0)
         self._leave(some[(broken & self._sticking).any(axis=1)], "stick")
         at_end = (self._z[some, -1, -1] == self._low) | (self._z[some, -1, -1] == self._high)
         self._leave(some[broken.any(axis=1)], "limit")
         self._leave(some[at_end], "span")
         self._leave(some[self._count[some] >= self._steps.points], "points")
-
-    def _margins(self, branch: int) -> Array:
-        """Return by how much the last orbit of a branch keeps each limit."""
-        orbits = self._orbits
-        model = orbits.models[self.cases[branch]]
-        alone = ForcedOrbits(model, {orbits.vary: orbits.width}, orbits.period)
-        return limit_margins(alone, self._z[branch, -1])
 
     def _note(self, some: Indices) -> None:
         """Keep the last point of each."""
