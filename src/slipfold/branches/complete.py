@@ -45,11 +45,20 @@ def complete_branches(branches: Sequence[Branch], tell: Tell) -> bool:
 
 def _find_extrema(branch: Branch, some: slice) -> None:
     model, extrema = branch.model, branch.extrema
+    if branch.stuck_fraction is not None:
+        for index in range(some.start, some.stop):
+            one = branch.orbit(index).extrema
+            extrema.minimum[index], extrema.maximum[index] = one.minimum, one.maximum
+        return
     found = find_extrema(model, branch.parameters[some], branch.nodes[some], branch.period)
     extrema.minimum[some], extrema.maximum[some] = found.minimum, found.maximum
 
 
 def _find_uncertainty(branch: Branch, some: slice) -> None:
+    if branch.stuck_fraction is not None:
+        for index in range(some.start, some.stop):
+            branch.multiplier_uncertainty[index] = branch.orbit(index).multiplier_uncertainty
+        return
     branch.multiplier_uncertainty[some] = multiplier_uncertainty(
         branch.model,
         branch.parameters[some],
