@@ -87,11 +87,16 @@ PRESETS: dict[str, dict[str, dict[str, float]]] = {
 
 
 def equations(state: Any, parameters: Any) -> list[Any]:
-    """The six rates AUTO integrates: the oscillator's four, and the unit circle's two."""
+    """The six rates AUTO integrates."""
+    return rates_on(oscillator.PLATE, state, parameters[0])
+
+
+def rates_on(plate: tuple[float, float], state: Any, load: Any) -> list[Any]:
+    """The oscillator's four rates on a plate of a velocity, and the unit circle's two."""
     x, y, vx, vy, c, s = (state[i] for i in range(6))
     inward = 1 - c * c - s * s
     return [
-        *oscillator.rates(x, y, vx, vy, c, parameters[0]),
+        *oscillator.rates(x, y, vx, vy, c, load, plate),
         inward * c - oscillator.TAU * s,
         inward * s + oscillator.TAU * c,
     ]

@@ -45,21 +45,11 @@ def to_doubling(auto: ModuleType, speed: float, direction: float, steps: dict[st
     begun = rest(plate)
 
     def rates(state: Any, parameters: Any) -> list[Any]:
-        x, y, vx, vy, c, s = (state[i] for i in range(6))
-        inward = 1 - c * c - s * s
-        return [
-            *oscillator.rates(x, y, vx, vy, c, parameters[0], plate),
-            inward * c - oscillator.TAU * s,
-            inward * s + oscillator.TAU * c,
-        ]
+        return auto07p.rates_on(plate, state, parameters[0])
 
     def start(state: Any, parameters: Any, phase: float) -> None:
+        auto07p.start(state, parameters, phase)
         state[0], state[1] = begun
-        state[2] = state[3] = 0.0
-        state[4] = math.cos(oscillator.TAU * phase)
-        state[5] = math.sin(oscillator.TAU * phase)
-        parameters[0] = 0.0
-        parameters[10] = 1.0
 
     return auto07p.build(
         auto,

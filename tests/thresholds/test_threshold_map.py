@@ -68,7 +68,7 @@ def test_agrees_with_responses_of_single_points(base):
 
 def test_every_threshold_is_proved(base):
     assert base.failures == {}
-    assert base.followed.sum() == 36  # the seeds: no other point needed its whole response
+    assert not base.followed.any()  # no point needed its whole response
     assert base.residuals.max() < 1e-10
     critical = np.abs(base.multipliers + 1).argmin(axis=2)[..., None]
     assert np.abs(np.take_along_axis(base.multipliers, critical, 2) + 1).max() < 1e-7
@@ -191,7 +191,7 @@ def test_an_interrupted_map_says_what_is_missing():
 
     def watch(progress):
         seen.append(progress)
-        if len(seen) == 38:
+        if len(seen) == 3:
             raise KeyboardInterrupt
 
     over = {"Vd": SPEEDS, "alpha": ANGLES}

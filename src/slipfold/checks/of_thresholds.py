@@ -19,6 +19,9 @@ COST, FOLLOWED = 0.1, 6.0
 """Work for a threshold, and for one whose whole response was followed, in points of a branch of
 period 1, as measured."""
 
+LEAST = 12.0
+"""Work that a map counts as having taken, however small: one orbit is checked by collocation."""
+
 SEGMENTS = 8
 """Parts into which an orbit is cut that is known by its state at phase zero."""
 
@@ -33,7 +36,7 @@ def check_thresholds(found: GridThresholds) -> Checked:
         return Checked((), interrupted=True)
     followed = int(found.followed.sum())
     points = COST * (found.values.size - followed) + FOLLOWED * followed
-    return check_some(_candidates(found), points)
+    return check_some(_candidates(found), max(points, LEAST))
 
 
 def _candidates(found: GridThresholds) -> Iterator[Candidate]:

@@ -101,8 +101,7 @@ class ThresholdMap(GridThresholds, Result):
         The same as sentences.
     followed
         Whether the whole response was followed at this point, shape (n1, n2). Elsewhere the
-        threshold was computed from a guess between neighbours, and the response below it checked
-        at four places.
+        threshold was corrected from a guess, and the response below it checked at four places.
     provenance
         Versions and time.
     checked

@@ -14,7 +14,7 @@ from slipfold.thresholds.batched_orbits import Orbits, find_doublings, find_orbi
 from slipfold.thresholds.one_period import OnePeriod
 from slipfold.thresholds.stable_segment import SHARES, Segments, find_doubts, shortened
 
-__all__ = ["BatchedThresholds", "Found"]
+__all__ = ["BatchedThresholds", "Found", "nothing_found"]
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -38,6 +38,13 @@ class Found:
     segments: Segments  # the stable part of each response
     multipliers: NDArray[np.complex128]  # Floquet multipliers at its end, shape (m, n)
     residuals: Array  # how far the orbit there fails to close, in scaled states, shape (m,)
+
+
+def nothing_found(states: int) -> Found:
+    """Return what is found of no response at all."""
+    none = np.empty(0, dtype=bool)
+    segments = Segments(np.empty(0), np.empty((0, len(SHARES), states)))
+    return Found(none, none, segments, np.empty((0, states), dtype=complex), np.empty(0))
 
 
 @dataclass(frozen=True, eq=False)

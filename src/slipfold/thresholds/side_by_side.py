@@ -18,11 +18,11 @@ from slipfold.flow.switched.mode_equations import contacts_of
 from slipfold.models.model import Model
 from slipfold.models.variations import carried_whole
 from slipfold.thresholds.batched_orbits import find_orbits
-from slipfold.thresholds.batched_thresholds import BatchedThresholds
+from slipfold.thresholds.batched_thresholds import BatchedThresholds, Found, nothing_found
 from slipfold.thresholds.one_period import OnePeriod
 from slipfold.thresholds.stable_segment import SHARES, Segments
 
-__all__ = ["first_doublings"]
+__all__ = ["first_doublings", "proved_doublings"]
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -50,26 +50,33 @@ def first_doublings(models: Sequence[Model], vary: str, span: tuple[float, float
     NaN where that is not proved: what such a response does has to be found by itself. All models
     are of one kind.
     """
-    model, values = models[0], np.full(len(models), np.nan)
+    values = np.full(len(models), np.nan)
+    some, found = proved_doublings(BatchedThresholds(models[0], vary, span), models, vary)
+    values[some[found.loses]] = found.segments.ends[found.loses]
+    return values
+
+
+def proved_doublings(
+    batches: BatchedThresholds, models: Sequence[Model], vary: str
+) -> tuple[NDArray[np.int64], Found]:
+    """Return which responses come to a doubling, and what was found of these."""
+    model, count = models[0], len(models[0].states)
     slips = all(contact.limits for contact in contacts_of(model))
     turns = np.any(model.whole_turns)
-    if not model.forced or not slips or turns or not carried_whole(len(model.states)):
-        return values
-    batches = BatchedThresholds(model, vary, span)
     parameters = np.array([item.vector for item in models])
     scales = np.array([item.state_scales() for item in models])
-    carried = _Carried(batches.period, parameters, scales, span)
-    carried.begin(models, vary)
-    for _ in range(STEPS):
-        if not carried.going.any():
-            break
-        carried.step()
+    carried = _Carried(batches.period, parameters, scales, (batches.first, batches.last))
+    if model.forced and slips and not turns and carried_whole(count):
+        carried.begin(models, vary)
+        for _ in range(STEPS):
+            if not carried.going.any():
+                break
+            carried.step()
     some = np.flatnonzero(np.isfinite(carried.ends))
-    if len(some):
-        guess = Segments(carried.ends[some], carried.paths(some))
-        found = batches.doublings(parameters[some], scales[some], guess)
-        values[some[found.loses]] = found.segments.ends[found.loses]
-    return values
+    if not len(some):
+        return some, nothing_found(count)
+    guess = Segments(carried.ends[some], carried.paths(some))
+    return some, batches.doublings(parameters[some], scales[some], guess)
 
 
 class _Carried:

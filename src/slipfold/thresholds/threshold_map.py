@@ -130,7 +130,7 @@ def find_threshold_map(
 ) -> GridThresholds:
     """Find where the response of period 1 first loses its stability, over a grid of parameters.
 
-    The responses of a few points are followed from the first value of the span. Between them the
+    The responses of a few points are carried up from the first value of the span. Between them the
     threshold, the orbit there and the stable response on the way are guessed by interpolation and
     corrected, many points at a time; a point is accepted if the orbits on the way are stable, keep
     the limits of the model and lie near their guess. Where that cannot be shown, the response of

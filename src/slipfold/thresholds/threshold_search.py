@@ -1,4 +1,4 @@
-"""Thresholds on a grid: a few from whole responses, the others in batches from their neighbours."""
+"""Thresholds on a grid: a few side by side, the others in batches from their neighbours."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.thresholds.batched_thresholds import BatchedThresholds, Found
 from slipfold.thresholds.grid_lines import Stencil, refinements, seed_lines, stencils
+from slipfold.thresholds.side_by_side import proved_doublings
 from slipfold.thresholds.stable_segment import SHARES, Segments
 from slipfold.thresholds.threshold_by_response import (
     NO_THRESHOLD,
@@ -75,8 +76,7 @@ class ThresholdSearch:
         """Find all thresholds; an interruption leaves the points that were not reached."""
         try:
             self._set_up()
-            seeds = [seed_lines(len(places)) for places in self.places]
-            self._follow([(int(i), int(j)) for i in seeds[0] for j in seeds[1]])
+            self._sow()
             for axis, known, new, others in refinements(self.values.shape):
                 count = max(TOGETHER // len(others), 1)
                 for first in range(0, len(new), count):
@@ -97,6 +97,19 @@ class ThresholdSearch:
             name: places[i] for name, places, i in zip(self.axes, self.places, at, strict=True)
         }
         return self.model.replace(**values, **{self.vary: self.span[0]})
+
+    def _sow(self) -> None:
+        """Find the thresholds that all others are guessed from."""
+        first, second = (seed_lines(len(places)) for places in self.places)
+        seeds = [(int(i), int(j)) for i in first for j in second]
+        ready = [at for at in seeds if self.kinds[at] == INTERRUPTED]
+        if ready:
+            models = [self._model(at) for at in ready]
+            some, found = proved_doublings(self.batches, models, self.vary)
+            rows, columns = np.array(ready)[some].T
+            self._accept(found, (rows, columns))
+            self.report(self)
+        self._follow([at for at in ready if self.kinds[at] == INTERRUPTED])
 
     # -- lines of the grid from known ones -------------------------------------------------------
 
@@ -162,10 +175,9 @@ class ThresholdSearch:
     def _follow(self, points: list[tuple[int, int]]) -> None:
         """Follow the response of each point to where it loses its stability."""
         for at in points:
-            if self.kinds[at] != CONTRADICTION:
-                found = threshold_by_response(self._model(at), self.vary, self.span)
-                self._keep_point(at, found)
-                self.report(self)
+            found = threshold_by_response(self._model(at), self.vary, self.span)
+            self._keep_point(at, found)
+            self.report(self)
 
     def _keep_point(self, at: tuple[int, int], found: OnePoint) -> None:
         self.kinds[at], self.reasons[at] = found.kind, found.reason
