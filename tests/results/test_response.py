@@ -5,6 +5,7 @@ import pytest
 
 from helpers.diagrams import assert_same_diagram
 from slipfold.branches.event import Event
+from slipfold.branches.settings import Settings
 from slipfold.computations.response import response
 from slipfold.errors import InputError
 from slipfold.models import SlidingOscillator, model_named
@@ -75,6 +76,23 @@ def test_interrupted_by_the_observer():
     assert len(diagram.branches) == 1
     assert len(diagram.branches[0]) == 3
     assert seen[-1].branch == 1
+
+
+def test_states_along_meshes_are_found_one_orbit_after_the_other_and_to_the_end():
+    """Of thousands that takes a minute, and to stop there would lose them."""
+    told = []
+
+    def observer(progress):
+        if progress.stage == "orbits":
+            told.append((progress.done, progress.total))
+            raise KeyboardInterrupt
+
+    settings = Settings(discretisation="collocation")
+    diagram = response(SlidingOscillator(), "Nd", (0, 0.04), settings=settings, observer=observer)
+    (branch,) = diagram.branches
+    assert told == [(done, len(branch)) for done in range(1, len(branch) + 1)]
+    assert branch.stopped.kind == "span"
+    assert np.isfinite(branch.nodes).all()
 
 
 @pytest.mark.parametrize(

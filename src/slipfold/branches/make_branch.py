@@ -22,12 +22,16 @@ __all__ = ["assemble", "describe_in_turn", "evenly", "stuck_fractions"]
 Tell = Callable[[Chart[OrbitPoint], Found, int], None]
 """Called with what is described next, the chart that it is on, and how many are done."""
 
+Told = Callable[[Chart[OrbitPoint], int], None]
+"""Called with the chart whose states are found, and of how many of its points they are."""
+
 
 def assemble(
     charts: Sequence[Chart[OrbitPoint]],
     leads: Mapping[Found[OrbitPoint], Sequence[int]],
     begun: End,
     tell: Tell = lambda chart, found, done: None,
+    told: Told = lambda chart, done: None,
 ) -> tuple[Branch, ...]:
     """Return all branches as data; special points that an interruption leaves are bare."""
     known = describe_in_turn(charts, tell)
@@ -47,7 +51,7 @@ def assemble(
             if len(chart.start.points) > 1:  # it crosses its parent there
                 own.append(replace(special, arclength=0.0, leads_to=chart.start.parent))
         own.sort(key=lambda special: special.arclength)
-        branches.append(_branch(chart, chart.begun or first, own))
+        branches.append(_branch(chart, chart.begun or first, own, told))
     return tuple(branches)
 
 
@@ -64,7 +68,9 @@ def describe_in_turn(charts: Iterable[Chart[OrbitPoint]], tell: Tell) -> dict[Fo
     return known
 
 
-def _branch(chart: Chart[OrbitPoint], begun: End, special: Sequence[SpecialPoint]) -> Branch:
+def _branch(
+    chart: Chart[OrbitPoint], begun: End, special: Sequence[SpecialPoint], told: Told
+) -> Branch:
     orbits, points = chart.trail.curve, chart.trail.points
     assert chart.trail.end is not None  # every trail ends
     durations, model = orbits.durations(points), orbits.model
@@ -79,7 +85,7 @@ def _branch(chart: Chart[OrbitPoint], begun: End, special: Sequence[SpecialPoint
         model=model if durations is None else model.replace(duration=float(durations[0])),
         vary=orbits.vary,
         parameter=parameter,
-        nodes=evenly(points),
+        nodes=evenly(points, lambda done: told(chart, done)),
         multipliers=np.array([orbits.multipliers(point) for point in points]),
         residual=np.array([point.residual for point in points]),
         arclength=np.array([point.arclength for point in points]),
@@ -97,10 +103,15 @@ def stuck_fractions(points: Sequence[OrbitPoint]) -> NDArray[np.float64] | None:
     return None if np.isnan(found).all() else found
 
 
-def evenly(points: Sequence[OrbitPoint]) -> NDArray[np.float64]:
+def evenly(
+    points: Sequence[OrbitPoint], told: Callable[[int], None] = lambda done: None
+) -> NDArray[np.float64]:
     """States at phases that are the same for all points, shape (n_points, m, n)."""
     count = max(point.curve.orbits.segments for point in points)
-    if any(point.curve.orbits.by.growing for point in points):  # of a mesh there are powers of two
-        count = 1 << (count - 1).bit_length()
-    nodes = [point.curve.orbits.evenly(point.z, count) for point in points]
+    if not any(point.curve.orbits.by.growing for point in points):
+        return np.array([point.curve.orbits.evenly(point.z, count) for point in points])
+    count, nodes = 1 << (count - 1).bit_length(), []  # of a mesh there are powers of two
+    for point in points:
+        nodes.append(point.curve.orbits.evenly(point.z, count))
+        told(len(nodes))  # intervals are solved for each of them: that takes its time
     return np.array(nodes)

@@ -29,9 +29,10 @@ class Progress:
         Names of the special points found so far on it, e.g. ``("PD",)``.
     stage
         ``"periods before the first orbit"`` while motion leads to that; ``"branches"``; once all
-        are followed ``"normal forms"``, ``"gradients"`` if they are asked for, then ``"checks"``.
+        are followed ``"normal forms"``, ``"orbits"`` while their states at equidistant phases are
+        found, ``"gradients"`` if they are asked for, then ``"checks"``.
     done
-        How many periods, normal forms, gradients or checks are finished.
+        How many periods, normal forms, orbits, gradients or checks are finished.
     total
         How many there will be; None while that is not known.
     """

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 from slipfold.branches.branch import Branch
@@ -71,7 +72,8 @@ def trace_response(
         orbits, point = by_collocation(orbits, point) or (orbits, point)
     branches = _Branches((first, last), settings, events, observer, through_stick)
     branches.explore(Start(orbits, _ways(orbits, point, (first, last))))
-    return assemble(branches.charts, branches.leads, begun, branches.tell_described)
+    told = branches.tell_described, branches.tell_found
+    return assemble(branches.charts, branches.leads, begun, *told)
 
 
 def _stuck(model: Model, value: float) -> Begin | None:
@@ -282,6 +284,16 @@ class _Branches(Atlas[OrbitPoint]):
         trail, value = chart.trail, found.point.curve.value(found.point.z)
         at = Progress(chart.number, trail.curve.period, len(trail.points), value, _names(trail))
         self._observer(replace(at, stage="normal forms", done=done, total=total))
+
+    def tell_found(self, chart: Chart[OrbitPoint], done: int) -> None:
+        """Say of how many points of a branch all states are found; to stop there loses them."""
+        if self._observer is None or self.interrupted:
+            return
+        trail = chart.trail
+        total, value = len(trail.points), trail.curve.value(trail.points[done - 1].z)
+        at = Progress(chart.number, trail.curve.period, total, value, _names(trail))
+        with suppress(KeyboardInterrupt):
+            self._observer(replace(at, stage="orbits", done=done, total=total))
 
 
 def _names(trail: Trail[OrbitPoint]) -> tuple[str, ...]:

@@ -106,12 +106,16 @@ def loses_equations(orbits: Orbits, z: Array) -> bool:
     """Whether the equations have no value somewhere beside an orbit."""
     if not orbits.by.smooth:
         return False
-    flow, constants, nodes = orbits.flow, orbits.constants(z), orbits.evenly(z)
-    grid = _grid(len(nodes), orbits.period)
-    samples = flow.along(nodes, grid, constants).reshape(grid.size, -1)
+    flow, constants = orbits.flow, orbits.constants(z)
+    known = orbits.by.passed_through(orbits.nodes(z), constants)
+    if known is None:
+        nodes = orbits.evenly(z)
+        grid = _grid(len(nodes), orbits.period)
+        known = flow.along(nodes, grid, constants).reshape(grid.size, -1), grid.ravel()
+    samples, phases = known  # of what is stiff on a mesh: steps of the flow are too long for it
     around = BESIDE * np.diag(orbits.scales)
     return not all(
-        np.isfinite(flow.rates(samples + step, grid.ravel(), constants)).all()
+        np.isfinite(flow.rates(samples + step, phases, constants)).all()
         for step in (*around, *-around)
     )
 
