@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.abreast.located import SECANTS, Approached, approach
+from slipfold.branches.abreast.located import EXACT, SECANTS, Approached, approach
 from slipfold.branches.abreast.orbits_of_cases import Corrected, OrbitsOfCases, Settled
 from slipfold.branches.abreast.walk import Bracket, Walk
 from slipfold.branches.stops import LIMIT_CLOSE
@@ -21,8 +21,9 @@ LAST = 3
 """Orbits at the end of a branch that are settled anew: before, those beside a singularity are known
 to a few digits less, and on which side of the limit they are may not be."""
 
-BEYOND = 1.5
-"""Times the distance to the limit, as it seems, by which it is passed."""
+BEYOND = 1.5, 1.1
+"""Times the distance to the limit, as it seems, by which it is passed; the second where there is
+no orbit so near to a singularity."""
 
 FARTHEST = 5.0
 """Times the distance of the last two orbits by which that may be: a walk that sees the limit in its
@@ -116,11 +117,14 @@ def _bracket(
     elif (margins[-1] > 0).all():
         length = places[-1] - places[-2]
         left = margins[-1] / np.maximum(margins[-2] - margins[-1], 1e-300) * length
-        further = BEYOND * float(left.min())
-        if not further < FARTHEST * length:
+        if not BEYOND[0] * float(left.min()) < FARTHEST * length:
             return None
         some, row = np.array([case]), tangents[-1:]
-        now = orbits.correct(some, z[-1:] + further * row, row, 1e-6, further)
+        for share in BEYOND:
+            further = share * float(left.min())
+            now = orbits.correct(some, z[-1:] + further * row, row, EXACT, further)
+            if now.found[0]:
+                break
         z, tangents = np.concatenate([z, now.z]), np.concatenate([tangents, now.tangents])
         places = np.append(places, places[-1] + further)
         margins = np.concatenate([margins, orbits.margins(some, now.z)])

@@ -16,7 +16,7 @@ from slipfold.continuation.newton import correct
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
-__all__ = ["SECANTS", "Approached", "approach", "placed"]
+__all__ = ["EXACT", "SECANTS", "Approached", "approach", "placed"]
 
 Array = NDArray[np.float64]
 
@@ -113,9 +113,9 @@ def _tests(brackets: Sequence[Bracket], found: Corrected) -> Array:
 def placed(orbits: Orbits, item: Approached) -> OrbitPoint | None:
     """Return a zero as the flow itself has it; None where it does not come to it."""
     guess, row, slope = item.z, item.tangent, item.slope
-    kind, before = item.bracket.kind, np.inf
+    kind, before, expected = item.bracket.kind, np.inf, None
     for _ in range(SECANTS):
-        correction = correct(orbits, guess, row)
+        correction = correct(orbits, guess, row, expected=expected)
         if not correction.converged:
             return None
         point = orbits.point(correction, item.arclength)
@@ -123,5 +123,5 @@ def placed(orbits: Orbits, item: Approached) -> OrbitPoint | None:
         if abs(value) <= CLOSE * abs(slope) or abs(value) >= before:  # what is left is rounding
             break
         guess, row = point.z - value / slope * point.tangent, point.tangent
-        before = abs(value)
+        before, expected = abs(value), correction.linearisation
     return point

@@ -102,12 +102,19 @@ class OrbitsOfCases:
         return np.column_stack([scaled, values / self.width])
 
     def correct(
-        self, some: Indices, guesses: Array, rows: Array, close: float, longest: float
+        self,
+        some: Indices,
+        guesses: Array,
+        rows: Array,
+        close: float,
+        longest: float,
+        tolerance: float = TOLERANCE,
     ) -> Corrected:
         """Find the orbits nearest guesses, each in the hyperplane through it.
 
         Derivatives are those at the last step but one: they are of the orbit once that is shorter
-        than `close`. What is farther than `longest` is another orbit.
+        than `close`. What is farther than `longest` is another orbit. A step in time may make an
+        error of the tolerance.
 
         Shapes: guesses, rows (k, u).
         """
@@ -118,7 +125,7 @@ class OrbitsOfCases:
         moved = np.full(k, np.inf)
 
         def steps(here: Indices, z: Array) -> Array:
-            part = self._linearise(some[here], z)
+            part = self._linearise(some[here], z, tolerance)
             right = np.einsum("ka,ka->k", rows[here], guesses[here] - z)
             step, tangents[here], condensed[here] = self._solve(part, rows[here], right)
             blocks[here], lowest[here], above[here] = part.blocks, part.lowest, part.above
@@ -170,13 +177,14 @@ class OrbitsOfCases:
         (k, u), n = z.shape, self.scales.shape[1]
         found = Settled(z.copy(), np.full((k, u), np.nan), np.full((k, n, n), np.nan), np.zeros(k))
         going = np.arange(k)
-        for _ in range(ITERATIONS):
-            part = self._linearise(some[going], found.z[going], EXACTLY)
+        for count in range(ITERATIONS):
+            exactly = EXACTLY if count else TOLERANCE  # what follows a correction decides
+            part = self._linearise(some[going], found.z[going], exactly)
             step, tangents, condensed = self._solve(part, rows[going], np.zeros(len(going)))
             missed = np.abs(part.missed).max(axis=(1, 2)) * np.sqrt(self.nodes)
             found.tangents[going], found.residuals[going] = tangents, missed
             found.monodromies[going] = condensed[:, :n, :n] + np.eye(n)
-            far = missed > 0.1 * tolerance
+            far = (missed > 0.1 * tolerance) | (count == 0)
             going = going[far]
             if not len(going):
                 break

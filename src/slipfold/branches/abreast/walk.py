@@ -45,6 +45,10 @@ Indices = NDArray[np.int64]
 CLOSE = 1e-5
 """Corrections shorter than this are the last: what is left is their square."""
 
+ROUGHLY = 1e-8
+"""Error that a step in time may make on the way: orbits and multipliers are then known to 1e-6,
+enough to choose steps and to bracket what is located more exactly."""
+
 SMALLEST = 1e-6
 """A branch that needs a smaller step is left."""
 
@@ -157,7 +161,7 @@ class Walk:
         regular = everything[~self._leaves]
         if len(regular):
             z, row = self._z[regular, -1], self._tangents[regular, -1]
-            found = self._orbits.correct(self.cases[regular], z, row, CLOSE, np.inf)
+            found = self._orbits.correct(self.cases[regular], z, row, CLOSE, np.inf, ROUGHLY)
             self._z[regular, -1], self._tangents[regular, -1] = found.z, found.tangents
             self._tests[regular, -1], self._signs[regular] = found.tests, found.signs
             self._unstable[regular] = _outside(found)
@@ -186,7 +190,9 @@ class Walk:
                     + (share * self._step[some])[:, None] * self._tangents[some, -1]
                 )
                 rows = self._tangents[some, -1]
-                looks.append(self._orbits.correct(self.cases[some], guess, rows, CLOSE, REACH))
+                looks.append(
+                    self._orbits.correct(self.cases[some], guess, rows, CLOSE, REACH, ROUGHLY)
+                )
             first, nearer = looks
             more = _outside(first) - outside
             with np.errstate(invalid="ignore"):
@@ -204,7 +210,7 @@ class Walk:
                 self._step[some], np.maximum(BEFORE, 0.9 * _length(self._halves(self._z[some, -1])))
             )
         guess, rows, held = self._predicted(some)
-        found = self._orbits.correct(self.cases[some], guess, rows, CLOSE, REACH)
+        found = self._orbits.correct(self.cases[some], guess, rows, CLOSE, REACH, ROUGHLY)
         found.z[held, -1] = guess[held, -1]
         beyond = found.found & ~held & self._is_beyond(found.z[:, -1], 0.0)
         self._held[some] = beyond
