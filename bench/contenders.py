@@ -87,7 +87,8 @@ STUDY = "many_cases/measure.py"
 
 AFTER_THE_HOPF: Contenders = {"slipfold": ("many_cases/after_the_hopf.py", "--repeat", "1")}
 
-LATENCY: Contenders = {"slipfold": ("latency.py", "--moves", "20")}
+LATENCY: Contenders = {"explorer": ("latency.py", "--moves", "20")}
+"""Left out where there is no browser."""
 
 ROUNDS = {"responses": 3, "locus": 3, "duffing": 2, "vanderpol": 2, "commands": 3}
 """Rounds of what takes seconds; all else has one, whose repeats follow one another."""

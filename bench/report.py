@@ -177,7 +177,7 @@ def parts_of(measured: Measured) -> list[tuple[Any, Any]]:
         (stick, measured.of("stick")),
         (batch, measured.of("batch")),
         (after_the_hopf, measured.ours("after-the-hopf")),
-        (latency, measured.ours("latency")),
+        (latency, measured.of("latency").get("explorer", {})),
     )
     return [(module, record) for module, record in parts if record]
 
