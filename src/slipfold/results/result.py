@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from slipfold.checks.checked import Checked
 from slipfold.models.model import Model
-from slipfold.read_only import ReadOnly
 from slipfold.results.column import plain
 from slipfold.results.labelled_table import LabelledTable, Variable
 from slipfold.results.model_record import scales_record, structure_record
@@ -23,7 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["Result", "described"]
 
 
-class Result(ReadOnly, ABC):
+class Result(ABC):
     """A result; each kind says what it consists of and how it reads, the rest follows."""
 
     schema: ClassVar[str]

@@ -283,6 +283,7 @@ class Simulation(Trajectory, Result):
         (strobe,) = _motion(saved.model).read(saved, axes_of(saved.model), ...).values()
         if not len(strobe):
             raise ValueError("there are no states")
+        strobe.setflags(write=False)
         return cls(
             model=saved.model,
             strobe=strobe,

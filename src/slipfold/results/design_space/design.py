@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from slipfold.drawing import draw
 from slipfold.models.model import Model
+from slipfold.read_only import ReadOnly
 from slipfold.results.column import REAL, TEXT, TRUTH, Column
 from slipfold.results.labelled_table import Variable
 from slipfold.results.provenance import Provenance
@@ -54,7 +55,7 @@ def _chosen(names: tuple[str, ...], bounds: Array) -> dict[str, Variable]:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Design(OneLine, Result):
+class Design(OneLine, ReadOnly, Result):
     """Parameters chosen so that a threshold lies where it is wanted; frozen, a row a design.
 
     Made by `slipfold.design` and `slipfold.load`.

@@ -14,6 +14,7 @@ from slipfold.design_space.sobol_indices import SobolIndices
 from slipfold.drawing import draw
 from slipfold.errors import InputError
 from slipfold.models.model import Model
+from slipfold.read_only import ReadOnly
 from slipfold.results.column import REAL, TEXT, Column
 from slipfold.results.design_space.parameter_table import ENDS, INDICES, parameter_table
 from slipfold.results.labelled_table import Variable
@@ -52,7 +53,7 @@ def _of_samples(model: Model, vary: str) -> Table:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ThresholdUncertainty(OneLine, Result):
+class ThresholdUncertainty(OneLine, ReadOnly, Result):
     """A threshold where parameters scatter; frozen.
 
     Made by `slipfold.uncertainty` and `slipfold.load`. What is told by samples is of those that

@@ -15,6 +15,7 @@ from slipfold.long_term.attractor import Attractor
 from slipfold.long_term.box import Box
 from slipfold.long_term.search import ENDED, UNDECIDED, UNFINISHED
 from slipfold.models.model import Model
+from slipfold.read_only import ReadOnly
 from slipfold.results.column import WHOLE, Column
 from slipfold.results.labelled_table import Variable
 from slipfold.results.motions.found_attractors import attractor_table, share_of
@@ -75,7 +76,7 @@ def _attractors(model: Model) -> Table:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class BasinFractions(OneLine, Result):
+class BasinFractions(OneLine, ReadOnly, Result):
     """Which share of the starts each attractor wins along a parameter; frozen.
 
     Made by `slipfold.basin_fractions` and `slipfold.load`.

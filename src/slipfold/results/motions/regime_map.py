@@ -19,6 +19,7 @@ from slipfold.long_term.places import NOT_DONE
 from slipfold.long_term.regimes import RUNS
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
+from slipfold.read_only import ReadOnly
 from slipfold.results.column import TEXT, WHOLE, Column
 from slipfold.results.labelled_table import Variable
 from slipfold.results.provenance import Provenance
@@ -66,7 +67,7 @@ def _axis(model: Model, name: str, dimension: str) -> Table:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RegimeMap(OneLine, Result):
+class RegimeMap(OneLine, ReadOnly, Result):
     """What motions do over a plane of two parameters; frozen.
 
     Made by `slipfold.regimes` and `slipfold.load`. The first axis of its arrays is that of `runs`,

@@ -13,6 +13,7 @@ from slipfold.drawing import draw
 from slipfold.errors import InputError
 from slipfold.long_term.repeats import repeats_of
 from slipfold.models.model import Model
+from slipfold.read_only import ReadOnly
 from slipfold.results.column import TEXT, TRUTH, Column
 from slipfold.results.labelled_table import Variable
 from slipfold.results.provenance import Provenance
@@ -57,7 +58,7 @@ def _values(model: Model, vary: str) -> Table:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Sweep(OneLine, Result):
+class Sweep(OneLine, ReadOnly, Result):
     """Motions at many values of a parameter, once a forcing period; frozen.
 
     Made by `slipfold.sweep` and `slipfold.load`.
