@@ -112,6 +112,19 @@ def test_folds_but_none_beyond_a_limit():
     assert [branch.stopped.kind for branch in found] == ["limit", "span"]
 
 
+def test_limits_that_are_some_steps_beyond_the_last_orbit():
+    models = [
+        sf.SlidingOscillator(f=12.5, Vd=Vd, mu=mu, alpha=alpha)
+        for Vd, mu, alpha in ((0.5405, 0.3580, 1.0937), (0.7887, 0.2789, 0.7999))
+    ]
+    found = branches_abreast(models, "Nd", SPAN, sf.Settings())
+    for model, branches in zip(models, found, strict=True):
+        alone = trace_response(model, "Nd", SPAN)
+        assert [branch.stopped.kind for branch in branches] == ["limit", "span"]
+        assert branches[0].stopped.reason == alone[0].stopped.reason
+        assert abs(branches[0].stopped.value - alone[0].stopped.value) <= 4 * LIMIT_CLOSE
+
+
 def test_rest_under_a_pulsing_spring_loses_its_stability_where_it_does_alone():
     model = sf.System(
         name="rest",
