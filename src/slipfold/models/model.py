@@ -253,9 +253,11 @@ class Model(ABC):
         InputError
             If the model has no such parameter, or it comes out of the computation.
         """
-        parameter, names = self.parameter(name), [item.name for item in self.variable_parameters]
-        if name in names:
-            return parameter
+        self.parameter(name)  # complains of one that there is not
+        named = {item.name: item for item in self.variable_parameters}  # with bounds of their own
+        if name in named:
+            return named[name]
+        names = list(named)
         others = f"vary one of {', '.join(names)}" if names else "it has nothing that may be varied"
         raise InputError(
             f"the {name} of {self.name} comes out of the computation, so it cannot be varied; "
