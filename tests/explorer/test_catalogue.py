@@ -50,6 +50,20 @@ def test_the_first_view_of_the_first_model_is_the_papers_figure():
     assert (view["vary"], view["span"], view["show"]) == ("Nd", [0.0, 0.98], "x")
 
 
+def test_a_belt_in_text_is_first_shown_where_it_moves():
+    belt = sf.System(
+        name="belt",
+        parameters={"Vd": 0.3},
+        states={"x": "v", "v": "F - x"},
+        contacts={"F": {"slip": "Vd - v", "normal": "1.0", "friction": "Coulomb"}},
+    )
+    view = Catalogue(belt).describe()[0]["default"]
+    assert view["vary"] == "Vd"
+    assert view["span"] == pytest.approx([0.0003, 0.6])
+    diagram = sf.response(belt, "Vd", view["span"])
+    assert diagram.branches[0].stopped.kind == "span"
+
+
 def test_an_unforced_structure_is_first_shown_over_the_speed_under_it():
     belt = sf.FrictionContact("tip", sf.Stribeck(), Vd="2 m/s", name="belt")
     matrices = {"M": [[1.0]], "K": [[100.0]], "names": ["tip"], "contacts": belt}

@@ -49,6 +49,29 @@ def area(x, y):
     return float(np.sum(0.5 * (y[1:] + y[:-1]) * np.diff(x)))
 
 
+@pytest.mark.parametrize(
+    ("units", "labels"),
+    [(("", ""), ("displacement", "friction force")),
+     (("m", "m/s"), ("displacement (mm)", "friction force (N)"))],
+)  # fmt: skip
+def test_equations_as_text_are_drawn_in_the_units_of_their_states(units, labels, ax):
+    text = sf.System(
+        parameters={"Vd": 0.02},
+        states={
+            "x": {"rate": "v", "unit": units[0]},
+            "v": {"rate": "F - 100*x", "unit": units[1]},
+        },
+        contacts={
+            "F": {"slip": "Vd - v", "normal": "1.0",
+                  "friction": {"law": "Coulomb", "mu_s": 1.0, "mu_k": 0.5}},
+        },
+    )  # fmt: skip
+    draw_hysteresis(sf.simulate(text), ax=ax)
+    assert (ax.get_xlabel(), ax.get_ylabel()) == labels
+    (x, _) = thick(ax)[0]
+    assert max(x) == pytest.approx(10.0 if units[0] else 0.01, abs=1e-9)
+
+
 def test_where_a_mass_sticks_the_belt_drags_it_along_its_spring(carried, ax):
     assert draw_hysteresis(carried, ax=ax) is ax
     x, force = np.concatenate(thick(ax), axis=1)

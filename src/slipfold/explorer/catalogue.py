@@ -13,6 +13,7 @@ from slipfold.explorer.first_view import first_view
 from slipfold.explorer.messages import LONGEST_NAME, UNNAMED
 from slipfold.explorer.views.labels import axis_of
 from slipfold.flow.switched.mode_equations import contacts_of
+from slipfold.models.followed import check_followed
 from slipfold.models.model import Model
 from slipfold.models.parameter import Parameter
 from slipfold.models.quantity import units_of, wanted_text
@@ -126,14 +127,30 @@ def _described(name: str, model: Model) -> dict[str, Any]:
 
 def _default(model: Model, first: Mapping[str, Any]) -> dict[str, Any]:
     vary = first.get("vary") or model.varied_first or model.variable_parameters[0].name
-    around = _around(model.variable_parameter(vary), model.values[vary])
     return {
         "vary": vary,
-        "span": first.get("span") or list(around),
+        "span": first.get("span") or _span(model, vary),
         "show": first.get("show") or model.states[0].name,
         "statistic": "max",
         "parameters": {},
     }
+
+
+def _span(model: Model, vary: str) -> list[float]:
+    """Return a span about the value of a parameter, from above zero if nothing slides there."""
+    value = model.values[vary]
+    low, high = _around(model.variable_parameter(vary), value)
+    if _followed(model) and not _followed(model.replace(**{vary: low})):
+        low += MARGIN * (abs(value) or 1.0)
+    return [low, high]
+
+
+def _followed(model: Model) -> bool:
+    try:
+        check_followed(model)
+    except InputError:
+        return False
+    return True
 
 
 def _parameter(model: Model, item: Parameter, first: Mapping[str, Any]) -> dict[str, Any]:

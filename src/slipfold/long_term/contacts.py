@@ -15,6 +15,7 @@ from slipfold.flow.switched.mode_equations import contacts_of
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.model import Model
 from slipfold.models.suggestion import unknown
+from slipfold.models.system import System
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
 __all__ = ["ShownContacts", "find_contacts"]
@@ -32,6 +33,13 @@ class ShownContacts:
     begin: float  # when the first round begins, since the start of the motion
     unit: float  # of a phase, in these times
     repeats: bool  # whether the rounds are all alike
+
+    @property
+    def units(self) -> tuple[str, str, str]:
+        """Units of displacement, slip and force: equations as text have those that states have."""
+        if not isinstance(self.model, System) or all(item.unit for item in self.model.states):
+            return "m", "m/s", "N"
+        return "", "", ""
 
     def time(self, piece: ContactPiece) -> NDArray[np.float64]:
         """Return the times of a piece."""

@@ -11,7 +11,7 @@ from slipfold.flow.trajectory import Trajectory
 from slipfold.long_term.contacts import ShownContacts, find_contacts
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.plots.axes import axes_or_new
-from slipfold.plots.contact_style import legend, line, readable, with_displacement
+from slipfold.plots.contact_style import axis_label, legend, line, readable, with_displacement
 from slipfold.plots.style import palette
 
 __all__ = ["draw_path", "draw_track"]
@@ -67,7 +67,7 @@ def _draw(shown: ShownContacts, ax: Axes | None, *, moving: bool) -> Axes:
         ]
         for contact in shown.contacts
     }
-    factor, unit = readable((place for own in places.values() for place in own), "m")
+    factor, unit = readable((place for own in places.values() for place in own), shown.units[0])
     for contact in shown.contacts:
         colour = colours[contact.name]
         for piece, place in zip(contact.pieces, places[contact.name], strict=True):
@@ -77,8 +77,8 @@ def _draw(shown: ShownContacts, ax: Axes | None, *, moving: bool) -> Axes:
     ax.set_aspect("equal", adjustable="datalim")
     ax.margins(0.08)
     on = " on the counter-body" if moving else ""
-    ax.set_xlabel(f"x{on} ({unit})")
-    ax.set_ylabel(f"y{on} ({unit})")
+    ax.set_xlabel(axis_label(f"x{on}", unit))
+    ax.set_ylabel(axis_label(f"y{on}", unit))
     legend(ax, shown, colours)
     return ax
 

@@ -14,7 +14,7 @@ from slipfold.errors import InputError
 from slipfold.flow.switched.mode import Status
 from slipfold.long_term.contacts import ShownContacts
 
-__all__ = ["BANDS", "legend", "line", "readable", "with_displacement"]
+__all__ = ["BANDS", "axis_label", "legend", "line", "readable", "with_displacement"]
 
 Array = NDArray[np.float64]
 
@@ -43,11 +43,18 @@ def readable(parts: Iterable[Array], unit: str) -> tuple[float, str]:
     >>> readable([np.array([-0.002, 0.001])], "m")
     (1000.0, 'mm')
     """
+    if not unit:
+        return 1.0, unit
     largest = max((float(np.abs(part).max(initial=0.0)) for part in parts), default=0.0)
     for size, prefix in PREFIXES:
         if largest >= 0.2 * size:
             return 1.0 / size, prefix + unit
     return 1.0, unit
+
+
+def axis_label(word: str, unit: str) -> str:
+    """Return a label with the unit, if there is one."""
+    return f"{word} ({unit})" if unit else word
 
 
 def line(ax: Axes, x: Array, y: Array, status: Status, colour: str) -> None:

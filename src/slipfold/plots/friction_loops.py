@@ -15,7 +15,7 @@ from slipfold.flow.trajectory import Trajectory
 from slipfold.long_term.contacts import ShownContacts, find_contacts
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.plots.axes import axes_or_new
-from slipfold.plots.contact_style import legend, line, readable, with_displacement
+from slipfold.plots.contact_style import axis_label, legend, line, readable, with_displacement
 from slipfold.plots.style import palette
 
 __all__ = ["draw_friction_force", "draw_hysteresis"]
@@ -35,7 +35,7 @@ def draw_hysteresis(
     The area of a loop is the work that friction does in a round.
     """
     shown = with_displacement(find_contacts(motion, contact, rounds))
-    return _draw(shown, ax, "displacement", "m", lambda piece: piece.displacement)
+    return _draw(shown, ax, "displacement", shown.units[0], lambda piece: piece.displacement)
 
 
 def draw_friction_force(
@@ -50,7 +50,7 @@ def draw_friction_force(
     Slip is the velocity of the counter-body relative to the body, friction acts on the body.
     """
     shown = find_contacts(motion, contact, rounds)
-    return _draw(shown, ax, "slip velocity", "m/s", lambda piece: piece.slip)
+    return _draw(shown, ax, "slip velocity", shown.units[1], lambda piece: piece.slip)
 
 
 def _draw(
@@ -62,7 +62,7 @@ def _draw(
 ) -> Axes:
     pieces = [piece for contact in shown.contacts for piece in contact.pieces]
     along, unit = readable((over(piece) for piece in pieces), unit)
-    up, force = readable((piece.friction for piece in pieces), "N")
+    up, force = readable((piece.friction for piece in pieces), shown.units[2])
     names = [name for name, _ in _lines(shown)]
     colours = dict(zip(names, palette(len(names)), strict=True))
     ax = axes_or_new(ax)
@@ -81,8 +81,8 @@ def _draw(
                     x, y = along * over(piece)[:, axis], up * piece.friction[:, axis]
                     line(ax, x, y, piece.status, colours[name])
     ax.margins(0.05)
-    ax.set_xlabel(f"{word} ({unit})")
-    ax.set_ylabel(f"friction force ({force})")
+    ax.set_xlabel(axis_label(word, unit))
+    ax.set_ylabel(axis_label("friction force", force))
     legend(ax, shown, colours)
     return ax
 

@@ -59,6 +59,7 @@ def contacts_view(motion: Trajectory) -> dict[str, Any] | None:
             {
                 "name": contact.name,
                 "plate": contact.pieces[0].plate[0].tolist(),
+                "units": list(shown.units),
                 "pieces": [_piece(shown, piece) for piece in contact.pieces],
             }
             for contact in shown.contacts

@@ -14,7 +14,8 @@ const AXES = ["x", "y"];
  * @property {number[][]} slip by direction
  * @property {number[][]} friction by direction
  * @property {number[][]|null} displacement by direction; null where the equations do not tell
- * @typedef {{name: string, plate: number[], pieces: Piece[]}} Contact
+ * @typedef {{name: string, plate: number[], units: string[], pieces: Piece[]}} Contact
+ *   units of displacement, slip and force
  * @typedef {{contacts: Contact[], isForced: boolean}} Shown
  */
 
@@ -25,8 +26,8 @@ const AXES = ["x", "y"];
 export function contactPlots(onTime) {
   return [
     timeline(onTime),
-    loop("hysteresis", "Hysteresis", "displacement (m)", "displacement"),
-    loop("friction", "Friction over slip", "slip velocity (m/s)", "slip"),
+    loop("hysteresis", "Hysteresis", "displacement", 0, "displacement"),
+    loop("friction", "Friction over slip", "slip velocity", 1, "slip"),
     path(),
   ];
 }
@@ -67,7 +68,12 @@ function described({ name, pieces }) {
   return `${name} ${spans.length ? `sticks ${spans.join(", ")}` : "never sticks"}`;
 }
 
-function loop(id, title, label, over) {
+/** A label with the unit, if there is one. */
+function labelled(word, unit) {
+  return unit ? `${word} (${unit})` : word;
+}
+
+function loop(id, title, word, unit, over) {
   const plot = new SmallPlot(id, title);
   return {
     plot,
@@ -79,8 +85,8 @@ function loop(id, title, label, over) {
           x: piece[over][axis], y: piece.friction[axis], tint: tintOf(i, piece),
         })));
       plot.draw({
-        x: { label },
-        y: { label: "friction (N)" },
+        x: { label: labelled(word, contacts[0].units[unit]) },
+        y: { label: labelled("friction", contacts[0].units[2]) },
         lines: [...inFront(lines), ...legendOf(names)],
       });
     },
@@ -104,8 +110,8 @@ function path() {
         x: piece.displacement[0], y: piece.displacement[1], tint: tintOf(i, piece),
       })));
       plot.draw({
-        x: { label: "x (m)" },
-        y: { label: "y (m)" },
+        x: { label: labelled("x", contacts[0].units[0]) },
+        y: { label: labelled("y", contacts[0].units[0]) },
         lines: [...inFront(lines), ...legendOf(contacts.map(({ name }) => name))],
       });
     },
