@@ -143,10 +143,7 @@ if TYPE_CHECKING:
     from slipfold.tori.torus_spectrum import TorusSpectrum as TorusSpectrum
 
 _HOMES = {
-    "slipfold.long_term": (
-        "Spectrum",
-        "find_spectrum",
-    ),
+    "slipfold.long_term": ("Spectrum", "find_spectrum"),
     "slipfold.long_term.attractor": ("Attractor",),
     "slipfold.long_term.exponents": ("ExponentsProgress",),
     "slipfold.long_term.search": ("SearchProgress",),
@@ -164,10 +161,7 @@ _HOMES = {
     "slipfold.computations.basin_fractions": ("basin_fractions",),
     "slipfold.computations.basins": ("basins",),
     "slipfold.computations.bifurcation_set": ("bifurcation_set",),
-    "slipfold.computations.design": (
-        "DesignProgress",
-        "design",
-    ),
+    "slipfold.computations.design": ("DesignProgress", "design"),
     "slipfold.computations.gradients": ("gradients",),
     "slipfold.computations.fit": ("fit",),
     "slipfold.computations.locus": ("locus",),
@@ -176,10 +170,7 @@ _HOMES = {
     "slipfold.computations.plan_measurement": ("plan_measurement",),
     "slipfold.computations.regimes": ("regimes",),
     "slipfold.computations.response": ("response",),
-    "slipfold.computations.responses": (
-        "CaseProgress",
-        "responses",
-    ),
+    "slipfold.computations.responses": ("CaseProgress", "responses"),
     "slipfold.computations.simulate": ("simulate",),
     "slipfold.computations.study": ("study",),
     "slipfold.computations.sweep": ("sweep",),
@@ -191,18 +182,9 @@ _HOMES = {
     "slipfold.errors": ("InputError",),
     "slipfold.flow.progress": ("MotionProgress",),
     "slipfold.flow.strobes.strobe_many": ("StrobeProgress",),
-    "slipfold.loci.locus": (
-        "Locus",
-        "LocusEnd",
-        "LocusPoint",
-    ),
+    "slipfold.loci.locus": ("Locus", "LocusEnd", "LocusPoint"),
     "slipfold.loci.progress": ("LocusProgress",),
-    "slipfold.loci.region_map": (
-        "Region",
-        "RegionCheck",
-        "RegionMap",
-        "RegionMotion",
-    ),
+    "slipfold.loci.region_map": ("Region", "RegionCheck", "RegionMap", "RegionMotion"),
     "slipfold.measured.csv_file": ("read_measurement",),
     "slipfold.measured.least_squares": ("Estimate", "FitProgress"),
     "slipfold.measured.measurement": ("Measurement",),
@@ -251,22 +233,14 @@ _HOMES = {
         "Unforced",
         "built_in_models",
     ),
-    "slipfold.orbits": (
-        "Extrema",
-        "OrbitCheck",
-        "PeriodicOrbit",
-        "periodic_orbit",
-    ),
+    "slipfold.orbits": ("Extrema", "OrbitCheck", "PeriodicOrbit", "periodic_orbit"),
     "slipfold.results.design_space.design": ("Design",),
     "slipfold.results.design_space.threshold_uncertainty": ("ThresholdUncertainty",),
     "slipfold.results.diagram": ("Diagram",),
     "slipfold.results.load": ("load",),
     "slipfold.results.locus_diagram": ("LocusDiagram",),
     "slipfold.results.motions.attractors": ("Attractors",),
-    "slipfold.results.motions.basin_fractions": (
-        "BasinFractions",
-        "Shares",
-    ),
+    "slipfold.results.motions.basin_fractions": ("BasinFractions", "Shares"),
     "slipfold.results.motions.basins": ("Basins",),
     "slipfold.results.motions.found_attractors": ("Share",),
     "slipfold.results.measured.fit": ("Fit",),
@@ -280,10 +254,7 @@ _HOMES = {
     "slipfold.results.threshold_map": ("ThresholdMap",),
     "slipfold.studies.run": ("StudyProgress",),
     "slipfold.thresholds.threshold_map": ("MapProgress",),
-    "slipfold.tori.torus_branch": (
-        "Locked",
-        "TorusBranch",
-    ),
+    "slipfold.tori.torus_branch": ("Locked", "TorusBranch"),
     "slipfold.tori.torus_spectrum": ("TorusSpectrum",),
 }
 """Where public names come from, each imported when it is first asked for."""

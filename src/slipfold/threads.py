@@ -1,10 +1,10 @@
-"""How many threads linear algebra takes."""
+"""How many threads there may be, and how many of them linear algebra takes."""
 
 from __future__ import annotations
 
 import os
 
-__all__ = ["VARIABLES", "take_one_thread"]
+__all__ = ["VARIABLES", "cores", "take_one_thread"]
 
 VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
@@ -17,3 +17,10 @@ def take_one_thread() -> None:
     """
     for variable in VARIABLES:
         os.environ.setdefault(variable, "1")
+
+
+def cores() -> int:
+    """Return how many cores this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

@@ -21,7 +21,7 @@ from slipfold.flow.sizes.own_sizes import unfed_states
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.turns import without_turns
 
-__all__ = ["check_motion"]
+__all__ = ["check_motion", "repeated"]
 
 AGAIN, ONE_IN = 48, 20
 """Forcing periods that are integrated again in any case, and one in how many of a long motion: in
@@ -97,14 +97,14 @@ def _again(motion: Trajectory) -> list[Check]:
         stiff = chosen[lost][np.unique(np.linspace(0, lost.sum() - 1, few).astype(int))]
         stiff_ends = _implicit_ends(motion, stiff)
         if np.isfinite(stiff_ends).all():
-            found = [_repeated(motion, stiff, stiff_ends, IMPLICIT)]
+            found = [repeated(motion, stiff, stiff_ends, IMPLICIT)]
             if not lost.all():
-                found.append(_repeated(motion, chosen[~lost], ends[~lost], "other steps"))
+                found.append(repeated(motion, chosen[~lost], ends[~lost], "other steps"))
             return found
-    return [_repeated(motion, chosen, ends, "other steps")]
+    return [repeated(motion, chosen, ends, "other steps")]
 
 
-def _repeated(
+def repeated(
     motion: Trajectory, chosen: NDArray[np.intp], ends: NDArray[np.float64], method: str
 ) -> Check:
     """Compare the ends of periods with those of the motion."""

@@ -10,6 +10,7 @@ from slipfold.checks.checked import Check, Checked
 from slipfold.checks.choice import spread
 from slipfold.checks.elsewhere import elsewhere
 from slipfold.checks.held_legs import FORCES, hold_legs
+from slipfold.checks.of_motion import repeated
 from slipfold.checks.orbit_difference import ALLOWED
 from slipfold.flow.flow import flow_of
 from slipfold.flow.switched.sampled import dense_legs
@@ -36,7 +37,7 @@ def check_switched_motion(motion: Trajectory) -> Checked:
 
 def _again(motion: Trajectory) -> Check:
     assert motion.sticking is not None
-    flow, scales = switched_flow_of(motion.model), motion.model.state_scales()
+    flow = switched_flow_of(motion.model)
     constants = flow_of(motion.model).constants_of(motion.model)
     weights = flow.weights(motion.strobe[0], constants)
     count = -(-motion.periods // ONE_IN)
@@ -45,12 +46,7 @@ def _again(motion: Trajectory) -> Check:
         elsewhere(flow, motion.sticking.mode(i), motion.strobe[i], 1.0, constants, weights)[0]
         for i in chosen
     ]
-    size = max(1.0, float(np.abs(motion.strobe / scales).max()))
-    difference = _finite(np.abs((ends - motion.strobe[chosen + 1]) / scales).max() / size)
-    each = "forcing period" if motion.model.forced else "interval"
-    plural = "s" if motion.periods > 1 else ""
-    name = f"repetition of {len(chosen)} of {motion.periods} {each}{plural}"
-    return Check(name, "other steps", difference, ALLOWED)
+    return repeated(motion, chosen, np.array(ends), "other steps")
 
 
 def _held(motion: Trajectory) -> Iterable[Check]:
@@ -67,7 +63,3 @@ def _held(motion: Trajectory) -> Iterable[Check]:
         time = f"{place * constants.period:.6g} s"
         yield Check(f"the motion from {time} on", "quadrature", found.drift, ALLOWED)
         yield Check(f"friction and its changes from {time} on", "forces", found.forces, FORCES)
-
-
-def _finite(value: float) -> float:
-    return float(value) if np.isfinite(value) else np.inf

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from typing import Annotated
 
 import typer
@@ -10,6 +9,7 @@ import typer
 from slipfold.cli.parsing import parse_whole
 from slipfold.cli.progress import live_line, paper_text
 from slipfold.cli.status import DONE, FAILED, INTERRUPTED, note, say
+from slipfold.threads import cores
 
 __all__ = ["paper"]
 
@@ -52,7 +52,7 @@ def paper(
         made = reproduce(
             out,
             observer=lambda progress: show(paper_text(progress)),
-            processes=_processors() if processes is None else parse_whole(processes, "--processes"),
+            processes=cores() if processes is None else parse_whole(processes, "--processes"),
             tori=tori,
             motions=motions,
         )
@@ -63,10 +63,3 @@ def paper(
     for sentence in made.stopped:
         note(f"stopped early: {sentence}")
     return FAILED if made.stopped else DONE
-
-
-def _processors() -> int:
-    """Return how many processors this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1

@@ -124,29 +124,18 @@ def design(
     begin = np.array([model.values[name] for name in names])
     orbit = PlacedOrbit.at(model.replace(**{vary: at}), names)
     placed = PlacedPoint.at(point, names)
-    others = [(PlacedPoint.at(other, names), least) for other, least in kept.values()]
-    stay = [Demand(other, "above", least) for other, least in others]
-    starts = _starts(begin, bounds)
-    total, done = len(sides) * len(starts), 0
-    choices = [Choice.none(len(names), 1 + len(kept), INTERRUPTED) for _ in sides]
-    try:
-        for row, (side, bound) in enumerate(sides):
-            tried = []
-            for start in starts:
-                if observer is not None:
-                    observer(DesignProgress(done, total))
-                demands = [Demand(placed, side, bound), *stay]
-                tried.append(choose_least(orbit, watched, demands, bounds, start))
-                done += 1
-                best = _best(tried)
-                if not best.reason or len(tried) == len(starts):
-                    choices[row] = best
-    except KeyboardInterrupt:
-        pass
-    if outside is not None and done == total:
+    stay = [Demand(PlacedPoint.at(other, names), "above", least) for other, least in kept.values()]
+
+    def find(side: str, bound: float, start: Array) -> Choice:
+        demands = [Demand(placed, side, bound), *stay]
+        return choose_least(orbit, watched, demands, bounds, start)
+
+    nothing = Choice.none(len(names), 1 + len(kept), INTERRUPTED)
+    choices, settled = _searched(find, sides, _starts(begin, bounds), nothing, observer)
+    if outside is not None and settled:
         least = choices.index(_best(choices))
         choices, sides = [choices[least]], [sides[least]]
-    confirmed, settled = np.zeros(len(choices), dtype=bool), done == total
+    confirmed = np.zeros(len(choices), dtype=bool)
     try:
         for row, choice in enumerate(choices):
             confirmed[row] = _is_confirmed(point, names, choice, at)
@@ -164,7 +153,7 @@ def design(
         state=model.states[watched].name,
         level=orbit.level(watched)[0],
         kept=tuple(kept),
-        least=tuple(least for _, least in others),
+        least=tuple(least for _, least in kept.values()),
         sides=tuple(side for side, _ in sides),
         wanted=np.array([bound for _, bound in sides]),
         values=np.array([choice.values for choice in choices]),
@@ -253,6 +242,31 @@ def _starts(begin: Array, bounds: Mapping[str, tuple[float, float]]) -> list[Arr
     low, high = np.array(list(bounds.values())).T
     shares = qmc.Halton(len(low), scramble=False).random(STARTS + 1)[1:]
     return [np.clip(begin, low, high), *(low + shares * (high - low))]
+
+
+def _searched(
+    find: Callable[[str, float, Array], Choice],
+    sides: Sequence[tuple[str, float]],
+    starts: Sequence[Array],
+    nothing: Choice,
+    observer: Callable[[DesignProgress], None] | None,
+) -> tuple[list[Choice], bool]:
+    """Return the best choice for each side of what is wanted, and whether all searches are done."""
+    choices, total, done = [nothing for _ in sides], len(sides) * len(starts), 0
+    try:
+        for row, (side, bound) in enumerate(sides):
+            tried = []
+            for start in starts:
+                if observer is not None:
+                    observer(DesignProgress(done, total))
+                tried.append(find(side, bound, start))
+                done += 1
+                best = _best(tried)
+                if not best.reason or len(tried) == len(starts):
+                    choices[row] = best
+    except KeyboardInterrupt:
+        pass
+    return choices, done == total
 
 
 def _best(tried: Sequence[Choice]) -> Choice:

@@ -134,17 +134,17 @@ def response(
     if not sticks:
         check_followed(changed)
     watched = (*events, *own_events(changed, vary))
-    first = changed.values[vary]
+    ends = changed.values[vary], last
     begin = None if orbit is None else Begin(orbit.model.values[vary], orbit)
     if orbit is None and (start is not None or settled):
-        begin = _begin(changed, vary, (first, last), start or {}, settled, observer)
+        begin = _begin(changed, vary, ends, start or {}, settled, observer)
     if not sticks:
-        changed = measured_over(changed, vary, (first, last), begin)
+        changed = measured_over(changed, vary, ends, begin)
     follow = partial(
         trace_response,
         changed,
         vary,
-        (first, last),
+        ends,
         settings=chosen,
         events=watched,
         observer=observer,
@@ -156,9 +156,7 @@ def response(
         from slipfold.long_term.coexisting import find_coexisting
 
         box = None if search is True else checked_box(changed, search)
-        branches, searched = find_coexisting(
-            changed, vary, (first, last), branches, follow, box, observer
-        )
+        branches, searched = find_coexisting(changed, vary, ends, branches, follow, box, observer)
     stopped = any(branch.interrupted for branch in branches)
     stopped |= searched is not None and searched.interrupted
     whole = True
@@ -170,13 +168,13 @@ def response(
     if tori and whole and not stopped:
         from slipfold.tori.of_response import tori_of
 
-        found = tori_of(branches, (first, last), chosen, observer)
+        found = tori_of(branches, ends, chosen, observer)
         whole = not any(item.interrupted for item in found)
     checked = check_branches(branches, observer) if whole else Checked((), interrupted=True)
     return Diagram(
         changed,
         vary,
-        (first, last),
+        ends,
         branches,
         chosen,
         watched,

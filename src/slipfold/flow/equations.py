@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.flow.lanes import by_lane
+from slipfold.models.formulas.values import as_symbol
 from slipfold.models.model import Model
 from slipfold.models.output import Expression, Symbols
 
@@ -109,15 +110,11 @@ def build_equations(model: Model, given: Symbols | None = None) -> Equations:
         states=tuple(symbols.states.values()),
         parameters=tuple(p.values()),
         coefficients=tuple(c.values()),
-        coefficient_values=tuple(_as_expression(value) for value in symbols.values.values()),
+        coefficient_values=tuple(as_symbol(value) for value in symbols.values.values()),
         phase=phase,
-        field=tuple(_as_expression(rates[name]) for name in names),
+        field=tuple(as_symbol(rates[name]) for name in names),
         outputs=tuple(outputs),
     )
-
-
-def _as_expression(value: Expression) -> Expression:
-    return value if isinstance(value, hy.expression) else hy.expression(float(value))
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
 
-__all__ = ["divided", "paced"]
+__all__ = ["divided", "paced", "rounded_down"]
 
 Array = NDArray[np.float64]
 
@@ -69,6 +69,10 @@ def _natural(model: Model, state: Array) -> float:
         motion = flow.dense(state, constants, FARTHEST / fastest, EXPLORED)
     if motion is None:
         return DURATION.default
-    length = min(motion.end / INTERVALS, FASTEST / fastest)
+    return rounded_down(min(motion.end / INTERVALS, FASTEST / fastest))
+
+
+def rounded_down(length: float) -> float:
+    """Return the next shorter length that is 1, 2 or 5 with a power of ten."""
     magnitude = 10.0 ** math.floor(math.log10(length))
     return magnitude * max(step for step in (1, 2, 5) if step * magnitude <= length * 1.000001)

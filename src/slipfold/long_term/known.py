@@ -68,6 +68,11 @@ class Known(ABC):
     def _apart(self, states: Array, points: Array) -> Array:
         return without_turns(states - points, self._whole) / self._scales
 
+    def _directions(self) -> Array:
+        """Directions in which motions are tried, of length one, shape (PROBES, n)."""
+        found = np.random.default_rng(0).standard_normal((PROBES, len(self._scales)))
+        return np.asarray(found / np.linalg.norm(found, axis=1)[:, None])
+
 
 class KnownPoint(Known):
     """A periodic orbit seen once a period, or an equilibrium seen at intervals.
@@ -104,10 +109,7 @@ class KnownPoint(Known):
 
     def _found_reach(self, model: Model) -> float:
         """Return the largest of some distances from which every motion comes nearer."""
-        n = len(self._scales)
-        directions = np.random.default_rng(0).standard_normal((PROBES, n))
-        directions /= np.linalg.norm(directions, axis=1)[:, None]
-        around = np.linalg.solve(self._metric, directions.T).T * self._scales
+        around = np.linalg.solve(self._metric, self._directions().T).T * self._scales
 
         def nearer(tried: float) -> bool:
             motions = Motions(model, self.attractor.state + tried * around)
@@ -138,10 +140,7 @@ class KnownCycle(Known):
         return self._line.distance(states)
 
     def _found_reach(self, model: Model) -> float:
-        n = len(self._scales)
-        directions = np.random.default_rng(0).standard_normal((PROBES, n))
-        directions /= np.linalg.norm(directions, axis=1)[:, None]
-        samples = self._line.samples
+        directions, samples = self._directions(), self._line.samples
         beside = samples[:: len(samples) // PROBES][:PROBES]
         # What is farther may be another attractor inside of it, which few directions would meet.
         farthest = ACROSS * float((np.ptp(samples, axis=0) / self._scales).max())

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.flow.flow import flow_of
-from slipfold.flow.strobes.crowd import TOLERANCE
 from slipfold.flow.strobes.march import TOGETHER, March
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
@@ -78,7 +77,7 @@ def sampled_outputs(model: Model, vary: str, values: Array, states: Array, sampl
         constants = flow.constants(parameters[some], scales[some])
         between = states[None, some]
         if samples > 1:
-            march = March(model, constants, TOLERANCE)
+            march = March(model, constants)
             between = march.samples(states[some].T, samples).transpose(0, 2, 1)
         for place, phase in enumerate(phases):
             rows = np.full(between.shape[1], phase)

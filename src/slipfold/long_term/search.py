@@ -18,7 +18,7 @@ from slipfold.long_term.verified import Verified
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
 
-__all__ = ["ENDED", "UNDECIDED", "UNFINISHED", "SearchProgress", "Searched", "search"]
+__all__ = ["ENDED", "UNDECIDED", "UNFINISHED", "SearchProgress", "Searched", "kind_of", "search"]
 
 Array = NDArray[np.float64]
 
@@ -172,7 +172,7 @@ class _Search:
 
     def _tell(self) -> None:
         if self._observer is not None:
-            found = tuple(_words(known.attractor) for known in self._verified.known)
+            found = tuple(kind_of(known.attractor) for known in self._verified.known)
             done = int((self._labels != UNFINISHED).sum())
             self._observer(SearchProgress(done, len(self._labels), self._periods, found))
 
@@ -234,5 +234,6 @@ def _paced(model: Model, starts: Array) -> Model:
     return model.replace(**{DURATION.name: max(durations)})
 
 
-def _words(attractor: Attractor) -> str:
-    return attractor.kind if attractor.period is None else f"period {attractor.period}"
+def kind_of(item: Attractor) -> str:
+    """Return what an attractor is wherever it goes on."""
+    return item.kind if item.period is None else f"period {item.period}"

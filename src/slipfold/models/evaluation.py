@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.models.compiled_function import compiled_function
+from slipfold.models.formulas.values import as_symbol
 from slipfold.models.output import Expression, Output, Symbols
 from slipfold.models.parameter import Parameter, State
 
@@ -141,7 +142,7 @@ class Evaluation:
     @cached_property
     def _linear(self) -> tuple[NDArray[np.intp], Any]:
         """Places of the Jacobian that are not always zero; rates and these entries, compiled."""
-        rates = [_as_expression(rate) for rate in self._rate_expressions]
+        rates = [as_symbol(rate) for rate in self._rate_expressions]
         states = list(self._q.values())
         slopes = hy.diff_tensors(rates, diff_args=states, diff_order=1).jacobian.ravel()
         zero = hy.expression(0.0)
@@ -150,7 +151,7 @@ class Evaluation:
 
     def _compile(self, expressions: Sequence[Expression]) -> Any:
         arguments = [*self._q.values(), self._phase, *self._p.values()]
-        return compiled_function(map(_as_expression, expressions), arguments)
+        return compiled_function(map(as_symbol, expressions), arguments)
 
     def _call(self, function: Any, model: Model, states: Array, phases: Array) -> Array:
         shape = np.broadcast_shapes(states.shape[:-1], phases.shape)
@@ -175,7 +176,3 @@ def evaluation_of(model: Model) -> Evaluation:
 @lru_cache(maxsize=64)
 def _shared_evaluation(kind: Kind) -> Evaluation:
     return Evaluation(kind.make())
-
-
-def _as_expression(value: Expression) -> Expression:
-    return value if isinstance(value, hy.expression) else hy.expression(float(value))

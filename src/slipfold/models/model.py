@@ -348,12 +348,16 @@ class Model(ABC):
     def __repr__(self) -> str:
         """Constructor call with the parameters that differ from the defaults."""
         given = [f"{name}={value!r}" for name, value in self.structure.items()]
-        given += [
-            f"{parameter.name}={self._values[parameter.name]:.12g}"
-            for parameter in self.parameters
-            if self._values[parameter.name] != parameter.default
+        return self._call(*given)
+
+    def _call(self, *given: str) -> str:
+        """Return a constructor call with what is given and what differs from the defaults."""
+        changed = [
+            f"{item.name}={self._values[item.name]:.12g}"
+            for item in self.parameters
+            if self._values[item.name] != item.default
         ]
-        return f"{type(self).__name__}({', '.join(given)})"
+        return f"{type(self).__name__}({', '.join([*given, *changed])})"
 
     def __reduce__(self) -> tuple[object, ...]:
         """Pickle as kind and values."""

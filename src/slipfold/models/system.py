@@ -251,12 +251,7 @@ class System(Model):
 
     def __repr__(self) -> str:
         """Name and the parameters that differ from the defaults."""
-        changed = [
-            f"{item.name}={self._values[item.name]:.12g}"
-            for item in self.parameters
-            if self._values[item.name] != item.default
-        ]
-        return f"{type(self).__name__}({', '.join([repr(self.name), *changed])})"
+        return self._call(repr(self.name))
 
     _built: BuiltSystem
 

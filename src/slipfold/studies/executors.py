@@ -13,9 +13,9 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from slipfold.errors import InputError
-from slipfold.threads import take_one_thread
+from slipfold.threads import cores, take_one_thread
 
-__all__ = ["Place", "cores", "open_place"]
+__all__ = ["Place", "open_place"]
 
 
 class Place:
@@ -23,13 +23,6 @@ class Place:
 
     def __init__(self, executor: Executor, slots: Callable[[], int], name: str) -> None:
         self.executor, self.slots, self.name = executor, slots, name
-
-
-def cores() -> int:
-    """Return how many cores this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 @contextmanager

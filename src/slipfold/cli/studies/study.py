@@ -11,6 +11,7 @@ from slipfold.cli.outputs import Outputs
 from slipfold.cli.parsing import parse_whole
 from slipfold.cli.status import DONE, INTERRUPTED, note, say
 from slipfold.errors import InputError
+from slipfold.threads import cores
 
 if TYPE_CHECKING:
     from slipfold.studies.run import StudyProgress
@@ -75,7 +76,6 @@ def study(
     from slipfold.cli.interruption import deferred_interrupts
     from slipfold.cli.progress import live_line, study_text
     from slipfold.computations.study import study as compute
-    from slipfold.studies.executors import cores
 
     count = cores() if workers is None else parse_whole(workers, "--workers")
     if check:

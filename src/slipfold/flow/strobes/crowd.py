@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from concurrent.futures import ThreadPoolExecutor
 from typing import Self
 
@@ -17,13 +16,11 @@ from slipfold.flow.strobes.own_motion import OwnMotion
 from slipfold.flow.switched.mode_equations import contacts_of
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
+from slipfold.threads import cores
 
-__all__ = ["TOLERANCE", "Crowd"]
+__all__ = ["Crowd"]
 
 Array = NDArray[np.float64]
-
-TOLERANCE = 1e-9
-"""Error that four steps may make by an estimate of lower order, in scales: they make a tenth."""
 
 
 class Crowd:
@@ -33,14 +30,13 @@ class Crowd:
         self,
         models: list[Model],
         starts: Array,
-        tolerance: float = TOLERANCE,
         threads: int | None = None,
     ) -> None:
         self._groups = [
-            _Group(models[first : first + TOGETHER], starts[first : first + TOGETHER], tolerance)
+            _Group(models[first : first + TOGETHER], starts[first : first + TOGETHER])
             for first in range(0, len(starts), TOGETHER)
         ]
-        self._pool = ThreadPoolExecutor(min(threads or _cores(), len(self._groups)))
+        self._pool = ThreadPoolExecutor(min(threads or cores(), len(self._groups)))
 
     def __enter__(self) -> Self:
         return self
@@ -90,7 +86,7 @@ class Crowd:
 class _Group:
     """Motions that march together while they can."""
 
-    def __init__(self, models: list[Model], starts: Array, tolerance: float) -> None:
+    def __init__(self, models: list[Model], starts: Array) -> None:
         self.models = models
         self.states = starts.T.copy()
         self.stopped: list[Stop | None] = [None] * len(models)
@@ -103,7 +99,7 @@ class _Group:
         self._constants = flow.constants(parameters, np.tile(scales, (len(models), 1)))
         # Contacts without limits may stick at any time.
         slips = all(contact.limits for contact in contacts_of(first))
-        self._march = March(first, self._constants, tolerance) if slips else None
+        self._march = March(first, self._constants) if slips else None
         self._own: dict[int, OwnMotion] = {}
         self._scales = scales[:, None]
         self._done = 0
@@ -142,7 +138,3 @@ class _Group:
         self.stopped[lane], self.stuck[lane] = own.stopped, own.stuck
         self._over[lane] = own.stopped is not None
         return after
-
-
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

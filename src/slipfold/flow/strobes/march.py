@@ -27,6 +27,9 @@ HALVINGS = 9
 
 ORDER = 8
 
+TOLERANCE = 1e-9
+"""Error that four steps may make by an estimate of lower order, in scales: they make a tenth."""
+
 MANY = 0.2
 """Share of calls repeated for single motions from which on all take shorter steps."""
 
@@ -41,9 +44,8 @@ class March:
     these alone. The number of steps in a period follows from how many that are.
     """
 
-    def __init__(self, model: Model, constants: Constants, tolerance: float) -> None:
+    def __init__(self, model: Model, constants: Constants) -> None:
         self._steps = explicit_steps_of(model)
-        self._tolerance = tolerance
         self._n = n = len(model.states)
         known = np.atleast_2d(constants.known).T
         self._work = np.zeros((n + 2 + len(known), known.shape[1]))
@@ -76,7 +78,7 @@ class March:
             work[n] = call / calls
             self._steps.function(work, outputs=values)
             error = float(values[n].max())
-            if not error <= self._tolerance:
+            if not error <= TOLERANCE:
                 again = self._too_long(values) & ~behind
                 error = float(values[n].max(initial=0.0, where=~again & ~behind))
                 repeated += int(np.count_nonzero(again))
@@ -122,7 +124,7 @@ class March:
         return here[:n], arrived
 
     def _too_long(self, values: Array) -> NDArray[np.bool_]:
-        return ~(values[self._n] <= self._tolerance)
+        return ~(values[self._n] <= TOLERANCE)
 
     def _pace(self, repeated: float, worst: float) -> None:
         """Choose the number of steps in the next period."""
@@ -131,4 +133,4 @@ class March:
             self._place = min(place + 1, len(CALLS) - 1)
         elif repeated < FEW and place > 0:
             longer = CALLS[place] / CALLS[place - 1]
-            self._place -= 2 * worst * longer**ORDER < self._tolerance
+            self._place -= 2 * worst * longer**ORDER < TOLERANCE

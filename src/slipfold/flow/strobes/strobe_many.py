@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from slipfold.errors import InputError
 from slipfold.flow.guarded_flow import Stop
 from slipfold.flow.sizes.typical_sizes import measured, measured_within
-from slipfold.flow.strobes.crowd import TOLERANCE, Crowd
+from slipfold.flow.strobes.crowd import Crowd
 from slipfold.models.model import Model
 
 __all__ = [
@@ -62,7 +62,6 @@ def strobe_many(
     observer: StrobeObserver | None = None,
     *,
     transient: int = 0,
-    tolerance: float = TOLERANCE,
     threads: int | None = None,
 ) -> StrobePoints:
     """Follow motions from many starts; each may have parameter values of its own.
@@ -88,7 +87,7 @@ def strobe_many(
         np.zeros((len(states), periods + 1), bool),
     )
     total, interrupted = len(states) * (transient + periods), False
-    with Crowd(models, states, tolerance, threads) as crowd:
+    with Crowd(models, states, threads) as crowd:
         try:
             for period in range(transient + periods + 1):
                 if period:

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import Stop
+from slipfold.flow.pace import rounded_down
 from slipfold.flow.progress import MotionObserver, MotionProgress
 from slipfold.flow.scaled import power_of_two
 from slipfold.flow.settling.autonomous_settlement import judge_autonomous
@@ -194,9 +195,7 @@ def _natural(model: Model, start: Array) -> float:
     fastest = float(np.abs(np.linalg.eigvals(slopes)).max())
     if not fastest > 0:
         return DURATION.default
-    length = math.pi / fastest
-    magnitude = 10.0 ** math.floor(math.log10(length))
-    return magnitude * max(step for step in (1, 2, 5) if step * magnitude <= length * 1.000001)
+    return rounded_down(math.pi / fastest)
 
 
 def _settlement(motion: SwitchedMotion, tolerance: float) -> Settlement:

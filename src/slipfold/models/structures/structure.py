@@ -359,12 +359,7 @@ class Structure(LinearStructure):
         """Names of the displacements and the parameters that differ from the defaults."""
         names = self._assembly.names
         shown = " ".join(names) if len(names) <= 6 else f"{len(names)} displacements"
-        changed = [
-            f"{item.name}={self._values[item.name]:.12g}"
-            for item in self.parameters
-            if self._values[item.name] != item.default
-        ]
-        return f"{type(self).__name__}({', '.join([shown, *changed])})"
+        return self._call(shown)
 
     def static_point(self) -> Array:
         """Return the state in which the structure rests without what is periodic in time.

@@ -7,11 +7,11 @@ from collections import Counter
 import numpy as np
 from matplotlib.axes import Axes
 
-from slipfold.long_term.search import ENDED, UNDECIDED
+from slipfold.long_term.search import ENDED, UNDECIDED, kind_of
 from slipfold.plots.angles import label_axis
 from slipfold.plots.axes import axes_or_new
 from slipfold.plots.style import palette
-from slipfold.results.motions.basin_fractions import BasinFractions, kind_of
+from slipfold.results.motions.basin_fractions import BasinFractions
 
 __all__ = ["draw_basin_fractions"]
 

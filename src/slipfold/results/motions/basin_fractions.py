@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from slipfold.drawing import draw
 from slipfold.long_term.attractor import Attractor
 from slipfold.long_term.box import Box
-from slipfold.long_term.search import ENDED, UNDECIDED, UNFINISHED
+from slipfold.long_term.search import ENDED, UNDECIDED, UNFINISHED, kind_of
 from slipfold.models.model import Model
 from slipfold.read_only import ReadOnly
 from slipfold.results.column import WHOLE, Column
@@ -27,7 +27,7 @@ from slipfold.results.table import Table, axes_of, meaning_of, names
 from slipfold.text.one_line import OneLine, headed, number_text
 from slipfold.text.printed_table import PrintedTable
 
-__all__ = ["BasinFractions", "Shares", "kind_of"]
+__all__ = ["BasinFractions", "Shares"]
 
 Array = NDArray[np.float64]
 
@@ -323,11 +323,6 @@ class BasinFractions(OneLine, ReadOnly, Result):
             **starts,
             **points,
         )
-
-
-def kind_of(item: Attractor) -> str:
-    """Return what an attractor is wherever it goes on."""
-    return item.kind if item.period is None else f"period {item.period}"
 
 
 def _at(shares: Shares, place: int) -> dict[str, float]:

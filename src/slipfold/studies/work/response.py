@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
-from typing import ClassVar, Literal, Self
+from collections.abc import Sequence
+from typing import ClassVar, Literal
 
 from pydantic import Field
 
@@ -19,36 +19,26 @@ from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.models.followed import check_followed
 from slipfold.models.model import Model
-from slipfold.studies.work.loss import loss_quantities
-from slipfold.studies.work.work import Findings, Quantity, Span, Work, parsed_span
+from slipfold.studies.work.loss import LossWork
+from slipfold.studies.work.work import Findings, Quantity
 from slipfold.thresholds.first_loss import STABLE, Loss, first_loss, unstable_from
 
 __all__ = ["Response"]
 
 
-class Response(Work):
+class Response(LossWork):
     """Every branch of the response; where it loses its stability, and all special points."""
 
     together_from: ClassVar[int] = FEWEST
     side_by_side: ClassVar[int] = TOGETHER
 
     what: Literal["response"]
-    vary: str
-    span: Span
     largest_period: int = Field(Settings().largest_period, ge=1)
-
-    def varied(self) -> Collection[str]:
-        """Return the parameter followed."""
-        return (self.vary,)
-
-    def checked(self, model: Model) -> Self:
-        """Return it with the span in SI units."""
-        return self.model_copy(update={"span": parsed_span(model, self.vary, self.span)})
 
     def quantities(self, model: Model) -> tuple[Quantity, ...]:
         """Return what is found of every case."""
         return (
-            *loss_quantities(model, self.vary),
+            *super().quantities(model),
             Quantity("branches", "whole", "number of branches"),
             Quantity("given_up", "whole", "number of branches that could not be followed"),
         )

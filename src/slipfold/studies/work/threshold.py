@@ -3,37 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
-from typing import Literal, Self
+from collections.abc import Sequence
+from typing import Literal
 
 from slipfold.models.followed import check_followed
 from slipfold.models.model import Model
-from slipfold.studies.work.loss import loss_quantities
-from slipfold.studies.work.work import Findings, Quantity, Span, Work, parsed_span
+from slipfold.studies.work.loss import LossWork
+from slipfold.studies.work.work import Findings
 from slipfold.thresholds.first_loss import Loss, first_loss, followed_to_loss
 from slipfold.thresholds.side_by_side import first_doublings
 
 __all__ = ["Threshold"]
 
 
-class Threshold(Work):
+class Threshold(LossWork):
     """Where the response of period 1 first loses its stability, and by what."""
 
     what: Literal["threshold"]
-    vary: str
-    span: Span
-
-    def varied(self) -> Collection[str]:
-        """Return the parameter followed."""
-        return (self.vary,)
-
-    def checked(self, model: Model) -> Self:
-        """Return it with the span in SI units."""
-        return self.model_copy(update={"span": parsed_span(model, self.vary, self.span)})
-
-    def quantities(self, model: Model) -> tuple[Quantity, ...]:
-        """Return what is found of every case."""
-        return loss_quantities(model, self.vary)
 
     def together(self, models: Sequence[Model]) -> list[Findings | None]:
         """Find first period doublings side by side."""
