@@ -112,7 +112,8 @@ class LinearisedSteps:
         for _ in range(0, MOST, ROUND):
             for first in range(0, len(going), TOGETHER):
                 some = going[first : first + TOGETHER]
-                arrived[some] = self._march(work, some, start[some] + length, passed, tolerance)
+                with np.errstate(all="ignore"):
+                    arrived[some] = self._march(work, some, start[some] + length, passed, tolerance)
             going = going[~arrived[going] & np.isfinite(work[size + 1, going])]
             if not len(going):
                 break
@@ -141,9 +142,8 @@ class LinearisedSteps:
             last = phase + step >= ends
             step[last] = (ends - phase)[last]
             self.function(work, outputs=values)
-            with np.errstate(all="ignore"):
-                factor = SAFELY * (tolerance / values[size]) ** (1 / ORDER)
-                good = (values[size] <= tolerance) & left
+            factor = SAFELY * (tolerance / values[size]) ** (1 / ORDER)
+            good = (values[size] <= tolerance) & left
             np.copyto(work[:size], values[:size], where=good)
             kept = good[:count]
             passed.add(some[kept], step[:count][kept], values[size + 1 :, :count][:, kept])
