@@ -137,11 +137,18 @@ def test_the_locus_of_a_stiff_fold_meets_the_equations_where_its_branch_did(monk
     assert all(item.points.damps for item in schemes)
 
 
-def test_a_mesh_that_no_polynomials_are_found_on_is_not_called_a_lack_of_values():
+@pytest.mark.parametrize("found_again", [True, False])
+def test_a_mesh_that_no_polynomials_are_found_on_is_not_called_a_lack_of_values(
+    found_again, monkeypatch
+):
+    """Of a stiff contact at its resonance not even those of the last orbit were found again."""
     from slipfold.branches.ends import failure_reason
     from slipfold.continuation.newton import SINGULAR
     from slipfold.continuation.walk import Failure
 
+    if not found_again:
+        nowhere = np.full((6, 2), np.nan), np.zeros(6)
+        monkeypatch.setattr(Collocation, "passed_through", lambda *given: nowhere)
     model = forced({"x": "v", "v": "F*cos(t) - 0.1*v - x - x^3"})
     told = []
     for by in (Collocation, Shooting):

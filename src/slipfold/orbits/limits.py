@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from slipfold.flow import Flow
 from slipfold.flow.equations import Constants
 from slipfold.models.output import Limit
+from slipfold.orbits.discretisations.collocation import Collocation
 from slipfold.orbits.extrema import refine_minimum
 from slipfold.orbits.orbit_curve import Orbits
 
@@ -107,12 +108,14 @@ def loses_equations(orbits: Orbits, z: Array) -> bool:
     if not orbits.by.smooth:
         return False
     flow, constants = orbits.flow, orbits.constants(z)
-    known = orbits.by.passed_through(orbits.nodes(z), constants)
-    if known is None:
+    if isinstance(orbits.by, Collocation):  # explicit steps may not come through what is stiff
+        samples, phases = orbits.by.passed_through(orbits.nodes(z), constants)
+        if not np.isfinite(samples).all():  # where nothing but the nodes is found again
+            samples, phases = orbits.nodes(z), orbits.by.start
+    else:
         nodes = orbits.evenly(z)
         grid = _grid(len(nodes), orbits.period)
-        known = flow.along(nodes, grid, constants).reshape(grid.size, -1), grid.ravel()
-    samples, phases = known  # of what is stiff on a mesh: steps of the flow are too long for it
+        samples, phases = flow.along(nodes, grid, constants).reshape(grid.size, -1), grid.ravel()
     around = BESIDE * np.diag(orbits.scales)
     return not all(
         np.isfinite(flow.rates(samples + step, phases, constants)).all()

@@ -342,7 +342,7 @@ class Collocation(Segments):
         """Return the states at any phases, shape (q, n)."""
         return self._ended(nodes, constants, phases, derived=False)[0].ends * self.scales
 
-    def passed_through(self, nodes: Array, constants: Constants) -> tuple[Array, Array] | None:
+    def passed_through(self, nodes: Array, constants: Constants) -> tuple[Array, Array]:
         """Return the states at all points of all intervals, and their phases."""
         solved = self._solved(nodes / self.scales, constants, derived=False)
         return solved.stages.reshape(-1, nodes.shape[1]) * self.scales, solved.phases.ravel()
