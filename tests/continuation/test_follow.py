@@ -1,5 +1,7 @@
 """The engine on plane curves: what it finds, where it ends, and that it knows nothing of orbits."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -66,6 +68,27 @@ def test_the_earliest_reason_ends_a_curve(order):
     assert trail.end.reason == "x is 0.0"
     assert trail.points[-1].z[0] == pytest.approx(0, abs=1e-12)
     assert [item.point.z[0] < 0 for item in trail.found] == [True]
+
+
+def test_what_is_known_beside_a_bracket_saves_points():
+    curve = Cubic(1.0)
+    points = followed(curve, []).points
+
+    def bent(point):
+        return np.exp(2 * point.z[0]) - 1
+
+    (place,) = [i for i, (a, b) in enumerate(pairwise(points)) if bent(a) < 0 <= bent(b)]
+
+    def located(first, last):
+        known = points[first:last]
+        count = len(known)
+        at = locate(curve, known, *points[place : place + 2], bent)
+        return at.z[0], len(known) - count
+
+    alone, without = located(place, place + 2)
+    found, needed = located(place - 2, place + 4)
+    assert [alone, found] == pytest.approx([0, 0], abs=1e-12)
+    assert needed < without
 
 
 def test_both_directions_are_one_curve():

@@ -12,6 +12,7 @@ import numpy as np
 from slipfold.continuation.curve import Curve
 from slipfold.continuation.interpolation import (
     POINTS,
+    SPACING,
     arc_between,
     derivatives,
     hermite,
@@ -50,6 +51,15 @@ ALONG = 0.3
 
 PATIENCE = 8
 """Evaluations after which every other one bisects, whatever the interpolation says."""
+
+BESIDE = 2
+"""Points beside a bracket that are interpolated as well: they save one of four evaluations."""
+
+KNOTS = 6
+"""Values that a polynomial goes through."""
+
+CORRECTIONS = 5
+"""Newton steps to its zero, from the value nearest to zero."""
 
 
 class LostCurveError(ArithmeticError):
@@ -102,7 +112,8 @@ def locate(
 ) -> P:
     """Find the zero of a function that has different signs at two points.
 
-    Inverse interpolation through the values found so far, kept inside the bracket by bisection.
+    It is that of the polynomial through the values known so far, also of points beside the two;
+    where that has none in the bracket, inverse interpolation and bisection lead on.
     Every point computed on the way is added to `known`, so that each guess is better than the
     last.
     """
@@ -117,7 +128,8 @@ def locate(
             a, values = middle, (value, values[1])
         else:
             b, values = middle, (values[0], value)
-    zero = Enclosed(chord.length, values)
+    beside = [(place, function(point)) for place, point in chord.use_beside(known)]
+    zero = Enclosed(chord.length, values, beside)
     for _ in range(EVALUATIONS):
         at = zero.next_place()
         try:
@@ -136,10 +148,19 @@ def locate(
 
 
 class Enclosed:
-    """A zero of a function that has different signs at zero and at some length."""
+    """A zero of a function that has different signs at zero and at some length.
 
-    def __init__(self, length: float, values: tuple[float, float]) -> None:
+    Places and values beside the two may be known as well.
+    """
+
+    def __init__(
+        self,
+        length: float,
+        values: tuple[float, float],
+        beside: Sequence[tuple[float, float]] = (),
+    ) -> None:
         self._tried = [(0.0, values[0]), (length, values[1])]
+        self._beside = beside
         self._low, self._high, self._positive = 0.0, length, values[0] > 0
 
     @property
@@ -149,7 +170,10 @@ class Enclosed:
 
     def next_place(self) -> float:
         """Return where to look next, inside of what encloses it."""
-        at, count = _inverse_interpolation(self._tried, self._low, self._high), len(self._tried) - 2
+        least = min(self._tried, key=lambda item: abs(item[1]))[0]
+        at, count = _polynomial_zero([*self._tried, *self._beside], least), len(self._tried) - 2
+        if not self._low < at < self._high:
+            at = _inverse_interpolation(self._tried, self._low, self._high)
         if not self._low < at < self._high or (count > PATIENCE and count % 2):
             return 0.5 * (self._low + self._high)
         return at
@@ -199,6 +223,21 @@ class _Chord(Generic[P]):
         """Whether the curve runs along the chord at both ends, not back or across."""
         return all(float(item.tangent @ self._row) > ALONG for item in (self._a, self._b))
 
+    def use_beside(self, known: Sequence[P]) -> list[tuple[float, P]]:
+        """Let guesses go through points beside the chord; return the nearest with their places."""
+        apart, found = SPACING * self.length, list[tuple[float, P]]()
+        for point in known:
+            if (point.curve, point.piece) != (self._a.curve, self._a.piece):
+                continue
+            place = float((point.z - self._a.z) @ self._row)
+            beside = not -apart <= place <= self.length + apart
+            alone = all(abs(place - other) > apart for other, _ in found)
+            if beside and alone and float(point.tangent @ self._row) > ALONG:
+                found.append((place, point))
+        found = sorted(found, key=lambda item: abs(item[0] - 0.5 * self.length))[:BESIDE]
+        self._known += [self._projected(point, place) for place, point in found]
+        return found
+
     def point_at(self, place: float) -> P:
         """Return the point at a place along the chord."""
         near = well_spaced(self._known, place, place, POINTS)
@@ -217,6 +256,30 @@ class _Chord(Generic[P]):
     def _projected(self, point: P, place: float) -> P:
         """Return a point with its place along the chord and the derivative with respect to it."""
         return replace(point, arclength=place, tangent=point.tangent / (point.tangent @ self._row))
+
+
+def _polynomial_zero(known: Sequence[tuple[float, float]], start: float) -> float:
+    """Place of the zero near a start of the polynomial through places and their values; or NaN.
+
+    In Newton's form and plain floats: there are few of them.
+    """
+    nearest = sorted(known, key=lambda item: abs(item[0] - start))[:KNOTS]
+    where, factors = [item[0] for item in nearest], [item[1] for item in nearest]
+    if len(set(where)) < len(where):
+        return np.nan
+    for order in range(1, len(where)):
+        for i in range(len(where) - 1, order - 1, -1):
+            factors[i] = (factors[i] - factors[i - 1]) / (where[i] - where[i - order])
+    at = start
+    for _ in range(CORRECTIONS):
+        value, slope = 0.0, 0.0
+        for x, factor in zip(reversed(where), reversed(factors), strict=True):
+            slope = slope * (at - x) + value
+            value = value * (at - x) + factor
+        if slope == 0.0:
+            return np.nan
+        at -= value / slope
+    return at
 
 
 def _inverse_interpolation(tried: list[tuple[float, float]], low: float, high: float) -> float:
