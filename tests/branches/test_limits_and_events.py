@@ -8,6 +8,8 @@ import pytest
 from slipfold.branches import Event, Newton, Settings, Steps, trace_response
 from slipfold.errors import InputError
 from slipfold.models import SlidingOscillator
+from slipfold.orbits.kinds import orbits_of
+from slipfold.orbits.limits import limit_margins
 
 SINGLE = Settings(largest_period=1)
 STEPS = [0.01, 0.05, 0.5]
@@ -33,6 +35,21 @@ def test_spring_collapse(largest):
     # l/L is about to be singular: the limit itself is met to a few digits.
     assert lowest(branch, "l")[-1] == pytest.approx(1e-4, rel=1e-3)
     assert np.all(lowest(branch, "l")[:-1] > 1e-4)
+
+
+def test_margins_are_as_close_as_they_have_to_be():
+    branch = single(SlidingOscillator(f=12.5), "Nd", (0.3, 0.98))
+    exact = lowest(branch, "l")
+    (place,) = [i for i, item in enumerate(branch.model.limits) if item.output == "l"]
+    bound = branch.model.limits[place].bound
+    for index, length in enumerate(exact):
+        orbit = branch.orbit(index)
+        orbits = orbits_of(orbit.model, {"Nd": 1.0}, 1, len(orbit.nodes))
+        margin = limit_margins(orbits, orbits.unknown(orbit.nodes, orbit.model))[place]
+        if length < 2 * bound:
+            assert margin + bound == pytest.approx(length, rel=1e-9)
+        else:
+            assert margin >= bound
 
 
 @pytest.mark.parametrize("largest", STEPS)

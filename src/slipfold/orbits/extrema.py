@@ -248,13 +248,15 @@ def refine_minimum(
     spacing: float | Array,
     columns: NDArray[np.int64],
     signs: Array,
+    enough: Array | None = None,
 ) -> Array:
     """Find minima of outputs over continuous orbits, each near the lowest of its samples.
 
     The neighbourhood of each is sampled ever more finely, which finds a minimum as sharp as that
     of the spring's length near collapse; a polynomial through the last samples gives the rest.
+    What is seen to stay above `enough` is not looked at any closer.
 
-    Shapes: states (k, n); start, columns, signs (k,), spacing too or one; returns (k,).
+    Shapes: states (k, n); start, columns, signs, enough (k,), spacing too or one; returns (k,).
     """
     lowest = np.empty(len(columns))
     going = np.arange(len(columns))
@@ -268,9 +270,13 @@ def refine_minimum(
         values = signs[going, None] * values
         best = np.clip(values.argmin(axis=1), BESIDE, ZOOM - 1 - BESIDE)
         beside = values[rows[:, None], best[:, None] + _PLACES]
-        lowest[going], bend = _least_between(beside)
+        least, bend = beside.min(axis=1), _bend(beside)
         # Each goes on for itself: what is beside it changes no digit of it.
         on = (bend > ROUND * np.abs(values).max(axis=1)) | (zoom < ZOOMS)
+        if enough is not None:
+            on &= ~(least - np.abs(bend) > enough[going])
+        on &= zoom < MORE
+        lowest[going[~on]] = _least_between(beside[~on])
         if not on.any():
             break
         best = np.clip(values.argmin(axis=1), 1, ZOOM - 2)
@@ -284,15 +290,21 @@ _ORDERS = np.arange(len(_PLACES))
 _FIT = np.linalg.inv(np.vander(_PLACES.astype(float), increasing=True)).T
 
 
-def _least_between(values: Array) -> tuple[Array, Array]:
-    """Return the minima of polynomials through samples, and how much these bend there.
+def _middle(values: Array) -> NDArray[np.intp]:
+    """Return which of samples has the lowest in its neighbourhood, (k, 2 BESIDE + 1) to (k,)."""
+    return np.clip(values.argmin(axis=1), 1, len(_PLACES) - 2)
 
-    Shapes: values (k, 2 BESIDE + 1); returns (k,), (k,).
-    """
-    rows, least = np.arange(len(values)), values.min(axis=1)
-    middle = np.clip(values.argmin(axis=1), 1, len(_PLACES) - 2)
+
+def _bend(values: Array) -> Array:
+    """Return how much samples bend where they are lowest, (k, 2 BESIDE + 1) to (k,)."""
+    rows, middle = np.arange(len(values)), _middle(values)
     left, right = values[rows, middle - 1], values[rows, middle + 1]
-    bend = left - 2 * values[rows, middle] + right
+    return np.asarray(left - 2 * values[rows, middle] + right)
+
+
+def _least_between(values: Array) -> Array:
+    """Return the minima of polynomials through samples, (k, 2 BESIDE + 1) to (k,)."""
+    least, bend, middle = values.min(axis=1), _bend(values), _middle(values)
     coefficients, places = values @ _FIT, _PLACES[middle].astype(float)
     for _ in range(CORRECTIONS):
         powers = places[:, None] ** _ORDERS
@@ -304,4 +316,4 @@ def _least_between(values: Array) -> tuple[Array, Array]:
         places = np.clip(places - step, _PLACES[middle] - 1, _PLACES[middle] + 1)
     found = (coefficients * places[:, None] ** _ORDERS).sum(axis=1)
     # Where the samples lie on no polynomial, it says nothing.
-    return np.clip(found, least - np.abs(bend), least), bend
+    return np.asarray(np.clip(found, least - np.abs(bend), least))

@@ -33,7 +33,7 @@ def limit_margins(orbits: Orbits, z: Array) -> Array:
     The first look is at states that are known anyway, the second samples the orbit evenly. Between
     samples an output may be lower by what its slope allows, or its bend, an eighth of which is the
     fall of a parabola below its lowest sample; where that could matter, its minimum over the
-    continuous orbit is found.
+    continuous orbit is found, as closely as it has to be to see that it is twice the bound.
 
     Returns shape (n_limits,).
     """
@@ -85,6 +85,7 @@ def margins_each(
             spacing,
             columns[near],
             np.ones(len(rows)),
+            2 * bounds[near],
         )
     return np.asarray(lowest - bounds)
 
