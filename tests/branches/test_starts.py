@@ -17,6 +17,26 @@ def values(branch, kind):
     return [item.value for item in branch.special if item.type == kind]
 
 
+def test_where_nothing_holds_the_quiet_state_the_response_is_what_a_motion_settles_on(monkeypatch):
+    def refused(*_):
+        pytest.fail("the forcing need not be raised")
+
+    monkeypatch.setattr("slipfold.orbits.finding.find_response.carry_to", refused)
+    model = model_named("vanderpol", w=1.0)
+    settled = sf.simulate(model, 60).strobe[-1]
+    branch = sf.response(model, "w", (1.0, 1.01)).branches[0]
+    assert branch.states[0] == pytest.approx(settled, abs=1e-6)
+    assert branch.stable[0]
+
+
+def test_what_a_motion_does_not_settle_on_is_followed_from_the_quiet_state():
+    model = model_named("vanderpol", w=1.2)  # beyond its torus bifurcation at 1.0867
+    (branch,) = sf.response(model, "w", (1.2, 1.0)).branches
+    assert values(branch, "NS") == pytest.approx([1.086728948108], abs=1e-10)
+    assert branch.stable[-1]
+    assert not branch.stable[0]
+
+
 @pytest.mark.parametrize("start", [UPPER, LOWER])
 def test_coexisting_responses_are_reached_by_their_states(start):
     diagram = sf.response(model_named("duffing"), "W", (1.2, 1.25), start=start)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import accumulate
 
 import numpy as np
@@ -30,6 +31,12 @@ NEAR = 0.3
 SETTLING = (25, 75, 300)
 """Forcing periods after which a motion from rest is tried, one after the other."""
 
+ON_IT = 0.03
+"""Distance of a motion from a stable orbit, in scaled states, at which it is on the way to it."""
+
+NEUTRAL = 1e-6
+"""Growth in a period that may be rounding, of what nothing damps."""
+
 ITERATIONS = 20
 
 STIFF = (
@@ -52,9 +59,10 @@ def find_response(
 
     Newton's method corrects the linear response. Where that fails or leads far away, the response
     is followed from the model's quiet state, in the parameter that scales the forcing; where that
-    fails as well, a motion is given time to settle. If Newton's method fails and motion is stiff,
-    implicit steps are the only ones that lead on, and taken where they may be. What is told is
-    after how many forcing periods a motion is.
+    fails as well, a motion is given time to settle. It is asked first where the quiet state is not
+    stable: no motion follows what begins there, round folds, while the forcing rises. If Newton's
+    method fails and motion is stiff, implicit steps are the only ones that lead on, and taken where
+    they may be. What is told is after how many forcing periods a motion is.
     """
     guess = guess_orbit(orbits, value)
     if guess.converged and guess.distance <= NEAR:
@@ -68,10 +76,11 @@ def _found_farther(
     orbits: ForcedOrbits, value: float, guess: Correction, tell: Callable[[int], None]
 ) -> Correction:
     model = orbits.model.replace(**{orbits.vary: value})
-    risen = _from_quiet(orbits, model, value)
+    from_rest = partial(_from_rest, orbits, model, value, tell)
+    risen = _from_quiet(orbits, model, value, lambda: from_rest(SETTLING[:1], on_it=True))
     if not isinstance(risen, str):
         return risen
-    settled = _from_rest(orbits, model, value, tell)
+    settled = from_rest(SETTLING)
     if settled is not None:
         return settled
     return guess if guess.converged else replace(guess, failure=risen)
@@ -88,8 +97,13 @@ def guess_orbit(orbits: ForcedOrbits, value: float) -> Correction:
     return correct(orbits, guess, hold_parameter(orbits.size), iterations=15)
 
 
-def _from_quiet(orbits: ForcedOrbits, model: Model, value: float) -> Correction | str:
-    """Follow the response from the quiet state, or say how far it comes."""
+def _from_quiet(
+    orbits: ForcedOrbits, model: Model, value: float, otherwise: Callable[[], Correction | None]
+) -> Correction | str:
+    """Follow the response from the quiet state, or say how far it comes.
+
+    Where that state is not stable what is found otherwise comes first.
+    """
     quiet = model.quiet
     if quiet is None or not model.values[quiet]:
         return "Newton's method does not converge from the linear response"
@@ -98,6 +112,9 @@ def _from_quiet(orbits: ForcedOrbits, model: Model, value: float) -> Correction 
     rest = guess_orbit(rising, 0.0)
     if not rest.converged:
         return f"there is no rest state with {quiet} = 0: {rest.failure}"
+    settled = otherwise() if _growth(rest) > 1 + NEUTRAL else None
+    if settled is not None:
+        return settled
     reached = carry_to(rising, rest.z, target, lambda point: broken_limit(rising, point.z), RISING)
     if isinstance(reached, Failure):
         return (
@@ -107,20 +124,34 @@ def _from_quiet(orbits: ForcedOrbits, model: Model, value: float) -> Correction 
     return found if found.converged else found.failure
 
 
+def _growth(found: Correction) -> float:
+    """Return the largest modulus of an orbit's multipliers."""
+    return float(np.abs(np.linalg.eigvals(found.linearisation.product)).max())
+
+
 def _from_rest(
-    orbits: ForcedOrbits, model: Model, value: float, tell: Callable[[int], None]
+    orbits: ForcedOrbits,
+    model: Model,
+    value: float,
+    tell: Callable[[int], None],
+    settling: Sequence[int],
+    *,
+    on_it: bool = False,
 ) -> Correction | None:
-    """Let a motion settle, and correct what it comes to; None where that leads to no orbit."""
+    """Let a motion settle, and correct what it comes to; None where that leads to no orbit.
+
+    If it is to be on the orbit, that is stable and near.
+    """
     flow, state, zero = orbits.flow, model.start, np.zeros(1)
     constants = flow.constants(model.vector, orbits.flow_scales)
-    for done, periods in zip(accumulate(SETTLING, initial=0), SETTLING, strict=False):
+    for done, periods in zip(accumulate(settling, initial=0), settling, strict=False):
         tell(done)
         state = flow.trajectory(state, constants, np.arange(periods + 1.0), patient=False)[-1]
         if not np.isfinite(state).all():
             return None
         nodes = flow.sample(state[None], zero, zero + 1, orbits.segments, constants)[0]
         found = _corrected(orbits, nodes, value)
-        if found.converged:
+        if found.converged and (not on_it or (found.distance <= ON_IT and _growth(found) < 1)):
             return found
     return None
 
