@@ -28,6 +28,10 @@ JET_ORDER = 3
 JET_TOLERANCE = 1e-10
 """Normal form coefficients need eight digits, not thirteen: a third less time."""
 
+SHORT = 250
+"""Terms of the rates up to which code is not compact: that of two to four states runs in two thirds
+of the time then and is compiled in as much; what is longer takes ever longer to compile."""
+
 
 class CompiledCode:
     """Everything a flow runs, compiled on first use and kept on disk.
@@ -57,9 +61,11 @@ class CompiledCode:
         """Batch of the states alone, always optimised: searches for motions run long."""
 
         def build() -> Any:
-            return self._batch(self._plain_system(), self._known, self._places(), level=3)
+            system = self._plain_system()
+            short = sum(len(rate) for _, rate in system) <= SHORT
+            return self._batch(system, self._known, self._places(), level=3, compact=not short)
 
-        return self._own("plain", build)
+        return self._own("states", build)
 
     @property
     def single(self) -> Any:
@@ -302,6 +308,7 @@ class CompiledCode:
         tolerance: float | None = None,
         size: int = 1,
         level: int = OPTIMISATION,
+        compact: bool = True,
     ) -> Any:
         # Compact mode: compiled in a fifth of the time, and eight lanes hide most of its cost.
         return hy.taylor_adaptive_batch(
@@ -309,7 +316,7 @@ class CompiledCode:
             state=np.zeros((size * self._equations.dimension, LANES)),
             pars=np.zeros((parameters, LANES)),
             tol=tolerance or self._tolerance,
-            compact_mode=True,
+            compact_mode=compact,
             opt_level=level,
             t_events=self._turns.events(places, batch=True),
             nt_events=self._turns.passed(places, batch=True),
