@@ -212,8 +212,11 @@ def _torus(map_: MapDerivatives, matrix: Array) -> float:
     identity = np.eye(len(a))
     still = np.linalg.solve(identity - matrix, aa + bb).astype(complex)
     double = np.linalg.solve(value**2 * identity - matrix, aa - bb + 2j * ab).astype(complex)
-    with_still, with_double = map_.second([(q, still), (q.conj(), double)])
-    inner = np.vdot(p, cubic + 2 * with_still + with_double)
+    # 2 B(q, still) + B(conj q, double), of half as many products of real vectors.
+    mixed = map_.second(
+        [(a.astype(complex), 2 * still + double), (b.astype(complex), 1j * (2 * still - double))]
+    )
+    inner = np.vdot(p, cubic + sum(mixed))
     return float(0.5 * (value.conjugate() / abs(value) * inner).real)
 
 

@@ -65,12 +65,22 @@ class SegmentMap:
         along = directions / self.rescaling
         forward, bent = self._curvatures(along)
         cubes = self._by.cubes(self._nodes, self._constants, forward)
-        second, third = np.zeros_like(along), np.zeros_like(along)
+        second = self._summed(np.einsum("rmab,rmb->rma", bent, forward))
+        mixed = np.einsum("rmab,rmb->rma", bent, second[:, :-1])
+        third = self._summed(cubes + 3 * mixed)
+        return second[:, -1] * self.rescaling, third[:, -1] * self.rescaling
+
+    def _summed(self, terms: Vector) -> Vector:
+        """Return what the segments' terms come to at each node, carried on from node to node.
+
+        Shapes: terms (r, m, n); returns (r, m + 1, n).
+        """
+        count, m, n = terms.shape
+        sums = np.zeros((count, m + 1, n), dtype=terms.dtype)
         for j, block in enumerate(self._blocks):
-            mixed = np.einsum("rab,rb->ra", bent[:, j], second)
-            third = cubes[:, j] + 3 * mixed + third @ block.T
-            second = np.einsum("rab,rb->ra", bent[:, j], forward[:, j]) + second @ block.T
-        return second * self.rescaling, third * self.rescaling
+            np.matmul(sums[:, j], block.T, out=sums[:, j + 1])
+            sums[:, j + 1] += terms[:, j]
+        return sums
 
     def second(self, pairs: list[tuple[Vector, Vector]]) -> list[Vector]:
         """Return B(u, v) for complex vectors. Shapes: pairs (n,)."""
@@ -81,11 +91,11 @@ class SegmentMap:
         if not u.any():
             return np.zeros(len(v), dtype=complex)
         bent = self._curvatures((u / self.rescaling)[None])[1][0]
-        carried, result = v / self.rescaling, np.zeros(len(v), dtype=complex)
-        for block, matrix in zip(self._blocks, bent, strict=True):
-            result = matrix @ carried + block @ result
-            carried = block @ carried
-        return result * self.rescaling
+        carried = [v / self.rescaling]
+        for block in self._blocks[:-1]:
+            carried.append(block @ carried[-1])
+        terms = np.einsum("mab,mb->ma", bent, np.array(carried))
+        return np.asarray(self._summed(terms[None])[0, -1] * self.rescaling)
 
     def _curvatures(self, along: Array) -> tuple[Array, Array]:
         """Directions carried along the orbit, (r, m, n), and D^2 phi_j along each, (r, m, n, n).
@@ -93,16 +103,21 @@ class SegmentMap:
         Both are linear in the direction: no more than n of them are ever integrated.
         """
         for direction in along:
-            known = self._carried[:, 0].T
-            share = np.linalg.lstsq(known, direction, rcond=None)[0]
-            rest = direction - known @ share
+            rest = direction - self._shares(direction[None])[0] @ self._carried[:, 0]
             if np.linalg.norm(rest) > SPANNED * np.linalg.norm(direction):
                 self._integrate(rest / np.linalg.norm(rest))
-        shares = np.linalg.lstsq(self._carried[:, 0].T, along.T, rcond=None)[0].T
+        shares = self._shares(along)
         return (
             np.einsum("rk,kmn->rmn", shares, self._carried),
             np.einsum("rk,kmab->rmab", shares, self._bent),
         )
+
+    def _shares(self, along: Array) -> Array:
+        """Return directions as sums of those that are known, nearly. Shapes: (r, n) to (r, k)."""
+        known = self._carried[:, 0]
+        if len(known) == 1:  # as for most; a fifth of the time
+            return np.asarray(along @ known.T / (known @ known.T))
+        return np.asarray(np.linalg.lstsq(known.T, along.T, rcond=None)[0].T)
 
     def _integrate(self, direction: Array) -> None:
         """Add a direction to those along which second derivatives are known."""
