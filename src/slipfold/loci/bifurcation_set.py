@@ -14,6 +14,7 @@ from slipfold.flow.switched.mode_equations import contacts_of
 from slipfold.loci.fan import FanLine, follow_fan, follow_settled, largest_period
 from slipfold.loci.follow import follow_found
 from slipfold.loci.into_stick.copies import without_copies
+from slipfold.loci.into_stick.responses import follow_sticking, found_in_stick, unfinished
 from slipfold.loci.into_stick.touches import Touches
 from slipfold.loci.isolated import follow_isolated
 from slipfold.loci.locus import Locus
@@ -100,6 +101,8 @@ def find_bifurcation_set(
         for branch in others if model.forced else ():
             yield from branch.special
             yield from touches.beside([branch]) if touched else ()
+        for branch in follow_sticking(model, lines, plane, window, settings, observer):
+            yield from found_in_stick(branch)
 
     points = (
         point
@@ -108,9 +111,19 @@ def find_bifurcation_set(
     )
     # A locus is followed as soon as a response shows it: whoever watches sees it at once.
     remarks: list[str] = []
-    loci = follow_found(points, plane, window, settings, observer, types, max(periods), remarks)
+    loci = follow_found(
+        points,
+        plane,
+        window,
+        settings,
+        observer,
+        types,
+        max(periods),
+        remarks,
+        through_stick=True,
+    )
     loci = without_copies(loci, window)
-    if not any(line.branches for line in lines):
+    if not any(line.branches or line.sticking for line in lines):
         raise InputError(
             f"no response exists on any of {len(lines)} lines across the window: {lines[0].failure}"
         )
@@ -128,6 +141,8 @@ def find_bifurcation_set(
             interrupted = True
     others = lines[sum(LINES) :]
     remarks += [line.failure for line in others if line.failure]
+    for line in lines:
+        remarks += unfinished(line, plane, window, loci)
     missing = tuple(dict.fromkeys(remarks))
     return BifurcationSet(loci, labels, interrupted, missing)
 

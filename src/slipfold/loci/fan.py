@@ -50,11 +50,12 @@ class FanLine:
     value: float
     branches: tuple[Branch, ...]  # the response; empty if there is none
     failure: str = ""  # why there is none
+    sticking: tuple[Branch, ...] = ()  # the same followed on through stick, where it comes to it
 
     @property
     def interrupted(self) -> bool:
         """Whether the response was interrupted."""
-        return any(branch.interrupted for branch in self.branches)
+        return any(branch.interrupted for branch in (*self.branches, *self.sticking))
 
 
 def follow_fan(
@@ -102,6 +103,8 @@ def follow_line(
     value: float,
     settings: Settings,
     tell: Observer | None = None,
+    *,
+    through_stick: bool = False,
 ) -> FanLine:
     """Follow one response; what keeps it from existing is data, not an error.
 
@@ -113,7 +116,14 @@ def follow_line(
     for first, last in ((low, high), (high, low)):
         try:
             at = model.replace(**{fixed: value, vary: first})
-            branches = trace_response(at, vary, (first, last), settings=settings, observer=tell)
+            branches = trace_response(
+                at,
+                vary,
+                (first, last),
+                settings=settings,
+                observer=tell,
+                through_stick=through_stick,
+            )
         except InputError as error:
             failure = failure or str(error)
         else:

@@ -75,23 +75,37 @@ def follow_found(
     types: Sequence[str],
     largest_period: int,
     remarks: list[str],
+    *,
+    through_stick: bool = False,
 ) -> tuple[Locus, ...]:
     """Follow the loci of special points, each before the next point is asked for.
 
-    A branch point whose branches cross in one parameter only is a point of a locus of folds.
+    A branch point whose branches cross in one parameter only is a point of a locus of folds. Loci
+    in slip may end where contacts begin to stick, or go on through stick.
     """
     work: _Loci | None = None
     refusals: list[InputError] = []
     for point in points:
-        work = work or _Loci(point.model, vary, window, settings, observer, types, largest_period)
-        curve, z = work.taken_up(point)
+        given = point.model, vary, window, settings, observer, types, largest_period
+        work = work or _Loci(*given, through_stick=through_stick)
+        sticks = through_stick and point.stuck_fraction >= 0
+        try:
+            curve, z = work.taken_up(point)
+        except InputError as error:
+            if not sticks:
+                raise
+            remarks.append(_without_locus(point, vary, error))
+            continue
         if curve.condition == "BP" and crossing_gap(curve.orbits, z) > CROSSED:
             remarks.append(_isolated(curve, z))
             curve = LocusEquations(curve.orbits, "LP")
         if work.passing(curve, z) is None:
             start = work.start(curve, z, point)
             if isinstance(start, InputError):
-                refusals.append(start)
+                if sticks:
+                    remarks.append(_without_locus(point, vary, start))
+                else:
+                    refusals.append(start)
                 continue
             work.explore(start)
         if work.interrupted:
@@ -138,8 +152,11 @@ class _Loci(Atlas[OrbitPoint]):
         observer: LocusObserver | None,
         types: Sequence[str],
         largest_period: int,
+        *,
+        through_stick: bool,
     ) -> None:
         super().__init__()
+        self._through_stick = through_stick
         self._base = base
         self._vary = vary
         self._window = window
@@ -184,7 +201,15 @@ class _Loci(Atlas[OrbitPoint]):
         """Follow a locus in one direction."""
         settings, born = self._settings, start.departs
         watch = self._tell
-        trail = trace_locus(start.curve, point, self._window, settings, born=born, watch=watch)
+        trail = trace_locus(
+            start.curve,
+            point,
+            self._window,
+            settings,
+            born=born,
+            watch=watch,
+            through_stick=self._through_stick,
+        )
         self._lines += 1
         assert isinstance(start, LocusStart)
         if start.crosses and point is start.points[0]:
@@ -279,6 +304,12 @@ def _isolated(curve: LocusEquations, z: NDArray[np.float64]) -> str:
         f"the branch point at {at} is isolated in the plane: beside it no branches cross, and it "
         "has no locus; it lies on a locus of folds, where that turns"
     )
+
+
+def _without_locus(point: SpecialPoint, vary: tuple[str, str], error: InputError) -> str:
+    """Say that what was found on a response through stick could not be followed."""
+    at = ", ".join(f"{name} = {point.model.values[name]:.6g}" for name in vary)
+    return f"the {point.type} of what sticks at {at} was not followed: {error}"
 
 
 def _crossed(trace: Trail[OrbitPoint], kind: str) -> list[Found]:

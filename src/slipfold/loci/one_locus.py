@@ -42,9 +42,10 @@ def trace_locus(
     *,
     born: bool = False,
     watch: Callable[[Trail[OrbitPoint]], None] = lambda trail: None,
+    through_stick: bool = False,
 ) -> Trail[OrbitPoint]:
     """Follow a locus in the direction of its tangent, to its end."""
-    orbits, change = curve.orbits, Change(settings)
+    orbits, change = curve.orbits, Change(settings, through_stick=through_stick)
     return follow(
         curve,
         start,

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from slipfold.continuation.walk import Failure
 from slipfold.errors import InputError
 from slipfold.loci.fan import FanLine
+from slipfold.loci.into_stick.responses import stable_beside
 from slipfold.loci.raster import Raster
 from slipfold.loci.stable_spans import is_among, stable_orbits
 from slipfold.models.model import Model
@@ -35,6 +36,8 @@ class Vote:
     place: tuple[float, float]  # values of the two parameters in the middle of the crossing
     # Stable orbits at the place by their period, each of shape (m, n_states)
     nodes: dict[int, list[Array]]
+    # States of the stable orbits that stick beside it
+    sticking: tuple[Array, ...] = ()
 
     def count(self, period: int) -> int:
         """Return how many stable orbits of a period there are."""
@@ -50,7 +53,7 @@ def collect_votes(
 ) -> Iterator[Vote]:
     """Ask every response what it says of the pieces it crosses."""
     for line in lines:
-        if not line.branches:
+        if not (line.branches or line.sticking):
             continue
         axis = plane.index(line.fixed)
         cell = int(raster.columns(np.array([line.value]), axis)[0])
@@ -60,7 +63,9 @@ def collect_votes(
         for run in _runs(np.where(sure, crossed, 0)):
             value = float(values[run[len(run) // 2]])
             place = (line.value, value) if axis == 0 else (value, line.value)
-            yield Vote(int(crossed[run[0]]), place, stable_orbits(line.branches, value))
+            sticking = tuple(stable_beside(line, value))
+            found = stable_orbits(line.branches, value)
+            yield Vote(int(crossed[run[0]]), place, found, sticking)
 
 
 def _runs(numbers: NDArray[np.int64]) -> Iterator[NDArray[np.int64]]:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.loci.fan import FanLine
 from slipfold.loci.into_stick.motions import add_sticking, sticking_checks
+from slipfold.loci.into_stick.responses import changes_in_stick
 from slipfold.loci.into_stick.touches import BranchEnd
 from slipfold.loci.isolated import PLACES, Starts
 from slipfold.loci.locus import Locus
@@ -93,7 +94,7 @@ def map_regions(
         if not any((low <= vote.place).all() and (vote.place <= high).all() for low, high in bands)
     ]
     regions, labels = _labelled(model, plane, pieces, votes, distance, raster)
-    split = {int(labels[cell]) for cell in _forks(lines, plane, raster) if clear[cell]}
+    split = {int(labels[cell]) for cell in _changes(lines, plane, raster) if clear[cell]}
     regions = [
         replace(region, consistent=False) if region.id in split else region for region in regions
     ]
@@ -103,7 +104,11 @@ def map_regions(
     )
     if regions:
         labels = np.where(exists, labels[tuple(nearest)], 0)
-    may_stick = bool(touching) or any(locus.type in TOUCHED for locus in loci)
+    may_stick = (
+        bool(touching)
+        or any(line.sticking for line in lines)
+        or any(locus.type in TOUCHED for locus in loci)
+    )
     starts = Starts(model, [branch for line in lines for branch in line.branches])
     checked: list[Region] = []
     for region in regions:
@@ -116,8 +121,8 @@ def map_regions(
             states = starts.number(PLACES * len(lines) + region.id)
             checks: tuple[RegionCheck, ...] = ()
             if may_stick:
-                at = [vote.place for vote in piece]
-                region, stuck = add_sticking(model, plane, region, at)
+                at, seeds = [vote.place for vote in piece], [vote.sticking for vote in piece]
+                region, stuck = add_sticking(model, plane, region, at, seeds)
                 checks = sticking_checks(model, plane, region, stuck)
             checks += check_region(model, plane, region, orbits, states, may_stick=may_stick)
             region = replace(region, checks=checks)
@@ -255,23 +260,31 @@ def _ends(line: FanLine, touching: Collection[BranchEnd]) -> list[_End]:
     ]
 
 
-def _forks(
+def _changes(
     lines: Sequence[FanLine], plane: tuple[str, str], raster: Raster
 ) -> Iterator[tuple[int, int]]:
-    """Yield the cells, as row and column, of pitchforks at which stable responses are born."""
+    """Yield the cells, as row and column, at which the stable responses of a line change.
+
+    Pitchforks at which some are born; of those through stick whatever they meet, and where they
+    end.
+    """
     for line in lines:
         axis = plane.index(line.fixed)
         low, high = raster.window[1 - axis]
-        for point in (point for branch in line.branches for point in branch.special):
-            others = np.delete(point.multipliers, np.abs(point.multipliers - 1).argmin())
-            # At a transcritical point two responses exchange stability: their number stays.
-            if point.type != "BP" or point.criticality is None or (np.abs(others) > 1).any():
-                continue
-            if not low <= point.value <= high:  # responses are followed beyond the window
+        for value in (*_forks(line), *changes_in_stick(line)):
+            if not low <= value <= high:  # responses are followed beyond the window
                 continue
             along = int(raster.columns(np.array([line.value]), axis)[0])
-            across = int(raster.columns(np.array([point.value]), 1 - axis)[0])
+            across = int(raster.columns(np.array([value]), 1 - axis)[0])
             yield (across, along) if axis == 0 else (along, across)
+
+
+def _forks(line: FanLine) -> Iterator[float]:
+    for point in (point for branch in line.branches for point in branch.special):
+        others = np.delete(point.multipliers, np.abs(point.multipliers - 1).argmin())
+        # At a transcritical point two responses exchange stability: their number stays.
+        if point.type == "BP" and point.criticality is not None and (np.abs(others) <= 1).all():
+            yield point.value
 
 
 def _joined(left: list[_End], right: list[_End], reach: float) -> Iterator[tuple[float, float]]:

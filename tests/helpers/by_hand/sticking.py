@@ -54,3 +54,14 @@ def sliding(**given):
     plate = np.asarray(p["Vd"])[..., None] * direction
     contact = Contact(np.eye(2), plate, load, constant(p["mu"]), np.asarray(p["mu_s"]))
     return System(np.diag([m2, m1]), np.diag([c2, c1]), force, [contact])
+
+
+def duffing_on_belt(frequency, forces):
+    """x'' + 0.1 x' + x + 0.3 x^3 = A cos(W t) + 0.4 sgn(1 - x'); the forces A run side by side."""
+    forces = np.reshape(forces, (-1, 1))
+    contact = Contact(np.eye(1), np.ones(1), constant(1.0), constant(0.4), 0.4)
+
+    def force(t, q):
+        return forces * np.cos(frequency * t) - q - 0.3 * q**3
+
+    return System(np.eye(1), 0.1 * np.eye(1), force, [contact])

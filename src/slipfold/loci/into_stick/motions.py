@@ -13,7 +13,9 @@ from slipfold.errors import InputError
 from slipfold.flow.last_round import last_round
 from slipfold.flow.switched.simulate import simulate_smooth_or_switched
 from slipfold.loci.region_map import Region, RegionCheck
+from slipfold.loci.stable_spans import ONE_ORBIT
 from slipfold.models.model import Model
+from slipfold.models.turns import without_turns
 
 __all__ = ["Settled", "add_sticking", "settle", "sticking_checks", "sticking_orbits"]
 
@@ -37,15 +39,25 @@ class Settled(NamedTuple):
     """What a motion has come to."""
 
     period: int  # in forcing periods; 0 if it does not repeat itself, or has ended
-    state: Array
+    states: Array  # at the last strobes, the latest last, shape (period or 1, n)
     note: str
     # Share of the last round in which a contact sticks; NaN if slip does not come to zero
     fraction: float = np.nan
 
     @property
+    def state(self) -> Array:
+        """The last state."""
+        return np.asarray(self.states[-1])
+
+    @property
     def stops(self) -> bool:
         """Whether slip comes to zero."""
         return not np.isnan(self.fraction)
+
+    @property
+    def counts(self) -> bool:
+        """Whether it is a response that stops, of a period that labels speak of."""
+        return self.stops and self.period in PERIODS
 
 
 def settle(model: Model, state: Array) -> Settled:
@@ -61,30 +73,40 @@ def settle(model: Model, state: Array) -> Settled:
             break
         before = motion.settlement.period or 0
     period, note = motion.settlement.period or 0, motion.settlement.message
+    states = motion.strobe[-max(period, 1) :]
     last = None if motion.stopped is not None else last_round(motion)
     if last is None or motion.sticking is None:
-        return Settled(period, state, note)
+        return Settled(period, states, note)
     begin = motion.periods - max(period, 1)
     changes = any(item.end > begin for item in motion.sticking.intervals[:-1])
     stops = changes or last.fraction > 0
-    return Settled(period, state, note, last.fraction if stops else np.nan)
+    return Settled(period, states, note, last.fraction if stops else np.nan)
 
 
 def sticking_orbits(
-    model: Model, plane: tuple[str, str], places: Sequence[Place]
-) -> tuple[list[dict[int, Settled]], bool]:
-    """Return the stable responses that stop at each place, by period, and whether places agree.
+    model: Model,
+    plane: tuple[str, str],
+    places: Sequence[Place],
+    seeds: Sequence[Sequence[Array]],
+) -> tuple[list[list[Settled]], bool]:
+    """Return the stable responses that stop at each place, and whether places agree.
 
-    What a motion settles on at one place is tried at the others: inside a region it exists at all.
+    Motions start from rest and from states of the responses found there; what they settle on at
+    one place is tried at the others: inside a region it exists at all.
     """
     at = [model.replace(**dict(zip(plane, place, strict=True))) for place in places]
-    seen = [_sticking(settle(each, each.start)) for each in at]
+    seen = list[list[Settled]]()
+    for each, states in zip(at, seeds, strict=True):
+        seen.append([])
+        for found in (settle(each, each.start), *(_settle_from(each, state) for state in states)):
+            _add(each, found, seen[-1])
     for i, each in enumerate(at):
-        for others in seen[:i] + seen[i + 1 :]:
-            for period, other in others.items():
-                if period not in seen[i]:
-                    seen[i] |= _sticking(_settle_from(each, other.state))
-    return seen, all(found.keys() == seen[0].keys() for found in seen)
+        for other in [item for others in seen[:i] + seen[i + 1 :] for item in others]:
+            if _periods(seen[i]).count(other.period) < max(
+                _periods(others).count(other.period) for others in seen
+            ):
+                _add(each, _settle_from(each, other.state), seen[i])
+    return seen, all(_periods(found) == _periods(seen[0]) for found in seen)
 
 
 def _settle_from(model: Model, state: Array) -> Settled:
@@ -92,22 +114,41 @@ def _settle_from(model: Model, state: Array) -> Settled:
     try:
         return settle(model, state)
     except InputError as error:
-        return Settled(0, state, str(error))
+        return Settled(0, state[None], str(error))
 
 
-def _sticking(found: Settled) -> dict[int, Settled]:
-    return {found.period: found} if found.stops and found.period in PERIODS else {}
+def _add(model: Model, found: Settled, known: list[Settled]) -> None:
+    """Add what a motion came to unless it is known, or none that labels speak of."""
+    if not found.counts:
+        return
+    scales, whole = model.state_scales(), model.whole_turns
+    for other in known:
+        if other.period == found.period and any(
+            np.abs(without_turns(state - found.state, whole) / scales).max() < ONE_ORBIT
+            for state in other.states
+        ):
+            return
+    known.append(found)
+
+
+def _periods(found: Sequence[Settled]) -> list[int]:
+    return sorted(item.period for item in found)
 
 
 def add_sticking(
-    model: Model, plane: tuple[str, str], region: Region, places: Sequence[Place]
-) -> tuple[Region, dict[int, Array]]:
-    """Return a region with the stable responses in it that stick, and a state of each."""
+    model: Model,
+    plane: tuple[str, str],
+    region: Region,
+    places: Sequence[Place],
+    seeds: Sequence[Sequence[Array]],
+) -> tuple[Region, list[Settled]]:
+    """Return a region with the stable responses in it that stick, and these."""
     every = np.linspace(0, len(places) - 1, min(PLACES, len(places))).round().astype(int)
-    seen, agree = sticking_orbits(model, plane, [places[i] for i in every])
-    states = {period: one.state for found in seen for period, one in found.items()}
-    fractions = [one.fraction for found in seen for one in found.values()]
-    periods = tuple(sorted(states))
+    of = [places[i] for i in every], [seeds[i] for i in every]
+    seen, agree = sticking_orbits(model, plane, *of)
+    most = max(seen, key=len, default=[])
+    fractions = [one.fraction for found in seen for one in found]
+    periods = tuple(_periods(most))
     label = replace(
         region,
         stable=tuple(sorted([*region.stable, *periods])),
@@ -115,11 +156,11 @@ def add_sticking(
         stuck=(min(fractions), max(fractions)) if fractions else (0.0, 0.0),
         consistent=region.consistent and agree,
     )
-    return label, states
+    return label, most
 
 
 def sticking_checks(
-    model: Model, plane: tuple[str, str], region: Region, states: dict[int, Array]
+    model: Model, plane: tuple[str, str], region: Region, responses: Sequence[Settled]
 ) -> tuple[RegionCheck, ...]:
     """Let motions settle well inside a region, from rest and from its responses that stick."""
     at = model.replace(**dict(zip(plane, region.place, strict=True)))
@@ -127,9 +168,9 @@ def sticking_checks(
     known = region.sticking if rest.stops else region.slipping
     agrees = rest.period not in PERIODS or rest.period in known
     checks = [RegionCheck(region.place, "rest", rest.period, agrees, rest.note)]
-    for period, state in states.items():
-        found = _settle_from(at, state)
-        same = found.stops and found.period == period
+    for item in responses:
+        found = _settle_from(at, item.state)
+        same = found.stops and found.period == item.period
         note = found.note if found.stops else f"{found.note}, and always slips"
-        checks.append(RegionCheck(region.place, f"period {period}", found.period, same, note))
+        checks.append(RegionCheck(region.place, f"period {item.period}", found.period, same, note))
     return tuple(checks)

@@ -15,6 +15,7 @@ from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.flow.switched.mode_equations import contacts_of
 from slipfold.loci.locus_equations import LocusEquations
 from slipfold.loci.window import Window
+from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.orbits.discretisations.switched_shooting import SwitchedShooting
 from slipfold.orbits.kinds import orbits_of
@@ -23,7 +24,7 @@ from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.stick_slip.touch import TOUCHED
 from slipfold.orbits.stick_slip.touching_shooting import TouchingShooting
 
-__all__ = ["BranchEnd", "Touches", "ends_in_stick"]
+__all__ = ["BranchEnd", "Touches", "ends_in_stick", "is_dear", "slips_in_planes"]
 
 Array = NDArray[np.float64]
 
@@ -49,20 +50,24 @@ class Touches:
         """Yield the touches beside the ends of some branches."""
         ends = [(branch, row) for branch in branches for row in (0, -1)]
         for branch, row in ends:
-            if ends_in_stick(branch, row) and not _is_dear(branch):
+            if ends_in_stick(branch, row) and not is_dear(branch):
                 touch = _beside(branch, row, self._plane, self._window)
                 if touch is not None:
                     self.of[branch, row] = touch
                     yield touch
 
 
-def _is_dear(branch: Branch) -> bool:
+def is_dear(branch: Branch) -> bool:
     """Whether the locus is too dear: of doubled orbits in the plane other slip soon is slow, too.
 
     Equations are stiff there, and a point takes ten seconds.
     """
-    planar = any(len(contact.slip) == 2 for contact in contacts_of(branch.model))
-    return planar and branch.period > 1
+    return slips_in_planes(branch.model) and branch.period > 1
+
+
+def slips_in_planes(model: Model) -> bool:
+    """Whether contacts of a model slip in the plane: orbits through stick take seconds there."""
+    return any(len(contact.slip) == 2 for contact in contacts_of(model))
 
 
 def ends_in_stick(branch: Branch, row: int = -1) -> bool:

@@ -136,7 +136,7 @@ def _born(
             continue
         event, follows = before.event, legs[place + 1][0]
         assert event is not None
-        if event.ending not in TOUCHED[kind]:
+        if event.ending not in TOUCHED[kind] or event.scaled:  # of slow slip only its end is known
             continue
         start = legs[place - 2][0].state
         # As if nothing had been met, it turns back a little beyond.
