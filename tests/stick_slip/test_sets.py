@@ -6,6 +6,8 @@ from scipy.optimize import brentq
 
 import slipfold as sf
 from helpers.dry_friction import belt, highest_after_a_touch, sliding
+from slipfold.loci.fan import follow_line
+from slipfold.loci.into_stick.touches import Touches
 
 WINDOW = {"Vd": (0.5, 1.5), "f": (0.05, 0.35)}
 
@@ -62,6 +64,17 @@ def test_a_region_says_whether_the_mass_stops(found, speed, frequency):
     assert region is not None
     assert region.stable == (1,)
     assert bool(region.sticking) == (speed < fastest(frequency))
+
+
+def test_a_touch_beside_a_line_has_its_own_multipliers():
+    # In slip constant friction plays no part in how a linear oscillator's perturbations decay.
+    window = ((0.5, 1.5), (0.05, 0.35))
+    settings = sf.Settings(largest_period=1)
+    line = follow_line(shaken(0.7), "f", (0.05, 0.15), "Vd", 1.0, settings)
+    point, *_ = Touches(("Vd", "f"), window).beside(line.branches)
+    exponent = (-0.05 + 1j * np.sqrt(1 - 0.05**2)) / point.model.values["f"]
+    exact = np.exp([exponent, exponent.conjugate()])
+    assert np.sort_complex(point.multipliers) == pytest.approx(np.sort_complex(exact), abs=1e-9)
 
 
 def test_motions_at_random_places_are_as_regions_say(found):

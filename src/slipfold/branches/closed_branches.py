@@ -14,6 +14,7 @@ from slipfold.continuation.locate import LostCurveError, point_at
 from slipfold.continuation.newton import correct
 from slipfold.continuation.trail import Sight, Stop, Stretch
 from slipfold.models.turns import without_turns
+from slipfold.orbits.discretisations.segments import Segments
 from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
@@ -110,7 +111,14 @@ def step_beside_parent(point: OrbitPoint) -> float:
 
 
 def asymmetry(orbits: Orbits, z: Array) -> Array:
-    """Return by how much the halves of an orbit differ, in scaled states."""
+    """Return by how much the halves of an orbit differ, in scaled states.
+
+    Of one node the other half begins half a period later.
+    """
+    if orbits.segments == 1 and isinstance(orbits.by, Segments):
+        nodes, constants = orbits.nodes(z), orbits.constants(z)
+        later = orbits.by.states(nodes, constants, np.array([orbits.phase + orbits.period / 2]))
+        return without_turns((nodes - later)[0] / orbits.scales, orbits.by.turns)
     half = orbits.size // 2
     turns = np.resize(orbits.by.turns, half) / np.sqrt(orbits.segments)
     return without_turns(z[:half] - z[half : orbits.size], turns)
@@ -237,7 +245,8 @@ def _extrapolated(
 def _odd(orbits: Orbits, z: Array) -> Array:
     """Return the part of an orbit that changes sign where it is begun half its period later."""
     half = asymmetry(orbits, z) / 2
-    return np.concatenate([half, -half, np.zeros(len(z) - orbits.size)])
+    halves = [half] if orbits.segments == 1 else [half, -half]
+    return np.concatenate([*halves, np.zeros(len(z) - orbits.size)])
 
 
 def close_on_parent(
@@ -255,8 +264,8 @@ def close_on_parent(
 def _place_of_meeting(orbits: Orbits, meeting: Array) -> str:
     if orbits.period % 2 == 0:
         return "its parent's period doubling"
-    nodes = orbits.flat(orbits.nodes(meeting)).reshape(orbits.segments, -1)
-    still = float(np.linalg.norm(nodes - nodes.mean(axis=0))) < NEAR_BIRTH
+    states = orbits.evenly(meeting) / orbits.scales
+    still = float(np.linalg.norm(states - states.mean(axis=0))) < NEAR_BIRTH * len(states) ** 0.5
     return "a Hopf point" if still else "the period doubling of a cycle of half its duration"
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from slipfold.branches.branch import Branch
 from slipfold.branches.seams import NAMES
 from slipfold.branches.special_point import SpecialPoint
-from slipfold.continuation.newton import correct
+from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.flow.switched.mode_equations import contacts_of
 from slipfold.loci.locus_equations import LocusEquations
@@ -114,14 +114,14 @@ def _beside(
     near = [item for item in found if item is not None]
     if not near:
         return None
-    _, kind, curve, touched = min(near, key=lambda item: item[0])
+    kind, curve, touched = min(near, key=lambda item: item[2].distance)
     return _as_point(branch, row, kind, curve, touched)
 
 
 def _corrected(
     orbits: Orbits, z: Array, fixed: Array, kind: str
-) -> tuple[float, str, LocusEquations, Array] | None:
-    """Return how far the touch is, and the touch, None where none is near."""
+) -> tuple[str, LocusEquations, Correction] | None:
+    """Return a touch, None where none is near."""
     by = orbits.by
     assert isinstance(by, SwitchedShooting)
     try:
@@ -137,7 +137,7 @@ def _corrected(
         return None
     if _repeats(curve.orbits, correction.z):
         return None
-    return float(correction.distance), kind, curve, correction.z
+    return kind, curve, correction
 
 
 def _repeats(orbits: Orbits, z: Array) -> bool:
@@ -149,9 +149,13 @@ def _repeats(orbits: Orbits, z: Array) -> bool:
     return float(np.abs(halves / orbits.model.state_scales()).max()) < SAME
 
 
-def _as_point(branch: Branch, row: int, kind: str, curve: LocusEquations, z: Array) -> SpecialPoint:
-    """Return a touch as what a locus starts from; the end beside it lends what is not known."""
-    orbits, model, last = curve.orbits, curve.orbits.model_at(z), branch.orbit(row)
+def _as_point(
+    branch: Branch, row: int, kind: str, curve: LocusEquations, correction: Correction
+) -> SpecialPoint:
+    """Return a touch as what a locus starts from, at the arclength of the end beside it."""
+    point = curve.point(correction, float(branch.arclength[row]))
+    orbits, model = curve.orbits, curve.orbits.model_at(point.z)
+    multipliers = orbits.multipliers(point)
     return SpecialPoint(
         kind,
         NAMES[kind],
@@ -160,10 +164,10 @@ def _as_point(branch: Branch, row: int, kind: str, curve: LocusEquations, z: Arr
         model.values[branch.vary],
         np.inf,
         branch.period,
-        orbits.evenly(z),
-        last.multipliers,
-        np.full(len(last.multipliers), np.inf),
-        last.residual,
-        float(branch.arclength[row]),
+        orbits.evenly(point.z),
+        multipliers,
+        np.full(len(multipliers), np.inf),
+        point.residual,
+        point.arclength,
         stuck_fraction=0.0,
     )
