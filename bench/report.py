@@ -23,7 +23,7 @@ from sections import (
     threshold_map,
 )
 from slipfold.paper.tables import table
-from wording import magnitude, milliseconds, task_seconds, verdict
+from wording import magnitude, milliseconds, multiple, task_seconds, verdict
 
 if TYPE_CHECKING:
     from measured import Measured
@@ -81,7 +81,7 @@ def response_rows(measured: Measured) -> Iterator[list[str]]:
             milliseconds(task_seconds(record, "period1")),
             milliseconds(task_seconds(record, "period2")),
             milliseconds(together(record)),
-            f"{together(record) / ours:.2g}",
+            multiple(together(record) / ours),
             f"{record['points']['period1']} + {record['points']['period2']}",
             *shown,
         ]
@@ -98,7 +98,7 @@ def simulation_rows(measured: Measured) -> Iterator[list[str]]:
         yield [
             name,
             milliseconds(task_seconds(record, task)),
-            f"{task_seconds(record, task) / task_seconds(ours, 'simulate'):.2g}",
+            multiple(task_seconds(record, task) / task_seconds(ours, "simulate")),
             f"{reference.displacement_error(record['final_state'][task]):.0e}",
         ]
 
@@ -245,7 +245,7 @@ def response_brief(measured: Measured) -> list[str]:
         [
             name,
             f"{milliseconds(together(record))} ms",
-            f"{together(record) / ours:.2g}",
+            multiple(together(record) / ours),
             f"{largest_error(record)} N",
         ]
         for name, record in followers(measured).items()
@@ -269,7 +269,7 @@ def brief(measured: Measured) -> str:
     branches = [row for module in (systems, cycles) for row in module.brief(parts.get(module, {}))]
     besides = [row for module in BESIDES if module in parts for row in module.brief(parts[module])]
     commands = [[name, time, memory] for name, time, memory in process_rows(measured)]
-    heads = ["whole branches", "slipfold", "fastest other program that is right"]
+    heads = ["whole branches", "slipfold", "fastest other program that finds every point"]
     return "\n\n".join(
         [
             *(response_brief(measured) if measured.of("responses") else []),
