@@ -190,3 +190,22 @@ def test_a_response_on_a_belt_goes_through_stick_from_the_hopf_point_on():
 def test_an_orbit_that_sticks_is_not_taken_for_one_of_twice_its_period():
     with pytest.raises(sf.InputError, match="the orbit found for period 2 has period 1"):
         sf.periodic_orbit(sf.SlidingOscillator(f=12.5, Nd=0.9, Vd=0.02), period=2)
+
+
+def test_a_doubled_branch_that_sticks_ends_at_its_parents_other_doubling():
+    """Halves of its orbits are compared, though they have one node only: it went round forever."""
+    law = sf.Stribeck(mu_s=0.55, mu_k=0.35, vs=0.08)
+    pad = sf.Structure(
+        np.diag([0.4, 1.6]),
+        sf.ProportionalDamping(alpha_M=4.0, beta_K=1e-5),
+        [[4e5, -4e5], [-4e5, 1.2e6]],
+        names="pad caliper",
+        contacts=sf.FrictionContact("pad", law, load=250.0, Vd=0.3),
+    )
+    found = sf.response(pad, vary="Vd", span=(0.3, 0.56), settled=True)
+    single, double = found.branches
+    doublings = [point for point in single.special if point.type == "PD"]
+    assert [point.leads_to for point in doublings] == [double.id, double.id]
+    assert double.stopped.kind == "closed"
+    assert double.parameter[[0, -1]] == pytest.approx([p.value for p in doublings], abs=1e-9)
+    assert [point.type for point in double.special] == ["GRAZE", "LP", "GRAZE"]
