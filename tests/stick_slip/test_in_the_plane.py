@@ -4,9 +4,11 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import slipfold as sf
 from helpers.dry_friction import den_hartog, sliding
+from slipfold.flow.switched.linearised_motion import linearised_motion
 from slipfold.flow.switched.mode import Status, shown
 from slipfold.flow.switched.switched_motion import SwitchedMotion, legs
 
@@ -57,7 +59,7 @@ def test_a_period_may_end_while_slip_begins(static):
 
     def followed(*ends):
         """State, energies and begin of slip, one end after another."""
-        state, doing, phase, energies, slips = begin, mode, 0.0, np.zeros((2, 1)), None
+        state, doing, phase, energies, slips = begin, mode, 0.0, np.zeros(2), None
         for end in ends:
             for leg, after in legs(
                 motion.flow, doing, state, end, motion.constants, motion.weights, begin=phase
@@ -174,3 +176,57 @@ def test_on_a_wall_a_mass_comes_to_rest():
     assert np.abs(motion.strobe[-1, 2:]).max() == 0
     fx, fy, normal = (motion.output(name, 50)[1] for name in ("Fx", "Fy", "N"))
     assert (np.hypot(fx, fy) <= 0.5 * normal * (1 + 1e-12)).all()
+
+
+def test_slip_begins_as_an_integrator_of_another_kind_has_it():
+    motion = SwitchedMotion(sliding(0.9, 0.02), np.zeros(4))
+    motion.go_on(2)
+    known = motion.flow, motion.modes[2], motion.strobe[2], 1.0, motion.constants, motion.weights
+    [begun] = [leg for leg, _ in legs(*known, dense=True) if leg.beginning is not None]
+    model, length, period = motion.model, 5e-3, motion.constants.period
+    speed = 0.02 * np.array([math.cos(math.pi / 3), math.sin(math.pi / 3)])
+
+    def rates(phase, state):
+        """By hand: displacements in m, and slip in m/s."""
+        x, y, *slip = state
+        vx, vy = speed - slip
+        stretched = math.hypot(x, length + y)
+        pull = model.kext * (stretched - length) / stretched
+        drag = 0.5 * (1 + 0.9 * math.cos(2 * math.pi * phase)) / math.hypot(*slip)
+        ax = drag * slip[0] - model.c2 * vx - model.k2 * x - pull * x
+        ay = drag * slip[1] - model.c1 * vy - model.k1 * y - pull * (length + y)
+        return period * np.array([vx, vy, -ax / model.m2, -ay / model.m1])
+
+    # From a time on at which slip has a direction to some digits: friction finds the others.
+    first = begun.begin + 0.03 * (begun.end - begun.begin)
+    state = length * begun.polynomials(np.array([first]))[0, :4] * motion.constants.scales
+    start = np.concatenate([state[:2], speed - state[2:]])
+    start[2:] *= 1 + 1e-6
+    span = first, begun.end
+    found = solve_ivp(rates, span, start, method="Radau", rtol=1e-9, atol=1e-16).y[:, -1]
+    assert length * begun.state[:2] == pytest.approx(found[:2], abs=1e-13)
+    assert speed - length * begun.state[2:] == pytest.approx(found[2:], rel=1e-7)
+
+
+def test_the_linearised_motion_through_a_release_is_what_differences_say():
+    motion = SwitchedMotion(sliding(0.9, 0.02), np.zeros(4))
+    motion.go_on(2)
+    flow, constants, weights = motion.flow, motion.constants, motion.weights
+    known, begin, end = (constants, weights), 0.1, 0.35
+    *_, (leg, after) = legs(flow, motion.modes[2], motion.strobe[2], begin, *known)
+    assert after == (Status.STICK,)
+    start, scales = leg.state, constants.scales
+
+    def moved(change):
+        state = flow.held(after, start + change * scales, begin, constants)
+        *_, (last, _) = legs(flow, after, state, end, *known, begin=begin)
+        return last.state / scales
+
+    passed = list(legs(flow, after, start, end, *known, begin=begin))
+    assert any(leg.beginning is not None for leg, _ in passed)
+    still = np.zeros((len(constants.values), 0))
+    found = linearised_motion(flow, start, passed, *known, still).matrix * scales / scales[:, None]
+    h = 1e-4
+    for column, axis in zip(found.T, np.eye(4), strict=True):
+        one, two = (moved(k * h * axis) - moved(-k * h * axis) for k in (1, 2))
+        assert np.abs((8 * one - two) / (12 * h) - column).max() < 1e-8

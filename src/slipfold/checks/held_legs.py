@@ -59,8 +59,7 @@ def hold_legs(
     lacking, largest, forces = [np.zeros(n)], float(np.abs(start / scales).max()), 0.0
     before = start
     for leg in legs:
-        # Where slip begins it is a quadrature itself, held by more than friction for an instant.
-        if leg.polynomials is None or leg.held is not None or leg.end == leg.begin:
+        if leg.polynomials is None or leg.end == leg.begin:
             before = leg.state
             continue
         nodes, phases, lengths = leg.polynomials.nodes(_GAUSS.points)

@@ -134,7 +134,9 @@ def _extrema(polynomials: Iterable[Any], scales: Array) -> tuple[Array, Array]:
     least, most = np.full(n, np.inf), np.full(n, -np.inf)
     for output in polynomials:
         known = [*range(n)]
-        if isinstance(output, SlowPolynomials | BegunPolynomials):
+        if isinstance(output, BegunPolynomials):
+            output = output.inner
+        if isinstance(output, SlowPolynomials):
             known = [place for place in known if place not in output.held]
             spread = output.nodes(np.linspace(0.0, 1.0, SPREAD))[0]
             for place in output.held:

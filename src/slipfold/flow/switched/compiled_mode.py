@@ -90,6 +90,18 @@ class CompiledMode:
         """Derivatives of what is zero at events, in a mode without slow slip."""
         return Slopes([event.expression for event in self.events], self._mode.equations)
 
+    @cached_property
+    def powers(self) -> Any:
+        """What contacts put into the structure a phase, and heat, in J, compiled."""
+        equations, ones = self._mode.equations, [hy.expression(1.0)] * self.contacts
+        found = [
+            equations.coefficients[-1] * power
+            for powers in _powers(self._mode, ones, ones)
+            for power in powers
+        ]
+        inputs = [*equations.states, equations.phase, *equations.coefficients]
+        return cached(f"powers {self._key}", lambda: compiled_function(found, inputs))
+
     def integrator(self) -> Any:
         """Return the integrator of states and energies."""
         bounds = [(item.output, item.bound) for item in self._limits]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from slipfold.flow.cache import cached
 from slipfold.flow.equations import written
 from slipfold.flow.flow import flow_of
-from slipfold.flow.switched.mode import Mode, Status, shown
+from slipfold.flow.switched.mode import Mode, Status
 from slipfold.flow.switched.mode_equations import mode_equations
 from slipfold.flow.switched.sampled import dense_legs
 from slipfold.flow.switched.switched_flow import Leg, switched_flow_of
@@ -81,11 +81,8 @@ def contact_motions(
     for number, (state, mode) in enumerate(starts):
         if mode is None:
             mode = first_mode(flow, state, constants, flow.weights(state, constants))
-        held = False
         for leg in dense_legs(model, state, mode, length):
-            # What happens while slip in the plane begins is known at its ends alone.
-            was_held, held = held, leg.held is not None
-            if leg.polynomials is None or leg.end == leg.begin or (held and was_held):
+            if leg.polynomials is None or leg.end == leg.begin:
                 continue
             sampled = _sampled(model, leg, len(state), per_period)
             for pieces, piece in zip(found, sampled, strict=True):
@@ -97,28 +94,25 @@ def contact_motions(
 
 
 def _sampled(model: Model, leg: Leg, n: int, per_period: int) -> list[ContactPiece]:
-    """Sample a leg from its begin to its end, a piece for each contact.
-
-    Where slip begins, but is still integrated as stick, that is its first instant only.
-    """
+    """Sample a leg from its begin to its end, a piece for each contact."""
     constants, flow = flow_of(model).constants_of(model), switched_flow_of(model)
     count = max(math.ceil(per_period * (leg.end - leg.begin)), FEWEST)
-    phases = np.linspace(leg.begin, leg.end, count + 1)[: None if leg.held is None else 1]
+    phases = np.linspace(leg.begin, leg.end, count + 1)
     assert leg.polynomials is not None
     states = leg.polynomials(phases)[:, :n] * constants.scales
-    mode = shown(leg.held or leg.mode)
+    mode = leg.seen
     repeated = np.broadcast_to(constants.values, (len(phases), len(constants.values)))
     inputs = np.concatenate([states, phases[:, None], repeated], axis=1)
     values = _evaluated(model.kind, mode)(np.ascontiguousarray(inputs.T)).T
     pieces, done = [], 0
-    for place, status, after in zip(flow.quantities.places, mode, shown(leg.mode), strict=True):
+    for place, status in zip(flow.quantities.places, mode, strict=True):
         d = place.stop - place.start
         own = np.split(values[:, done : done + 4 * d + 1], [d, 2 * d, 2 * d + 1, 3 * d + 1], axis=1)
         slip, friction, normal, plate, displacement = own
         if status is Status.STICK:
             slip = np.zeros_like(slip)
         pieces.append(
-            ContactPiece(after, phases, slip, friction, normal[:, 0], plate, displacement)
+            ContactPiece(status, phases, slip, friction, normal[:, 0], plate, displacement)
         )
         done += 4 * d + 1
     return pieces

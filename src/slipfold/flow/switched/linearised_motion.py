@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +20,7 @@ from numpy.typing import NDArray
 from slipfold.flow.equations import Constants
 from slipfold.flow.switched.events import Ending
 from slipfold.flow.switched.mode import Mode, Status, shown
-from slipfold.flow.switched.release import FIRST, direction_of_release
+from slipfold.flow.switched.release import direction_of_release
 from slipfold.flow.switched.switched_flow import Leg, SwitchedFlow
 
 __all__ = ["LinearisedMotion", "linearised_motion"]
@@ -36,9 +35,6 @@ BEGUN = 1e-9
 """Slip in the plane, over its size, with which slip begins that grows at once: less has too few
 digits for its direction."""
 
-
-WIDER = 1.3
-"""Pieces in which slip that begins slowly is followed grow by this."""
 
 UNCHANGED = (Ending.SLOWS, Ending.QUICKENS)
 """Events at which only the variables of the integration change."""
@@ -72,22 +68,19 @@ def linearised_motion(
     ends, matrices, vectors = variations.carried([leg for leg, _ in passed], starts)
     varied = np.eye(n, n + directions.shape[1])
     varied = variations.held(_equations_in(first), start, first.begin, varied)
-    delay = np.zeros(varied.shape[1])
     for place, (leg, after) in enumerate(passed):
         varied = matrices[place] @ varied
         varied[:, n:] += vectors[place]
-        if leg.released:
-            follows = passed[place + 1 : place + 2]
-            if leg.held is not None and not any(item.released for item, _ in follows):
-                varied = variations.slipping(leg, varied, delay)
-        elif leg.event is not None and leg.event.ending not in UNCHANGED:
-            varied, delay = variations.changed(leg, after, ends[place], beyond[place], varied)
+        if leg.released or leg.event is None:
+            continue
+        if leg.event.ending not in UNCHANGED:
+            varied = variations.changed(leg, after, ends[place], beyond[place], varied)
     return LinearisedMotion(varied[:, :n], varied[:, n:])
 
 
 def _equations_in(leg: Leg) -> Mode:
     """Return the mode whose equations hold in a leg."""
-    return shown(leg.held or leg.mode)
+    return shown(leg.mode)
 
 
 def _starts(passed: Sequence[tuple[Leg, Mode]], beyond: Sequence[Array]) -> list[Array]:
@@ -95,8 +88,8 @@ def _starts(passed: Sequence[tuple[Leg, Mode]], beyond: Sequence[Array]) -> list
     found = list[Array]()
     for place, (leg, _) in enumerate(passed):
         # Where a motion begins so, its state is all that is known.
-        at_once = bool(found) and leg.released and leg.held is None
-        follows = place + 1 < len(passed) and passed[place + 1][0].held is not None
+        at_once = bool(found) and leg.released and leg.beginning is None
+        follows = place + 1 < len(passed) and passed[place + 1][0].beginning is not None
         found.append(found[-1] if at_once else leg.state if follows else beyond[place])
     return found
 
@@ -135,40 +128,23 @@ class _Variations:
         ends, matrices = starts.copy(), np.tile(np.eye(n), (len(legs), 1, 1))
         vectors = np.zeros((len(legs), n, k))
         modes = [_equations_in(leg) for leg in legs]
-        stiff = np.array([False, *(leg.released and leg.held is not None for leg in legs[:-1])])
-        stiff &= [not leg.released for leg in legs]
+        begun = np.zeros(len(legs), dtype=bool)
+        for one, leg in enumerate(legs):
+            if leg.beginning is not None:
+                begun[one], ends[one] = True, leg.state
+                known = leg.beginning.linearised(leg.end, self._directions)
+                matrices[one], vectors[one] = known
         for mode in dict.fromkeys(modes):
             in_mode = np.array([item == mode for item in modes]) & (end > begin)
-            some = np.flatnonzero(in_mode & ~stiff)
+            some = np.flatnonzero(in_mode & ~begun)
             if len(some):
                 ends[some], matrices[some], vectors[some] = self._flow.of(mode).linearise(
                     starts[some], begin[some], end[some], self._constants, self._directions
                 )
-            for one in np.flatnonzero(in_mode & stiff):
-                spans = _growing_spans(begin[one], end[one])
-                found = self._through(mode, starts[one], spans)
-                ends[one], matrices[one], vectors[one] = found
         return ends, matrices, vectors
 
-    def _through(self, mode: Mode, start: Array, phases: Array) -> tuple[Array, Array, Array]:
-        """Return the same of one leg that is cut at some phases, one piece after the other.
-
-        Shapes: start (n,); phases (p,); returns (n,), (n, n), (n, k).
-        """
-        flow, n = self._flow.of(mode), len(start)
-        end, varied = start[None], np.eye(n, n + self._directions.shape[1])
-        for begin, until in pairwise(phases[:, None]):
-            end, matrices, vectors = flow.linearise(
-                end, begin, until, self._constants, self._directions
-            )
-            varied = matrices[0] @ varied
-            varied[:, n:] += vectors[0]
-        return end[0], varied[:, :n], varied[:, n:]
-
-    def changed(
-        self, leg: Leg, after: Mode, end: Array, beyond: Array, varied: Array
-    ) -> tuple[Array, Array]:
-        """Return variations after an event, and by how much it comes later."""
+    def changed(self, leg: Leg, after: Mode, end: Array, beyond: Array, varied: Array) -> Array:
+        """Return variations after an event."""
         mode, phase = shown(leg.mode), np.array([leg.end])
         states, explicit, pulls = self._event_slopes(leg, end)
         rates = self._flow.of(mode).rates(end[None], phase, self._constants)[0]
@@ -177,7 +153,7 @@ class _Variations:
         met[len(end) :] += pulls
         delay = -met / (states @ rates + explicit)
         varied = varied + np.outer(rates - new_rates, delay)
-        return self.held(after, leg.state, leg.end, varied), delay
+        return self.held(after, leg.state, leg.end, varied)
 
     def _event_slopes(self, leg: Leg, end: Array) -> tuple[Array, float, Array]:
         """Return the derivatives of what is zero at an event."""
@@ -207,37 +183,6 @@ class _Variations:
         result[places] = states @ varied
         result[places, len(state) :] += pulls
         return result
-
-    def slipping(self, leg: Leg, varied: Array, delay: Array) -> Array:
-        """Return variations where slip that grows slowly has begun: it began as much later."""
-        flow, constants = self._flow, self._constants
-        contact = leg.mode.index(Status.SLOW)
-        place = flow.quantities.places[contact]
-        slip = np.array(flow.quantities.at(leg.state, leg.end, constants).slip[place])
-        # It grows with the square of the time, and the leg is the second half of that.
-        rate = slip / (leg.end - leg.begin)
-        states = flow.slips.at(leg.state, leg.end, constants, self._directions)[0]
-        moved = np.zeros((len(states), len(delay)))
-        moved[place] = -np.outer(rate, delay)
-        known = [
-            row
-            for status, each in zip(leg.mode, flow.quantities.places, strict=True)
-            if status in (Status.STICK, Status.SLOW)
-            for row in range(each.start, each.stop)
-        ]
-        places, result = flow.places_held(leg.mode), varied.copy()
-        result[places] += np.linalg.solve(states[np.ix_(known, places)], moved[known])
-        return result
-
-
-def _growing_spans(begin: float, end: float) -> Array:
-    """Return phases that cut a leg the less finely the longer slip has grown.
-
-    Friction turns slow slip so firmly that an integrator would take its steps for hopeless.
-    """
-    count = max(1, int(np.log((end - begin) / FIRST + 1) / np.log(WIDER)))
-    lengths = FIRST * (WIDER ** np.arange(count) - 1)
-    return np.append(begin + lengths, end)
 
 
 def _rests(leg: Leg, contact: int) -> bool:

@@ -29,10 +29,11 @@ class ReadyMode:
     def __init__(
         self, compiled: CompiledMode, integrator: Any, constants: Constants, weights: Array
     ) -> None:
-        known = np.concatenate([constants.values, constants.scales, weights])
+        known = np.concatenate([constants.values, constants.scales])
         integrator.pars[: len(known)] = known
         self.compiled, self.integrator = compiled, integrator
-        self.constants, self.weights = constants, weights
+        self.constants = constants
+        self._weights = integrator.pars[len(known) : len(known) + len(weights)]
         n, count = len(constants.scales), compiled.contacts
         own = 0 if compiled.slow is None else 3
         self.whole = integrator.state
@@ -40,9 +41,15 @@ class ReadyMode:
         self.slow = self.whole[n : n + own]  # logarithm and angle of slow slip, and the phase
         self.energies = self.whole[n + own :]
         self.dimension = n
-        energies = np.tile(1 / (weights[:count] * weights[count : 2 * count]), 2)
         # Of states in their units, and of energies in J
-        self.units = np.concatenate([constants.scales, np.ones(own), energies])
+        self.units = np.concatenate([constants.scales, np.ones(own + 2 * count)])
+        self.weigh(weights)
+
+    def weigh(self, weights: Array) -> None:
+        """Take other sizes of the same slips and forces."""
+        self.weights, self._weights[:] = weights, weights
+        k = self.compiled.contacts
+        self.units[-2 * k : -k] = self.units[-k:] = 1 / (weights[:k] * weights[k : 2 * k])
 
     def set_out(self, state: Array, phase: float) -> None:
         """Put the integrator at a beginning. Shapes: state (n,)."""

@@ -1,23 +1,23 @@
-"""How slip in the plane begins: along the force that was needed, and along a series at first.
+"""How slip in the plane begins: along the force that was needed, and on a polynomial at first.
 
 Where static friction is more than kinetic, slip grows at once. Where it is not, slip grows with
-the square of the time, and its direction is held by friction the more firmly the slower it is:
-explicit steps from zero would never end. A first short time is therefore taken by quadrature of
-the rate at which slip grows in the direction that friction gives it. Where a period ends in it,
-the rest of it follows in the next one.
+the square of the time, and a first hundredth of a period or so is a polynomial. Where a period ends
+in it, the rest of it follows in the next one.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.flow.dense_motion import StepPolynomials
 from slipfold.flow.equations import Constants
+from slipfold.flow.implicit.intervals import Field
+from slipfold.flow.implicit.stage_equations import LinearPart
 from slipfold.flow.switched.at_the_limit import unlimited
+from slipfold.flow.switched.beginning import POINTS, Beginning, beginning
 from slipfold.flow.switched.events import REST
 from slipfold.flow.switched.mode import Mode, Status
 from slipfold.flow.switched.step_polynomials import BegunPolynomials
@@ -30,18 +30,25 @@ from slipfold.flow.switched.transition import (
     response,
 )
 
-__all__ = ["FIRST", "begins", "direction_of_release", "release"]
+__all__ = ["begins", "direction_of_release", "release"]
 
 Array = NDArray[np.float64]
 
 AT_ONCE = 1e-3
 """Rate of slip, over what friction can do, that is no small one."""
 
-INSTANT, FIRST = 1e-13, 1e-4
-"""Phases taken for the beginning of slip: where it grows at once, and where it does not."""
+INSTANT, FIRST = 1e-13, 0.01
+"""Phases taken for the beginning of slip: where it grows at once, and at most where it does not."""
 
-LEAST = 1e-9
-"""Phases in which what has begun to slip has not come anywhere yet."""
+SHRINKS, SHORTEST = 0.3, 1e-6
+"""Share of a time to go on with that was too long, and phases below which there is none."""
+
+TERMS = 25.0
+"""Terms of the series in which slip grows that fall, at the end of its beginning: so many leave an
+explicit integrator four steps until it is quick enough not to be stiff."""
+
+NEAR = 0.5
+"""Share by which slip may differ from what was guessed of it."""
 
 LEAST_SEEN = 1e-11
 """Slip over its size that is shown at least where it begins."""
@@ -57,8 +64,6 @@ class _Growth:
     along: Array  # direction, shape (2,)
     rate: float
     most: float  # rate that friction alone could give
-    friction: float
-    change: Array  # of the rate of slip with friction, shape (2, 2)
 
 
 def release(
@@ -78,8 +83,7 @@ def release(
     None of them goes beyond the phase `end`. Shapes: state (n,).
     """
     first = _growth(flow, mode, contact, state, phase, constants)
-    known, place = flow.quantities.at(state, phase, constants), flow.quantities.places[contact]
-    before = np.array(known.slip[place])
+    before = _slip(flow, contact, state, phase, constants)
     if first.rate > AT_ONCE * first.most:
         speed = max(first.rate * INSTANT * constants.period, 20 * REST / weights[contact])
         if np.linalg.norm(before) >= speed:  # it has begun already
@@ -87,85 +91,101 @@ def release(
         after = flow.slipping(mode, state, speed * first.along, phase, constants)
         nothing = np.zeros(2 * len(flow.contacts))
         return [Leg(mode, phase, phase, after, nothing, None, released=True)]
+    begun = _beginning(flow, mode, contact, state, phase, constants, weights, first, before)
+    until = min(end, begun.end)
+    energies = begun.integrals(until) @ flow.powers(mode, begun.stages, begun.phases, constants)
+    seen = None
+    if dense:
+        least = LEAST_SEEN / weights[contact] * first.along
+        seen = _Seen(flow, mode, contact, begun, least).polynomials(until)
+    after = flow.held(mode, begun.at(until), until, constants)
+    return [Leg(mode, phase, until, after, energies, None, True, begun, seen)]
+
+
+def _beginning(
+    flow: SwitchedFlow,
+    mode: Mode,
+    contact: int,
+    state: Array,
+    phase: float,
+    constants: Constants,
+    weights: Array,
+    first: _Growth,
+    before: Array,
+) -> Beginning:
+    """Return how slip that grows slowly begins, for as long as a polynomial does for it."""
     stuck = tuple(Status.STICK if i == contact else item for i, item in enumerate(mode))
-    legs, growths = list[Leg](), [first]
-    # For this short time the contact is held by more than friction: its limit weighs nothing.
-    weights = unlimited(weights, flow, contact)
-    length = min(FIRST, end - phase)
-    for until in (phase + length / 2, phase + length):
-        last = legs[-1] if legs else None
-        leg = flow.run(
-            stuck,
-            state if last is None else last.state,
-            phase if last is None else last.end,
-            until,
-            constants,
-            weights,
-            dense=dense,
-        )
+    field = Field(flow.of(mode), constants, constants.scales, [], LinearPart())
+    # Meanwhile the contact is held by more than friction: its limit weighs nothing.
+    held, length = unlimited(weights, flow, contact), FIRST
+    why = "slip begins against its own friction"
+    while length > SHORTEST:
+        leg = flow.run(stuck, state, phase, phase + length, constants, held)
         if leg.event is not None:
-            raise Undecided("two contacts change while one of them begins to slip")
-        legs.append(replace(leg, mode=mode, held=stuck, released=True))
-        growths.append(_growth(flow, mode, contact, leg.state, leg.end, constants))
-    if length < LEAST:
-        return legs
-    # What turns slip is its speed times the rate of its angle; both are known well enough.
-    time = length * constants.period
-    one, other = first.along, growths[-1].along
-    angle = np.arctan2(one[0] * other[1] - one[1] * other[0], one @ other)
-    turns = [np.linalg.norm(slip) * angle / time for slip in _slips(before, growths, time)]
-    growths[1:] = [
-        _growth(flow, mode, contact, leg.state, leg.end, constants, turn)
-        for leg, turn in zip(legs, turns, strict=True)
-    ]
-    middle, slip = _slips(before, growths, time)
-    if not slip @ growths[-1].along > 0:
-        raise Undecided("slip begins against its own friction")
-    after = flow.slipping(mode, legs[-1].state, slip, legs[-1].end, constants)
-    least = LEAST_SEEN / weights[contact]
-    legs = [_seen(flow, leg, _Slip(before, growths, phase, time, least), constants) for leg in legs]
-    energies = legs[1].energies.copy()
-    given = energies.reshape(2, -1)
-    # Friction was less than what would have held by what lets slip grow.
-    speeds = [float(np.linalg.norm(item)) for item in (before, middle, slip)]
-    heat = growths[-1].friction * (speeds[0] + 4 * speeds[1] + speeds[2]) * time / 6
-    driven = float(np.linalg.solve(growths[-1].change, slip - before) @ known.plate[place])
-    given[:, contact] += driven - heat, heat
-    return [legs[0], replace(legs[1], state=after, energies=energies)]
+            why = "two contacts change while one of them begins to slip"
+            length = SHRINKS * (leg.end - phase)
+            continue
+        growth = _growth(flow, mode, contact, leg.state, leg.end, constants)
+        time = length * constants.period
+        speed = float(np.linalg.norm(_grown(before, first, growth, time, np.ones(1))))
+        if growth.rate > 0 and speed > 0:
+            share = min(1.0, growth.most * time / speed / TERMS)
+            shares = share * POINTS.points
+            slips = _grown(before, first, growth, time, shares)
+            phases = phase + length * shares
+            states = state + shares[:, None] * (leg.state - state)
+            guess = flow.all_slipping(mode, states, slips, phases, constants)
+            found = beginning(field, state, phase, share * length, guess)
+            if found is not None and _like(flow, contact, found, slips[-1], constants):
+                return found
+        length *= SHRINKS
+    raise Undecided(why)
+
+
+def _grown(before: Array, first: _Growth, last: _Growth, time: float, shares: Array) -> Array:
+    """Return slip after shares of a time by how it grows at both ends. Shapes: shares (p,)."""
+    shares = shares[:, None]
+    rates = first.rate * shares + (last.rate - first.rate) * shares**2 / 2
+    return np.asarray(before + time * rates * (first.along + shares * (last.along - first.along)))
+
+
+def _like(
+    flow: SwitchedFlow, contact: int, begun: Beginning, slip: Array, constants: Constants
+) -> bool:
+    """Whether slip ends about as it was thought to. Shapes: slip (2,)."""
+    found = _slip(flow, contact, begun.stages[-1], begun.phases[-1], constants)
+    return bool(np.linalg.norm(found - slip) < NEAR * np.linalg.norm(slip))
+
+
+def _slip(
+    flow: SwitchedFlow, contact: int, state: Array, phase: float, constants: Constants
+) -> Array:
+    place = flow.quantities.places[contact]
+    return np.array(flow.quantities.at(state, phase, constants).slip[place])
 
 
 @dataclass(frozen=True, eq=False)
-class _Slip:
-    """Slip while it begins: its rate is a parabola through three that are known."""
+class _Seen:
+    """What is shown of slip that begins: at the very first it is too slow to have a direction."""
 
-    before: Array  # shape (2,)
-    growths: list[_Growth]
-    begin: float  # phase
-    time: float  # in s until the last of them
-    least: float  # slower slip has too few digits for its direction
+    flow: SwitchedFlow
+    mode: Mode
+    contact: int
+    begun: Beginning
+    least: Array  # slip that is shown instead, shape (2,)
 
-    def at(self, share: float) -> Array:
-        """Return slip after a share of the time, shape (2,)."""
-        zero, half, whole = (item.rate * item.along for item in self.growths)
-        rises, bends = 4 * half - 3 * zero - whole, zero - 2 * half + whole
-        mean = zero + share * rises / 2 + share**2 * bends / 1.5
-        slip = self.before + self.time * share * mean
-        speed = float(np.linalg.norm(slip))
-        return slip if speed > self.least else self.least * self.growths[0].along
+    def polynomials(self, end: float) -> BegunPolynomials:
+        """Return it as far as some phase."""
+        inner, n = self.begun.polynomials(end), len(self.begun.field.scales)
+        return BegunPolynomials(inner, n, self._placed)
 
-
-def _seen(flow: SwitchedFlow, leg: Leg, slip: _Slip, constants: Constants) -> Leg:
-    """Return a piece, in which the contact is held, with slip in what lies between its ends."""
-    if not isinstance(leg.polynomials, StepPolynomials):
-        return leg
-    unit = constants.period / slip.time
-
-    def placed(scaled: Array, phase: float) -> Array:
-        state, slips = scaled * constants.scales, slip.at((phase - slip.begin) * unit)
-        return flow.slipping(leg.mode, state, slips, phase, constants) / constants.scales
-
-    held = flow.places_held(leg.mode)
-    return replace(leg, polynomials=BegunPolynomials(leg.polynomials, len(leg.state), placed, held))
+    def _placed(self, scaled: Array, phase: float) -> Array:
+        constants = self.begun.field.constants
+        state = scaled * constants.scales
+        slip = _slip(self.flow, self.contact, state, phase, constants)
+        if np.linalg.norm(slip) > np.linalg.norm(self.least):
+            return scaled
+        return self.flow.slipping(self.mode, state, self.least, phase, constants) / constants.scales
 
 
 def begins(
@@ -185,13 +205,6 @@ def begins(
     return growth.rate > -SLACK * growth.most
 
 
-def _slips(before: Array, growths: list[_Growth], time: float) -> tuple[Array, Array]:
-    """Return slip in the middle and at the end of a time, by the rates at both and before."""
-    zero, half, whole = (item.rate * item.along for item in growths)
-    middle = before + time / 24 * (5 * zero + 8 * half - whole)
-    return middle, before + time / 6 * (zero + 4 * half + whole)
-
-
 def direction_of_release(
     flow: SwitchedFlow, mode: Mode, contact: int, state: Array, phase: float, constants: Constants
 ) -> Array:
@@ -209,11 +222,10 @@ def _growth(
     state: Array,
     phase: float,
     constants: Constants,
-    turn: float = 0.0,
 ) -> _Growth:
     now, places = flow.quantities.at(state, phase, constants), flow.quantities.places
     rest = [i for i, status in enumerate(mode) if status is Status.STICK or i == contact]
     alone, change = response(now, places, mode, rest, contact)
     size = now.starting[contact]
-    along, rate = outward(alone, change, size, turn)
-    return _Growth(np.array(along), rate, size * largest(change), size, np.array(change))
+    along, rate = outward(alone, change, size)
+    return _Growth(np.array(along), rate, size * largest(change))

@@ -89,16 +89,11 @@ class SlowPolynomials:
 
 
 class BegunPolynomials:
-    """What lies between the ends of steps in which slip begins and is put on what is held."""
+    """What is shown of slip that begins, which at its first is too slow to have a direction."""
 
     def __init__(
-        self,
-        inner: StepPolynomials,
-        n: int,
-        placed: Callable[[Array, float], Array],
-        held: Sequence[int],
+        self, inner: StepPolynomials, n: int, placed: Callable[[Array, float], Array]
     ) -> None:
-        self.held = held  # states that follow from slip
         self.inner, self._n, self._placed = inner, n, placed
 
     def __call__(self, phases: Array) -> Array:

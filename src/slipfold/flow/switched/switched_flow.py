@@ -18,6 +18,7 @@ from slipfold.flow.flow import Flow
 from slipfold.flow.own_copies import OwnCopies
 from slipfold.flow.scaled import power_of_two
 from slipfold.flow.switched.arguments import Arguments
+from slipfold.flow.switched.beginning import Beginning
 from slipfold.flow.switched.compiled_mode import CompiledMode
 from slipfold.flow.switched.contact_quantities import ContactQuantities
 from slipfold.flow.switched.events import REST, UNIT, Event
@@ -48,16 +49,15 @@ class Leg:
     state: Array  # at its end, shape (n,)
     energies: Array  # put into the structure by each contact, then heat, in J, shape (2 k,)
     event: Event | None  # what ended it; None if it came to where it was asked to
-    held: Mode | None = None  # where it is still as in another mode: that one
     released: bool = False  # whether it is the beginning of slip in the plane, taken by itself
+    beginning: Beginning | None = None  # how slip begins in it if that is slowly
     # Maps phases to scaled states, if asked for
     polynomials: StepPolynomials | SlowPolynomials | BegunPolynomials | None = None
 
     @property
     def seen(self) -> Mode:
-        """What contacts do in it by its polynomials."""
-        slips = self.held is None or isinstance(self.polynomials, BegunPolynomials)
-        return shown(self.mode if slips else self.held)
+        """What contacts do in it."""
+        return shown(self.mode)
 
 
 class SwitchedFlow:
@@ -103,6 +103,23 @@ class SwitchedFlow:
     ) -> Array:
         """Return a state with some slow slip in m/s in a mode. Shapes: state (n,); slip (2,)."""
         return self._placed(self._mode(mode), state, _polar(slip, 0.0), phase, constants)
+
+    def all_slipping(
+        self, mode: Mode, states: Array, slips: Array, phases: Array, constants: Constants
+    ) -> Array:
+        """Do so with many. Shapes: states (p, n); slips (p, 2); phases (p,); returns (p, n)."""
+        x, y = slips.T
+        polar = np.stack([np.log(np.hypot(x, y)), np.arctan2(y, x)], axis=1)
+        return self._all_placed(self._mode(mode), states, polar, phases, constants)
+
+    def powers(self, mode: Mode, states: Array, phases: Array, constants: Constants) -> Array:
+        """Return what contacts put into the structure a phase, and heat, in J.
+
+        Shapes: states (p, n); phases (p,); returns (p, 2 k).
+        """
+        values = np.repeat(constants.values[:, None], len(states), axis=1)
+        known = np.concatenate([states.T, phases[None], values])
+        return np.asarray(self._mode(shown(mode)).powers(known).T)
 
     @cached_property
     def rests_by(self) -> list[int]:
@@ -243,10 +260,12 @@ class SwitchedFlow:
         """Return a mode with its integrator, this thread's own."""
         own = self._own.modes
         ready = own.get(mode)
-        if ready is None or ready.constants is not constants or ready.weights is not weights:
+        if ready is None or ready.constants is not constants:
             compiled = self._mode(mode)
             integrator = self._integrators.get(compiled.name, compiled.integrator)
             ready = own[mode] = ReadyMode(compiled, integrator, constants, weights)
+        elif ready.weights is not weights:
+            ready.weigh(weights)
         return ready
 
     def weights(self, state: Array, constants: Constants) -> Array:

@@ -136,12 +136,10 @@ class _Instant:
         return found
 
 
-def outward(
-    alone: Numbers, change: list[Numbers], size: float, turn: float = 0.0
-) -> tuple[Numbers, float]:
+def outward(alone: Numbers, change: list[Numbers], size: float) -> tuple[Numbers, float]:
     """Return the direction in which slip in the plane begins, and how fast it grows.
 
-    Slip grows along itself, ``s' = k e`` with friction ``size e``, but for what turns it.
+    Slip grows along itself, ``s' = k e`` with friction ``size e``.
     """
     (a, b), (c, d) = change
     x, y = _solved(change, [-part for part in alone])
@@ -150,7 +148,7 @@ def outward(
         cos, sin = math.cos(angle), math.sin(angle)
         u, v = alone[0] + size * (a * cos + b * sin), alone[1] + size * (c * cos + d * sin)
         across = size * (sin * (a * sin - b * cos) - cos * (c * sin - d * cos))
-        step = (cos * v - sin * u - turn) / (across - (cos * u + sin * v))
+        step = (cos * v - sin * u) / (across - (cos * u + sin * v))
         angle -= step
         if abs(step) < 1e-15:
             break

@@ -119,7 +119,7 @@ def _grazed(
     state = start
     for leg, _ in legs:
         mode = shown(leg.mode)
-        if leg.held is None and not leg.released and leg.end > leg.begin:
+        if not leg.released and leg.end > leg.begin:
             for event in _touchable(flow, mode, kind):
                 yield from _minima(flow, mode, event, state, (leg.begin, leg.end), constants)
         state = leg.state
