@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -214,6 +214,7 @@ def _begun(
         slips = let_go(flow, mode, state, phase, constants, weights)
         if slips != mode:
             contact = next(i for i, status in enumerate(slips) if status is not mode[i])
+            slips = _one_slow(slips, [contact])
             event = Event(Ending.YIELDS, contact, None, towards=slips[contact])
             nothing = np.zeros(2 * len(mode))
             first.append((Leg(mode, phase, phase, state, nothing, event), slips))
@@ -240,8 +241,10 @@ def _after(flow: SwitchedFlow, leg: Leg, constants: Constants, weights: Array) -
     if flow.straight and (alone := _alone(flow, leg, event, constants)) is not None:
         return alone, alone
     if event.ending in (Ending.SLOWS, Ending.QUICKENS):
-        slow = event.ending is Ending.SLOWS and Status.SLOW not in mode
-        after = _with(mode, event.which, Status.SLOW if slow else Status.FORTH)
+        slows = event.ending is Ending.SLOWS
+        now_slow = _slow_where_slow(flow, shown(mode), leg.state, leg.end, constants, weights)
+        after = _with(now_slow, event.which, Status.SLOW if slows else Status.FORTH)
+        after = _one_slow(after, [event.which]) if slows else after
         return after, after
     if event.ending in (Ending.LIMIT, Ending.STIFF, Ending.SINGULAR):
         raise Broken(_stop(flow, leg, event, constants), leg)
@@ -271,7 +274,7 @@ def _after(flow: SwitchedFlow, leg: Leg, constants: Constants, weights: Array) -
         elif len(slip) == 1 and float(status) * slip[0] * weights[contact] < -BACKWARDS:
             raise Undecided(f"{flow.contacts[contact].name} slips against its own friction")
     after = next_mode(now, places, mode, rest, wanted)
-    after = let_go(flow, after, leg.state, leg.end, constants, weights, now)
+    after = _one_slow(let_go(flow, after, leg.state, leg.end, constants, weights, now), rest)
     resting = tuple(
         Status.STICK if contact in rest else status for contact, status in enumerate(after)
     )
@@ -300,19 +303,34 @@ def _slow_where_slow(
     constants: Constants,
     weights: Array,
 ) -> Mode:
-    """Return a mode in which slow slip in the plane is integrated as such."""
+    """Return a mode in which slow slip in the plane, the slowest, is integrated as such."""
     sliding = [
         contact for contact, place in enumerate(flow.quantities.places)
         if mode[contact] is Status.FORTH and place.stop - place.start == 2
     ]  # fmt: skip
     if not sliding:
         return mode
-    now = flow.quantities.at(state, phase, constants)
-    for contact in sliding:
-        slip = now.slip[flow.quantities.places[contact]]
-        if math.hypot(*slip) * weights[contact] < SLOW:
-            return _with(mode, contact, Status.SLOW)
-    return mode
+    now, places = flow.quantities.at(state, phase, constants), flow.quantities.places
+    speeds = {contact: math.hypot(*now.slip[places[contact]]) for contact in sliding}
+    slowest = min(sliding, key=lambda contact: speeds[contact] * weights[contact])
+    slow = speeds[slowest] * weights[slowest] < SLOW
+    return _with(mode, slowest, Status.SLOW) if slow else mode
+
+
+def _one_slow(mode: Mode, rest: Sequence[int]) -> Mode:
+    """Return a mode in which one contact slips slowly, which begins to: time goes with its speed.
+
+    Another one that slips slowly already is integrated as if it were fast.
+    """
+    if mode.count(Status.SLOW) < 2:
+        return mode
+    begins = [contact for contact in rest if mode[contact] is Status.SLOW]
+    if len(begins) > 1:
+        raise Undecided("two contacts begin to slip at one instant")
+    return tuple(
+        Status.FORTH if status is Status.SLOW and contact not in begins else status
+        for contact, status in enumerate(mode)
+    )
 
 
 def _with(mode: Mode, contact: int, status: Status) -> Mode:
