@@ -67,7 +67,8 @@ class ContactQuantities:
     def along(self, states: Array, phases: Array, constants: Constants) -> list[ContactsNow]:
         """Evaluate at many states. Shapes: states (p, n); phases (p,)."""
         known = np.repeat(constants.values[:, None], len(states), axis=1)
-        values = self._function(np.concatenate([states.T, phases[None], known]))
+        columns = np.concatenate([states.T, phases[None], known])
+        values = self._function(np.ascontiguousarray(columns))  # without coefficients it is not
         return [self._sorted(row) for row in values.T.tolist()]
 
     def _sorted(self, values: Numbers) -> ContactsNow:
