@@ -42,6 +42,16 @@ UNSOLVED = (
     "meet the equations; simulate goes on in implicit steps of any length"
 )
 
+NO_VALUE = (
+    "where the equations have no value, such as the logarithm or root of what is negative or a "
+    "quotient 0/0 (x/(1 - exp(-x)) is written 1/exprel(-x))"
+)
+
+LOST = (
+    f"motions beyond are lost: they come to {NO_VALUE}, or turn more sharply than explicit steps "
+    "follow, where simulate goes on in implicit ones"
+)
+
 CLOSE_TO_LIMIT = 5.0
 """A curve lost with an output within this factor of its bound ends because of that limit."""
 
@@ -110,14 +120,10 @@ def failure_reason(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[
             reason = limit.reason.format(value=margin + limit.bound)
             return "limit", f"{reason} (no orbit was found any nearer to the limit)"
     met = SINGULAR in failure.reason
-    if met and not singular and isinstance(orbits.by, Collocation):
-        return failure.kind, UNSOLVED
-    if singular or met:
-        reason = (
-            "the orbit comes to where the equations have no value, such as the logarithm or root "
-            "of what is negative or a quotient 0/0 (x/(1 - exp(-x)) is written 1/exprel(-x)), and "
-            f"no orbit was found beyond ({failure.reason})"
-        )
+    if met and not singular:
+        return failure.kind, UNSOLVED if isinstance(orbits.by, Collocation) else LOST
+    if singular:
+        reason = f"the orbit comes to {NO_VALUE}, and no orbit was found beyond ({failure.reason})"
         return failure.kind, reason
     limits = ", ".join(
         f"{limit.output} = {margin + limit.bound:.3g} (limit {limit.bound:g})"
