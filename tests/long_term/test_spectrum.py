@@ -2,7 +2,10 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 
+import slipfold as sf
+from helpers.dry_friction import belt
 from helpers.toy_models import LinearOscillator
 from slipfold.errors import InputError
 from slipfold.flow import simulate
@@ -130,3 +133,27 @@ def test_bad_questions_get_one_sentence(runs):
         find_spectrum(runs[0.05], 4, 1)
     with pytest.raises(InputError, match="periods = 0"):
         find_spectrum(runs[0.05], 0)
+
+
+@pytest.mark.parametrize("order", [1, 2, 7])
+def test_lines_of_a_motion_that_sticks(order):
+    """Its rate has corners, whose lines come back among the lower ones with too few samples."""
+    spectrum = sf.simulate(belt(sf.Coulomb(mu_s=1.0, mu_k=0.5))).spectrum(4)
+    # It leaves x = 1 with v = 0.2 and swings about 1/2 until it is back at that speed.
+    size, first, stuck = np.hypot(0.5, 0.2), np.arctan(0.4), 5.0
+    slips = np.pi + 2 * first
+    period = slips + stuck
+
+    def part(x, begin, end):
+        turning = 2 * np.pi * order / period
+        real = quad(lambda t: x(t) * np.cos(turning * t), begin, end, epsabs=1e-13)[0]
+        imaginary = quad(lambda t: x(t) * np.sin(turning * t), begin, end, epsabs=1e-13)[0]
+        return real - 1j * imaginary
+
+    swings = part(lambda t: 0.5 + size * np.cos(t - first), 0.0, slips)
+    sticks = part(lambda t: 0.2 * (t - slips), slips, period)
+    exact = abs(2 / period * (swings + sticks))
+    assert spectrum.frequency[spectrum.periods] == pytest.approx(1 / period, rel=1e-9)
+    assert spectrum.line("x", order) == pytest.approx(exact, abs=1e-9)
+    rate = 2 * np.pi * order / period * exact
+    assert spectrum.line("vx", order) == pytest.approx(rate, abs=2e-7)
