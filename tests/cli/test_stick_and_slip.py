@@ -81,3 +81,10 @@ def test_a_saved_response_has_the_extrema_of_orbits_that_stick(tmp_path):
     exact = 0.5 + np.hypot(0.5, branch.parameter)
     assert branch.extrema.of("x")[1] == pytest.approx(exact, abs=1e-10)
     assert (branch.multiplier_uncertainty < 1e-8).all()
+
+
+def test_models_says_that_stick_need_not_end_a_branch(tmp_path):
+    case = tmp_path / "belt.toml"
+    case.write_text(BELT)
+    last = run("models", str(case)).stdout.splitlines()[-1]
+    assert last.split("  ")[-1] == "unless it goes on through stick and slip"

@@ -96,6 +96,8 @@ def _record(model: Model) -> dict[str, Any]:
 
 
 def _details(model: Model) -> str:
+    from slipfold.flow.switched.mode_equations import contacts_of
+
     parameters = [
         (
             item.name,
@@ -110,7 +112,15 @@ def _details(model: Model) -> str:
         [(item.name, item.unit, item.doc) for item in items]
         for items in (model.states, model.outputs())
     ]
-    limits = [(item.name, f"where {item.output} <= {item.bound:g}") for item in model.limits]
+    passed = {name for contact in contacts_of(model) for name in contact.limits}
+    limits = [
+        (
+            item.name,
+            f"where {item.output} <= {item.bound:g}",
+            "unless it goes on through stick and slip" if item.name in passed else "",
+        )
+        for item in model.limits
+    ]
     sections = [
         [f"{model.name}: {model.title}" if model.title else model.name],
         ["Parameters", *_table([("name", "value", "unit", "bounds", "meaning"), *parameters])],

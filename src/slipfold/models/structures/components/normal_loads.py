@@ -242,8 +242,8 @@ class ContactLoad(NormalLoad):
     def limits(self) -> tuple[Limit, ...]:
         """Return the limit at which contact is lost."""
         reason = (
-            "lost contact: the normal force fell to {value:.3g} N; only simulate goes on in free "
-            "flight, with an exact law of friction; press harder or stay below this value"
+            "lost contact: the normal force fell to {value:.3g} N; simulate and response go on in "
+            "free flight, with an exact law of friction; press harder or stay below this value"
         )
         return (Limit("lost contact", "N", LOST, reason),)
 
