@@ -21,7 +21,7 @@ __all__ = ["check_switched_motion"]
 
 ONE_IN, HELD_ONE_IN = 20, 200
 """Of so many periods one is carried again, and one is held against the equations, which takes the
-time of ten; one of each in any case."""
+time of ten in the plane and of forty on a line; one of each in any case."""
 
 
 def check_switched_motion(motion: Trajectory) -> Checked:

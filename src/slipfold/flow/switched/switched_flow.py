@@ -274,9 +274,9 @@ class SwitchedFlow:
         They count in the length of a step. Shapes: state (n,).
         """
         around = np.concatenate([state[None], state + np.diag(constants.scales)])
-        now = [self.quantities.at(item, 0.0, constants) for item in around]
+        now = self.quantities.along(around, np.zeros(len(around)), constants)
         slips = np.array([
-            [np.linalg.norm(item.slip[place]) for place in self.quantities.places] for item in now
+            [math.hypot(*item.slip[place]) for place in self.quantities.places] for item in now
         ])  # fmt: skip
         forces = np.abs([item.holding for item in now])
         return np.concatenate(

@@ -55,6 +55,7 @@ class SwitchedMotion:
         self.constants = flow_of(model).constants_of(model)
         self.weights = self.flow.weights(start, self.constants)
         self.stopped: Stop | None = None
+        self._period = self.constants.period
         mode = first_mode(self.flow, start, self.constants, self.weights)
         self.modes = [shown(mode)]
         self._states = [self.flow.held(self.modes[0], start, 0.0, self.constants)]
@@ -75,7 +76,7 @@ class SwitchedMotion:
     @property
     def time(self) -> float:
         """Seconds so far, of whole periods and of what is known of another."""
-        return max(self.periods, self.recorder.last_time) * self.constants.period
+        return max(self.periods, self.recorder.last_time) * self._period
 
     def go_on(self, periods: int, tell: Callable[[], None] = lambda: None) -> None:
         """Integrate some more periods, as far as it comes; who is told of each may interrupt."""
