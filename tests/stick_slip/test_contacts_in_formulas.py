@@ -9,6 +9,9 @@ import pytest
 import slipfold as sf
 from helpers.command_line import run
 from slipfold.branches import trace_response
+from slipfold.flow.flow import flow_of
+from slipfold.flow.switched.mode import Status
+from slipfold.flow.switched.switched_flow import switched_flow_of
 
 BELT = """
 name = "belt"
@@ -146,6 +149,20 @@ def test_a_wall_takes_what_energy_there_is():
     assert motion.strobe[-1] == pytest.approx([-0.1, 0.0], abs=1e-12)
     stops = [item.end for item in motion.sticking.intervals if item.state == "slip"]
     assert stops[-1] == pytest.approx(8 * math.pi, rel=1e-12)
+
+
+def test_in_the_plane_without_coefficients():
+    plane = sf.System(
+        states={"x": "u", "y": "v", "u": "Fx - x", "v": "Fy - 2*y"},
+        contacts={"F": {"slip": ["-u", "-v"], "normal": "1", "friction": sf.Coulomb(0.2, 0.2)}},
+    )
+    flow, constants = switched_flow_of(plane), flow_of(plane).constants_of(plane)
+    states = np.array([[0.0, 0.0, 0.3, 0.4], [1.0, 2.0, 0.6, -0.8]])
+    powers = flow.powers((Status.FORTH,), states, np.zeros(2), constants) / constants.period
+    assert np.abs(powers) == pytest.approx(np.array([[0.1, 0.1], [0.2, 0.2]]), rel=1e-12)
+    motion = sf.simulate(plane, state={"x": 3.1, "y": 1.0})
+    assert motion.checked.checks
+    assert not motion.checked.disagreeing
 
 
 def test_on_the_command_line(tmp_path):

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from slipfold.flow.equations import Constants
 
-__all__ = ["Arguments"]
+__all__ = ["Arguments", "many"]
 
 Array = NDArray[np.float64]
 
@@ -30,3 +30,10 @@ class Arguments(threading.local):
         whole[:count] = state
         whole[count] = phase
         return whole
+
+
+def many(states: Array, phases: Array, constants: Constants) -> Array:
+    """Return the same of many states, one a column. Shapes: states (p, n); phases (p,)."""
+    known = np.repeat(constants.values[:, None], len(states), axis=1)
+    # Without coefficients the columns are not yet one behind the other.
+    return np.ascontiguousarray(np.concatenate([states.T, phases[None], known]))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from slipfold.flow.cache import cached
 from slipfold.flow.equations import Constants, Equations
-from slipfold.flow.switched.arguments import Arguments
+from slipfold.flow.switched.arguments import Arguments, many
 from slipfold.flow.switched.linear_symbols import rate_along
 from slipfold.flow.switched.mode_equations import rate_of_phase
 from slipfold.models.compiled_function import compiled_function
@@ -66,9 +66,7 @@ class ContactQuantities:
 
     def along(self, states: Array, phases: Array, constants: Constants) -> list[ContactsNow]:
         """Evaluate at many states. Shapes: states (p, n); phases (p,)."""
-        known = np.repeat(constants.values[:, None], len(states), axis=1)
-        columns = np.concatenate([states.T, phases[None], known])
-        values = self._function(np.ascontiguousarray(columns))  # without coefficients it is not
+        values = self._function(many(states, phases, constants))
         return [self._sorted(row) for row in values.T.tolist()]
 
     def _sorted(self, values: Numbers) -> ContactsNow:

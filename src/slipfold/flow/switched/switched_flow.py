@@ -17,7 +17,7 @@ from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow
 from slipfold.flow.own_copies import OwnCopies
 from slipfold.flow.scaled import power_of_two
-from slipfold.flow.switched.arguments import Arguments
+from slipfold.flow.switched.arguments import Arguments, many
 from slipfold.flow.switched.beginning import Beginning
 from slipfold.flow.switched.compiled_mode import CompiledMode
 from slipfold.flow.switched.contact_quantities import ContactQuantities
@@ -117,8 +117,7 @@ class SwitchedFlow:
 
         Shapes: states (p, n); phases (p,); returns (p, 2 k).
         """
-        values = np.repeat(constants.values[:, None], len(states), axis=1)
-        known = np.concatenate([states.T, phases[None], values])
+        known = many(states, phases, constants)
         return np.asarray(self._mode(shown(mode)).powers(known).T)
 
     @cached_property
@@ -163,9 +162,8 @@ class SwitchedFlow:
         constants: Constants,
     ) -> Array:
         """Do so with many states of slow slip. Shapes: states (p, n); polar (p, 2); phases (p,)."""
-        values = np.repeat(constants.values[:, None], len(states), axis=1)
         result = states.copy()
-        known = np.concatenate([states.T, polar.T, phases[None], values])
+        known = many(np.concatenate([states, polar], axis=1), phases, constants)
         result[:, compiled.held] = compiled.holding(known).T
         return result
 
