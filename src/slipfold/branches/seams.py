@@ -27,6 +27,7 @@ from slipfold.flow.switched.mode import Mode, Status
 from slipfold.orbits.discretisations.switched_shooting import SwitchedShooting
 from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
+from slipfold.orbits.stick_slip.met_shooting import MetShooting
 from slipfold.orbits.stick_slip.touching_shooting import TouchingShooting
 
 __all__ = ["NAMES", "SEAM", "Seams", "beyond_seam"]
@@ -174,7 +175,7 @@ def _last_touch(trail: Trail[OrbitPoint]) -> None:
     last = trail.points[-1]
     orbits = last.curve.orbits
     nodes, constants = orbits.nodes(last.z), orbits.constants(last.z)
-    if not isinstance(orbits.by, SwitchedShooting) or isinstance(orbits.by, TouchingShooting):
+    if not isinstance(orbits.by, SwitchedShooting) or isinstance(orbits.by, MetShooting):
         return
     by = TouchingShooting.at(orbits.by, nodes, constants, "GRAZE")
     if by is None or by.touch.level:  # slip in the plane vanishes in its own way

@@ -13,7 +13,7 @@ from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
-from slipfold.orbits.stick_slip.touch import TOUCHED
+from slipfold.orbits.stick_slip.touch import MET
 from slipfold.read_only import ReadOnly
 from slipfold.text.one_line import OneLine, certain, number_text, parameter_text
 from slipfold.text.printed_table import PrintedTable
@@ -26,7 +26,7 @@ ALIKE = 1e-6
 BIFURCATIONS = ("LP", "PD", "NS", "BP", "HB")
 """Types of bifurcation: fold, period doubling, Neimark-Sacker, branch point, Hopf."""
 
-LOCUS_TYPES = ("LP", "PD", "NS", "BP", "HB", *TOUCHED)
+LOCUS_TYPES = ("LP", "PD", "NS", "BP", "HB", *MET)
 """Types of special points that have a locus in two parameters."""
 
 

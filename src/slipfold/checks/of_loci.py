@@ -9,7 +9,7 @@ from slipfold.checks.checked import Checked
 from slipfold.checks.choice import Candidate, check_some
 from slipfold.loci.locus import Locus
 from slipfold.loci.progress import LocusObserver, LocusProgress
-from slipfold.orbits.stick_slip.touch import TOUCHED
+from slipfold.orbits.stick_slip.touch import MET
 from slipfold.text.one_line import parameter_text
 
 __all__ = ["check_loci"]
@@ -34,7 +34,7 @@ def check_loci(loci: Sequence[Locus], observer: LocusObserver | None = None) -> 
 
 def _candidates(loci: Sequence[Locus]) -> Iterator[Candidate]:
     # An orbit that only just touches changes in another order beside it: nothing to compare.
-    loci = [locus for locus in loci if len(locus) and locus.type not in TOUCHED]
+    loci = [locus for locus in loci if len(locus) and locus.type not in MET]
     for index, word in ((-1, "end"), (0, "beginning")):
         for locus in loci:
             name = f"{word} of locus {locus.id} at {_at(locus, locus.values[index])}"

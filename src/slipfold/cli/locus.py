@@ -50,7 +50,7 @@ Types = Annotated[
     list[str] | None,
     typer.Option(
         "--type",
-        metavar="LP|PD|NS|BP|HB|GRAZE|LIFT",
+        metavar="LP|PD|NS|BP|HB|GRAZE|LIFT|STICK",
         help="Type of bifurcation to follow: fold, period doubling, Neimark-Sacker, branch point, "
         "Hopf of an autonomous model, where contacts begin to stick or to lift off; all by "
         "default. With RESPONSE.nc, type of its points to start from. Repeatable.",

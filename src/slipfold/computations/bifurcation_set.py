@@ -57,8 +57,8 @@ def bifurcation_set(
         by name; numbers in SI units, or text with a unit such as ``"20deg"``.
     types
         Types of bifurcation to follow: of ``"LP"``, ``"PD"``, ``"NS"``, ``"BP"``, ``"HB"`` of an
-        autonomous model, and ``"GRAZE"`` and ``"LIFT"``, where responses begin to stick or to lift
-        off, of one whose contacts may; all if None.
+        autonomous model, and ``"GRAZE"``, ``"STICK"`` and ``"LIFT"``, where responses begin to
+        touch, to stick at a turn or to lift off, of one whose contacts may; all if None.
     periods
         Periods of the orbits whose bifurcations are followed: 1, 2 or both, in forcing periods.
     regions

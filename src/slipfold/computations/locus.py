@@ -42,8 +42,8 @@ def locus(
     ----------
     special_point
         A special point of a branch, of type LP, PD, NS, BP or HB, or where contacts begin to do
-        something, GRAZE or LIFT; or several of one model. An item of `Diagram.special` will do, and
-        so will all of them. Or a model, whose loci in the window are looked for, see
+        something, GRAZE, STICK or LIFT; or several of one model. An item of `Diagram.special` will
+        do, and so will all of them. Or a model, whose loci in the window are looked for, see
         `bifurcation_set`.
     vary
         Names of the two parameters; that of the branch need not be among them.

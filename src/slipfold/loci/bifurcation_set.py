@@ -23,7 +23,7 @@ from slipfold.loci.region_map import RegionMap
 from slipfold.loci.regions import map_regions
 from slipfold.loci.window import Window, check_window
 from slipfold.models.model import Model
-from slipfold.orbits.stick_slip.touch import TOUCHED
+from slipfold.orbits.stick_slip.touch import MET
 
 __all__ = [
     "BifurcationSet",
@@ -86,7 +86,7 @@ def find_bifurcation_set(
     lines: list[FanLine] = []
     stops: list[KeyboardInterrupt] = []
     touches = Touches(plane, window)
-    touched = any(kind in types for kind in TOUCHED)
+    touched = any(kind in types for kind in MET)
 
     def found() -> Iterator[SpecialPoint]:
         for line in _across(model, plane, window, settings, observer):
@@ -191,10 +191,10 @@ def possible_types(model: Model) -> tuple[str, ...]:
     >>> possible_types(model_named("lure"))
     ('LP', 'PD', 'NS', 'BP', 'HB')
     >>> possible_types(model_named("sliding"))
-    ('LP', 'PD', 'NS', 'BP', 'GRAZE', 'LIFT')
+    ('LP', 'PD', 'NS', 'BP', 'GRAZE', 'LIFT', 'STICK')
     """
     may_stick = any(contact.limits for contact in contacts_of(model))
-    missing = {*(() if may_stick else TOUCHED), *(("HB",) if model.forced else ())}
+    missing = {*(() if may_stick else MET), *(("HB",) if model.forced else ())}
     return tuple(kind for kind in LOCUS_TYPES if kind not in missing)
 
 
@@ -206,7 +206,7 @@ def check_asked(
     types = possible if types is None else types
     for kind in types:
         if kind not in possible:
-            if kind in TOUCHED:
+            if kind in MET:
                 raise InputError(
                     f"there are no loci of type {kind!r} of {model.name}, none of whose contacts "
                     f"sticks; give {', '.join(possible)}"

@@ -21,6 +21,7 @@ from slipfold.orbits.equilibria import Equilibria
 from slipfold.orbits.kinds import orbits_of
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.spectrum.eigenvalues import Cayley
+from slipfold.orbits.stick_slip.crossing_shooting import CrossingShooting
 from slipfold.orbits.stick_slip.touch import TOUCHED
 from slipfold.orbits.stick_slip.touching_shooting import TouchingShooting
 
@@ -68,6 +69,10 @@ def _through_stick(
     by: SwitchedShooting | None
     if point.type in TOUCHED:
         by, z = _touching(orbits, orbits.by, z, point.type)
+    elif point.type == "STICK":
+        by = CrossingShooting.at(orbits.by, orbits.nodes(z), orbits.constants(z))
+        if by is None:
+            raise InputError("the orbit at this STICK turns nowhere; compute it anew")
     else:
         by = orbits.by.better(orbits.nodes(z), orbits.constants(z))
     if by is None:

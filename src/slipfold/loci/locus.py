@@ -185,7 +185,8 @@ class Locus(OneLine, ReadOnly):
         Number within the result, from 1.
     type
         ``"LP"``, ``"PD"``, ``"NS"`` or ``"BP"``; of equilibria ``"LP"``, ``"BP"`` or ``"HB"``; of
-        orbits at which contacts begin or cease to do something ``"GRAZE"`` or ``"LIFT"``.
+        orbits at which contacts begin or cease to do something ``"GRAZE"``, ``"STICK"`` or
+        ``"LIFT"``.
     period
         Period in forcing periods; of an autonomous model, in rounds.
     parent

@@ -11,8 +11,8 @@ from slipfold.orbits.linearisation import Linearisation
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.spectrum.degeneracy import PAIRED, critical_places
-from slipfold.orbits.stick_slip.touch import TOUCHED
-from slipfold.orbits.stick_slip.touching_shooting import TouchingShooting
+from slipfold.orbits.stick_slip.met_shooting import MetShooting
+from slipfold.orbits.stick_slip.touch import MET
 
 __all__ = ["LocusEquations"]
 
@@ -49,7 +49,7 @@ class LocusEquations(Critical):
         """
         slopes = np.where(np.abs(tangent[-2:]) > NO_SLOPE, tangent[-2:], 0.0)
         standing = {"first": float(slopes[0]), "second": float(slopes[1])}
-        if self.condition in TOUCHED:
+        if self.condition in MET:
             return standing
         monodromy = linearisation.monodromy
         size = float(np.sqrt(1 + np.linalg.svdvals(monodromy) ** 2).prod())
@@ -112,16 +112,16 @@ class LocusEquations(Critical):
         There is no direction of slip at none at all, but everything goes with its least value.
         """
         by = self.orbits.by
-        if not isinstance(by, TouchingShooting) or not by.touch.level:
+        if not isinstance(by, MetShooting) or not by.level:
             return point.z
         last = np.zeros(len(point.z))
-        last[-2] = by.touch.level  # the condition comes last, but for the tangent
+        last[-2] = by.level  # the condition comes last, but for the tangent
         linearisation = point.linearisation or self.linearise(point.z)
         return np.asarray(point.z - linearisation.bordered(point.tangent).solve(last))
 
     def coefficient(self, tests: dict[str, float]) -> float:
         """Return the normal form coefficient that a point's test functions were made of."""
-        if self.condition == "LP" or self.condition in TOUCHED:
+        if self.condition == "LP" or self.condition in MET:
             return np.nan
         if self.condition == "PD":
             value, poles = tests["GPD"], tests["LPPD"] * tests["R2"]

@@ -27,7 +27,7 @@ from slipfold.loci.region_votes import Vote, agree, carried_orbits, collect_vote
 from slipfold.loci.window import Window
 from slipfold.models.model import Model
 from slipfold.orbits.spectrum.degeneracy import critical_places
-from slipfold.orbits.stick_slip.touch import TOUCHED
+from slipfold.orbits.stick_slip.touch import MET
 
 __all__ = ["map_regions"]
 
@@ -107,7 +107,7 @@ def map_regions(
     may_stick = (
         bool(touching)
         or any(line.sticking for line in lines)
-        or any(locus.type in TOUCHED for locus in loci)
+        or any(locus.type in MET for locus in loci)
     )
     starts = Starts(model, [branch for line in lines for branch in line.branches])
     checked: list[Region] = []
@@ -179,14 +179,14 @@ def _gaps_beside_stick(
     touching: Collection[BranchEnd],
 ) -> Iterator[Array]:
     """Join loci in slip, which end short of stick, to where responses beside them come to it."""
-    if not any(locus.type in TOUCHED for locus in loci):
+    if not any(locus.type in MET for locus in loci):
         return
     low, high = np.transpose(window)
     touches = [
         locus_curve(locus).between(i)
         for locus in loci
         for i in range(len(locus) - 1)
-        if locus.type in TOUCHED
+        if locus.type in MET
     ]
     doubled = [
         (line.value, end.value)[:: 1 if line.fixed == plane[0] else -1]
@@ -198,7 +198,7 @@ def _gaps_beside_stick(
     jumps = (np.reshape(doubled, (-1, 2)), LIMIT_JUMP)
     for locus in loci:
         for end in (locus.begun, locus.stopped):
-            if locus.type in TOUCHED or end.kind != "limit":
+            if locus.type in MET or end.kind != "limit":
                 continue
             for others, reach in (near, jumps):
                 apart = np.linalg.norm((others - end.values) / (high - low), axis=-1)

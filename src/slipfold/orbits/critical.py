@@ -13,7 +13,7 @@ from slipfold.orbits.discretisations.discretisation import Discretisation
 from slipfold.orbits.linearisation import MANY, Conditions, Linearisation, defect_of
 from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
 from slipfold.orbits.spectrum.degeneracy import UNKNOWN, Degeneracy, degeneracy
-from slipfold.orbits.stick_slip.touching_shooting import TouchingShooting
+from slipfold.orbits.stick_slip.met_shooting import MetShooting
 
 __all__ = ["Critical"]
 
@@ -27,10 +27,10 @@ class Critical(OrbitCurve):
     The equations are those of the orbits and one more, that the matrix of their spectrum has a
     critical eigenvalue (see `slipfold.orbits.spectrum.degeneracy`), that two families of them
     cross (see `slipfold.orbits.crossing`), or that a change of contacts is only just met (see
-    `slipfold.orbits.stick_slip.touching_shooting`); an unknown is that of an orbit.
+    `slipfold.orbits.stick_slip.met_shooting`); an unknown is that of an orbit.
 
-    `condition` is ``"LP"``, ``"PD"``, ``"NS"``, ``"BP"``, ``"GRAZE"``, ``"LIFT"``, or ``"HB"`` of
-    equilibria.
+    `condition` is ``"LP"``, ``"PD"``, ``"NS"``, ``"BP"``, ``"GRAZE"``, ``"LIFT"``, ``"STICK"``, or
+    ``"HB"`` of equilibria.
     """
 
     def __init__(self, orbits: Orbits, condition: str) -> None:
@@ -42,7 +42,7 @@ class Critical(OrbitCurve):
         plain = self.orbits.linearise(z)
         if self.condition == "BP":
             values = crossing_values(plain)
-        elif isinstance(self.orbits.by, TouchingShooting):
+        elif isinstance(self.orbits.by, MetShooting):
             values = self._touch(self.orbits.by, z).values
         else:
             logarithm = self._log_multiplier(z)
@@ -55,7 +55,7 @@ class Critical(OrbitCurve):
         plain = self.orbits.linearise(z)
         if self.condition == "BP":
             added = crossing_conditions(self.orbits, plain, z)
-        elif isinstance(self.orbits.by, TouchingShooting):
+        elif isinstance(self.orbits.by, MetShooting):
             added = self._touch(self.orbits.by, z)
         else:
             added = self._critical_eigenvalue(plain, z)
@@ -65,7 +65,7 @@ class Critical(OrbitCurve):
         values = np.append(plain.conditions.values, added.values)
         return replace(plain, conditions=replace(added, values=values, gradients=gradients))
 
-    def _touch(self, by: TouchingShooting, z: Array) -> Conditions:
+    def _touch(self, by: MetShooting, z: Array) -> Conditions:
         value, by_nodes, by_free = by.touched(self.orbits.nodes(z), self.orbits.constants(z))
         return Conditions(np.array([value]), np.append(by_nodes, by_free)[None])
 

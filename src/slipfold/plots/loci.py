@@ -30,7 +30,7 @@ Window = tuple[tuple[float, float], tuple[float, float]]
 ANCHORS = 60
 """Places along each locus where its name may stand."""
 
-ORDER = ("LIFT", "GRAZE", "LP", "BP", "HB", "NS", "PD")
+ORDER = ("LIFT", "STICK", "GRAZE", "LP", "BP", "HB", "NS", "PD")
 """From the lowest to the topmost line."""
 
 

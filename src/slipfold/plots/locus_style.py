@@ -28,7 +28,11 @@ FOLD: Any = (0, (5.0, 1.4, 1.0, 1.4))
 """Line style of folds of cycles, which have no criticality; those of equilibria are solid."""
 
 TOUCHING: Mapping[str, Any] = MappingProxyType(
-    {"GRAZE": (0, (3.0, 1.0, 1.0, 1.0, 1.0, 1.0)), "LIFT": (0, (1.0, 1.0, 1.0, 3.0))}
+    {
+        "GRAZE": (0, (3.0, 1.0, 1.0, 1.0, 1.0, 1.0)),
+        "LIFT": (0, (1.0, 1.0, 1.0, 3.0)),
+        "STICK": (0, (6.0, 1.0, 1.0, 1.0)),
+    }
 )
 """Line styles of what is no bifurcation; all are black."""
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from slipfold.loci.locus import Locus
 from slipfold.loci.window import Window
-from slipfold.orbits.stick_slip.touch import TOUCHED
+from slipfold.orbits.stick_slip.touch import MET
 
 __all__ = ["without_copies"]
 
@@ -32,7 +32,7 @@ def without_copies(loci: Sequence[Locus], window: Window) -> tuple[Locus, ...]:
 
 def _coincide(one: Locus, other: Locus, window: Window) -> bool:
     """Whether two loci of touches have both ends in common."""
-    if one.type not in TOUCHED or (one.type, one.period) != (other.type, other.period):
+    if one.type not in MET or (one.type, one.period) != (other.type, other.period):
         return False
     low, high = np.transpose(window)
     ends = np.array([[item.begun.values, item.stopped.values] for item in (one, other)])

@@ -20,7 +20,7 @@ from slipfold.loci.progress import LocusObserver, LocusProgress
 from slipfold.loci.window import Window
 from slipfold.models.model import Model
 from slipfold.orbits.spectrum.degeneracy import CRITICAL, critical_places
-from slipfold.orbits.stick_slip.touch import TOUCHED
+from slipfold.orbits.stick_slip.touch import MET
 
 __all__ = [
     "changes_in_stick",
@@ -93,7 +93,7 @@ def found_in_stick(branch: Branch) -> Iterator[SpecialPoint]:
     for point in branch.special:
         if not point.stuck_fraction >= 0:
             continue
-        if point.type in TOUCHED:
+        if point.type in MET:
             begins = point.stuck_fraction < NONE_STUCK or _turns_back(branch, point)
             if is_dear(branch) or not begins:
                 continue

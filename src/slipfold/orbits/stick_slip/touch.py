@@ -18,7 +18,17 @@ from slipfold.flow.switched.events import Ending, Event
 from slipfold.flow.switched.mode import Mode, shown
 from slipfold.flow.switched.switched_flow import Leg, SwitchedFlow
 
-__all__ = ["TOUCHED", "Touch", "event_slopes", "event_values", "find_touch"]
+__all__ = [
+    "CLEAR",
+    "LONGEST",
+    "MET",
+    "SHORT",
+    "TOUCHED",
+    "Touch",
+    "event_slopes",
+    "event_values",
+    "find_touch",
+]
 
 Array = NDArray[np.float64]
 
@@ -27,6 +37,9 @@ TOUCHED = {
     "LIFT": (Ending.PARTS, Ending.MEETS),
 }
 """Events that are touched at a place where contacts begin or cease to do something."""
+
+MET = (*TOUCHED, "STICK")
+"""Types of loci on which a change of contacts is only just met."""
 
 SHORT = 0.02
 """Phases that what has just been born lasts at most."""

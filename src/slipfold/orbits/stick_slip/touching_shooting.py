@@ -15,6 +15,7 @@ from slipfold.flow.switched.switched_motion import Broken, legs
 from slipfold.flow.switched.transition import Undecided
 from slipfold.models.model import Model
 from slipfold.orbits.discretisations.switched_shooting import Passed, SwitchedShooting
+from slipfold.orbits.stick_slip.met_shooting import MetShooting
 from slipfold.orbits.stick_slip.touch import Touch, event_slopes, event_values, find_touch
 
 __all__ = ["TouchingShooting"]
@@ -33,7 +34,7 @@ OFF = 0.25
 """Share of the reach by which the touch may move away from the middle of the window."""
 
 
-class TouchingShooting(SwitchedShooting):
+class TouchingShooting(MetShooting):
     """Orbits through stick and slip that pass a touch as if the event there could not happen.
 
     So they depend smoothly on everything on either side of the touch, and how far the event's
@@ -53,6 +54,7 @@ class TouchingShooting(SwitchedShooting):
         # What an orbit does at the window's beginning it does there the next time round.
         super().__init__(model, free, period, 1, touch.phase - lead * touch.reach)
         self._beyond = self.phase + (lead + 0.5) * touch.reach
+        self.level = touch.level
 
     @classmethod
     def at(

@@ -1,0 +1,113 @@
+"""Loci of STICK, where a turn begins to stick: against a closed form and another integrator."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import slipfold as sf
+from slipfold.loci.follow import follow_loci
+
+SINGLE = sf.Settings(largest_period=1)
+MU = 0.2
+
+BELT = """
+name = "Duffing on a belt"
+[parameters]
+W = { value = 1.35, above = 0 }
+A = 0.85
+[states]
+x = "v"
+v = "F - x - 0.1*v - 0.3*x^3 + A*cos(W*t)"
+[contacts.F]
+slip = "1.0 - v"
+normal = "1.0"
+friction = { law = "Coulomb", mu_s = "0.4", mu_k = "0.4" }
+[forcing]
+period = "2*pi/W"
+"""
+
+
+def sticks_on(model, vary, span):
+    """The one turn that begins to stick on a branch."""
+    (point,) = [
+        item.point
+        for item in sf.response(model, vary=vary, span=span, settings=SINGLE).special
+        if item.point.type == "STICK"
+    ]
+    return point
+
+
+def most_load(frequency):
+    """The largest load of Den Hartog's orbit without stops, friction over it MU."""
+    rate = 2 * math.pi * frequency
+    unforced = math.sin(math.pi / rate) / (1 + math.cos(math.pi / rate)) / rate
+    return abs(1 / (1 - rate**2)) / math.hypot(unforced, rate**-2) / MU
+
+
+def test_turns_of_den_hartogs_orbit_begin_to_stick_on_his_curve():
+    law, load = sf.Coulomb(mu_s=MU, mu_k=MU), 1.02 * most_load(0.1)
+    contact = sf.FrictionContact("x", law, load=load, Vd=0.0)
+    force = sf.HarmonicForce("x", F=1.0)
+    model = sf.Structure([[1.0]], None, [[1.0]], names="x", contacts=contact, forcing=force, f=0.1)
+    point = sticks_on(sf.periodic_orbit(model), "Ns", (load, 0.98 * most_load(0.1)))
+    (locus,) = follow_loci([point], ("f", "Ns"), ((0.09, 0.12), (1.0, 6.0)))
+    assert (locus.type, locus.begun.kind, locus.stopped.kind) == ("STICK", "window", "window")
+    for frequency, load in locus.values:
+        assert load == pytest.approx(most_load(frequency), rel=1e-10)
+
+
+@pytest.fixture(scope="module")
+def turning():
+    """A locus of an orbit that is not its own mirror image."""
+    model = sf.System.from_toml(BELT)
+    point = sticks_on(model, "W", (1.46, 1.40))
+    (locus,) = sf.locus(point, ("W", "A"), ((1.38, 1.44), (0.75, 0.9))).loci
+    return locus
+
+
+def round_by_hand(frequency, force, start):
+    """What friction would take to hold the mass at each of its turns, and the end of a period."""
+    period, exact = 2 * np.pi / frequency, {"method": "DOP853", "rtol": 1e-12, "atol": 1e-13}
+
+    def needed(time, state):
+        x, v = state
+        return x + 0.1 * v + 0.3 * x**3 - force * np.cos(frequency * time)
+
+    def turns(time, state):
+        return state[1] - 1.0
+
+    turns.terminal = True
+    time, state, held = 0.0, np.array(start), []
+    sign = np.sign(1.0 - state[1])
+    while time < period:
+        turns.direction = sign
+
+        def rates(time, state, sign=sign):
+            return state[1], 0.4 * sign - needed(time, state)
+
+        motion = solve_ivp(rates, (time, period), state, events=turns, **exact)
+        time, state = motion.t[-1], motion.y[:, -1]
+        if motion.status == 1:
+            held.append(abs(needed(time, state)))
+            sign = -sign
+            state[1] = 1.0 - 1e-13 * sign
+    return held, state
+
+
+@pytest.mark.parametrize("row", [0, 2, -2, -1])
+def test_friction_would_only_just_hold_a_turn(turning, row):
+    frequency, force = turning.values[row]
+    start = turning.orbit(row).state
+    held, end = round_by_hand(frequency, force, start)
+    assert end == pytest.approx(start, abs=1e-8)
+    assert min(held) == pytest.approx(0.4, abs=1e-8)
+    assert turning.stuck_fraction[row] < 1e-6
+
+
+def test_branches_find_the_same_turns(turning):
+    frequency, force = turning.values[1]
+    model = sf.System.from_toml(BELT).replace(A=force)
+    found = sticks_on(model, "W", (1.01 * frequency, 0.99 * frequency))
+    assert found.value == pytest.approx(frequency, abs=1e-9)
