@@ -35,7 +35,7 @@ ITERATIONS, RENEWED = 12, 0.1
 derivatives."""
 
 FAR = 1.0
-"""A first step that is longer than a share of this leads nowhere."""
+"""A first step must be shorter than a share of this, in scaled states, to lead anywhere."""
 
 LAST = 1e-13
 """Last term of the polynomial, in scaled states, that is small enough: what is left out is smaller
@@ -134,7 +134,7 @@ def beginning(
         if not size <= RENEWED * before:
             equations = None
         # What is left after a step is as much smaller as that was than the one before.
-        elif size <= EXACT or size * size <= EXACT * before:
+        elif size <= EXACT or (before < FAR and size * size <= EXACT * before):
             break
         before = size
     else:
