@@ -102,3 +102,32 @@ def test_regions_between_folds_of_what_sticks_are_as_motions_by_hand(model):
             ends = ends_by_hand(frequency, np.array([force]), np.linspace(-3.0, 3.0, 6))
             assert 1 + bool(np.ptp(ends) > 0.1) == count
             assert len(found.regions.at(frequency, force).stable) == count
+
+
+@pytest.mark.long
+def test_a_mass_shaken_across_its_belt_lifts_on_its_curve():
+    # It slips along the belt; across, a linear oscillator swings about Ns/(k + kn).
+    load, stiffness, damping = 0.5, 4.0, 0.1
+    contact = sf.FrictionContact(
+        "x",
+        sf.Coulomb(mu_s=0.5, mu_k=0.5),
+        load=sf.ContactLoad("y", Ns=load, kn=stiffness),
+        Vd=0.3,
+    )
+    model = sf.Structure(
+        np.eye(2),
+        damping * np.eye(2),
+        np.eye(2),
+        names="x y",
+        contacts=contact,
+        forcing=sf.HarmonicForce("y", F=0.05),
+        f=0.2,
+    )
+    window = {"f": (0.17, 0.2), "F": (0.08, 0.1)}
+    found = sf.bifurcation_set(model, ("f", "F"), window, types="LIFT", periods=1, regions=False)
+    first = found.loci[0]
+    assert (first.type, first.begun.kind, first.stopped.kind) == ("LIFT", "window", "window")
+    rate, force = 2 * np.pi * first.values[:, 0], first.values[:, 1]
+    swing = load / (stiffness * (1 + stiffness))
+    exact = swing * np.hypot(1 + stiffness - rate**2, damping * rate)
+    assert force == pytest.approx(exact, rel=1e-10)

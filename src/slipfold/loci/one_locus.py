@@ -18,7 +18,7 @@ from slipfold.continuation.follow import Endings, follow
 from slipfold.continuation.monitor import Monitor
 from slipfold.continuation.trail import Stop, Trail
 from slipfold.continuation.walk import Failure
-from slipfold.loci.describe import plane_of
+from slipfold.loci.describe import pair_of, plane_of
 from slipfold.loci.locus_equations import LocusEquations
 from slipfold.loci.special_points import SpecialPoints
 from slipfold.loci.window import Window
@@ -88,9 +88,9 @@ class _LocusEndings(Endings[OrbitPoint]):
             for place, low, high in curve.orbits.bounds(*self._window)
         ]
         nearest = gaps.index(min(gaps))
-        place = curve.place(last.z)
-        reason = f"left the window at {plane_of(curve.orbits)[nearest]} = {place[nearest]:g}"
-        return End("window", reason, place)
+        edge = curve.place(last.z)[nearest]
+        reason = f"left the window at {plane_of(curve.orbits)[nearest]} = {edge:g}"
+        return End("window", reason, pair_of(curve, last))
 
     def failed(self, trail: Trail[OrbitPoint], failure: Failure) -> End:
         """Return the end of a locus that could not be followed."""
@@ -102,7 +102,7 @@ class _LocusEndings(Endings[OrbitPoint]):
                 f"{on_circle} multipliers lie on the unit circle there, as where nothing damps, "
                 f"and which of them crosses it is not defined ({reason})"
             )
-        return End(kind, reason, curve.place(last.z))
+        return End(kind, reason, pair_of(curve, last))
 
 
 def _at_parent(curve: LocusEquations, last: OrbitPoint, meeting: object) -> Stop[OrbitPoint]:
