@@ -127,7 +127,7 @@ def canard_current(eps, near):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("eps", [0.2, 0.01, 0.002])
+@pytest.mark.parametrize("eps", [0.2, 0.01, 0.001])
 def test_canards_are_gone_through_whatever_the_ratio_of_times(eps):
     """The fold of cycles lies where the canards are, but for what is exponentially small."""
     hopf = hopf_current(eps)
