@@ -7,6 +7,7 @@ import pytest
 
 import slipfold as sf
 from helpers.command_line import run
+from helpers.dry_friction import den_hartog
 from slipfold.errors import InputError
 from slipfold.flow.strobes.own_motion import OwnMotion
 from slipfold.long_term.repeats import reached, repeats_of
@@ -205,3 +206,13 @@ def test_the_command_line_sweeps_and_draws(tmp_path):
     assert drawn.exit_code == 0, drawn.stderr
     refused = run("sweep", "sliding", "--vary", "Nd=0:0.1", "--runs", "sideways")
     assert (refused.exit_code, refused.stdout) == (2, "")
+
+
+def test_motions_on_a_floor_at_rest_are_swept():
+    """Over the speed of the floor, zero, slip is infinite: they were called singular at once."""
+    floor = den_hartog(0.6, 0.2)
+    found = sf.sweep(floor, "F", (0.8, 1.0), points=2, starts=1, transient=100, periods=4)
+    alone = [sf.simulate(floor.replace(F=F), 300).strobe[-1] for F in (0.8, 1.0)]
+    for run_name in ("up", "down", "start 1"):
+        assert found.repeats(run_name).tolist() == [1, 1]
+        assert found.states[found.run(run_name), :, -1] == pytest.approx(np.array(alone), abs=1e-7)

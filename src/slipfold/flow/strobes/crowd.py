@@ -13,7 +13,7 @@ from slipfold.flow.guarded_flow import Stop
 from slipfold.flow.simulate import LARGEST, unbounded_at
 from slipfold.flow.strobes.march import TOGETHER, March
 from slipfold.flow.strobes.own_motion import OwnMotion
-from slipfold.flow.switched.mode_equations import contacts_of
+from slipfold.flow.switched.simulate import told_in_slip
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.threads import cores
@@ -97,8 +97,8 @@ class _Group:
         parameters = np.array([model.vector for model in models])
         scales = flow.constants_of(first).scales
         self._constants = flow.constants(parameters, np.tile(scales, (len(models), 1)))
-        # Contacts without limits may stick at any time.
-        slips = all(contact.limits for contact in contacts_of(first))
+        # Elsewhere contacts may stick at any time.
+        slips = all(map(told_in_slip, models, starts))
         self._march = March(first, self._constants) if slips else None
         self._own: dict[int, OwnMotion] = {}
         self._scales = scales[:, None]

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from slipfold.flow.equations import Constants
 from slipfold.flow.guarded_flow import Stop, guarded_flow_of
 from slipfold.flow.switched.mode import Status
-from slipfold.flow.switched.mode_equations import contacts_of
-from slipfold.flow.switched.simulate import comes_to_rest
+from slipfold.flow.switched.simulate import comes_to_rest, told_in_slip
 from slipfold.flow.switched.switched_motion import SwitchedMotion
 from slipfold.models.model import Model
 
@@ -31,8 +30,8 @@ class OwnMotion:
         self.stopped: Stop | None = None
         self.stuck = False
         self._constants = constants
-        # Contacts without limits may stick at any time.
-        self._sticks = not all(contact.limits for contact in contacts_of(model))
+        # Elsewhere contacts may stick at any time.
+        self._sticks = not told_in_slip(model, start)
         self._weights = guarded_flow_of(model).weights(start, constants)
         self._switched: SwitchedMotion | None = None
         self._before = 0

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import Stop, guarded_flow_of
 from slipfold.flow.switched.mode import shown
-from slipfold.flow.switched.mode_equations import contacts_of
-from slipfold.flow.switched.simulate import comes_to_rest
+from slipfold.flow.switched.simulate import comes_to_rest, told_in_slip
 from slipfold.flow.switched.switched_flow import switched_flow_of
 from slipfold.flow.switched.switched_motion import Broken, first_mode, legs
 from slipfold.models.model import Model
@@ -29,8 +28,8 @@ def released(model: Model, starts: Array, phases: Array) -> tuple[Array, dict[in
     """
     found, stops = starts.copy(), dict[int, Stop]()
     constants, guarded = flow_of(model).constants_of(model), guarded_flow_of(model)
-    # Contacts without limits may stick at any time.
-    sticks = not all(contact.limits for contact in contacts_of(model))
+    # Elsewhere contacts may stick at any time.
+    sticks = not all(told_in_slip(model, start) for start in starts)
     for place in np.flatnonzero((phases > 0) & (phases < 1)):
         state, phase = starts[place], float(phases[place])
         stop: Stop | None = None

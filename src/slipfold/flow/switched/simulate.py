@@ -39,6 +39,7 @@ __all__ = [
     "simulate_smooth_or_switched",
     "simulate_switched",
     "slips_at_first",
+    "told_in_slip",
     "trajectory_of",
 ]
 
@@ -86,19 +87,33 @@ def comes_to_rest(stopped: Stop | None, model: Model) -> bool:
 
 def slips_at_first(model: Model, start: Array) -> bool:
     """Whether no contact is at one of its limits. Shapes: start (n,)."""
+    if not contacts_of(model):
+        return True
+    reached, bounds = _limits_at(model, start)
+    return told_in_slip(model, start) and bool(np.all(reached > bounds))
+
+
+def told_in_slip(model: Model, start: Array) -> bool:
+    """Whether a motion in slip tells where its contacts come to their limits. Shapes: start (n,).
+
+    Over the speed of a floor at rest slip is infinite, and no limit can be followed.
+    """
     contacts = contacts_of(model)
     if not contacts:
         return True
-    if not all(contact.limits for contact in contacts):
-        return False
-    beyond = {name for contact in contacts for name in contact.limits}
+    return all(contact.limits for contact in contacts) and bool(
+        np.isfinite(_limits_at(model, start)[0]).all()
+    )
+
+
+def _limits_at(model: Model, start: Array) -> tuple[Array, Array]:
+    """Return what limits of contacts watch at a state, and their bounds."""
+    beyond = {name for contact in contacts_of(model) for name in contact.limits}
     flow = flow_of(model)
     values = flow.outputs(start[None], np.zeros(1), flow.constants_of(model))[0]
     watched = [item for item in model.limits if item.name in beyond]
     reached = np.array([values[flow.output_index(item.output)] for item in watched])
-    bounds = np.array([item.bound for item in watched])
-    # Over the speed of a floor at rest slip is infinite, and no limit can be followed.
-    return bool(np.all(np.isfinite(reached) & (reached > bounds)))
+    return reached, np.array([item.bound for item in watched])
 
 
 def simulate_switched(
