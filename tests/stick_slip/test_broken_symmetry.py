@@ -1,0 +1,97 @@
+"""A pitchfork of an orbit that sticks: where another integrator finds that its symmetry breaks."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+import slipfold as sf
+
+FLOOR = """
+name = "Duffing on a floor"
+[parameters]
+W = { value = 0.8, above = 0 }
+A = 4.5
+[states]
+x = "v"
+v = "F - 0.1*v - x^3 + A*cos(W*t)"
+[contacts.F]
+slip = "-v"
+normal = "1.0"
+friction = { law = "Coulomb", mu_s = "1.0", mu_k = "1.0" }
+[forcing]
+period = "2*pi/W"
+"""
+
+RATE = 0.8
+EXACT = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-13}
+
+
+@pytest.fixture(scope="module")
+def branches():
+    """The orbit that is its own mirror image, and those that leave it."""
+    orbit = sf.periodic_orbit(sf.System.from_toml(FLOOR))
+    settings = sf.Settings(largest_period=1)
+    return sf.response(orbit, vary="A", span=(4.5, 4.3), settings=settings).branches
+
+
+def mirrored_half(force, state):
+    """Minus the state half a period later: of an orbit that is its own mirror image the same."""
+
+    def pull(time, x):
+        return force * np.cos(RATE * time) - x**3
+
+    def halts(time, state):
+        return state[1]
+
+    halts.terminal = True
+    time, end, sign, state = 0.0, np.pi / RATE, np.sign(state[1]), np.array(state)
+    while time < end:
+
+        def rates(time, state, sign=sign):
+            return state[1], pull(time, state[0]) - 0.1 * state[1] - sign
+
+        halts.direction = -sign
+        motion = solve_ivp(rates, (time, end), state, events=halts, **EXACT)
+        time, state = motion.t[-1], motion.y[:, -1]
+        if motion.status != 1:
+            break
+        if abs(pull(time, state[0])) < 1:  # held until it is pulled as much as friction bears
+            x, grid = state[0], np.linspace(time, end, 400)
+            over = np.flatnonzero(np.abs(pull(grid, x)) > 1)
+            if not len(over):
+                break
+            time = brentq(lambda t, x=x: abs(pull(t, x)) - 1, *grid[over[0] - 1 :][:2], xtol=1e-14)
+        sign = np.sign(pull(time, state[0]))
+        state = np.array([state[0], 1e-14 * sign])
+    return -state
+
+
+def left_to_break(force, state):
+    """One more than the multiplier of the mirrored half: at minus one symmetry breaks."""
+    for _ in range(6):
+        sides = [[mirrored_half(force, state + s) for s in (d, -d)] for d in 1e-5 * np.eye(2)]
+        slopes = np.transpose([(ahead - back) / 2e-5 for ahead, back in sides])
+        state = state + np.linalg.solve(np.eye(2) - slopes, mirrored_half(force, state) - state)
+    assert mirrored_half(force, state) == pytest.approx(state, abs=1e-9)
+    return float(np.linalg.eigvals(slopes).real.min()) + 1
+
+
+def test_symmetry_breaks_where_another_integrator_finds_it(branches):
+    (point,) = [item for item in branches[0].special if item.type == "BP"]
+    assert point.stuck_fraction > 0.005
+    near, start = (point.value - 5e-3, point.value + 5e-3), point.nodes[0]
+    found = brentq(left_to_break, *near, args=(start,), xtol=1e-9)
+    assert found == pytest.approx(point.value, abs=1e-6)
+
+
+def test_motions_beside_it_keep_their_symmetry_on_one_side_only(branches):
+    symmetric, broken = branches
+    (point,) = [item for item in symmetric.special if item.type == "BP"]
+    for force, breaks in ((point.value - 0.04, True), (point.value + 0.04, False)):
+        state = symmetric.states[np.abs(symmetric.parameter - force).argmin()] + 1e-3
+        for _ in range(80):
+            state = mirrored_half(force, state)
+        gap = np.abs(mirrored_half(force, state) - state).max()
+        assert bool(gap > 0.02) == breaks
+    assert broken.stable.any()
