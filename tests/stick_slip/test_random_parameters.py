@@ -234,6 +234,11 @@ def test_a_thousand_motions(kind, count):
     assert thrown_wrong(kind, range(count)) == {}
 
 
+def test_energy_closes_where_slip_is_slow_throughout():
+    # Friction in slip that begins had too few digits for its direction.
+    assert thrown_wrong(in_the_plane, [50392]) == {}
+
+
 MANY = [(on_a_line, first, 10_000) for first in range(0, 90_000, 10_000)]
 MANY += [(in_the_plane, first, 1_000) for first in range(0, 10_000, 1_000)]
 

@@ -80,6 +80,13 @@ class Beginning:
         scaled = self.solved.nodes[0] + self.integrals(phase) @ self.solved.slopes[0]
         return np.asarray(scaled * self.field.scales)
 
+    @property
+    def missing(self) -> Array:
+        """By how much more states change a phase than the equations say, which round, (s, n)."""
+        scaled = self.solved.stages[0]
+        rates = self.field.rates(scaled, self.phases)
+        return np.asarray((self.solved.slopes[0] - rates) * self.field.scales)
+
     def polynomials(self, end: float) -> StepPolynomials:
         """Return scaled states as far as some phase."""
         powers = POINTS.powers @ self.solved.slopes[0] * self.length

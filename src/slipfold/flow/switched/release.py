@@ -64,6 +64,7 @@ class _Growth:
     along: Array  # direction, shape (2,)
     rate: float
     most: float  # rate that friction alone could give
+    change: Array  # of the rate of slip with friction, shape (2, 2)
 
 
 def release(
@@ -93,7 +94,9 @@ def release(
         return [Leg(mode, phase, phase, after, nothing, None, released=True)]
     begun = _beginning(flow, mode, contact, state, phase, constants, weights, first, before)
     until = min(end, begun.end)
-    energies = begun.integrals(until) @ flow.powers(mode, begun.stages, begun.phases, constants)
+    powers = flow.powers(mode, begun.stages, begun.phases, constants)
+    powers[:, [contact, len(mode) + contact]] += _corrected(flow, contact, begun, first, constants)
+    energies = begun.integrals(until) @ powers
     seen = None
     if dense:
         least = LEAST_SEEN / weights[contact] * first.along
@@ -140,6 +143,24 @@ def _beginning(
                 return found
         length *= SHRINKS
     raise Undecided(why)
+
+
+def _corrected(
+    flow: SwitchedFlow, contact: int, begun: Beginning, first: _Growth, constants: Constants
+) -> Array:
+    """Return what the powers of friction lack since slow slip has few digits for its direction.
+
+    By how the motion goes on friction is known better. Shapes: returns (s, 2).
+    """
+    place = flow.quantities.places[contact]
+    nothing = np.empty((len(constants.values), 0))
+    slopes = flow.slips.at(begun.stages[-1], begun.phases[-1], constants, nothing)[0][place]
+    known = flow.quantities.along(begun.stages, begun.phases, constants)
+    slips, plates = (np.array([item[part] for item in known])[:, place] for part in (0, -1))
+    friction = np.linalg.solve(first.change, slopes @ begun.missing.T).T
+    return np.stack(
+        [(friction * (plates - slips)).sum(axis=1), (friction * slips).sum(axis=1)], axis=1
+    )
 
 
 def _grown(before: Array, first: _Growth, last: _Growth, time: float, shares: Array) -> Array:
@@ -228,4 +249,4 @@ def _growth(
     alone, change = response(now, places, mode, rest, contact)
     size = now.starting[contact]
     along, rate = outward(alone, change, size)
-    return _Growth(np.array(along), rate, size * largest(change))
+    return _Growth(np.array(along), rate, size * largest(change), np.array(change))
