@@ -212,7 +212,7 @@ def _side_by_side(
         return {}
     try:
         found = follow_abreast(list(models.values()), vary, span, settings, tell)
-    except Exception:  # whichever case it is, by itself it says so
+    except (InputError, *BREAKDOWNS):  # whichever case it is, by itself it says so
         return {}
     each = (perf_counter() - begun) / len(models)
     return {
@@ -236,7 +236,7 @@ def _diagram(
         if branches is None:
             return None
         checked = check_branches(branches)
-    except Exception:  # by itself it says what it is
+    except (InputError, *BREAKDOWNS):  # by itself it says what it is
         return None
     told = provenance(seconds + perf_counter() - begun)
     return Diagram(model, vary, span, branches, settings, (), told, checked)

@@ -90,8 +90,7 @@ def release(
         if np.linalg.norm(before) >= speed:  # it has begun already
             return []
         after = flow.slipping(mode, state, speed * first.along, phase, constants)
-        nothing = np.zeros(2 * len(flow.contacts))
-        return [Leg(mode, phase, phase, after, nothing, None, released=True)]
+        return [Leg(mode, phase, phase, after, flow.no_energies(), None, released=True)]
     begun = _beginning(flow, mode, contact, state, phase, constants, weights, first, before)
     until = min(end, begun.end)
     powers = flow.powers(mode, begun.stages, begun.phases, constants)

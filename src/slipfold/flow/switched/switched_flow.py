@@ -167,6 +167,10 @@ class SwitchedFlow:
         result[:, compiled.held] = compiled.holding(known).T
         return result
 
+    def no_energies(self) -> Array:
+        """Return those of a leg without duration, shape (2 k,)."""
+        return np.zeros(2 * len(self.contacts))
+
     def steady(self, mode: Mode) -> bool:
         """Whether all rates are constant in a mode, of contacts along lines."""
         return not self.planar and self._mode(mode).steady

@@ -217,8 +217,7 @@ def _begun(
             contact = next(i for i, status in enumerate(slips) if status is not mode[i])
             slips = _one_slow(slips, [contact])
             event = Event(Ending.YIELDS, contact, None, towards=slips[contact])
-            nothing = np.zeros(2 * len(mode))
-            first.append((Leg(mode, phase, phase, state, nothing, event), slips))
+            first.append((Leg(mode, phase, phase, state, flow.no_energies(), event), slips))
         slow = slips.index(Status.SLOW) if Status.SLOW in slips else None
         if slow is not None and begins(flow, slips, slow, state, phase, constants, weights):
             args = flow, slips, slow, state, phase, constants, weights, end

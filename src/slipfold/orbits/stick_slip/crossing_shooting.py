@@ -83,7 +83,7 @@ class CrossingShooting(MetShooting):
         if not (np.isfinite(start).all() and np.isfinite(constants.values).all()):
             return []
         flow, turn = self.switched, self.crossing
-        none = np.zeros((2, len(flow.contacts)))
+        none = flow.no_energies()
         phase = self._turn(start, begin, constants)
         if phase is None:
             return []

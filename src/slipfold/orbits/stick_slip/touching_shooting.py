@@ -81,8 +81,7 @@ class TouchingShooting(MetShooting):
         states, span = start[None], (np.array([begin]), np.array([until]))
         ends = flow.of(mode).advance(states, *span, constants)
         state = flow.held(mode, ends[0], until, constants)
-        energies = np.zeros((2, len(flow.contacts)))
-        window = Leg(mode, begin, until, state, energies, None), mode
+        window = Leg(mode, begin, until, state, flow.no_energies(), None), mode
         if end <= self._beyond:
             return [window]
         weights = flow.weights(start, constants)
