@@ -131,3 +131,20 @@ def test_a_mass_shaken_across_its_belt_lifts_on_its_curve():
     swing = load / (stiffness * (1 + stiffness))
     exact = swing * np.hypot(1 + stiffness - rate**2, damping * rate)
     assert force == pytest.approx(exact, rel=1e-10)
+
+
+@pytest.mark.long
+def test_the_tip_that_sticks_doubles_its_period_on_a_curve_of_a_set():
+    # Nothing slips all the time in the lower half of the window.
+    window = {"Vd": (0.068, 0.078), "Nd": (0.88, 0.92)}
+    found = sf.bifurcation_set(sf.SlidingOscillator(f=12.5, Nd=0.9), ("Vd", "Nd"), window)
+    (doubling,) = [locus for locus in found.loci if (locus.type, locus.period) == ("PD", 1)]
+    assert {doubling.begun.kind, doubling.stopped.kind} == {"window"}
+    assert (doubling.stuck_fraction > 0.05).all()
+    for speed, pulsation in doubling.values[[0, -1]]:
+        for share, period in ((0.98, 1), (1.02, 2)):
+            case = {"f": 12.5, "Nd": pulsation, "Vd": share * speed}
+            motion = sf.simulate(sf.SlidingOscillator(), 1000, tolerance=1e-6, **case)
+            assert motion.settlement.period == period
+    below = found.regions.at(0.069, 0.89)
+    assert below.name == "period 1, sticks"
