@@ -78,20 +78,30 @@ def test_interrupted_by_the_observer():
     assert seen[-1].branch == 1
 
 
-def test_states_along_meshes_are_found_one_orbit_after_the_other_and_to_the_end():
-    """Of thousands that takes a minute, and to stop there would lose them."""
-    told = []
+def test_states_along_meshes_are_found_one_orbit_after_the_other_until_interrupted():
+    """Of thousands that takes a minute; what is found by then is kept."""
+    told, stages = [], []
 
     def observer(progress):
+        stages.append(progress.stage)
         if progress.stage == "orbits":
-            told.append((progress.done, progress.total))
-            raise KeyboardInterrupt
+            told.append((progress.branch, progress.done, progress.total))
+            if told[-1][:2] == (1, 5):
+                raise KeyboardInterrupt
 
     settings = Settings(discretisation="collocation")
-    diagram = response(SlidingOscillator(), "Nd", (0, 0.04), settings=settings, observer=observer)
+    span = (0.03, 0.05)  # whose period doubling leads to another branch
+    diagram = response(SlidingOscillator(), "Nd", span, settings=settings, observer=observer)
     (branch,) = diagram.branches
-    assert told == [(done, len(branch)) for done in range(1, len(branch) + 1)]
-    assert branch.stopped.kind == "span"
+    total = told[0][2]
+    assert told == [(1, done, total) for done in range(1, 6)]
+    assert len(branch) == 5 < total
+    assert diagram.interrupted
+    assert stages[-1] == "orbits"  # nothing is checked
+    assert branch.stopped.kind == "interrupted"
+    assert branch.stopped.value == branch.parameter[-1]
+    assert all(point.arclength <= branch.arclength[-1] for point in branch.special)
+    assert all(point.leads_to is None for point in branch.special)
     assert np.isfinite(branch.nodes).all()
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -26,15 +26,24 @@ Told = Callable[[Chart[OrbitPoint], int], None]
 """Called with the chart whose states are found, and of how many of its points they are."""
 
 
+def _unwatched(chart: Chart[OrbitPoint], done: int) -> None:
+    """Go on: nobody watches, or whoever does has stopped what came before."""
+
+
 def assemble(
     charts: Sequence[Chart[OrbitPoint]],
     leads: Mapping[Found[OrbitPoint], Sequence[int]],
     begun: End,
     tell: Tell = lambda chart, found, done: None,
-    told: Told = lambda chart, done: None,
+    told: Told = _unwatched,
 ) -> tuple[Branch, ...]:
-    """Return all branches as data; special points that an interruption leaves are bare."""
+    """Return all branches as data, as far as their states are found before an interruption.
+
+    Special points whose normal forms it leaves are bare.
+    """
     known = describe_in_turn(charts, tell)
+    if any(found not in known for chart in charts for found in chart.trail.found):
+        told = _unwatched  # whoever interrupted is not asked again
     described: dict[Found, SpecialPoint] = {}
     branches = []
     for chart in charts:
@@ -51,8 +60,21 @@ def assemble(
             if len(chart.start.points) > 1:  # it crosses its parent there
                 own.append(replace(special, arclength=0.0, leads_to=chart.start.parent))
         own.sort(key=lambda special: special.arclength)
-        branches.append(_branch(chart, chart.begun or first, own, told))
-    return tuple(branches)
+        branches.append(_branch(chart, first, own, told))
+        if branches[-1].stopped.kind == "interrupted":
+            break  # where it ended so when it was followed, no other one follows
+    return tuple(_without_lost(branch, len(branches)) for branch in branches)
+
+
+def _without_lost(branch: Branch, kept: int) -> Branch:
+    """Return a branch whose special points lead to none after the last that is kept."""
+    if all((point.leads_to or 0) <= kept for point in branch.special):
+        return branch
+    special = (
+        replace(point, leads_to=None) if (point.leads_to or 0) > kept else point
+        for point in branch.special
+    )
+    return replace(branch, special=tuple(special))
 
 
 def describe_in_turn(charts: Iterable[Chart[OrbitPoint]], tell: Tell) -> dict[Found, SpecialPoint]:
@@ -69,10 +91,19 @@ def describe_in_turn(charts: Iterable[Chart[OrbitPoint]], tell: Tell) -> dict[Fo
 
 
 def _branch(
-    chart: Chart[OrbitPoint], begun: End, special: Sequence[SpecialPoint], told: Told
+    chart: Chart[OrbitPoint], first: End, special: Sequence[SpecialPoint], told: Told
 ) -> Branch:
-    orbits, points = chart.trail.curve, chart.trail.points
-    assert chart.trail.end is not None  # every trail ends
+    """Return a branch as data, up to where an interruption left its states unknown."""
+    trail = chart.trail
+    orbits, begun, stopped = trail.curve, chart.begun or first, trail.end
+    assert stopped is not None  # every trail ends
+    nodes, whole = _evenly_until_interrupted(trail.points, lambda done: told(chart, done))
+    points = trail.points[: len(nodes)]
+    if not whole:
+        reason = "interrupted before the states along the rest of the branch were found"
+        stopped = End("interrupted", reason, orbits.place(points[-1].z))
+        begun = first if trail.closes else begun
+        special = [point for point in special if point.arclength <= points[-1].arclength]
     durations, model = orbits.durations(points), orbits.model
     parameter = np.array([orbits.value(point.z) for point in points])
     if begun.kind == "span":
@@ -85,12 +116,12 @@ def _branch(
         model=model if durations is None else model.replace(duration=float(durations[0])),
         vary=orbits.vary,
         parameter=parameter,
-        nodes=evenly(points, lambda done: told(chart, done)),
+        nodes=nodes,
         multipliers=np.array([orbits.multipliers(point) for point in points]),
         residual=np.array([point.residual for point in points]),
         arclength=np.array([point.arclength for point in points]),
         special=tuple(special),
-        stopped=chart.trail.end,
+        stopped=stopped,
         begun=begun,
         durations=durations,
         stuck_fraction=stuck_fractions(points),
@@ -103,15 +134,34 @@ def stuck_fractions(points: Sequence[OrbitPoint]) -> NDArray[np.float64] | None:
     return None if np.isnan(found).all() else found
 
 
-def evenly(
-    points: Sequence[OrbitPoint], told: Callable[[int], None] = lambda done: None
-) -> NDArray[np.float64]:
+def evenly(points: Sequence[OrbitPoint]) -> NDArray[np.float64]:
     """States at phases that are the same for all points, shape (n_points, m, n)."""
+    return np.array(list(_each_evenly(points)))
+
+
+def _each_evenly(points: Sequence[OrbitPoint]) -> Iterator[NDArray[np.float64]]:
     count = max(point.curve.orbits.segments for point in points)
-    if not any(point.curve.orbits.by.growing for point in points):
-        return np.array([point.curve.orbits.evenly(point.z, count) for point in points])
-    count, nodes = 1 << (count - 1).bit_length(), []  # of a mesh there are powers of two
+    if _solved_for(points):
+        count = 1 << (count - 1).bit_length()  # of a mesh there are powers of two
     for point in points:
-        nodes.append(point.curve.orbits.evenly(point.z, count))
-        told(len(nodes))  # intervals are solved for each of them: that takes its time
-    return np.array(nodes)
+        yield point.curve.orbits.evenly(point.z, count)
+
+
+def _solved_for(points: Sequence[OrbitPoint]) -> bool:
+    """Whether intervals of a mesh are solved for the states of each point: that takes its time."""
+    return any(point.curve.orbits.by.growing for point in points)
+
+
+def _evenly_until_interrupted(
+    points: Sequence[OrbitPoint], told: Callable[[int], None]
+) -> tuple[NDArray[np.float64], bool]:
+    """Return the states of the first points, of one at least, and whether nobody stopped that."""
+    nodes, whole, slow = [], True, _solved_for(points)
+    try:
+        for states in _each_evenly(points):
+            nodes.append(states)
+            if slow:
+                told(len(nodes))
+    except KeyboardInterrupt:
+        whole = False
+    return np.array(nodes or [next(_each_evenly(points))]), whole

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import replace
 
 from slipfold.branches.branch import Branch
@@ -286,14 +285,13 @@ class _Branches(Atlas[OrbitPoint]):
         self._observer(replace(at, stage="normal forms", done=done, total=total))
 
     def tell_found(self, chart: Chart[OrbitPoint], done: int) -> None:
-        """Say of how many points of a branch all states are found; to stop there loses them."""
+        """Say of how many points of a branch all states are found."""
         if self._observer is None or self.interrupted:
             return
         trail = chart.trail
         total, value = len(trail.points), trail.curve.value(trail.points[done - 1].z)
         at = Progress(chart.number, trail.curve.period, total, value, _names(trail))
-        with suppress(KeyboardInterrupt):
-            self._observer(replace(at, stage="orbits", done=done, total=total))
+        self._observer(replace(at, stage="orbits", done=done, total=total))
 
 
 def _names(trail: Trail[OrbitPoint]) -> tuple[str, ...]:
