@@ -20,7 +20,7 @@ from slipfold.continuation.trail import Trail
 from slipfold.continuation.walk import Failure, walk
 from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.discretisations.collocation import Collocation
-from slipfold.orbits.limits import limit_margins, loses_equations
+from slipfold.orbits.limits import limit_rooms, loses_equations
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
@@ -53,7 +53,8 @@ LOST = (
 )
 
 CLOSE_TO_LIMIT = 5.0
-"""A curve lost with an output within this factor of its bound ends because of that limit."""
+"""A curve lost with an output within this factor of a bound above zero ends because of that limit;
+of another one, within as many times less one what is far from it."""
 
 
 class BranchEndings(Endings[OrbitPoint]):
@@ -112,11 +113,12 @@ def failure_reason(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[
         )
         return failure.kind, reason
     try:
-        margins, singular = limit_margins(orbits, last.z), loses_equations(orbits, last.z)
+        margins, rooms = limit_rooms(orbits, last.z)
+        singular = loses_equations(orbits, last.z)
     except BREAKDOWNS:
         return failure.kind, failure.reason
-    for limit, margin in zip(orbits.model.limits, margins, strict=True):
-        if margin < (CLOSE_TO_LIMIT - 1) * limit.bound:
+    for limit, margin, room in zip(orbits.model.limits, margins, rooms, strict=True):
+        if margin < (CLOSE_TO_LIMIT - 1) * room:
             reason = limit.reason.format(value=margin + limit.bound)
             return "limit", f"{reason} (no orbit was found any nearer to the limit)"
     met = SINGULAR in failure.reason

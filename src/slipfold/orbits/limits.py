@@ -15,7 +15,15 @@ from slipfold.orbits.discretisations.collocation import Collocation
 from slipfold.orbits.extrema import refine_minimum
 from slipfold.orbits.orbit_curve import Orbits
 
-__all__ = ["broken_limit", "limit_margins", "limit_met", "loses_equations", "margins_each"]
+__all__ = [
+    "broken_limit",
+    "far_above",
+    "limit_margins",
+    "limit_met",
+    "limit_rooms",
+    "loses_equations",
+    "margins_each",
+]
 
 Array = NDArray[np.float64]
 
@@ -26,6 +34,22 @@ BESIDE = 0.01
 """Distance from an orbit, in typical sizes, within which equations are tried: samples may lie that
 far from where it comes nearest to a singularity."""
 
+SHARE = 0.01
+"""Share of what an output swings by that is far from a bound which says nothing of its scale:
+orbits of maps move by at most 1e-5 of typical sizes after they were watched, a thousandth of that
+where outputs swing by typical sizes, and few orbits have to be looked at closely."""
+
+
+def far_above(bounds: Array, swings: Array) -> Array:
+    """Return what outputs that swing by so much have to stay above to be far from their bounds.
+
+    Bounds above zero lie a little before a singularity at zero: twice the bound is far from it. Any
+    others are values like any other, and what is far is told by how much the output changes.
+
+    Shapes: bounds (n_limits,); swings (..., n_limits), as is what is returned.
+    """
+    return np.asarray(bounds + np.where(bounds > 0, bounds, SHARE * swings))
+
 
 def limit_margins(orbits: Orbits, z: Array) -> Array:
     """Return by how much each watched output stays above its bound over the orbit.
@@ -33,24 +57,31 @@ def limit_margins(orbits: Orbits, z: Array) -> Array:
     The first look is at states that are known anyway, the second samples the orbit evenly. Between
     samples an output may be lower by what its slope allows, or its bend, an eighth of which is the
     fall of a parabola below its lowest sample; where that could matter, its minimum over the
-    continuous orbit is found, as closely as it has to be to see that it is twice the bound.
+    continuous orbit is found, as closely as it has to be to see that it is far above the bound.
 
     Returns shape (n_limits,).
     """
+    return limit_rooms(orbits, z)[0]
+
+
+def limit_rooms(orbits: Orbits, z: Array) -> tuple[Array, Array]:
+    """Return the margins of limits, and margins that are far from them, each (n_limits,)."""
     limits = orbits.model.limits
     if not limits:
-        return np.empty(0)
+        return np.empty(0), np.empty(0)
     if not orbits.by.smooth:  # a motion that meets a limit ends there: an orbit has met none
-        return np.full(len(limits), np.inf)
+        return np.full(len(limits), np.inf), np.zeros(len(limits))
     flow, constants = orbits.flow, orbits.constants(z)
     known = orbits.by.passed_through(orbits.nodes(z), constants)
     if known is not None and len(known[1]) >= SAMPLES * orbits.period:
         columns, bounds = _watched(flow, limits)
         values = flow.outputs(*known, constants)[:, columns]
         fall = np.abs(values - np.roll(values, 1, axis=0)).max(axis=0)
-        if (values.min(axis=0) - fall >= 2 * bounds).all():
-            return np.asarray(values.min(axis=0) - bounds)
-    return margins_each(flow, constants, limits, orbits.evenly(z)[None], orbits.period)[0]
+        far = far_above(bounds, np.ptp(values, axis=0))
+        if (values.min(axis=0) - fall >= far).all():
+            return np.asarray(values.min(axis=0) - bounds), far - bounds
+    found = _each(flow, constants, limits, orbits.evenly(z)[None], orbits.period)
+    return found[0][0], found[1][0]
 
 
 def margins_each(
@@ -60,6 +91,13 @@ def margins_each(
 
     Shapes: constants of one or of k orbits; nodes (k, m, n); returns (k, n_limits).
     """
+    return _each(flow, constants, limits, nodes, period)[0]
+
+
+def _each(
+    flow: Flow, constants: Constants, limits: Sequence[Limit], nodes: Array, period: int
+) -> tuple[Array, Array]:
+    """Return margins, and margins that are far from the limits, each of shape (k, n_limits)."""
     count, segments, n = nodes.shape
     columns, bounds = _watched(flow, limits)
     grid = _grid(segments, period)
@@ -69,12 +107,12 @@ def margins_each(
     at = np.tile(phases, count)
     values = flow.outputs(samples.reshape(-1, n), at, constants.repeated(grid.size))[:, columns]
     samples, values = samples.reshape(count, -1, n), values.reshape(count, -1, len(limits))
-    lowest = values.min(axis=1)
+    lowest, far = values.min(axis=1), far_above(bounds, np.ptp(values, axis=1))
     closed = np.concatenate([values[:, -1:], values, values[:, :1]], axis=1)
     steps = closed[:, 1:] - closed[:, :-1]
     bends = steps[:, 1:] - steps[:, :-1]
     fall = np.minimum(np.abs(steps).max(axis=1), np.abs(bends).max(axis=1))
-    rows, near = (lowest - fall < 2 * bounds).nonzero()
+    rows, near = (lowest - fall < far).nonzero()
     if len(rows):
         before = values[rows, :, near].argmin(axis=1) - 1  # -1 is the last sample: it is closed
         lowest[rows, near] = refine_minimum(
@@ -85,9 +123,9 @@ def margins_each(
             spacing,
             columns[near],
             np.ones(len(rows)),
-            2 * bounds[near],
+            far[rows, near],
         )
-    return np.asarray(lowest - bounds)
+    return np.asarray(lowest - bounds), far - bounds
 
 
 def _watched(flow: Flow, limits: Sequence[Limit]) -> tuple[NDArray[np.int64], Array]:

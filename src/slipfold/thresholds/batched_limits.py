@@ -11,7 +11,7 @@ from slipfold.flow.equations import Constants
 from slipfold.flow.scaled import power_of_two
 from slipfold.models.model import Model
 from slipfold.orbits.forced_orbits import ForcedOrbits
-from slipfold.orbits.limits import limit_margins
+from slipfold.orbits.limits import far_above, limit_margins
 
 __all__ = ["keep_limits"]
 
@@ -62,7 +62,8 @@ def _are_far(
     bend = np.roll(watched, 1, axis=1) - 2 * watched + np.roll(watched, -1, axis=1)
     lowest = (watched - np.maximum(bend, 0.0)).min(axis=1)
     bounds = np.array([limit.bound for limit in model.limits])
-    return np.asarray((lowest > 2 * bounds).all(axis=1), dtype=bool)
+    far = far_above(bounds, np.ptp(watched, axis=1))
+    return np.asarray((lowest > far).all(axis=1), dtype=bool)
 
 
 def _keeps_limits(flow: Flow, model: Model, state: Array, parameters: Array) -> bool:

@@ -12,14 +12,11 @@ from slipfold.flow.scaled import power_of_two
 from slipfold.flow.strobes.linearised_steps import linearised_steps_of
 from slipfold.models.model import Model
 from slipfold.orbits.correct_orbits import transitions
+from slipfold.orbits.limits import far_above
 
 __all__ = ["OnePeriod", "Passed"]
 
 Array = NDArray[np.float64]
-
-FAR = 2.0
-"""What limits watch is far from a bound if it is above so many times the bound: orbits move by
-less than that between the period that is watched and their last correction."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +26,8 @@ class Passed:
     mismatch: Array  # by how much each fails to close, shape (m, n)
     matrices: Array  # monodromy matrices, shape (m, n, n)
     along: Array  # derivatives along the parameter, shape (m, n)
-    # Whether each stays far from all limits of the model as far as was looked, shape (m,)
+    # Whether each stays far from all limits of the model as far as was looked: farther than orbits
+    # move between the period that is watched and their last correction, shape (m,)
     clear: NDArray[np.bool_]
 
 
@@ -81,7 +79,8 @@ class OnePeriod:
             states, zero, 1.0, constants.values, scales, change, tolerance=tolerance
         )
         with np.errstate(invalid="ignore"):
-            far = (carried.above > FAR * self._bounds).all(axis=1)
+            swings = carried.highest - carried.lowest
+            far = (carried.above > far_above(self._bounds, swings)).all(axis=1)
         return Passed(
             (carried.ends - states) / scales,
             carried.matrices * (scales[:, None, :] / scales[:, :, None]),

@@ -66,6 +66,7 @@ class Carried:
     matrices: Array  # derivatives by the first states, shape (l, n, n)
     vectors: Array  # derivatives along the change of coefficients, shape (l, n)
     lowest: Array  # least value of each limit's output at an end of a step, shape (l, n_limits)
+    highest: Array  # and the largest one
     # What it is above between these, as far as values and slopes tell, shape (l, n_limits)
     above: Array
 
@@ -119,8 +120,8 @@ class LinearisedSteps:
                 break
         work[:size, ~arrived] = np.nan
         derivatives = work[n:size].reshape(n + 1, n, count).transpose(2, 1, 0)
-        lowest, above = passed.bounds(count, self.limits)
-        return Carried(work[:n].T, derivatives[..., :n], derivatives[..., n], lowest, above)
+        bounds = passed.bounds(count, self.limits)
+        return Carried(work[:n].T, derivatives[..., :n], derivatives[..., n], *bounds)
 
     def _march(
         self,
@@ -172,12 +173,13 @@ class _Passed:
         self._steps.append(steps)
         self._seen.append(seen)
 
-    def bounds(self, count: int, watched: int) -> tuple[Array, Array]:
-        """Return the least values, and bounds of what lies between, both of shape (l, n_limits).
+    def bounds(self, count: int, watched: int) -> tuple[Array, Array, Array]:
+        """Return least and largest values, and bounds of what lies between, each (l, n_limits).
 
         Where what is watched falls at first and then rises, it does so as a cubic, but for `MORE`.
         """
         lowest, above = np.full((2, watched, count), np.inf)
+        highest = np.full((watched, count), -np.inf)
         motions = np.concatenate(self._motions)
         if len(motions) and watched:
             steps = np.concatenate(self._steps)
@@ -192,8 +194,9 @@ class _Passed:
             least = np.where((falls < 0) & (rises > 0), np.fmin(least, ends), ends)
             for row in range(watched):
                 np.minimum.at(lowest[row], motions, ends[row])
+                np.maximum.at(highest[row], motions, np.maximum(before, after)[row])
                 np.minimum.at(above[row], motions, (least - MORE * (ends - least))[row])
-        return lowest.T, above.T
+        return lowest.T, highest.T, above.T
 
 
 def linearised_steps_of(model: Model) -> LinearisedSteps | None:
