@@ -149,9 +149,10 @@ def test_on_a_wall_the_oscillator_comes_to_rest(forced):
     assert 0.9 * lost < heat < lost
 
 
-def test_orbits_are_not_followed_on_a_wall():
+def test_loci_and_maps_are_not_followed_on_a_wall():
+    with pytest.raises(sf.InputError, match=r"contact tip of sliding comes to stick for good"):
+        sf.response(sliding(0.1, 0.0), "f", (12, 13))
     for follow in (
-        lambda: sf.response(sliding(0.1, 0.0), "f", (12, 13)),
         lambda: sf.response(sliding(0.1, 0.6), "Vd", (0.6, 0)),
         lambda: sf.bifurcation_set(sliding(0.1, 0.0), ("f", "Nd"), ((12, 13), (0, 0.1))),
         lambda: sf.threshold_map(

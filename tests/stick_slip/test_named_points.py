@@ -54,6 +54,24 @@ def test_turns_of_den_hartogs_orbit_begin_to_stick(frequency):
         assert (sticks == (branch.parameter > most + 1e-9)).all()
 
 
+def test_a_response_on_a_floor_begins_where_a_motion_settles():
+    # A friction damper: what a given orbit leads to, without one, from either end or between.
+    model = shaken(0.8, x=3.5)
+    orbit = sf.periodic_orbit(model)
+    (given,) = sf.response(orbit, "Ns_x", (3.5, 4.5), settings=SINGLE).branches
+    (found,) = sf.response(model, "Ns_x", (3.5, 4.5), settings=SINGLE).branches
+    assert [item.type for item in found.special] == ["STICK"]
+    (between,) = sf.response(
+        model, "Ns_x", (3.5, 4.5), start={"Ns_x": 4.0}, settings=SINGLE
+    ).branches
+    for point in (found.special[0], between.special[0]):
+        known = point.uncertainty + given.special[0].uncertainty
+        assert point.value == pytest.approx(given.special[0].value, abs=known)
+        assert known < 1e-8
+    with pytest.raises(sf.InputError, match=r"contact x of .* comes to stick for good"):
+        sf.response(model, "Ns_x", (6.0, 4.5), settings=SINGLE)
+
+
 @pytest.mark.parametrize("span", [(0.14, 0.05), (0.05, 0.14), (0.115, 0.13), (0.13, 0.115)])
 def test_longest_steps_find_where_turns_begin_to_stick_too(span):
     # The closed form above, over the frequency: the load is the largest without stops there.

@@ -12,6 +12,7 @@ from slipfold.flow.switched.events import Ending
 from slipfold.flow.switched.linearised_motion import linearised_motion
 from slipfold.flow.switched.switched_flow import switched_flow_of
 from slipfold.flow.switched.switched_motion import first_mode, legs
+from slipfold.models.followed import check_followed
 
 
 def swinging(spring=0.0, amplitude=1.0, f=0.2):
@@ -124,4 +125,6 @@ def test_the_linearised_motion_has_the_acceleration_of_the_table():
 
 def test_orbits_in_slip_alone_are_not_followed_on_it():
     with pytest.raises(sf.InputError, match="is at rest or swings"):
+        check_followed(swinging(spring=1.0))
+    with pytest.raises(sf.InputError, match=r"F of system comes to stick for good, .* begin at a"):
         sf.response(swinging(spring=1.0), "mu", (0.4, 0.5))

@@ -24,7 +24,7 @@ from slipfold.models.followed import check_followed
 from slipfold.models.model import Model
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.system import System
-from slipfold.orbits.find import periodic_orbit
+from slipfold.orbits.find import may_slip, periodic_orbit
 from slipfold.orbits.orbit_near import orbit_near, settled_on
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
@@ -97,7 +97,8 @@ def response(
     -------
     Diagram
         Branches with their special points. They go on through stick and slip where contacts come to
-        that. A branch that stops early says why in its `stopped`.
+        that; where no counter-body moves on, they begin at what a motion settles on. A branch that
+        stops early says why in its `stopped`.
 
     Raises
     ------
@@ -130,15 +131,17 @@ def response(
     chosen = checked_settings(settings)
     started = perf_counter()
     changed = model.replace(**parameters)
-    sticks = isinstance(orbit, StickSlipOrbit)  # it goes on at rest, too, and has its sizes
-    if not sticks:
+    # Where a counter-body is at rest nothing slides all the time: a motion leads to an orbit.
+    at_rest = orbit is None and changed.forced and not may_slip(changed)
+    if orbit is None and not at_rest:
         check_followed(changed)
     watched = (*events, *own_events(changed, vary))
     ends = changed.values[vary], last
     begin = None if orbit is None else Begin(orbit.model.values[vary], orbit)
-    if orbit is None and (start is not None or settled):
+    if orbit is None and (start is not None or settled or at_rest):
         begin = _begin(changed, vary, ends, start or {}, settled, observer)
-    if not sticks:
+    # An orbit through stick has its own sizes.
+    if begin is None or not isinstance(begin.orbit, StickSlipOrbit):
         changed = measured_over(changed, vary, ends, begin)
     follow = partial(
         trace_response,
@@ -235,6 +238,8 @@ def _begin(
             "give one inside it"
         )
     there = model.replace(**{vary: at})
+    if there.forced and not may_slip(there):
+        return Begin(at, periodic_orbit(there, state=state or None))
     if settled:
         tell = searching(observer, at)
         found = settled_on(there, state, lambda progress: tell(progress.periods))

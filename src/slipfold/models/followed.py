@@ -16,13 +16,13 @@ def check_followed(model: Model) -> None:
     >>> check_followed(SlidingOscillator(Vd=0))
     Traceback (most recent call last):
     ...
-    slipfold.errors.InputError: Vd = 0 is outside its bounds; Vd must be > 0 m/s in all but simulate
+    slipfold.errors.InputError: Vd = 0 is outside its bounds; Vd must be > 0 m/s but to simulate
     """
     for item in model.variable_parameters:
         try:
             item.check(model.values[item.name])
         except InputError as error:
-            raise InputError(f"{error} in all but simulate") from None
+            raise InputError(f"{error} but to simulate") from None
     for name in model.resting if isinstance(model, System) else ():
         raise InputError(
             f"the counter-body of the contact {name} is at rest or swings, so nothing slides on it "

@@ -29,7 +29,7 @@ from slipfold.orbits.spectrum.floquet import floquet_multipliers
 from slipfold.orbits.stick_slip.find_switched import find_switched
 from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
 
-__all__ = ["periodic_orbit"]
+__all__ = ["may_slip", "periodic_orbit"]
 
 Array = NDArray[np.float64]
 
@@ -112,7 +112,7 @@ def periodic_orbit(
         raise InputError(
             f"settle = {settle!r} is not a whole number from 1 to {LONGEST_SETTLING}; give e.g. 400"
         )
-    on_wall = not _may_slip(model)
+    on_wall = not may_slip(model)
     model = model if on_wall else measured(model)
     # Which one may change plays no part, but the duration of a cycle is unknown already.
     free = [item.name for item in model.parameters if model.forced or item.name != "duration"]
@@ -156,7 +156,7 @@ def periodic_orbit(
     return slips if _keeps_limits(slips) else through_stick()
 
 
-def _may_slip(model: Model) -> bool:
+def may_slip(model: Model) -> bool:
     """Whether there are orbits in slip alone: not where a counter-body is at rest."""
     try:
         check_followed(model)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import InputError
 from slipfold.flow.switched.simulate import simulate_switched
+from slipfold.flow.trajectory import Trajectory
 from slipfold.models.model import Model
 from slipfold.orbits.carry_to import hold_parameter
 from slipfold.orbits.discretisations.switched_shooting import SwitchedShooting
@@ -48,6 +49,11 @@ def find_switched(
             f"the motion of {model.name} comes to no cycle: {settlement.message}; give a state "
             "near one"
         )
+    for name in _resting(motion) if model.forced else ():
+        raise InputError(
+            f"the contact {name} of {model.name} comes to stick for good, so it may rest anywhere "
+            "in a range and no orbit stands alone; begin at a value where it slips"
+        )
     model, node = motion.model, motion.strobe[-1]
     if settlement.duration is not None and not model.forced:
         model = model.replace(duration=settlement.duration)
@@ -63,3 +69,13 @@ def find_switched(
     guess = orbits.unknown(node[None], model)
     row = hold_parameter(len(guess) - 1)
     return orbits, correct(orbits, guess, row, tolerance=tolerance, iterations=ITERATIONS)
+
+
+def _resting(motion: Trajectory) -> list[str]:
+    """Return the contacts that stick throughout the last forcing period."""
+    last = motion.periods
+    return [
+        item.contact
+        for item in (motion.sticking.intervals if motion.sticking is not None else ())
+        if item.state == "stick" and item.begin <= last - 1 and item.end >= last
+    ]
