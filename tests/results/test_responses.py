@@ -6,6 +6,7 @@ import xarray
 
 import slipfold as sf
 from slipfold.branches import make_branch
+from slipfold.models.registry import model_named
 from slipfold.results.responses import INTERRUPTED
 
 MODEL = sf.SlidingOscillator(f=12.5)
@@ -82,6 +83,21 @@ def test_progress_is_told_while_many_go_side_by_side():
     assert walked == sorted(walked)
     assert walked[-1] == 1
     assert [item.done for item in seen if item.stage == "cases"] == list(range(1, 17))
+
+
+def test_progress_does_not_fall_where_branches_turn():
+    walked = []
+
+    def observer(progress):
+        if progress.stage == "branches of period 1":
+            walked.append(progress.share)
+        elif walked:
+            raise KeyboardInterrupt
+
+    over = {"d": np.linspace(0.05, 0.06, 16)}  # each has two folds
+    sf.responses(model_named("duffing"), "W", (0.8, 1.8), over=over, observer=observer)
+    assert len(walked) > 3
+    assert walked == sorted(walked)
 
 
 def test_an_interruption_is_heard_while_many_go_side_by_side():

@@ -138,13 +138,18 @@ class Walk:
         self._note(np.arange(k))
 
     def run(self, tell: Callable[[float], None] = lambda share: None) -> None:
-        """Follow all of them to their ends, telling after each step how far they have come."""
+        """Follow all of them to their ends, telling after each step how far they have come.
+
+        At folds some go back; what is told does not.
+        """
+        share = 0.0
         for _ in range(MOST):
             some = np.flatnonzero(self.going)
             if not len(some):
                 return
             self._take_steps(some)
-            tell(self._share)
+            share = max(share, self._share)
+            tell(share)
         self._leave(np.flatnonzero(self.going), "points")
 
     @property
