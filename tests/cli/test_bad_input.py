@@ -132,6 +132,7 @@ CASES = {
         ["locus", "no.nc", "--vary", "f=12:13", "--vary", "Nd=0:1"], "no.nc cannot be read",
     ),
     "case file missing": (["response", "no.toml", "--vary", "Nd=0:1"], "no.toml cannot be read"),
+    "study missing": (["study", "no.toml"], "give another file that holds a study"),
 }  # fmt: skip
 
 

@@ -295,4 +295,4 @@ def test_command():
     assert "quiet at 0.043 N" in result.stdout
     wrong = run("uncertainty", "sliding", "--vary", "Nd=0:0.02", "--scatter", "mu=normal:5%")
     assert wrong.exit_code == 2
-    assert "no such special point on the way, but none at all" in wrong.stderr
+    assert "no special point lies on the way from Nd = 0 to 0.02; give a longer" in wrong.stderr

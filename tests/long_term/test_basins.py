@@ -100,7 +100,7 @@ def test_on_the_command_line_and_back_from_a_file(tmp_path):
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (["--plane", "x=0:1"], "does not name two states"),
+        (["--plane", "x=0:1"], "does not name two states: it has x; give two"),
         (["--plane", "x=0:1", "--plane", "z=0:1"], "no state 'z'"),
         (["--plane", "x=0:1", "--plane", "y=0:1", "--points", "1"], "at least 2"),
         (["--plane", "x=0:1", "--plane", "y=0:1", "--start", "q=1"], "no state 'q'"),

@@ -149,7 +149,7 @@ def locus(
             raise InputError(f"--regimes {regimes} needs --regions; give both")
         values = parse_assignments(set_)
         chosen = find_model(model, values, friction)
-        plane, window = parse_window(vary, chosen)
+        plane, window = parse_window(vary, chosen, "a bifurcation set")
         refuse_varied(values, plane)
         compute = partial(
             bifurcation_set,

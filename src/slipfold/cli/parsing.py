@@ -145,9 +145,9 @@ def parse_span(texts: Sequence[str], model: Model) -> tuple[str, tuple[float, fl
 
 
 def parse_window(
-    texts: Sequence[str], model: Model
+    texts: Sequence[str], model: Model, what: str = "a locus"
 ) -> tuple[tuple[str, str], tuple[tuple[float, float], tuple[float, float]]]:
-    """Read ``NAME=FIRST:LAST`` twice, for two parameters.
+    """Read ``NAME=FIRST:LAST`` twice, for the two parameters of what is computed.
 
     >>> from slipfold.models import SlidingOscillator
     >>> parse_window(["f=11:14Hz", "Nd=0:0.5"], SlidingOscillator())
@@ -156,8 +156,8 @@ def parse_window(
     if len(texts) != 2:
         times = "once" if len(texts) == 1 else f"{len(texts)} times"
         raise InputError(
-            f"--vary is given {times}, but a locus is followed in two parameters; give it twice, "
-            "e.g. --vary f=11.5:13.5 --vary Nd=0:0.98"
+            f"--vary is given {times}, but {what} has two parameters; give it twice, e.g. "
+            "--vary f=11.5:13.5 --vary Nd=0:0.98"
         )
     (first, one), (second, other) = (_parse_interval(text, model) for text in texts)
     return (first, second), (one, other)

@@ -88,13 +88,18 @@ def first_point(diagram: Diagram, kind: str | None, period: int | None) -> Speci
     wanted = [
         point for point in points if kind in (None, point.type) and period in (None, point.period)
     ]
+    begin, end = diagram.span
+    if not points:
+        raise InputError(
+            f"no special point lies on the way from {diagram.vary} = {begin:g} to {end:g}; "
+            f"give a longer span than --vary {diagram.vary}={begin:g}:{end:g}"
+        )
     if not wanted:
         known = ", ".join(f"{point.type} of period {point.period}" for point in points)
         raise InputError(
-            f"the response has no such special point on the way, but {known or 'none at all'}; "
+            f"the response has no such special point on the way, but {known}; "
             "give another type, period or span"
         )
-    begin = diagram.span[0]
     return min(wanted, key=lambda point: abs(point.value - begin))
 
 

@@ -84,8 +84,10 @@ def basins(
     given: Any = plane
     names = tuple(given) if isinstance(given, Mapping) else ()
     if len(names) != 2:
+        own = f"it has {', '.join(names)}" if names else "it has none"
         raise InputError(
-            f"plane = {plane!r} does not name two states; give two, each with its ends"
+            f"the plane does not name two states: {own}; give two, each with its ends (on the "
+            "command line --plane twice)"
         )
     known = [item.name for item in changed.states]
     box = checked_box(changed, {name: plane[name] for name in names if not _is_phase(name, known)})

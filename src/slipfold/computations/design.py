@@ -198,7 +198,10 @@ def _bounds(
 def _demands(parameter: Parameter, above: Any, outside: Any) -> list[tuple[str, float]]:
     """Return on which sides of what the threshold may be, one search each."""
     if (above is None) == (outside is None):
-        raise InputError("give either above, what the threshold is to exceed, or outside, a window")
+        raise InputError(
+            "give either above (--above), what the threshold is to exceed, or outside (--outside), "
+            "a window that it is to leave"
+        )
     if outside is not None:
         low, high = (_number(end, parameter) for end in outside)
         return [("above", high), ("below", low)]

@@ -27,15 +27,13 @@ FORM = (
 )
 
 
-def read_case_file(given: str) -> Source:
-    """Read a TOML file."""
+def read_case_file(given: str, wanted: str = "another case file or the name of a model") -> Source:
+    """Read a TOML file; say what is wanted where there is none."""
     try:
         text = Path(given).read_text(encoding="utf-8")
     except OSError as error:
         why = (error.strerror or str(error)).lower()
-        raise InputError(
-            f"{given} cannot be read ({why}); give another case file or the name of a model"
-        ) from error
+        raise InputError(f"{given} cannot be read ({why}); give {wanted}") from error
     except UnicodeDecodeError as error:
         raise InputError(f"{given} is not TOML ({error}); a case file has {FORM}") from error
     return source_of_text(text, given)

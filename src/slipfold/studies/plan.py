@@ -68,7 +68,7 @@ def read_plan(given: str | Path | Mapping[str, Any]) -> Plan:
     """Read and check what a study is to compute."""
     if isinstance(given, Mapping):
         return _plan(given, "the study", Path())
-    source = read_case_file(str(given))
+    source = read_case_file(str(given), "another file that holds a study")
     return _plan(source.tables, str(given), Path(given).parent)
 
 

@@ -58,7 +58,7 @@ def regimes(
     outputs = Outputs(json, out, csv).checked()
     given = parse_assignments(set_)
     chosen = find_model(model, given, friction)
-    names, spans = parse_window(vary, chosen)
+    names, spans = parse_window(vary, chosen, "a map of regimes")
     refuse_varied(given, names)
     found = carry_out(
         lambda observer: compute(
