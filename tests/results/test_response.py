@@ -105,6 +105,19 @@ def test_states_along_meshes_are_found_one_orbit_after_the_other_until_interrupt
     assert np.isfinite(branch.nodes).all()
 
 
+def test_whoever_interrupted_before_does_not_lose_the_states_along_meshes():
+    def observer(progress):
+        if progress.stage in ("normal forms", "orbits"):
+            raise KeyboardInterrupt
+
+    settings = Settings(discretisation="collocation")
+    diagram = response(
+        SlidingOscillator(), "Nd", (0.03, 0.05), settings=settings, observer=observer
+    )
+    assert diagram.interrupted
+    assert [branch.stopped.kind for branch in diagram.branches] == ["span", "span"]
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
