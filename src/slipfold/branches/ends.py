@@ -23,6 +23,7 @@ from slipfold.orbits.discretisations.collocation import Collocation
 from slipfold.orbits.limits import limit_rooms, loses_equations
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
+from slipfold.orbits.stick_slip.limit_ahead import limit_ahead
 
 __all__ = ["BranchEndings", "failure_reason"]
 
@@ -106,6 +107,9 @@ def failure_reason(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[
     if failure.kind != "failed":
         return failure.kind, failure.reason
     if not orbits.by.smooth:
+        ahead = limit_ahead(orbits, last)
+        if ahead is not None:
+            return "limit", ahead
         reason = (
             "the orbit sticks, and comes to where none was found that goes on: a stuck interval "
             "that vanishes, or a change of contacts that the motion cannot be carried through "

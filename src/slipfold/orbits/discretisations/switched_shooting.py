@@ -244,18 +244,22 @@ class SwitchedShooting(Segments):
 
         Shapes: start (n,).
         """
-        flow = self.switched
         if not (np.isfinite(start).all() and np.isfinite(constants.values).all()):
             return []
-        weights = flow.weights(start, constants)
         try:
-            mode = first_mode(flow, start, constants, weights, begin)
-            state = flow.held(mode, start, begin, constants)
-            found = list(legs(flow, mode, state, end, constants, weights, begin=begin))
+            found = self.motion(start, begin, end, constants)
         except (Broken, Undecided, Undetermined):
             return []
         # Slip that begins just before the end is known beyond it only.
         return found if found[-1][0].end <= end else []
+
+    def motion(self, start: Array, begin: float, end: float, constants: Constants) -> Passed:
+        """Do the same, where an error tells why a motion cannot go on. Shapes: start (n,)."""
+        flow = self.switched
+        weights = flow.weights(start, constants)
+        mode = first_mode(flow, start, constants, weights, begin)
+        state = flow.held(mode, start, begin, constants)
+        return list(legs(flow, mode, state, end, constants, weights, begin=begin))
 
     def _mode(self, state: Array, phase: float, constants: Constants) -> Mode:
         weights = self.switched.weights(state, constants)
