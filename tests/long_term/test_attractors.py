@@ -7,6 +7,7 @@ import pytest
 
 import slipfold as sf
 from helpers.command_line import run
+from helpers.dry_friction import belt
 from slipfold.long_term.box import checked_box
 
 MODELS = sf.built_in_models()
@@ -101,6 +102,15 @@ def test_motions_that_stick_come_to_the_orbit_that_sticks():
     assert kinds(found) == [("periodic", 1)]
     # shared/reference/beyond.md.
     assert found[0].maximum[0] == pytest.approx(0.1900998927, abs=1e-8)
+    assert found.share(1).value == 1
+
+
+def test_a_belt_s_motions_come_to_the_cycle_that_sticks():
+    model = belt(sf.Coulomb(mu_s=1.0, mu_k=0.5), speed=0.2, damping=0.05)
+    found = sf.attractors(model, {"x": (1.0, 2.0)}, starts=4)
+    cycle = sf.periodic_orbit(model, state={"x": 1.5})
+    assert [item.kind for item in found] == ["cycle"]
+    assert found[0].duration == pytest.approx(cycle.duration, rel=1e-9)
     assert found.share(1).value == 1
 
 

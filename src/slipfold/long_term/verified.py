@@ -14,7 +14,7 @@ from slipfold.long_term.known import SAME, Known, KnownCloud, KnownCycle, KnownP
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.orbits.correct_orbits import orbits_from
-from slipfold.orbits.find import periodic_orbit
+from slipfold.orbits.find import may_slip, periodic_orbit
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.text.stability import stability_word
 
@@ -60,6 +60,7 @@ class Verified:
     def __init__(self, model: Model) -> None:
         self.model = model
         self.known: list[Known] = []
+        self._slips = may_slip(model)  # else each orbit turns, sticking or not
 
     def settling(self, states: Array, sticks: bool) -> Known | None:
         """Return what attracts a motion and is not known, if its last states tell that.
@@ -67,7 +68,7 @@ class Verified:
         Shapes: states (m, n).
         """
         if not self.model.forced:
-            return self._at_rest(states[-1]) or self._cycle(states)
+            return self._at_rest(states[-1]) or self._cycle(states, sticks)
         gaps = self._gaps(states)
         for k in np.flatnonzero(gaps < NEARLY)[:CANDIDATES]:
             if self._is_known(states[-1], NEAR * gaps[k] + SAME):
@@ -106,7 +107,7 @@ class Verified:
         return np.asarray(np.abs(apart / self.model.state_scales()).max(axis=1))
 
     def _orbit(self, state: Array, period: int, sticks: bool) -> Known | None:
-        if not sticks:
+        if not sticks and self._slips:
             (nodes,) = orbits_from(self.model, period, state[None])
             if nodes is None:
                 return None
@@ -133,9 +134,10 @@ class Verified:
             return None
         return KnownPoint(self.model, at_rest(self.model, rest.state, self._next))
 
-    def _cycle(self, states: Array) -> Known | None:
-        state, duration = states[-1], self._round(states)
-        if duration is None or self._is_known(state, BESIDE):
+    def _cycle(self, states: Array, sticks: bool) -> Known | None:
+        state = states[-1]
+        duration = None if sticks else self._round(states)  # one that sticks is simulated on
+        if (duration is None and not sticks) or self._is_known(state, BESIDE):
             return None
         try:
             orbit = periodic_orbit(self.model, state=state, duration=duration)
