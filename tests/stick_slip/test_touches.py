@@ -8,6 +8,8 @@ import pytest
 import slipfold as sf
 from helpers.dry_friction import sliding
 from slipfold.continuation.newton import correct
+from slipfold.flow import last_round
+from slipfold.flow.switched.sampled import dense_legs
 from slipfold.loci.locus_equations import LocusEquations
 from slipfold.orbits.discretisations.switched_shooting import SwitchedShooting
 from slipfold.orbits.kinds import orbits_of
@@ -78,8 +80,39 @@ def test_where_the_tip_begins_to_stick_is_a_curve_in_a_plane():
     assert speed == pytest.approx(again.value, abs=1e-8)
 
 
+@pytest.fixture(scope="module")
+def touched():
+    """The response in slip up to where the tip begins to stick, and beyond."""
+    return over_speed(0.3, (0.0555, 0.0551)).branches[0]
+
+
+@pytest.mark.parametrize("side", ["minimum", "maximum"])
+def test_extrema_at_the_touch_go_on_from_those_in_slip(touched, side):
+    (graze,) = touched.special
+    n, after = graze.nodes.shape[1], int(np.searchsorted(-touched.parameter, -graze.value))
+    (far, near), (before, last) = (
+        values[after - 2 : after]
+        for values in (touched.parameter, getattr(touched.extrema, side)[:, :n])
+    )
+    step = last - before
+    expected = last + (graze.value - near) / (near - far) * step
+    found = getattr(graze.orbit.extrema, side)[0, :n]
+    # Slopes differ by a few percent between points; those of part of a round are far off.
+    assert (np.abs(found - expected) < 0.05 * np.abs(step)).all()
+
+
+def test_extrema_of_part_of_a_round_are_not_said(touched, monkeypatch):
+    monkeypatch.setattr(last_round, "dense_legs", lambda *args: list(dense_legs(*args))[:-1])
+    extrema = replace(touched.special[0].orbit).extrema
+    assert np.isnan([extrema.minimum, extrema.maximum]).all()
+
+
 def graze_over_speed(pulsation, span):
     """Where the response begins to stick."""
+    return [item.point for item in over_speed(pulsation, span).special]
+
+
+def over_speed(pulsation, span):
+    """The response of period 1 over the speed of the plate."""
     alone = sf.Settings(largest_period=1)
-    found = sf.response(sliding(pulsation, span[0]), vary="Vd", span=span, settings=alone).special
-    return [item.point for item in found]
+    return sf.response(sliding(pulsation, span[0]), vary="Vd", span=span, settings=alone)

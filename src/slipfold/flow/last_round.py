@@ -10,11 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.flow.flow import flow_of
+from slipfold.flow.switched.events import Ending
 from slipfold.flow.switched.mode import Mode, Status
 from slipfold.flow.switched.sampled import dense_legs
 from slipfold.flow.switched.step_polynomials import BegunPolynomials, SlowPolynomials
+from slipfold.flow.switched.switched_flow import Leg
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.model import Model
+from slipfold.models.turns import without_turns
 
 __all__ = ["LastRound", "StickTime", "last_round", "round_with_stick"]
 
@@ -25,6 +28,12 @@ SAME = 1e-12
 
 STEPS = 100_000
 """Steps of the integrator in a round at most."""
+
+WHOLE = 1e-9
+"""Phases that may lack of a round: the end of a leg is the root of an event there."""
+
+CLOSES = 1e-5
+"""Gap, in scaled states, of a round carried on from rest; what is caught there misses by far."""
 
 SPREAD = 64
 """Places in a step of slow slip that are looked at."""
@@ -58,7 +67,7 @@ class LastRound:
     Parameters
     ----------
     least, most
-        Smallest and largest value of each state, shape (n_states,).
+        Smallest and largest value of each state, shape (n_states,); NaN if it was not whole.
     sticking
         When contacts stick.
     fraction
@@ -94,7 +103,8 @@ def last_round(motion: Trajectory) -> LastRound | None:
         dense = flow.dense(state, constants, float(count), STEPS)
         return None if dense is None else LastRound(*_extrema([dense.polynomials], dense.scales))
     mode, names = motion.sticking.mode(place), motion.sticking.contacts
-    return round_with_stick(model, state, mode, names, count, settlement.settled)
+    found = round_with_stick(model, state, mode, names, count, settlement.settled)
+    return None if np.isnan(found.fraction) else found
 
 
 def round_with_stick(
@@ -102,9 +112,12 @@ def round_with_stick(
 ) -> LastRound:
     """Return what a motion with stick and slip shows from phase zero to another.
 
-    Shapes: state (n,).
+    Of one that stops on the way nothing is known: NaN. Shapes: state (n,).
     """
     legs = list(dense_legs(model, state, mode, float(count)))
+    if not _goes_round(model, state, legs, count):
+        unknown = np.full(len(state), np.nan)
+        return LastRound(unknown, unknown, fraction=np.nan)
     constants = flow_of(model).constants_of(model)
     known = [leg.polynomials for leg in legs if leg.polynomials is not None]
     unit = 1.0 if model.forced else constants.period
@@ -121,6 +134,16 @@ def round_with_stick(
 
 
 STICK = Status.STICK
+
+
+def _goes_round(model: Model, state: Array, legs: Sequence[Leg], count: int) -> bool:
+    """Whether legs reach the end of a round; if on from rest at a touch, whether they close it."""
+    if not legs or legs[-1].end < count - WHOLE:
+        return False
+    if not any(leg.event is not None and leg.event.ending is Ending.STIFF for leg in legs):
+        return True
+    apart = without_turns(legs[-1].state - state, model.whole_turns) / model.state_scales()
+    return bool(np.abs(apart).max() < CLOSES)
 
 
 def _meet(spans: Sequence[tuple[float, float]], end: float) -> bool:

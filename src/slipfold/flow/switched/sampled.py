@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.flow.equations import Constants
 from slipfold.flow.flow import flow_of
-from slipfold.flow.switched.mode import Mode
-from slipfold.flow.switched.switched_flow import Leg, switched_flow_of
+from slipfold.flow.switched.events import Ending
+from slipfold.flow.switched.mode import Mode, Status
+from slipfold.flow.switched.switched_flow import Leg, SwitchedFlow, switched_flow_of
 from slipfold.flow.switched.switched_motion import Broken, legs
 from slipfold.models.model import Model
 
 __all__ = ["Samples", "dense_legs", "sample_switched"]
 
 Array = NDArray[np.float64]
+
+TOUCHES = 1e-7
+"""Slip, over its size, that is as good as none: what follows is as far beside as is taken away."""
 
 
 class Samples:
@@ -42,17 +48,37 @@ class Samples:
 def dense_legs(model: Model, state: Array, mode: Mode, end: float) -> Iterator[Leg]:
     """Carry a state from phase zero to another, with all that lies between.
 
-    A motion that cannot go on ends there.
+    A motion that cannot go on ends there; where slip in the plane touches zero it goes on from
+    rest.
     """
     flow = switched_flow_of(model)
     constants = flow_of(model).constants_of(model)
     weights = flow.weights(state, constants)
-    try:
-        for leg, _ in legs(flow, mode, state, end, constants, weights, dense=True):
-            yield leg
-    except Broken as broken:
-        if broken.leg is not None:
-            yield broken.leg
+    phase, ahead = 0.0, True
+    while ahead:
+        ahead = False
+        try:
+            for leg, _ in legs(flow, mode, state, end, constants, weights, begin=phase, dense=True):
+                yield leg
+        except Broken as broken:
+            if (last := broken.leg) is None:
+                return
+            yield last
+            resting = _touches(flow, last, constants, weights)
+            if resting is not None and phase < last.end < end:
+                mode, phase, ahead = resting, last.end, True
+                state = flow.held(mode, last.state, phase, constants)
+
+
+def _touches(flow: SwitchedFlow, leg: Leg, constants: Constants, weights: Array) -> Mode | None:
+    """Return the mode at rest of slip that turns too fast to follow, None if it does not rest."""
+    stiff = leg.event is not None and leg.event.ending is Ending.STIFF
+    if not stiff or Status.SLOW not in leg.mode:
+        return None
+    contact, now = leg.mode.index(Status.SLOW), flow.quantities.at(leg.state, leg.end, constants)
+    speed = math.hypot(*now.slip[flow.quantities.places[contact]]) * weights[contact]
+    resting = (*leg.mode[:contact], Status.STICK, *leg.mode[contact + 1 :])
+    return resting if speed < TOUCHES else None
 
 
 def sample_switched(model: Model, state: Array, mode: Mode, phases: Array) -> Samples:

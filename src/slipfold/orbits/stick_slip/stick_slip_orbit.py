@@ -104,6 +104,8 @@ class StickSlipOrbit(PeriodicOrbit):
         with np.errstate(invalid="ignore"):  # an output may be infinite at rest
             low, high, n = _least(values), -_least(-values), len(found.least)
         low[:n], high[:n] = found.least, found.most
+        if np.isnan(found.fraction):  # of part of a round they would be others
+            low[:], high[:] = np.nan, np.nan
         return Extrema(flow_of(self.model).output_names, low[None], high[None])
 
     def extrema_of(self, output: str) -> Extrema:
