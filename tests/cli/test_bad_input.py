@@ -39,7 +39,7 @@ CASES = {
     ),
     "Nd at Ns": (["simulate", "sliding", "--set", "Nd=1"], "Nd = 1 N", "give Nd < Ns"),
     "Nd above Ns at the start": (["response", "sliding", "--vary", "Nd=2:0"], "give Nd < Ns"),
-    "Vd zero": ([*RESPONSE, "--set", "Vd=0"], "Vd = 0", "must be > 0 m/s"),
+    "Vd zero": ([*RESPONSE, "--set", "Vd=0"], "at Nd = 0 the contact tip", "sticks for good"),
     "Vd negative": ([*RESPONSE, "--set", "Vd=-0.6"], "Vd = -0.6", "must be >= 0 m/s"),
     "mu negative": ([*RESPONSE, "--set", "mu=-0.1"], "mu = -0.1", "must be >= 0"),
     "mu varied below zero": (["response", "sliding", "--vary", "mu=0.5:-1"], "must be >= 0"),

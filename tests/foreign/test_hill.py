@@ -214,7 +214,7 @@ def test_loci_of_branch_points_are_kept_and_shown(found, tmp_path):
 
 
 def test_a_region_that_a_pitchfork_divides_is_not_known_without_its_locus(monkeypatch, tmp_path):
-    def nothing(points, *others):
+    def nothing(points, *others, **options):
         list(points)
         return ()
 

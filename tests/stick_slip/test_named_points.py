@@ -68,7 +68,7 @@ def test_a_response_on_a_floor_begins_where_a_motion_settles():
         known = point.uncertainty + given.special[0].uncertainty
         assert point.value == pytest.approx(given.special[0].value, abs=known)
         assert known < 1e-8
-    with pytest.raises(sf.InputError, match=r"contact x of .* comes to stick for good"):
+    with pytest.raises(sf.InputError, match=r"contact x of .* sticks for good"):
         sf.response(model, "Ns_x", (6.0, 4.5), settings=SINGLE)
 
 

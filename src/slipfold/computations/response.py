@@ -239,7 +239,10 @@ def _begin(
         )
     there = model.replace(**{vary: at})
     if there.forced and not may_slip(there):
-        return Begin(at, periodic_orbit(there, state=state or None))
+        try:
+            return Begin(at, periodic_orbit(there, state=state or None))
+        except InputError as error:
+            raise InputError(f"at {vary} = {at:g} {error}") from None
     if settled:
         tell = searching(observer, at)
         found = settled_on(there, state, lambda progress: tell(progress.periods))

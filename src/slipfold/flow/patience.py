@@ -69,6 +69,9 @@ def arrive(batch: Any, ends: Array) -> list[Any]:
         outcomes = _outcomes(batch)
         if STOPPED not in outcomes:
             return outcomes
+        # The steps of one motion are up for all of them, also for those that have arrived.
+        there = zip(outcomes, batch.time == ends, strict=True)
+        outcomes = [ARRIVED if at and out == STOPPED else out for out, at in there]
         taken += CALL
         left, gained = np.abs(ends - batch.time), np.abs(batch.time - before)
         if np.any(gained < HOPELESS * left):

@@ -51,8 +51,8 @@ def find_switched(
         )
     for name in _resting(motion) if model.forced else ():
         raise InputError(
-            f"the contact {name} of {model.name} comes to stick for good, so it may rest anywhere "
-            "in a range and no orbit stands alone; begin at a value where it slips"
+            f"the contact {name} of {model.name} sticks for good, so it may rest anywhere "
+            "in a range and no orbit stands alone; begin where it slips"
         )
     model, node = motion.model, motion.strobe[-1]
     if settlement.duration is not None and not model.forced:
