@@ -98,7 +98,7 @@ class _Group:
         scales = flow.constants_of(first).scales
         self._constants = flow.constants(parameters, np.tile(scales, (len(models), 1)))
         # Elsewhere contacts may stick at any time.
-        slips = all(map(told_in_slip, models, starts))
+        slips = told_in_slip(first, starts, self._constants)
         self._march = March(first, self._constants) if slips else None
         self._own: dict[int, OwnMotion] = {}
         self._scales = scales[:, None]

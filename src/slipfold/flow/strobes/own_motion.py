@@ -31,7 +31,7 @@ class OwnMotion:
         self.stuck = False
         self._constants = constants
         # Elsewhere contacts may stick at any time.
-        self._sticks = not told_in_slip(model, start)
+        self._sticks = not told_in_slip(model, start[None], constants)
         self._weights = guarded_flow_of(model).weights(start, constants)
         self._switched: SwitchedMotion | None = None
         self._before = 0

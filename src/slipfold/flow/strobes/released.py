@@ -29,7 +29,7 @@ def released(model: Model, starts: Array, phases: Array) -> tuple[Array, dict[in
     found, stops = starts.copy(), dict[int, Stop]()
     constants, guarded = flow_of(model).constants_of(model), guarded_flow_of(model)
     # Elsewhere contacts may stick at any time.
-    sticks = not all(told_in_slip(model, start) for start in starts)
+    sticks = not told_in_slip(model, starts, constants)
     for place in np.flatnonzero((phases > 0) & (phases < 1)):
         state, phase = starts[place], float(phases[place])
         stop: Stop | None = None

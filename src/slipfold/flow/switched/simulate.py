@@ -8,6 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from slipfold.flow.equations import Constants
 from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import Stop
 from slipfold.flow.pace import rounded_down
@@ -89,30 +90,32 @@ def slips_at_first(model: Model, start: Array) -> bool:
     """Whether no contact is at one of its limits. Shapes: start (n,)."""
     if not contacts_of(model):
         return True
-    reached, bounds = _limits_at(model, start)
-    return told_in_slip(model, start) and bool(np.all(reached > bounds))
+    constants, starts = flow_of(model).constants_of(model), start[None]
+    reached, bounds = _limits_at(model, starts, constants)
+    return told_in_slip(model, starts, constants) and bool(np.all(reached > bounds))
 
 
-def told_in_slip(model: Model, start: Array) -> bool:
-    """Whether a motion in slip tells where its contacts come to their limits. Shapes: start (n,).
+def told_in_slip(model: Model, starts: Array, constants: Constants) -> bool:
+    """Whether motions in slip tell where their contacts come to their limits.
 
-    Over the speed of a floor at rest slip is infinite, and no limit can be followed.
+    Over the speed of a floor at rest slip is infinite, and no limit can be followed. Shapes: starts
+    (m, n); constants of the model or of m like it.
     """
     contacts = contacts_of(model)
     if not contacts:
         return True
     return all(contact.limits for contact in contacts) and bool(
-        np.isfinite(_limits_at(model, start)[0]).all()
+        np.isfinite(_limits_at(model, starts, constants)[0]).all()
     )
 
 
-def _limits_at(model: Model, start: Array) -> tuple[Array, Array]:
-    """Return what limits of contacts watch at a state, and their bounds."""
+def _limits_at(model: Model, starts: Array, constants: Constants) -> tuple[Array, Array]:
+    """Return what limits of contacts watch, shape (m, l), and their bounds, shape (l,)."""
     beyond = {name for contact in contacts_of(model) for name in contact.limits}
     flow = flow_of(model)
-    values = flow.outputs(start[None], np.zeros(1), flow.constants_of(model))[0]
+    values = flow.outputs(starts, np.zeros(len(starts)), constants)
     watched = [item for item in model.limits if item.name in beyond]
-    reached = np.array([values[flow.output_index(item.output)] for item in watched])
+    reached = values[:, [flow.output_index(item.output) for item in watched]]
     return reached, np.array([item.bound for item in watched])
 
 
