@@ -7,6 +7,22 @@ from scipy.integrate import solve_ivp
 
 import slipfold as sf
 
+DUFFING_ON_BELT = """
+name = "Duffing on a belt"
+[parameters]
+W = { value = 1.35, above = 0 }
+A = 0.8
+[states]
+x = "v"
+v = "F - x - 0.1*v - 0.3*x^3 + A*cos(W*t)"
+[contacts.F]
+slip = "1.0 - v"
+normal = "1.0"
+friction = { law = "Coulomb", mu_s = "0.4", mu_k = "0.4" }
+[forcing]
+period = "2*pi/W"
+"""
+
 
 def belt(law, speed=0.2, damping=0.0):
     """A mass on a belt: k = m = 1, normal force 1, damping of the absolute velocity."""

@@ -5,6 +5,7 @@ import pytest
 
 import slipfold as sf
 from helpers.by_hand.sticking import duffing_on_belt
+from helpers.dry_friction import DUFFING_ON_BELT
 from helpers.moreau import march
 from slipfold.branches.settings import Settings
 from slipfold.loci.fan import FanLine
@@ -17,29 +18,13 @@ from slipfold.loci.into_stick.responses import (
     unfinished,
 )
 
-BELT = """
-name = "Duffing on a belt"
-[parameters]
-W = { value = 1.35, above = 0 }
-A = 0.8
-[states]
-x = "v"
-v = "F - x - 0.1*v - 0.3*x^3 + A*cos(W*t)"
-[contacts.F]
-slip = "1.0 - v"
-normal = "1.0"
-friction = { law = "Coulomb", mu_s = "0.4", mu_k = "0.4" }
-[forcing]
-period = "2*pi/W"
-"""
-
 PLANE, WINDOW = ("W", "A"), ((1.2, 1.5), (0.55, 0.9))
 
 
 @pytest.fixture(scope="module")
 def model():
     """The mass on the belt, pulled by a hardening spring."""
-    return sf.System.from_toml(BELT)
+    return sf.System.from_toml(DUFFING_ON_BELT)
 
 
 @pytest.fixture(scope="module")

@@ -7,26 +7,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import slipfold as sf
+from helpers.dry_friction import DUFFING_ON_BELT
 from slipfold.loci.follow import follow_loci
 
 SINGLE = sf.Settings(largest_period=1)
 MU = 0.2
-
-BELT = """
-name = "Duffing on a belt"
-[parameters]
-W = { value = 1.35, above = 0 }
-A = 0.85
-[states]
-x = "v"
-v = "F - x - 0.1*v - 0.3*x^3 + A*cos(W*t)"
-[contacts.F]
-slip = "1.0 - v"
-normal = "1.0"
-friction = { law = "Coulomb", mu_s = "0.4", mu_k = "0.4" }
-[forcing]
-period = "2*pi/W"
-"""
 
 
 def sticks_on(model, vary, span):
@@ -61,7 +46,7 @@ def test_turns_of_den_hartogs_orbit_begin_to_stick_on_his_curve():
 @pytest.fixture(scope="module")
 def turning():
     """A locus of an orbit that is not its own mirror image."""
-    model = sf.System.from_toml(BELT)
+    model = sf.System.from_toml(DUFFING_ON_BELT).replace(A=0.85)
     point = sticks_on(model, "W", (1.46, 1.40))
     (locus,) = sf.locus(point, ("W", "A"), ((1.38, 1.44), (0.75, 0.9))).loci
     return locus
@@ -108,6 +93,6 @@ def test_friction_would_only_just_hold_a_turn(turning, row):
 
 def test_branches_find_the_same_turns(turning):
     frequency, force = turning.values[1]
-    model = sf.System.from_toml(BELT).replace(A=force)
+    model = sf.System.from_toml(DUFFING_ON_BELT).replace(A=force)
     found = sticks_on(model, "W", (1.01 * frequency, 0.99 * frequency))
     assert found.value == pytest.approx(frequency, abs=1e-9)
