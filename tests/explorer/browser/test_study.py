@@ -106,7 +106,7 @@ def test_words_have_colours_and_axes_change_places(explorer):
     panel.get_by_label("Draw").select_option("outcome")
     expect(panel.locator(".study-legend .word")).to_have_text(["PD"])
     panel.get_by_label("over", exact=True).select_option("mu")
-    assert panel.get_by_label("and", exact=True).input_value() == "Vd"
-    assert panel.locator(".xtitle").text_content() == "μ"
+    expect(panel.get_by_label("and", exact=True)).to_have_value("Vd")
+    expect(panel.locator(".xtitle")).to_have_text("μ")
     panel.get_by_label("Draw").select_option("threshold")
     expect(panel.locator(".study-legend")).to_contain_text("threshold (N)")
