@@ -28,7 +28,7 @@ from slipfold.models.structures import (
 )
 
 I2, K2 = np.eye(2), np.array([[2.0, -1.0], [-1.0, 1.0]])
-SKEW = np.array([[2.0, -1.0], [0.0, 1.0]])
+SKEW = np.array([[2.0, -1.0], [-0.5, 1.0]])
 
 
 def make(M=I2, C=None, K=K2, **options):
@@ -47,6 +47,18 @@ BAD = {
     "no K": (lambda: Structure(I2), "no stiffness matrix; give K"),
     "NaN": (lambda: make(K=[[1, 0], [np.nan, 1]]), "entry nan in row 2, column 1"),
     "sparse inf": (lambda: make(K=sparse.csr_array([[np.inf, 0], [0, 1]])), "inf in row 1, col"),
+    "triangle": (
+        lambda: make(K=np.tril(K2)),
+        "K has one entry of each mirrored pair only: row 1, column 2 is 0, row 2, column 1 is -1; "
+        'give triangles = "symmetric" if this is one triangle of a symmetric matrix, or',
+    ),
+    "triangle of damping": (lambda: make(C=np.triu(K2)), "C has one entry of each mirrored pair"),
+    "triangle of the mass": (
+        lambda: make(M=np.triu(K2), triangles="whole"), "M is not symmetric: row 1, column 2 is -1"
+    ),
+    "triangles": (
+        lambda: make(triangles="lower"), """triangles = 'lower' is not known; give "symmetric" or"""
+    ),
     "mass not symmetric": (lambda: make(M=SKEW), "M is not symmetric: row 1, column 2 is -1"),
     "no mass": (
         lambda: make(M=np.diag([1.0, 0.0]), names="a tip"),
@@ -72,7 +84,7 @@ BAD = {
     "names": (lambda: make(names="a b c"), "3 names are given for 2 degrees of freedom"),
     "same names": (lambda: make(names="a a"), "two degrees of freedom are called a"),
     "bad name": (lambda: make(names=["a", "3"]), "'3' cannot name a degree of freedom"),
-    "state names": (lambda: make(names="x vx"), "vx is a state and a state"),
+    "state names": (lambda: make(names="x vx"), "two states are called vx; give each comp"),
     "no names": (lambda: make(names=5), "1 names are given for 2"),
     "boundary number": (lambda: make(reduction=CraigBampton(3, 1)), "boundary = 3; give the names"),
     "no pairs": (lambda: ProportionalDamping.from_ratios(1, 2), "two pairs of a frequency"),
@@ -119,8 +131,8 @@ BAD = {
         lambda: GeometricSpring("q1", (1,), k=-1), "k = -1 is outside its bounds; k must be >= 0"
     ),
     "same parameters": (
-        lambda: make(elements=[LinearSpring("q1"), LinearSpring("q2")]),
-        "k is a parameter and a parameter; give components of one kind different names",
+        lambda: make(elements=[LinearSpring("q1"), LinearSpring("q1")]),
+        'two parameters are called k_q1; give each component a name of its own, such as name = "le',
     ),
     "component name": (lambda: LinearSpring("q1", name="a b"), "'a b' cannot name a linear spring"),
     "no element": (lambda: make(elements=[3]), "3 is not known among elements"),

@@ -99,6 +99,7 @@ def every_part():
         m,
         [[1, 0, 0], [0, 2, 0], [0.5, 0, 1]],
         100 * np.eye(3),
+        triangles="whole",
         elements=[
             sf.LinearSpring("q1", k="2 kN/m", c=0.1),
             sf.PolynomialSpring({"q1": 0.6, "q2": 0.8}, {1: -3.0, 5: 7.0}, name="poly"),

@@ -423,8 +423,11 @@ def _refuse_doubles(assembly: Assembly) -> None:
     for what, names in groups.items():
         for name in names:
             if name in known:
+                both = f"{name} is {known[name]} and {what}"
+                if known[name] == what:
+                    both = f"two {what.split()[1]}s are called {name}"
                 raise InputError(
-                    f"{name} is {known[name]} and {what}; give components of one kind different "
-                    'names, such as name="left", and degrees of freedom others than these'
+                    f'{both}; give each component a name of its own, such as name = "left", or '
+                    "rename the degree of freedom"
                 )
             known[name] = what

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from slipfold.errors import InputError
@@ -26,6 +27,7 @@ from slipfold.models.structures.components.springs import (
 from slipfold.models.structures.components.tabulated_force import TabulatedForce
 from slipfold.models.structures.matrices.damping import Damping
 from slipfold.models.structures.matrices.matrices import (
+    TRIANGLES,
     Matrix,
     as_matrix,
     check_mass,
@@ -42,6 +44,7 @@ __all__ = [
     "checked_length",
     "checked_names",
     "checked_sizes",
+    "checked_triangles",
     "checked_watch",
     "define",
 ]
@@ -95,12 +98,14 @@ def define(
     length_scale: Any,
     watch: Any,
     title: tuple[Any, Any] = ("structure", ""),
+    triangles: Any = None,
 ) -> tuple[Definition, dict[str, float]]:
     """Check the arguments of a structure, and part them from the values of their parameters."""
     if K is None:
         raise InputError("the structure has no stiffness matrix; give K, of zeros if it has none")
-    mass, stiffness = as_matrix(M, "M"), as_matrix(K, "K")
-    damping = C if C is None or isinstance(C, Damping) else as_matrix(C, "C")
+    half = checked_triangles(triangles)
+    mass, stiffness = as_matrix(M, "M", half), as_matrix(K, "K", half)
+    damping = C if C is None or isinstance(C, Damping) else as_matrix(C, "C", half)
     checked_sizes(mass, C=damping, K=stiffness)
     if isinstance(damping, Damping):
         require_symmetric(
@@ -123,6 +128,7 @@ def define(
             strict=True,
         )
     ]
+    several = _named_apart(several)
     values: dict[str, float] = dict(damping.own_values) if isinstance(damping, Damping) else {}
     for component in (item for items in several for item in items):
         values |= component.values
@@ -151,6 +157,14 @@ def checked_sizes(mass: Matrix, **others: Any) -> None:
             raise InputError(
                 f"{name} has {matrix.size} rows and M has {mass.size}; give matrices of one size"
             )
+
+
+def checked_triangles(triangles: Any) -> str | None:
+    """Return what a matrix stands for that has one entry of each mirrored pair."""
+    if triangles is None or (isinstance(triangles, str) and triangles in TRIANGLES):
+        return triangles
+    known = " or ".join(f'"{item}"' for item in TRIANGLES)
+    raise InputError(f"triangles = {shown(triangles)} is not known; give {known}")
 
 
 def _checked_line(value: Any, what: str) -> str:
@@ -193,6 +207,20 @@ def _checked(items: Any, classes: tuple[type, ...], what: str) -> tuple[Componen
             known = ", ".join(cls.__name__ for cls in classes)
             raise InputError(f"{shown(item)} is not known among {what}; give {known}")
     return tuple(given)
+
+
+def _named_apart(several: list[tuple[Component, ...]]) -> list[tuple[Component, ...]]:
+    """Name components by where they act, where two without a name would share a parameter."""
+    counts = Counter(name for items in several for item in items for name in item.public_names)
+    return [
+        tuple(
+            replace(item, name=item.place)
+            if not item.name and any(counts[name] > 1 for name in item.public_names)
+            else item
+            for item in items
+        )
+        for items in several
+    ]
 
 
 def _iterated(items: Any) -> Iterable[Any]:

@@ -39,7 +39,7 @@ _PARTS = (
     *("M", "C", "K", "names", "reduction", "elements", "contacts", "forcing"),
     *("length_scale", "watch", "name", "title"),
 )
-"""Arguments of the constructor that are no parameter values."""
+"""Arguments of the constructor that are no parameter values, and attributes of a definition."""
 
 MOST_PRODUCTS = 2_000_000
 """Products in the equations with derivatives at which compiling takes minutes and much memory."""
@@ -85,6 +85,10 @@ class Structure(LinearStructure):
         Displacements are in units of this length in m, rates in this length a second. Give about
         the size of the motion: orbits are accepted at a residual of 1e-10 of it. Without it the
         size finds itself.
+    triangles
+        What a matrix is that has at most one entry of each mirrored pair: ``"symmetric"`` for one
+        triangle of a symmetric matrix, which is completed; ``"whole"`` for a matrix that is taken
+        as it is. None refuses it.
     watch
         Displacements in m that are outputs, as directions by name, such as ``{"u_tip": "tip"}``:
         with a reduction they are how a displacement that is no state is seen.
@@ -131,6 +135,7 @@ class Structure(LinearStructure):
         contacts: Any = (),
         forcing: Any = (),
         length_scale: float | str = 1.0,
+        triangles: str | None = None,
         watch: Any = None,
         name: str = "structure",
         title: str = "structure from matrices",
@@ -138,7 +143,7 @@ class Structure(LinearStructure):
     ) -> None:
         components = (elements, contacts, forcing)
         definition, given = define(
-            M, C, K, names, reduction, components, length_scale, watch, (name, title)
+            M, C, K, names, reduction, components, length_scale, watch, (name, title), triangles
         )
         self._become(assemble(definition), {**given, **values})
 
@@ -161,8 +166,8 @@ class Structure(LinearStructure):
     def from_toml(cls, source: str | Path) -> Self:
         """Read a structure from a TOML file or text.
 
-        The tables are ``[structure]`` with ``M K C names length_scale``, ``[damping]`` and
-        ``[reduction]`` with their class as ``type`` and its arguments, one ``[[elements]]``,
+        The tables are ``[structure]`` with ``M K C triangles names length_scale``, ``[damping]``
+        and ``[reduction]`` with their class as ``type`` and its arguments, one ``[[elements]]``,
         ``[[contacts]]`` or ``[[forcing]]`` a component, ``[watch]``, and ``[parameters]`` with
         values. A matrix is written as rows, as ``{ diagonal = [...] }``, or is the name of a
         file in the folder of the TOML file. A contact has the friction law as ``friction``.
@@ -327,7 +332,7 @@ class Structure(LinearStructure):
             New values by name, numbers in SI units or text with a unit; or new parts such as
             ``elements=...``, which come with their values.
         """
-        parts = {name: changes.pop(name) for name in _PARTS if name in changes}
+        parts = {name: changes.pop(name) for name in (*_PARTS, "triangles") if name in changes}
         if not parts:
             # Continuation does this at every point: what is put together already is shared.
             changed = object.__new__(type(self))

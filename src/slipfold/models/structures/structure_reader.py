@@ -30,6 +30,7 @@ from slipfold.models.structures.definition import (
     checked_length,
     checked_names,
     checked_sizes,
+    checked_triangles,
     checked_watch,
 )
 from slipfold.models.structures.matrices.damping import Damping, ModalDamping, ProportionalDamping
@@ -66,9 +67,11 @@ def read_structure(
         raise source.error((), "there is no table [structure]; give its matrices M and K there")
     path = ("structure",)
     table = source.tables["structure"]
-    entries = Entries(source, path, table, ("M", "C", "K", "names", "length_scale"))
+    entries = Entries(source, path, table, ("M", "C", "K", "triangles", "names", "length_scale"))
+    triangles = entries.text("triangles", None)
+    _placed(source, (*path, "triangles"), checked_triangles, triangles)
     matrices = {
-        key: read_matrix_entry(source, (*path, key), table[key], folder)
+        key: read_matrix_entry(source, (*path, key), table[key], folder, triangles)
         for key in ("M", "K", "C") if key in entries
     }  # fmt: skip
     for key in ("M", "K"):

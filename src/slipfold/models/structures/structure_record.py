@@ -27,6 +27,7 @@ def structure_tables(definition: Definition) -> dict[str, Any]:
             "M": matrix_table(definition.M),
             "K": matrix_table(definition.K),
             **({"C": matrix_table(damping)} if isinstance(damping, Matrix) else {}),
+            **({"triangles": "whole"} if _has_whole_triangle(definition) else {}),
             "names": list(definition.names),
             "length_scale": definition.length_scale,
         },
@@ -38,6 +39,12 @@ def structure_tables(definition: Definition) -> dict[str, Any]:
         "watch": {name: _plain(direction) for name, direction in definition.watch},
     }
     return {name: table for name, table in tables.items() if table}
+
+
+def _has_whole_triangle(definition: Definition) -> bool:
+    """Whether a matrix would be read as half of a symmetric one."""
+    matrices = (definition.C, definition.K)
+    return any(isinstance(item, Matrix) and item.one_sided for item in matrices)
 
 
 def _part(part: Any) -> dict[str, Any]:

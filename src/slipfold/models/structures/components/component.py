@@ -57,7 +57,8 @@ class Component(Parametric, ABC):
     Parameters
     ----------
     name
-        Tells components of one kind apart; empty if there is one only.
+        Tells components of one kind apart; empty if there is one only. Of several without a name
+        each is named by where it acts.
     """
 
     title: ClassVar[str] = "component"
@@ -205,6 +206,21 @@ class Component(Parametric, ABC):
             The component's own name for it.
         """
         return f"{symbol}_{self.name}" if self.name else symbol
+
+    @property
+    def public_names(self) -> list[str]:
+        """What the structure calls the parameters, states and measures of the component."""
+        own = [item.name for item in self.own_parameters]
+        own += [item.name for item in self.memory()]
+        own += [item.name for item in self.measures()]
+        return [self.called(name) for name in own]
+
+    @property
+    def place(self) -> str:
+        """The degrees of freedom on which the component acts, as a name; empty for all of them."""
+        weights = [item.weights for item in self.directions if item is not None]
+        joined = "_".join(name for pairs in weights for name, _ in pairs)
+        return joined if NAME.fullmatch(joined) else ""
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:

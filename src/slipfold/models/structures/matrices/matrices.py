@@ -23,6 +23,10 @@ DENSE = 600
 ASYMMETRY = 1e-9
 """Difference between an entry and its mirror image, over the largest entry, that is rounding."""
 
+TRIANGLES = ("symmetric", "whole")
+"""What a matrix with at most one entry of each mirrored pair may be: half of a symmetric one, as
+finite-element programs store it, or complete, as friction that follows the motion makes it."""
+
 SINGULAR = 1e-13
 """Smallest eigenvalue of a mass matrix with unit diagonal at which it is regular."""
 
@@ -70,6 +74,23 @@ class Matrix:
         return csr_array((self.entries, (self.rows, self.columns)), shape=(self.size, self.size))
 
     @property
+    def one_sided(self) -> bool:
+        """Whether there are entries off the diagonal, none of them with a mirror image."""
+        off = self.rows != self.columns
+        rows, columns = self.rows[off], self.columns[off]
+        mirrored = np.isin(columns * self.size + rows, rows * self.size + columns)
+        return len(rows) > 0 and not mirrored.any()
+
+    def mirrored(self) -> Matrix:
+        """Return the symmetric matrix of which this is one half, the diagonal included."""
+        off = self.rows != self.columns
+        rows = np.concatenate([self.rows, self.columns[off]])
+        columns = np.concatenate([self.columns, self.rows[off]])
+        entries = np.concatenate([self.entries, self.entries[off]])
+        order = np.lexsort((columns, rows))
+        return Matrix(self.size, rows[order], columns[order], entries[order])
+
+    @property
     def asymmetry(self) -> tuple[float, int, int]:
         """Largest difference between mirrored entries over the largest entry, and where it is."""
         a = self.array()
@@ -81,7 +102,7 @@ class Matrix:
         return (size / largest if largest else 0.0), row, column
 
 
-def as_matrix(value: Any, name: str) -> Matrix:
+def as_matrix(value: Any, name: str, triangles: str | None = None) -> Matrix:
     """Make a matrix of an array, a SciPy sparse array or a file. Shapes: value (n, n)."""
     if isinstance(value, Matrix):
         return value
@@ -108,7 +129,19 @@ def as_matrix(value: Any, name: str) -> Matrix:
         )
     kept = np.flatnonzero(entries)
     order = kept[np.lexsort((columns[kept], rows[kept]))]
-    return Matrix(shape[0], rows[order], columns[order], entries[order])
+    matrix = Matrix(shape[0], rows[order], columns[order], entries[order])
+    if triangles == "whole" or not matrix.one_sided:
+        return matrix
+    if triangles == "symmetric":
+        return matrix.mirrored()
+    _, row, column = matrix.asymmetry
+    shown = matrix.array()
+    raise InputError(
+        f"{name} has one entry of each mirrored pair only: row {row + 1}, column {column + 1} is "
+        f"{shown[row, column]:.6g}, row {column + 1}, column {row + 1} is "
+        f'{shown[column, row]:.6g}; give triangles = "symmetric" if this is one triangle of a '
+        'symmetric matrix, or triangles = "whole" if the matrix is complete'
+    )
 
 
 def require_symmetric(matrix: Matrix, name: str, why: str) -> None:

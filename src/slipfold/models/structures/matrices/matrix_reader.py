@@ -28,13 +28,15 @@ LARGEST = 1_000_000
 """Rows of the largest matrix: more do not fit into memory with their modes."""
 
 
-def read_matrix_entry(source: Source, path: Path, value: Any, folder: FilePath | None) -> Matrix:
+def read_matrix_entry(
+    source: Source, path: Path, value: Any, folder: FilePath | None, triangles: str | None = None
+) -> Matrix:
     """Read a matrix."""
     name = path[-1]
     if isinstance(value, str):
         rows = _from_file(source, path, value, folder)
     elif isinstance(value, Mapping) and "entries" in value:
-        return _from_entries(source, path, value)
+        rows = _from_entries(source, path, value)
     elif isinstance(value, Mapping):
         entries = Entries(source, path, value, ("diagonal",), name)
         if "diagonal" not in entries:
@@ -52,7 +54,7 @@ def read_matrix_entry(source: Source, path: Path, value: Any, folder: FilePath |
     else:
         raise source.error(path, f"{name} is {type_name(value)}, no matrix; {FORM}")
     try:
-        return as_matrix(rows, name)
+        return as_matrix(rows, name, triangles)
     except InputError as error:
         raise source.error(path, str(error)) from None
 
@@ -117,7 +119,7 @@ def _from_file(source: Source, path: Path, given: str, folder: FilePath | None) 
         raise source.error(path, str(error)) from None
 
 
-def _from_entries(source: Source, path: Path, value: Mapping[str, Any]) -> Matrix:
+def _from_entries(source: Source, path: Path, value: Mapping[str, Any]) -> Any:
     Entries(source, path, value, ("size", "rows", "columns", "entries"), path[-1])
     size = value.get("size")
     if not isinstance(size, int) or isinstance(size, bool) or not 0 < size <= LARGEST:
@@ -138,5 +140,4 @@ def _from_entries(source: Source, path: Path, value: Mapping[str, Any]) -> Matri
     from scipy.sparse import coo_array
 
     shape = (size, size)
-    found = coo_array((entries, (rows.astype(np.int64), columns.astype(np.int64))), shape)
-    return as_matrix(found, path[-1])
+    return coo_array((entries, (rows.astype(np.int64), columns.astype(np.int64))), shape)
