@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from measured import Measured
     from processes import Usage
 
-BEGIN = "<!-- bench: written by `python bench/run.py --readme` -->"
+BEGIN = "<!-- bench: written by `python bench/run.py --docs` -->"
 END = "<!-- /bench -->"
 
 FASTER = {"reliable": 6, "largest": 2.5, "fine": 20}
@@ -239,7 +239,7 @@ def report(measured: Measured) -> str:
 
 
 def response_brief(measured: Measured) -> list[str]:
-    """The tables of the force response and the simulation for README.md."""
+    """The tables of the force response and the simulation for docs/reference/benchmarks.md."""
     ours = together(measured.ours("responses"))
     rows = [
         [
@@ -260,11 +260,11 @@ def response_brief(measured: Measured) -> list[str]:
 
 
 BESIDES = (threshold_map, ensemble, study, stick, batch, after_the_hopf, size, latency)
-"""What has a row or two in the last table of README.md."""
+"""What has a row or two in the last table of docs/reference/benchmarks.md."""
 
 
 def brief(measured: Measured) -> str:
-    """The tables for README.md, as far as there is something in them."""
+    """The tables for docs/reference/benchmarks.md, as far as there is something in them."""
     parts = dict(parts_of(measured))
     branches = [row for module in (systems, cycles) for row in module.brief(parts.get(module, {}))]
     besides = [row for module in BESIDES if module in parts for row in module.brief(parts[module])]
@@ -287,5 +287,5 @@ def renew(text: str, block: str) -> str:
     before, _, rest = text.partition(BEGIN)
     _, end, after = rest.partition(END)
     if not end:
-        raise SystemExit(f"README.md lacks the marks {BEGIN} and {END}")
+        raise SystemExit(f"docs/reference/benchmarks.md lacks the marks {BEGIN} and {END}")
     return f"{before}{BEGIN}\n\n{block}\n\n{END}{after}"

@@ -1,13 +1,13 @@
 """slipfold beside other programs: time, memory and error, measured in one run.
 
-    python bench/run.py [PART ...] [--rounds N] [--cases 512] [--write FILE.md] [--readme]
+    python bench/run.py [PART ...] [--rounds N] [--cases 512] [--write FILE.md] [--docs]
 
 Parts are named below; without any, all are measured, which takes a quarter of an hour of a quiet
 machine with two cores. Every program runs in its own process, one after the other, round after
 round, so that all of them see the same machine; figures are medians. A program that is not
 installed, fails, or does not end within its budget is named with the reason and left out. The
-report is Markdown, on standard output; `--write` keeps it, `--readme` renews the tables in
-README.md.
+report is Markdown, on standard output; `--write` keeps it, `--docs` renews the tables in
+docs/reference/benchmarks.md.
 """
 
 import argparse
@@ -23,7 +23,7 @@ import processes
 from measured import Measured, Records
 from processes import Absent, Usage
 
-README = processes.BENCH.parent / "README.md"
+PAGE = processes.BENCH.parent / "docs" / "reference" / "benchmarks.md"
 
 STUDY_CASES = 512
 """Responses of the study where no number is asked for."""
@@ -185,14 +185,14 @@ def main() -> int:
         "--cases", type=int, default=STUDY_CASES, help=f"of the study (default {STUDY_CASES})"
     )
     parser.add_argument("--write", type=Path, metavar="FILE", help="write the report to a file too")
-    parser.add_argument("--readme", action="store_true", help="renew the tables in README.md")
+    parser.add_argument("--docs", action="store_true", help=f"renew the tables in {PAGE.name}")
     options = parser.parse_args()
     unknown = [part for part in options.parts if part not in (*PARTS, "all")]
     if unknown:
         parser.error(f"there is no part {', '.join(unknown)}; there are {', '.join(PARTS)}")
     everything = not options.parts or "all" in options.parts
-    if options.readme and not everything:
-        parser.error("the tables in README.md are renewed as a whole: name no part with --readme")
+    if options.docs and not everything:
+        parser.error(f"the tables in {PAGE.name} are renewed as a whole: name no part with --docs")
     measured = measure(PARTS if everything else options.parts, options.rounds, options.cases)
     # Imported late: a process inherits the memory of the one that starts it as its least.
     from report import brief, renew, report
@@ -201,8 +201,8 @@ def main() -> int:
     print(text)
     if options.write:
         options.write.write_text(text + "\n")
-    if options.readme:
-        README.write_text(renew(README.read_text(), brief(measured)))
+    if options.docs:
+        PAGE.write_text(renew(PAGE.read_text(), brief(measured)))
     return 1 if measured.failed else 0
 
 

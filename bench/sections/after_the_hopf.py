@@ -61,7 +61,7 @@ def aim_rows(record: dict[str, Any]) -> Iterator[list[str]]:
 
 
 def brief(record: dict[str, Any]) -> Iterator[list[str]]:
-    """Rows for README.md."""
+    """Rows for the benchmarks page."""
     points = record["basins"]["points"]
     yield ["a torus, with its stability and surface", f"{1e3 * each_torus(record):.0f} ms", ""]
     yield [

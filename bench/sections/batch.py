@@ -64,7 +64,7 @@ def aim_rows(records: dict[str, dict[str, Any]]) -> Iterator[list[str]]:
 
 
 def brief(records: dict[str, dict[str, Any]]) -> Iterator[list[str]]:
-    """The row for README.md."""
+    """The row for the benchmarks page."""
     (_, ours, error), *others = runs(records)
     shown = [
         f"{name} {rate:,.0f} ({multiple(ours / rate)} times, {magnitude(theirs)})"

@@ -104,7 +104,7 @@ def section(cycles: dict[str, Records]) -> list[str]:
 
 
 def brief(cycles: dict[str, Records]) -> Iterator[list[str]]:
-    """Rows for README.md: slipfold and the fastest that is right."""
+    """Rows for the benchmarks page: slipfold and the fastest that is right."""
     for name, records in cycles.items():
         ours, rivals = records["slipfold"], right(name, records)
         fastest = min(rivals, key=lambda who: processor(rivals[who]), default=None)

@@ -42,7 +42,7 @@ def aim_rows(record: dict[str, Any]) -> Iterator[list[str]]:
 
 
 def brief(record: dict[str, Any]) -> Iterator[list[str]]:
-    """The row for README.md."""
+    """The row for the benchmarks page."""
     yield [
         f"{record['cases']} responses with random parameters in one call, one core, each",
         f"{milliseconds(each(record))} ms",

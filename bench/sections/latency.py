@@ -36,7 +36,7 @@ def aim_rows(record: dict[str, Any]) -> Iterator[list[str]]:
 
 
 def brief(record: dict[str, Any]) -> Iterator[list[str]]:
-    """The row for README.md."""
+    """The row for the benchmarks page."""
     times = {name: f"{1e3 * median(found):.0f} ms" for name, found in record["seconds"].items()}
     yield [
         "from a slider of the explorer to the curve",

@@ -109,7 +109,7 @@ def aim_rows(loci: Records) -> Iterator[list[str]]:
 
 
 def brief(loci: Records) -> str:
-    """The table for README.md."""
+    """The table for the benchmarks page."""
     shown = [
         [name, f"{row[3]} ms", row[2], f"{row[4]} ms", row[5], f"{row[7]} N"]
         for name, row in zip(loci, rows(loci), strict=True)

@@ -87,7 +87,7 @@ def aim_rows(record: dict[str, Any]) -> Iterator[list[str]]:
 
 
 def brief(record: dict[str, Any]) -> Iterator[list[str]]:
-    """The row for README.md."""
+    """The row for the benchmarks page."""
     largest = record["sizes"][-1]
     yield [
         f"a structure of {largest['size']} masses: compiled, then an orbit with derivatives",

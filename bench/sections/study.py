@@ -88,7 +88,7 @@ def aim_rows(record: dict[str, Any]) -> Iterator[list[str]]:
 
 
 def brief(record: dict[str, Any]) -> Iterator[list[str]]:
-    """The row for README.md."""
+    """The row for the benchmarks page."""
     rate, auto = record["cases"] / record["seconds"], record["auto"]
     beside = f"{record['failures']} failed"
     if auto is not None:

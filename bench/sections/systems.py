@@ -96,7 +96,7 @@ def section(systems: dict[str, Records]) -> list[str]:
 
 
 def brief(systems: dict[str, Records]) -> Iterator[list[str]]:
-    """Rows for README.md: slipfold and the fastest that finds every point."""
+    """Rows for the benchmarks page: slipfold and the fastest that finds every point."""
     for name, records in systems.items():
         ours, rivals = records["slipfold"], complete(name, records)
         fastest = min(rivals, key=lambda who: processor(rivals[who]), default=None)

@@ -103,7 +103,7 @@ def aim_rows(records: Records) -> Iterator[list[str]]:
 
 
 def brief(records: Records) -> Iterator[list[str]]:
-    """The row for README.md."""
+    """The row for the benchmarks page."""
     record = records["slipfold"]
     ours = each(record, "warm", "processor_seconds")
     loops = [
