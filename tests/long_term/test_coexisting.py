@@ -132,3 +132,23 @@ def test_a_searched_diagram_on_the_command_line_and_back(tmp_path):
     back = sf.load(path)
     assert back.to_json() == record
     assert back.searched.values == pytest.approx([-0.75, -0.25, 0.25, 0.75])
+
+
+def test_isolas_of_cycles_are_found_beside_states_that_die_out():
+    # At u = -1 the radius decays to less than 1e-160, at u = 1 there is the isola.
+    model = sf.System(
+        {
+            "name": "isola at one of two levels",
+            "parameters": {"p": -1},
+            "formulas": {"g": "p^2 + (x^2 + y^2 - 4)^2/16 - 1/4 + (u - 1)^2"},
+            "states": {
+                "x": {"rate": "-x*g - y", "start": 2.2},
+                "y": "-y*g + x",
+                "u": {"rate": "u - u^3", "start": 1},
+            },
+        }
+    )
+    diagram = sf.response(model, vary="p", span=(-1, 1), search=True)
+    (isola,) = (branch for branch in diagram.branches if branch.kind == "periodic")
+    assert [item.type for item in isola.special] == ["LP", "LP"]
+    assert isola.stopped.kind == "closed"

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.continuation.end import End
+from slipfold.continuation.follow import EDGE
 from slipfold.continuation.interpolation import POINTS, hermite, well_spaced
 from slipfold.continuation.locate import LostCurveError, point_at
 from slipfold.continuation.newton import correct
@@ -308,9 +309,8 @@ class Returns:
         along = float((first - before.z) @ before.tangent)
         if not 0 < along < 1.5 * length or np.linalg.norm(first - before.z) > 1.5 * length:
             return Sight()
-        known = stretch.known[-3:]
-        passed = self._abeam(known, first, before.arclength + min(along, length))
-        if passed is None or not np.linalg.norm(passed.z - first) < SAME_ORBIT:
+        passed = self._abeam(stretch.known[-3:], first, before.arclength + min(along, length))
+        if passed is None:
             return Sight()
         end = End("closed", self._reason, self._curve.place(passed.z))
         return Sight(stop=Stop(passed, end, closes=True))
@@ -328,18 +328,22 @@ class Returns:
         if adopted is None or known is not first:
             adopted = orbits.adopt(first.curve.orbits, first.z)
             self._first = first, adopted
-        return orbits.begun_near(adopted, last)
+        return orbits.in_phase(adopted, last)
 
     def _abeam(self, known: list[OrbitPoint], first: Array, place: float) -> OrbitPoint | None:
-        """Return the orbit that has the first one abeam; None if it lies beyond the step."""
-        before, point = known[-2:]
+        """Return the orbit within the step that is the first one; None if there is none.
+
+        The phase that lies nearest to the first is another at each orbit of the step.
+        """
+        orbits, (before, point) = self._curve.orbits, known[-2:]
         try:
             passed = point_at(self._curve, known, place)
             for _ in range(ABEAM):
-                place = passed.arclength + float((first - passed.z) @ passed.tangent)
-                if not before.arclength < place <= point.arclength:
+                first = orbits.in_phase(first, passed.z)
+                place += float((first - passed.z) @ passed.tangent)
+                if not before.arclength < place <= point.arclength + EDGE:
                     return None
                 passed = point_at(self._curve, known, place)
         except LostCurveError:
             return None
-        return passed
+        return passed if orbits.distance(first, passed.z) < SAME_ORBIT else None

@@ -73,19 +73,19 @@ class SharpTurns:
 
     def events(self, known: Mapping[str, Expression], *, batch: bool) -> list[Any]:
         """Return the terminal events of an integrator."""
-        event, go_on = (hy.t_event_batch, _all_go_on) if batch else (hy.t_event, _go_on)
+        event = hy.t_event_batch if batch else hy.t_event
         up, down = hy.event_direction.positive, hy.event_direction.negative
         directed = [*((item, up) for item in self.rising), *((item, down) for item in self.falling)]
         edges = [
-            event(hy.subs(item, known), callback=go_on, cooldown=COOLDOWN, direction=direction)
+            event(hy.subs(item, known), callback=_go_on, cooldown=COOLDOWN, direction=direction)
             for item, direction in directed
         ]
         return edges + [event(hy.subs(item, known)) for item in self.watched]
 
     def passed(self, known: Mapping[str, Expression], *, batch: bool) -> list[Any]:
         """Return the other events of an integrator, which tells how patient it is by the former."""
-        event, go_on = (hy.nt_event_batch, _all_go_on) if batch else (hy.nt_event, _go_on)
-        return [event(hy.subs(item, known), callback=go_on) for item in self.unfed]
+        event = hy.nt_event_batch if batch else hy.nt_event
+        return [event(hy.subs(item, known), callback=_go_on) for item in self.unfed]
 
 
 def sharp_turns(equations: Equations, outputs: Sequence[Expression] = ()) -> SharpTurns:
@@ -254,11 +254,6 @@ def _index(operation: Operation) -> int:
     return index
 
 
-def _go_on(integrator: Any, direction: int) -> bool:
-    """Whether to integrate on after an edge."""
-    return True
-
-
-def _all_go_on(integrator: Any, direction: int, lane: int) -> bool:
-    """Whether to integrate a lane on after an edge."""
+def _go_on(*_: object) -> bool:
+    """Whether to integrate on after an event; what passes no edge is given the time as well."""
     return True

@@ -60,7 +60,7 @@ class ForcedOrbits(Orbits):
         nodes, constants = self.nodes(z), self.constants(z)
         begun = [z]
         for turn in range(1, self.period):
-            moved = self.by.advanced(nodes, constants, turn)
+            moved = self.by.states(nodes, constants, self.by.start + turn)
             begun.append(np.concatenate([self.flat(moved), z[self.size :]]))
         begun = [self.beside(copy, like) for copy in begun]
         return min(begun, key=lambda copy: float(np.linalg.norm(copy - like)))

@@ -19,6 +19,9 @@ WEAK = 0.1
 """Where a state drives another that does not act back, their ratio is that of a coupling back with
 this share of the typical rate."""
 
+NEGLIGIBLE = 1e-100
+"""Share of the largest entry below which one couples nothing: what follows from it overflows."""
+
 
 def balanced(matrix: Array, rate: float, loops: NDArray[np.intp]) -> Array:
     """Return the sizes of states that balance a system's matrix, shape (n,).
@@ -27,6 +30,7 @@ def balanced(matrix: Array, rate: float, loops: NDArray[np.intp]) -> Array:
 
     Shapes: matrix (n, n); loops (n,).
     """
+    matrix = np.where(matrix < NEGLIGIBLE * matrix.max(), 0.0, matrix)
     size, groups = np.ones(len(matrix)), coupled(matrix)
     entries = matrix * ~np.eye(len(matrix), dtype=bool)
     own = np.diag(matrix)

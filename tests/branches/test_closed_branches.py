@@ -1,0 +1,51 @@
+"""Closed branches are followed once round, whatever their orbits' phase is where they come back."""
+
+import pytest
+
+import slipfold as sf
+
+ISOLA = {
+    "name": "isola of cycles",
+    "parameters": {"p": 0},
+    "formulas": {"g": "p^2 + (x^2 + y^2 - 4)^2/16 - 1/4"},
+    "states": {"x": {"rate": "-x*g - y", "start": 2.2}, "y": "-y*g + x"},
+}
+"""Of radius r, turning by one rad in a unit of time: p^2 + (r^2 - 4)^2/16 = 1/4."""
+
+TWO_PERIODS = {
+    "name": "isola of orbits of two periods",
+    "parameters": {"p": 0},
+    "forcing": {"period": "2"},
+    "formulas": {
+        "a": "p*cos(pi*t) - u*sin(pi*t)",
+        "b": "p*sin(pi*t) + u*cos(pi*t)",
+        "size": "x^2 + y^2",
+    },
+    "states": {
+        "x": {"rate": "-pi/2*y + a*x + b*y - x*size", "start": 0.5},
+        "y": {"rate": "pi/2*x + b*x - a*y - y*size", "start": 0.5},
+        "u": {"rate": "1/4 - u^2 - p^2", "start": 0.5},
+    },
+}
+"""With x + i y = A exp(i pi t/2), A^2 = p + i u: once round p^2 + u^2 = 1/4 A becomes -A, which is
+the same orbit begun a period later."""
+
+SETTINGS = [
+    sf.Settings(),
+    sf.Settings(steps=sf.Steps(largest=0.05)),
+    sf.Settings(discretisation="collocation"),
+]
+
+
+@pytest.mark.parametrize("settings", SETTINGS, ids=["usual", "short", "collocation"])
+@pytest.mark.parametrize("system", [ISOLA, TWO_PERIODS], ids=lambda system: system["name"])
+def test_an_isola_has_two_folds(system, settings):
+    given = {"vary": "p", "span": (-1, 1), "start": {"p": 0.3}, "settled": True}
+    diagram = sf.response(sf.System(system), **given, settings=settings)
+    (branch,) = diagram.branches
+    assert sorted(item.value for item in branch.special) == pytest.approx([-0.5, 0.5], abs=1e-10)
+    assert {item.type for item in branch.special} == {"LP"}
+    assert (branch.stopped.kind, branch.begun.kind) == ("closed", "closed")
+    assert branch.stopped.value == pytest.approx(0.3, abs=1e-9)
+    # Its length is that of one round, and no point of it lies beyond the first.
+    assert 1.9 < abs(branch.parameter[:-1] - branch.parameter[1:]).sum() < 2
