@@ -47,12 +47,20 @@ def test_sentence():
     assert str(Checked((GOOD, GOOD))) == "checked: 2 of 2 agree to 1e-12"
     assert str(Checked((GOOD, FAIR))) == "checked: 2 of 2 agree to 1e-09"
     assert str(Checked((GOOD, BAD, LOST))) == (
-        "checked: 1 of 3 agree to 1e-12; NS of branch 2 at Nd = 0.0567 N does not agree: it "
-        "differs by 3e-02, where 1e-08 is allowed, by collocation; end of branch 2 at Nd = 0.98 N "
-        "does not agree: it cannot be computed again by quadrature"
+        "checked: 1 of 3 agree to 1e-12; NS of branch 2 at Nd = 0.0567 N does not agree: "
+        "states differ by 3e-02, where 1e-08 is allowed, by collocation; end of branch 2 at "
+        "Nd = 0.98 N does not agree: it cannot be computed again by quadrature"
     )
     many = Checked((GOOD, *[BAD] * 5))
     assert str(many).endswith("; 2 more do not agree")
+
+
+def test_what_agrees_to_no_digit_does_not_agree():
+    vague = Checked((GOOD, Check("PD of branch 1", "collocation", 0.4, 3.0, "multipliers")))
+    assert str(vague) == (
+        "checked: 1 of 2 agree to 1e-12; PD of branch 1 does not agree: multipliers differ by "
+        "4e-01, where 1e-03 is allowed, by collocation"
+    )
 
 
 def test_data():

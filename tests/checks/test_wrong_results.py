@@ -129,11 +129,27 @@ def test_wrong_multipliers_do_not(orbit):
     assert found.value > found.allowed
 
 
+def test_an_uncertain_multiplier_agrees_where_that_decides_nothing():
+    """At a period doubling -1 may be uncertain by 1e-6, the others by a share of their distance."""
+    critical = periodic_orbit(SlidingOscillator(f=12.5, Nd=0.0435789037))
+    assert abs(critical.multipliers[0] + 1) < 1e-6
+    uncertain = np.full(4, 1e-4)
+    for index, agrees in ((0, False), (3, True)):
+        wrong = critical.multipliers.copy()
+        wrong[index] += 1e-5
+        found = orbit_difference(
+            replace(critical, multipliers=wrong), pieces_of(critical), uncertain
+        )
+        assert (found.excess <= 1) == agrees
+        assert found.what == "multipliers"
+        assert found.value == pytest.approx(1e-5, rel=1e-3)
+
+
 def test_of_finer_pieces_the_best_count(orbit, monkeypatch):
     """What an orbit lacks is seen on all of them; the finest of a stiff one are rounded most."""
     multipliers = iter([1.8e-8, 1.2e-8, 0.4])
 
-    def tried(orbit, pieces):
+    def tried(orbit, pieces, free):
         return Difference(1e-13, ALLOWED), Difference(next(multipliers), ALLOWED)
 
     monkeypatch.setattr(checks, "_differences", tried)

@@ -15,6 +15,10 @@ ROUNDING = 1e-12
 """What agrees to less is said to agree to this: the digits below differ from one processor to the
 next."""
 
+LOOSEST = 1e-3
+"""Difference beyond which nothing agrees, whatever an uncertainty allows: fewer than three digits
+tell nothing."""
+
 SHOWN = 3
 """Disagreements that the sentence names."""
 
@@ -37,13 +41,20 @@ class Check(OneLine):
         durations and multipliers as a share.
         Infinite where it could not be computed again.
     allowed
-        What its uncertainty allows.
+        What its uncertainty allows, 1e-3 at most.
+    what
+        What differs: ``"states"``, ``"multipliers"``, or ``"forces"`` of contacts.
     """
 
     name: str
     method: str
     difference: float
     allowed: float
+    what: str = "states"
+
+    def __post_init__(self) -> None:
+        """Allow no difference that leaves hardly a digit."""
+        object.__setattr__(self, "allowed", min(self.allowed, LOOSEST))
 
     @property
     def agrees(self) -> bool:
@@ -62,7 +73,7 @@ class Check(OneLine):
     def _numbers(self) -> str:
         if math.isinf(self.difference):
             return "it cannot be computed again"
-        return f"it differs by {self.difference:.0e}, where {self.allowed:.0e} is allowed,"
+        return f"{self.what} differ by {self.difference:.0e}, where {self.allowed:.0e} is allowed,"
 
 
 @dataclass(frozen=True, repr=False)
@@ -166,6 +177,7 @@ class Checked(OneLine):
                     str(item["method"]),
                     math.inf if item["difference"] is None else float(item["difference"]),
                     float(item["allowed"]),
+                    str(item.get("what", "states")),
                 )
                 for item in data["checks"]
             ),

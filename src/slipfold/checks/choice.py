@@ -10,6 +10,7 @@ import numpy as np
 from slipfold.checks.checked import Check, Checked
 from slipfold.checks.orbit_difference import (
     ALLOWED,
+    Difference,
     orbit_difference,
     pieces_of,
     retraced_difference,
@@ -27,9 +28,6 @@ ONCE, EACH, LARGE = 0.35, 0.0125, 20
 """A check of an orbit of n states in N pieces takes the time of ONCE + N EACH (1 + n / LARGE)
 points of a branch of period 1, as measured with 2 to 20 states. Work is counted, not timed, so that
 the same is checked on every machine."""
-
-LOOSEST = 1e-6
-"""Difference beyond which results do not agree, however uncertain they say that they are."""
 
 QUICK, SWITCHED = 0.1, 1.0
 """The same of an equilibrium, and of an orbit through stick and slip."""
@@ -90,25 +88,22 @@ def _check(candidate: Candidate, left: float, *, first: bool) -> tuple[float, Ch
         with np.errstate(all="ignore"):  # numbers of a wrong orbit may overflow
             if isinstance(orbit, StickSlipOrbit):
                 found = switched_difference(orbit)
-                return SWITCHED, Check(candidate.name, "other steps", found.value, found.allowed)
+                return SWITCHED, _named(candidate, "other steps", found)
             pieces = 0 if candidate.resting else pieces_of(orbit)
             each = EACH * (1 + len(orbit.state) / LARGE)
             cost = QUICK if candidate.resting else ONCE + each * pieces if pieces else np.inf
             if cost <= left:
                 found = orbit_difference(orbit, pieces)
-                allowed = found.allowed
-                if found.value > allowed:
-                    allowed = max(allowed, min(_uncertainty(orbit), LOOSEST))
-                return cost, Check(candidate.name, "collocation", found.value, allowed)
+                if found.excess > 1 and found.what == "multipliers":
+                    found = orbit_difference(orbit, pieces, orbit.multiplier_uncertainty)
+                return cost, _named(candidate, "collocation", found)
             if first:
                 found = retraced_difference(orbit)
-                return 0.0, Check(candidate.name, found.method, found.value, found.allowed)
+                return 0.0, _named(candidate, found.method, found)
     except np.linalg.LinAlgError:
         return left, Check(candidate.name, "collocation", np.inf, ALLOWED)
     return 0.0, None
 
 
-def _uncertainty(orbit: PeriodicOrbit) -> float:
-    """Return the largest uncertainty of an orbit's multipliers over the largest of them."""
-    uncertainty = float(np.max(orbit.multiplier_uncertainty))
-    return uncertainty / max(1.0, float(np.abs(orbit.multipliers).max()))
+def _named(candidate: Candidate, method: str, found: Difference) -> Check:
+    return Check(candidate.name, method, found.value, found.allowed, found.what)

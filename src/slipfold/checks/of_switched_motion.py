@@ -62,4 +62,5 @@ def _held(motion: Trajectory) -> Iterable[Check]:
         )
         time = f"{place * constants.period:.6g} s"
         yield Check(f"the motion from {time} on", "quadrature", found.drift, ALLOWED)
-        yield Check(f"friction and its changes from {time} on", "forces", found.forces, FORCES)
+        name = f"friction and its changes from {time} on"
+        yield Check(name, "forces", found.forces, FORCES, "forces")

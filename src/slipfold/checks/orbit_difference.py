@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from slipfold.checks.implicit_drift import implicit_drift
 from slipfold.checks.retraced import SMALL, Motion, Retraced, retrace
 from slipfold.collocation.condensation import Condensed, Iterate, condense
-from slipfold.collocation.multipliers import multiplier_difference, product, without_motion
+from slipfold.collocation.multipliers import multiplier_differences, product, without_motion
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow, flow_of
 from slipfold.models.model import Model
@@ -56,6 +56,13 @@ FINER = (1, 2, 4)
 """Times as many pieces that are tried where the two methods seem to differ. What the orbit lacks
 is seen on all of them; what rounding adds, where modes are stiff, most on the finest."""
 
+LOOSEST = 1e-6
+"""Uncertainty of a multiplier beyond which one on the unit circle does not agree."""
+
+FAR = 0.01
+"""Share of its distance from the unit circle by which a multiplier may be as uncertain as it says:
+that decides nothing. Fast modes of a mesh that is made for a slow motion are."""
+
 CONVERGING = 0.01
 """What is left of a difference on the finest pieces that comes from the polynomials, not from the
 orbit: it falls by 4,000 on halved ones where they are good."""
@@ -68,6 +75,7 @@ class Difference:
     value: float
     allowed: float
     method: str = "quadrature"
+    what: str = "states"  # what differs
 
     @property
     def excess(self) -> float:
@@ -89,18 +97,24 @@ def pieces_of(orbit: PeriodicOrbit) -> int:
     return int(np.ceil(pieces)) if pieces <= MOST else 0
 
 
-def orbit_difference(orbit: PeriodicOrbit, pieces: int) -> Difference:
+def orbit_difference(
+    orbit: PeriodicOrbit, pieces: int, uncertainty: Array | None = None
+) -> Difference:
     """Return the largest difference: of states (scaled), duration and multipliers (relative).
 
     Allowed is what the orbit's residual and the errors of steps can do as its equations are
-    conditioned.
+    conditioned, and of each multiplier its uncertainty, shape (n,), as far as that decides nothing.
     """
+    free = np.zeros(len(orbit.multipliers)) if uncertainty is None else uncertainty
+    free = np.minimum(free, np.maximum(LOOSEST, FAR * np.abs(np.abs(orbit.multipliers) - 1)))
     if rests(orbit.model, orbit.nodes):
         found = orbit.check(ALLOWED)
-        return Difference(max(found.states, found.multipliers), ALLOWED)
+        worst = max(found.states, found.multipliers)
+        what = "states" if worst == found.states else "multipliers"
+        return Difference(worst, ALLOWED, what=what)
     tried = []
     for finer in FINER:
-        tried.append(_differences(orbit, finer * pieces))
+        tried.append(_differences(orbit, finer * pieces, free))
         if _excess(tried[-1]) <= 1:
             break
     place, multipliers = min(tried, key=_excess)
@@ -164,7 +178,7 @@ class _FlowRates:
         return self.rates(rows, when).reshape(states.shape), slopes.reshape(*states.shape, n)
 
 
-def _differences(orbit: PeriodicOrbit, pieces: int) -> tuple[Difference, Difference]:
+def _differences(orbit: PeriodicOrbit, pieces: int, free: Array) -> tuple[Difference, Difference]:
     """Return the difference of place and duration, and that of the multipliers."""
     flow = flow_of(orbit.model)
     motion = motion_of(orbit, flow, pieces, slopes=True)
@@ -173,13 +187,13 @@ def _differences(orbit: PeriodicOrbit, pieces: int) -> tuple[Difference, Differe
         return Difference(retraced.drift, ALLOWED), Difference(0.0, ALLOWED)
     field = _FlowRates(orbit.model, flow, motion.constants)
     try:
-        return _newton_step(orbit, motion.phases, field, retraced)
+        return _newton_step(orbit, motion.phases, field, retraced, free)
     except np.linalg.LinAlgError:  # it is so far from an orbit that nothing can be solved
         return Difference(np.inf, ALLOWED), Difference(0.0, ALLOWED)
 
 
 def _newton_step(
-    orbit: PeriodicOrbit, phases: Array, field: _FlowRates, retraced: Retraced
+    orbit: PeriodicOrbit, phases: Array, field: _FlowRates, retraced: Retraced, free: Array
 ) -> tuple[Difference, Difference]:
     iterate = Iterate(retraced.edges, retraced.nodes, retraced.stages, 1.0)
     anchors = np.searchsorted(retraced.edges, phases[:-1])
@@ -191,16 +205,19 @@ def _newton_step(
     off = float(np.abs(values[: len(values) - own] - 1).min(initial=np.inf))
     step, growth, along = _solved(matrices, pulls, defects, rates, off if singular else None)
     size = max(1.0, float(np.abs(orbit.multipliers).max()))
-    multipliers = multiplier_difference(orbit.multipliers, values) / size
+    apart = _finite(multiplier_differences(orbit.multipliers, values) / size)
     errors = orbit.residual / retraced.size + SMALL
+    allowed = np.maximum(max(ALLOWED, along * errors), free / size)
+    # Where all agree the largest difference counts.
+    worst = int((apart if np.all(apart <= allowed) else apart / allowed).argmax())
     return (
-        Difference(_finite(step / retraced.size), max(ALLOWED, growth * errors)),
-        Difference(_finite(multipliers), max(ALLOWED, along * errors)),
+        Difference(float(_finite(step / retraced.size)), max(ALLOWED, growth * errors)),
+        Difference(float(apart[worst]), float(allowed[worst]), what="multipliers"),
     )
 
 
-def _finite(value: float) -> float:
-    return value if np.isfinite(value) else np.inf
+def _finite(values: Array | float) -> Array:
+    return np.where(np.isfinite(values), values, np.inf)
 
 
 def _between(anchors: NDArray[np.intp], condensed: Condensed) -> tuple[Array, Array, Array]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -79,7 +81,8 @@ def switched_difference(orbit: StickSlipOrbit) -> Difference:
 def _judged(orbit: StickSlipOrbit, matrix: Array) -> Difference:
     """Hold multipliers against those of a matrix of differences."""
     size = max(1.0, float(np.abs(orbit.multipliers).max()))
-    return Difference(multiplier_difference(orbit.multipliers, _values(matrix)) / size, COARSE)
+    value = multiplier_difference(orbit.multipliers, _values(matrix)) / size
+    return Difference(value, COARSE, what="multipliers")
 
 
 def _extrapolated(orbit: StickSlipOrbit, matrix: Array, finer: Array) -> Difference:
@@ -91,7 +94,7 @@ def _extrapolated(orbit: StickSlipOrbit, matrix: Array, finer: Array) -> Differe
     size = max(1.0, float(np.abs(orbit.multipliers).max()))
     changed = multiplier_difference(_values(better), _values(finer)) / size
     found = _judged(orbit, better)
-    return Difference(found.value, max(COARSE, UNTOLD * changed))
+    return replace(found, allowed=max(COARSE, UNTOLD * changed))
 
 
 def _values(matrix: Array) -> NDArray[np.complex128]:

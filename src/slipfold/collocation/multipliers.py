@@ -12,6 +12,7 @@ __all__ = [
     "cycle_multipliers",
     "motion_bases",
     "multiplier_difference",
+    "multiplier_differences",
     "product",
     "product_eigenvalues",
     "without_motion",
@@ -121,13 +122,18 @@ def product(matrices: Array) -> Array:
 
 def multiplier_difference(values: Complex, others: Complex) -> float:
     """Return the largest distance between multipliers and their counterparts."""
+    return float(multiplier_differences(values, others).max())
+
+
+def multiplier_differences(values: Complex, others: Complex) -> Array:
+    """Return the distance of each multiplier from its counterpart, shape (n,)."""
     if not np.isfinite(others).all():
-        return np.nan
+        return np.full(len(values), np.nan)
     rest, distances = list(others), []
     for value in values:
         nearest = int(np.argmin(np.abs(np.array(rest) - _mean_near(value, values))))
         distances.append(abs(_mean_near(rest.pop(nearest), others) - _mean_near(value, values)))
-    return float(max(distances))
+    return np.array(distances)
 
 
 def _dominant_first(product: Array) -> Array:
