@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import slipfold as sf
 from helpers.command_line import run
@@ -59,6 +60,61 @@ def test_responses_of_one_period_are_told_apart():
     assert set(found.names("up").ravel()) == {"period 1"}
     assert not column[0]
     assert column.any()
+
+
+def test_motions_of_one_cell_are_continued_to_all_beside_it():
+    # The response of period 2 begins at an LP, by continuation at 0.1440 N at 11.55 Hz. Sweeps at
+    # 11.55 Hz stay on period 1, but motions from rest settle on period 2 at the upper end.
+    span = {"f": (11.55, 11.56), "Nd": (0.11, 0.47)}
+    found = sf.regimes(OSCILLATOR, span, points=(2, 10), transient=300)
+    assert set(found.names("up").ravel()) == set(found.names("down").ravel()) == {"period 1"}
+    assert found.runs == ("rest", "up", "down", "continued 1")
+    both = found.over["Nd"] > 0.144
+    assert found.coexist.tolist() == [both.tolist()] * 2
+    told = found.at(f=11.55, Nd=0.15)
+    assert told == {"rest": "period 1", "up": "period 1", "down": "period 1",
+                    "continued 1": "period 2"}  # fmt: skip
+    cell = found.to_xarray().sel(f=11.55, Nd=0.15)
+    assert cell.kind.values.tolist() == ["periodic"] * 4
+    assert bool(cell.coexist)
+
+
+def test_responses_that_only_neighbours_lead_to_repeat_under_another_integrator():
+    # Ueda's oscillator: from rest each cell of this plane has one motion.
+    ueda = sf.System(
+        name="ueda",
+        parameters={"B": 9.0, "k": 0.1},
+        states={"x": "v", "v": "B*cos(t) - k*v - x^3"},
+        forcing={"period": "2*pi"},
+    )
+    found = sf.regimes(ueda, {"B": (8.5, 9.5), "k": (0.06, 0.12)}, points=(3, 2), transient=200)
+    further = np.argwhere(found.kinds[3:] == "periodic")
+    assert len(further)
+    for further_run, first, second in further:
+        place = further_run + 3, first, second
+        B, k = found.over["B"][first], found.over["k"][second]
+        motion = solve_ivp(
+            lambda t, y, B=B, k=k: [y[1], B * np.cos(t) - k * y[1] - y[0] ** 3],
+            (0, 2 * np.pi * found.periods[place]),
+            found.states[place], method="DOP853", rtol=1e-10, atol=1e-10,
+        )  # fmt: skip
+        assert motion.y[:, -1] == pytest.approx(found.states[place], abs=1e-5)
+        others = found.states[:3, first, second]
+        assert np.abs(others - found.states[place]).max(axis=1).min() > 1e-2
+
+
+def test_a_motion_past_a_saddle_is_none_that_repeats():
+    # It comes nearer along v while u, which grows by 7 % a period, is still small.
+    saddle = sf.System(
+        name="saddle",
+        parameters={"a": 0.07, "T": 1.0},
+        states={"u": "a*u", "v": "cos(2*pi*t/T) - 0.3*v"},
+        forcing={"period": "T"},
+    )
+    work = places.Places(saddle, {"a": np.array([0.07])}, 1, np.zeros(2), 2, None)
+    start = np.array([[1e-6, 1.0]])
+    assert work._followed(np.arange(1), start).kinds.tolist() == ["periodic"]
+    assert work.judged(np.arange(1), start).kinds.tolist() == ["open"]
 
 
 def test_the_mean_of_angles_on_both_sides_of_a_half_turn_lies_between_them():
@@ -193,6 +249,26 @@ def test_what_winds_round_a_response_has_its_period():
     states = np.stack([wound.real, wound.imag], axis=1)
     states[:, 0] += 0.1 * (-1) ** count
     assert repeats_of(states, np.ones(2), np.zeros(2)).tolist() == 2
+
+
+def test_an_alternation_that_fades_is_no_doubled_period():
+    # A multiplier of -0.9974: over two periods the change is below what steps leave.
+    count = np.arange(49.0)
+    states = np.stack([1 + 1e-6 * (-0.9974) ** count, np.ones(49)], axis=1)
+    assert repeats_of(states, np.ones(2), np.zeros(2)).tolist() == 1
+    states[:, 0] = 1 + 1e-3 * (-1) ** count
+    assert repeats_of(states, np.ones(2), np.zeros(2)).tolist() == 2
+
+
+def test_motions_beside_a_period_doubling_have_its_periods():
+    # One line is just below the PD, whose multiplier is -0.9974, the other just above it: a
+    # doubled response fades there for thousands of periods, and a single one is left as slowly.
+    found = sf.regimes(
+        OSCILLATOR, {"f": (13.125, 13.15), "Nd": (0.2333333, 0.24166665)}, points=(2, 2)
+    )
+    for start in found.runs[:3]:
+        assert found.names(start).tolist() == [["period 1", "period 2"]] * 2
+    assert not found.coexist.any()
 
 
 def test_a_map_is_the_same_when_read_back(plane, tmp_path):

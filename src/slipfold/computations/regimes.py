@@ -33,10 +33,12 @@ def regimes(
 ) -> RegimeMap:
     """Say of motions over a plane whether they repeat and how soon, are tori or chaotic, or stick.
 
-    Three motions in each cell of a grid: from the model's start, and carried up and down along the
-    second parameter, from the last state of the neighbouring cell. What does not repeat after the
-    transient is followed for a thousand forcing periods, then four thousand, beside a motion close
-    to it, whose distance tells chaos, tori and slow ways to a response apart.
+    Three motions in each cell of a grid: from the model's start, and swept up and down along the
+    second parameter, from the last state of the neighbouring cell. Then every motion is continued
+    to the four cells beside it, and from there again, until none of these finds a motion that a
+    cell does not have. What does not repeat after the transient is followed for a thousand forcing
+    periods, then four thousand, beside a motion close to it, whose distance tells chaos, tori and
+    slow ways to a response apart.
 
     Parameters
     ----------
@@ -109,6 +111,7 @@ def regimes(
     return RegimeMap(
         model=found.model,
         over=dict(zip(vary, places, strict=True)),
+        runs=found.runs,
         kinds=found.kinds.astype(str),
         periods=found.periods,
         exponents=found.exponents,

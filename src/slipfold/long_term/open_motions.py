@@ -45,7 +45,13 @@ ROUNDING = 1e-7
 """Exponents a period that steps and rounding may leave of zero."""
 
 EVEN = 2e-5
-"""Errors of the exponents of chaos are larger: what grows more evenly leaves a response."""
+"""Errors of the exponents of chaos are larger: what grows more evenly leaves a response.
+
+So does what nearly repeats at the beginning, which is not chaotic yet.
+"""
+
+LEAVES = 1e-2
+"""Change in scales over some periods, at the beginning, of what may leave a response later."""
 
 SHRUNK = 0.9
 """Share of its distance to a response that a motion has left at most, if it is seen to come to it;
@@ -173,7 +179,8 @@ class _Pairs:
             elif repeats[place]:
                 self._set_periodic(found, row, last[-repeats[place] :, place])
             elif exponent > slack + ZERO and error > EVEN:
-                found.kinds[row] = CHAOS
+                if not self._nearly_repeats(self._first[:, place]):
+                    found.kinds[row] = CHAOS
             elif error > ZERO:
                 continue
             elif abs(exponent) <= min(slack, ZERO):
@@ -189,6 +196,14 @@ class _Pairs:
     def _set_periodic(self, found: Told, row: int, states: Array) -> None:
         found.kinds[row], found.periods[row] = PERIODIC, len(states)
         found.means[row] = mean_state(states, self._turns)
+
+    def _nearly_repeats(self, states: Array) -> bool:
+        """Whether a motion has a response nearby, which it may be about to leave."""
+        changes = [
+            np.abs(without_turns(states[period:] - states[:-period], self._turns) / self._scales)
+            for period in range(1, KEPT // 3 + 1)
+        ]
+        return min(change.max() for change in changes) < LEAVES
 
     def _comes_to(self, averages: Array, first: Array, last: Array, share: float) -> int:
         """Return the period of the averages, if the motion comes nearer to them; else 0."""

@@ -1,4 +1,4 @@
-"""What motions do over a plane of two parameters: from rest, and carried up and down."""
+"""What motions do over a plane of two parameters, which of them coexist included."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.flow.strobes.strobe_many import StrobeProgress
+from slipfold.long_term.neighbours import continue_to_neighbours
 from slipfold.long_term.places import Places
 from slipfold.models.model import Model
 
@@ -17,13 +18,15 @@ __all__ = ["RUNS", "Plane", "find_regimes"]
 Array = NDArray[np.float64]
 
 RUNS = ("rest", "up", "down")
+"""The first runs; those after them are motions continued from neighbouring cells."""
 
 
 @dataclass(frozen=True, eq=False)
 class Plane:
-    """What was found; the first axis of arrays is that of `RUNS`, then those of the plane."""
+    """What was found; the first axis of arrays is that of the runs, then those of the plane."""
 
     model: Model
+    runs: tuple[str, ...]
     kinds: NDArray[np.str_]
     periods: NDArray[np.int64]  # 0 of what does not repeat
     exponents: Array  # the largest one, per forcing period; NaN where it was not needed
@@ -40,9 +43,10 @@ def find_regimes(
     transient: int,
     observer: Callable[[StrobeProgress], None] | None = None,
 ) -> Plane:
-    """Follow motions in all cells; carried ones begin with the last state of the neighbour.
+    """Follow motions in all cells: from the start, and from the motions of cells beside them.
 
-    Carried are motions along the second parameter. Shapes: places (n1,), (n2,); start (n,).
+    Runs up and down along the second parameter come first. Then every motion is continued to all
+    neighbours until none is new. Shapes: places (n1,), (n2,); start (n,).
     """
     shape = len(places[0]), len(places[1])
     first, second = (grid.ravel() for grid in np.meshgrid(*places, indexing="ij"))
@@ -51,15 +55,17 @@ def find_regimes(
     interrupted = False
     try:
         work.from_rest(0)
-        _carry(work, np.arange(first.size).reshape(shape))
+        cells = np.arange(first.size).reshape(shape)
+        _sweep(work, cells)
         work.tell_open()
+        continue_to_neighbours(work, cells)
     except KeyboardInterrupt:
         interrupted = True
-    return _plane(work, (len(RUNS), *shape), interrupted)
+    return _plane(work, shape, interrupted)
 
 
-def _carry(work: Places, lines: NDArray[np.intp]) -> None:
-    """Carry motions along the second parameter, up and down again."""
+def _sweep(work: Places, lines: NDArray[np.intp]) -> None:
+    """Continue motions along the second parameter, up and down again."""
     states = np.tile(work.start, (lines.shape[0], 1))
     for place in range(lines.shape[1]):
         states = work.follow(1, lines[:, place], states)
@@ -67,9 +73,12 @@ def _carry(work: Places, lines: NDArray[np.intp]) -> None:
         states = work.follow(2, lines[:, place], states)
 
 
-def _plane(work: Places, shape: tuple[int, ...], interrupted: bool) -> Plane:
+def _plane(work: Places, cells: tuple[int, int], interrupted: bool) -> Plane:
+    further = len(work.kinds) - len(RUNS)
+    shape = len(work.kinds), *cells
     return Plane(
         work.model,
+        (*RUNS, *(f"continued {number}" for number in range(1, further + 1))),
         work.told_kinds.reshape(shape),
         work.periods.reshape(shape),
         work.exponents.reshape(shape),

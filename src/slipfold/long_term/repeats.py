@@ -17,6 +17,9 @@ Array = NDArray[np.float64]
 FLOOR = 1e-8
 """Change in scales, from one response to the next, that errors of steps may make."""
 
+FADES = 1e-5
+"""Change in scales over a part of a period below which that part is the period."""
+
 NEAR = 1e-3
 """Distance in scales that a motion may still be away from the response it comes to."""
 
@@ -33,7 +36,8 @@ def repeats_of(states: Array, scales: Array, turns: Array, longest: int = 16) ->
     The change over a period either is no more than errors of steps, or shrinks by so much that what
     is still to come, a geometric series, is little. A motion that winds round a response on its way
     there nearly repeats after each turn: the period is the shortest after which it is not farther
-    away than that.
+    away than that. Of one that repeats after two periods, but moves next to nothing in one, that
+    movement is still to fade.
 
     Shapes: states (..., m, n); scales, turns (n,); returns (...).
     """
@@ -56,6 +60,8 @@ def repeats_of(states: Array, scales: Array, turns: Array, longest: int = 16) ->
     for period in sorted(changes, reverse=True):
         within = (found % period == 0) & (found > 0) & (changes[period] <= AROUND * left)
         found[within] = period
+    for period in sorted(changes, reverse=True):
+        found[(found > period) & (found % period == 0) & (changes[period] <= FADES)] = period
     return found
 
 

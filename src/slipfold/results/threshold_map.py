@@ -26,7 +26,8 @@ __all__ = ["ThresholdMap", "column_name"]
 
 TAKEN = {
     "state", "state_units", "state_long_name", "states", "multiplier", "multipliers_real",
-    "multipliers_imag", "residual", "kind", "reason", "followed",
+    "multipliers_imag", "residual", "kind", "reason", "followed", "run", "periods", "exponents",
+    "means", "coexist",
 }  # fmt: skip
 """Names that a parameter of the same name must not take from a column or a dimension."""
 

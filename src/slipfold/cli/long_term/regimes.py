@@ -27,7 +27,7 @@ Vary = Annotated[
     typer.Option(
         "--vary",
         metavar="NAME=FIRST:LAST",
-        help="A parameter and its ends; give two, along the second of which motions are carried.",
+        help="A parameter and its ends; give two. Sweeps go along the second.",
     ),
 ]
 Points = Annotated[str, typer.Option(metavar="N1xN2", help="Values of each parameter.")]

@@ -20,6 +20,7 @@ COLOURS = {
     "stopped": "#9a9a9a",
     "undecided": "#ffffff",
     "not done": "#ffffff",
+    "none": "#ffffff",
 }
 """Colour of each regime: lightness tells them apart in grey as well."""
 

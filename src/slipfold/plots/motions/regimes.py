@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch, PathPatch
 
+from slipfold.long_term.neighbours import NONE
 from slipfold.plots.angles import label_axis
 from slipfold.plots.axes import axes_or_new, cell_edges
 from slipfold.plots.loci import HasLoci, draw_loci
@@ -95,7 +96,7 @@ def _hatch(ax: Axes, found: RegimeMap, edges: tuple[Any, ...], named: Any) -> se
     free = found.coexist
     for other in found.runs:
         beside = _grouped(found, other)
-        for name in set(beside[free].tolist()) - {"undecided", "not done", "stopped"}:
+        for name in set(beside[free].tolist()) - {"undecided", "not done", "stopped", NONE}:
             own = free & (beside == name) & (named != name)
             masks[name] = masks.get(name, False) | own
             free = free & ~own

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import combinations
 from types import MappingProxyType
@@ -14,19 +14,20 @@ from numpy.typing import NDArray
 
 from slipfold.drawing import draw
 from slipfold.errors import InputError
+from slipfold.long_term.neighbours import NONE, SAME
 from slipfold.long_term.open_motions import CHAOS, PERIODIC, STICKS, TORUS, UNDECIDED
 from slipfold.long_term.places import NOT_DONE
-from slipfold.long_term.regimes import RUNS
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.read_only import ReadOnly
-from slipfold.results.column import TEXT, WHOLE, Column
+from slipfold.results.column import TEXT, TRUTH, WHOLE, Column
 from slipfold.results.labelled_table import Variable
 from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
 from slipfold.results.saved_table import SavedTable
 from slipfold.results.sheet import Sheet
 from slipfold.results.table import Table, axes_of, names
+from slipfold.results.threshold_map import column_name
 from slipfold.text.one_line import OneLine, headed, number_text
 from slipfold.text.printed_table import PrintedTable
 
@@ -34,31 +35,26 @@ __all__ = ["RegimeMap"]
 
 Array = NDArray[np.float64]
 
-SAME = 1e-2
-"""Distance in scales between the means of two responses of one period that are told apart."""
-
 KNOWN = (PERIODIC, TORUS, CHAOS, STICKS)
 
 ROWS = Table(("run",), (Column("runs", TEXT, "where motions begin", name="run", label=True),),
              joined=True)  # fmt: skip
 
-CELLS = Table(
-    ("run", "first", "second"),
-    (
-        Column("kinds", TEXT, "what the motion does", name="kind"),
-        Column("periods", WHOLE, "period in forcing periods, 0 for none", ""),
-        Column("exponents", meaning="largest Lyapunov exponent, where it was needed",
-               unit="1/forcing period", optional=True),
-        Column("states", meaning="last state at phase zero", dimensions=("state",), optional=True),
-        Column("means", meaning="mean of the states at phase zero of a response that repeats",
-               dimensions=("state",), optional=True),
-    ),
-    joined=True,
+CELLS = (
+    Column("kinds", TEXT, "what the motion does", name="kind"),
+    Column("periods", WHOLE, "period in forcing periods, 0 for none", ""),
+    Column("exponents", meaning="largest Lyapunov exponent, where it was needed",
+           unit="1/forcing period", optional=True),
+    Column("states", meaning="last state at phase zero", dimensions=("state",), optional=True),
+    Column("means", meaning="mean of the states at phase zero of a response that repeats",
+           dimensions=("state",), optional=True),
 )  # fmt: skip
 
+COEXIST = Column("coexist", TRUTH, "whether different motions coexist", derived=True)
 
-def _axis(model: Model, name: str, dimension: str) -> Table:
-    item = model.parameter(name)
+
+def _axis(model: Model, name: str) -> Table:
+    item, dimension = model.parameter(name), column_name(name)
     column = Column(
         "values", meaning=item.doc or name, unit=item.unit, name=dimension, label=True,
         get=lambda values: values,
@@ -66,12 +62,19 @@ def _axis(model: Model, name: str, dimension: str) -> Table:
     return Table((dimension,), (column,), joined=True)
 
 
+def _cells(over: Iterable[str]) -> tuple[Table, Table]:
+    """Return what is known of each motion, and of each cell."""
+    first, second = (column_name(name) for name in over)
+    motions = Table(("run", first, second), CELLS, joined=True)
+    return motions, Table((first, second), (COEXIST,), joined=True)
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class RegimeMap(OneLine, ReadOnly, Result):
     """What motions do over a plane of two parameters; frozen.
 
     Made by `slipfold.regimes` and `slipfold.load`. The first axis of its arrays is that of `runs`,
-    then come those of the plane.
+    the others are those of the plane.
 
     Parameters
     ----------
@@ -79,20 +82,25 @@ class RegimeMap(OneLine, ReadOnly, Result):
         The model; its values of the two parameters play no part.
     over
         Values of the two parameters by name, shapes (n1,) and (n2,), increasing.
+    runs
+        ``"rest"``, motions from the model's start; ``"up"`` and ``"down"``, motions swept along the
+        second parameter; then ``"continued 1"`` and so on, motions that none of the runs before has
+        in a cell, continued from a cell beside it. Length n_runs.
     kinds
         ``"periodic"``, ``"torus"``, ``"chaos"``, ``"sticks"``, ``"stopped"`` at a limit of the
-        model, ``"undecided"`` or ``"not done"``, shape (3, n1, n2).
+        model, ``"undecided"`` or ``"not done"``, shape (n_runs, n1, n2); ``"none"`` where a cell
+        has no further motion.
     periods
-        Periods in forcing periods, shape (3, n1, n2); 0 of what does not repeat, or sticks and was
-        followed no further.
+        Periods in forcing periods, shape (n_runs, n1, n2); 0 of what does not repeat, or sticks and
+        was followed no further.
     exponents
-        Largest Lyapunov exponents, a forcing period each, shape (3, n1, n2), of motions that did
-        not repeat soon; else NaN.
+        Largest Lyapunov exponents, a forcing period each, shape (n_runs, n1, n2), of motions that
+        did not repeat soon; else NaN.
     states
-        Last states at phase zero, shape (3, n1, n2, n_states).
+        Last states at phase zero, shape (n_runs, n1, n2, n_states).
     means
-        Means of the states at phase zero of responses that repeat, shape (3, n1, n2, n_states);
-        else NaN.
+        Means of the states at phase zero of responses that repeat, shape (n_runs, n1, n2,
+        n_states); else NaN.
     transient
         Forcing periods left out in each cell.
     interrupted
@@ -102,9 +110,9 @@ class RegimeMap(OneLine, ReadOnly, Result):
 
     Notes
     -----
-    The dataset of `to_xarray` lies along ``run``, ``first``, ``second`` and ``state``. In the
-    spreadsheet of `to_csv` a cell is a row, for each run. In `to_json`, schema
-    slipfold.regimes/1.
+    The dataset of `to_xarray` lies along ``run``, the two parameters by their names, and ``state``:
+    ``found.to_xarray().sel(f=12.2, method="nearest")``. In the spreadsheet of `to_csv` a cell is a
+    row, for each run. In `to_json`, schema slipfold.regimes/1.
 
     Examples
     --------
@@ -119,6 +127,7 @@ class RegimeMap(OneLine, ReadOnly, Result):
 
     model: Model
     over: Mapping[str, Array]
+    runs: tuple[str, ...]
     kinds: NDArray[np.str_]
     periods: NDArray[np.int64]
     exponents: Array
@@ -127,9 +136,6 @@ class RegimeMap(OneLine, ReadOnly, Result):
     transient: int
     interrupted: bool
     provenance: Provenance
-
-    runs = RUNS
-    """Motions from the model's start, and carried up and down along the second parameter."""
 
     def __post_init__(self) -> None:
         """Lock the arrays, and the mapping of parameters."""
@@ -157,7 +163,7 @@ class RegimeMap(OneLine, ReadOnly, Result):
         Parameters
         ----------
         run
-            ``"rest"``, ``"up"`` or ``"down"``.
+            One of `runs`.
 
         Returns
         -------
@@ -197,7 +203,7 @@ class RegimeMap(OneLine, ReadOnly, Result):
         Returns
         -------
         dict
-            What the motion of each run does.
+            What the motion of each run does, as far as there is one.
 
         Raises
         ------
@@ -209,7 +215,8 @@ class RegimeMap(OneLine, ReadOnly, Result):
         first, second = (
             int(np.abs(places - values[name]).argmin()) for name, places in self.over.items()
         )
-        return {run: str(self.names(run)[first, second]) for run in self.runs}
+        found = {run: str(self.names(run)[first, second]) for run in self.runs}
+        return {run: name for run, name in found.items() if name != NONE}
 
     def plot(self, **options: Any) -> Any:
         """Draw the plane: a colour for each regime, hatched where others coexist.
@@ -254,7 +261,7 @@ class RegimeMap(OneLine, ReadOnly, Result):
 
     def _rows(self) -> PrintedTable:
         counts = [Counter(self.names(run).ravel().tolist()) for run in self.runs]
-        found = sorted({name for each in counts for name in each}, key=_order)
+        found = sorted({name for each in counts for name in each} - {NONE}, key=_order)
         rows = [
             [run, *(str(each[name]) for name in found)]
             for run, each in zip(self.runs, counts, strict=True)
@@ -273,9 +280,10 @@ class RegimeMap(OneLine, ReadOnly, Result):
     def _variables(self) -> dict[str, Variable]:
         axes = axes_of(self.model)
         found = names("state", self.model.states) | ROWS.variables([self], axes)
-        for (name, values), dimension in zip(self.over.items(), ("first", "second"), strict=True):
-            found |= _axis(self.model, name, dimension).variables([values], {})
-        return found | CELLS.variables([self], axes)
+        for name, values in self.over.items():
+            found |= _axis(self.model, name).variables([values], {})
+        motions, cells = _cells(self.over)
+        return found | motions.variables([self], axes) | cells.variables([self], axes)
 
     def _record(self) -> dict[str, Any]:
         return {
@@ -303,24 +311,27 @@ class RegimeMap(OneLine, ReadOnly, Result):
             "first": first[places[1]].tolist(),
             "second": second[places[2]].tolist(),
         }
-        sheet = Sheet(heads, (CELLS,), axes_of(self.model))
-        return sheet.text(sheet.rows(CELLS, [self], known))
+        motions, _ = _cells(self.over)
+        sheet = Sheet(heads, (motions,), axes_of(self.model))
+        return sheet.text(sheet.rows(motions, [self], known))
 
     @classmethod
     def _read(cls, saved: SavedTable) -> RegimeMap:
         model, given = saved.model, saved.given
-        axes: dict[str, Any] = dict(axes_of(model)) | {"run": RUNS}
+        runs = ROWS.read(saved, {}, ...)["runs"].tolist()
+        axes: dict[str, Any] = dict(axes_of(model)) | {"run": runs}
         over = {}
-        for name, dimension in zip(given["over"], ("first", "second"), strict=True):
-            values = _axis(model, name, dimension).read(saved, {}, ...)["values"]
-            over[model.parameter(name).name] = axes[dimension] = values
+        for name in given["over"]:
+            values = _axis(model, name).read(saved, {}, ...)["values"]
+            over[model.parameter(name).name] = axes[column_name(name)] = values
         return cls(
             model=model,
             over=over,
+            runs=tuple(runs),
             transient=int(given["transient"]),
             interrupted=bool(saved.attributes["interrupted"]),
             provenance=saved.provenance,
-            **CELLS.read(saved, axes, ...),
+            **_cells(over)[0].read(saved, axes, ...),
         )
 
 
