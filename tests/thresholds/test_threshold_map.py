@@ -9,9 +9,8 @@ from scipy.integrate import solve_ivp
 from helpers.textbook_models import Duffing, Mathieu, Torus
 from slipfold.branches import Settings, trace_response
 from slipfold.errors import InputError
-from slipfold.flow import flow_of
 from slipfold.models import SlidingOscillator
-from slipfold.thresholds.batched_limits import keep_limits
+from slipfold.thresholds.batched_thresholds import BatchedThresholds
 from slipfold.thresholds.grid_lines import refinements, seed_lines, stencils
 from slipfold.thresholds.stable_segment import SHARES, find_doubts, shortened
 from slipfold.thresholds.threshold_map import find_threshold_map
@@ -303,9 +302,16 @@ def test_limits_are_those_of_single_orbits():
     branch = trace_response(model, "Nd", (0, 0.98), settings=ALONE)[0]
     assert branch.stopped.kind == "limit"
     parameters = np.tile(model.vector, (len(branch), 1))
-    parameters[:, model.parameter_index("Nd")] = branch.parameter
-    kept = keep_limits(flow_of(model), model, branch.states, parameters)
-    assert kept[:-1].all()
+    scales = np.tile(model.state_scales(), (len(branch), 1))
+    everything = np.arange(len(branch))
+
+    def kept():
+        orbits = BatchedThresholds(model, "Nd", (0, 0.98)).orbits(parameters, scales)
+        z = orbits.join(everything, branch.states[:, None], branch.parameter)
+        return (orbits.margins(everything, z) > 0).all(axis=1)
+
+    assert kept()[:-1].all()
     parameters[:, model.parameter_index("Ns")] = 0.5 * branch.parameter + 1e-3
     lifted = branch.parameter > parameters[:, model.parameter_index("Ns")]
-    assert not keep_limits(flow_of(model), model, branch.states, parameters)[lifted].any()
+    assert lifted.any()
+    assert not kept()[lifted].any()

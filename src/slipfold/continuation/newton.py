@@ -321,7 +321,7 @@ def solve_each(matrices: Array, right: Array) -> Array:
 
     Shapes: matrices (k, u, u); right (k, u) or (k, u, r).
     """
-    columns = right.reshape(*right.shape[:2], -1)
+    columns = right if right.ndim == 3 else right[..., None]
     try:
         return np.asarray(np.linalg.solve(matrices, columns), dtype=float).reshape(right.shape)
     except np.linalg.LinAlgError:

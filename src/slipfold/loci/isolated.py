@@ -20,8 +20,8 @@ from slipfold.loci.stable_spans import ONE_ORBIT, is_among, stable_orbits
 from slipfold.loci.window import Window
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
-from slipfold.orbits.correct_orbits import orbits_from
 from slipfold.orbits.find import periodic_orbit
+from slipfold.orbits.orbit_batch import orbits_from
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
 

@@ -13,8 +13,8 @@ from slipfold.long_term.exponents import find_exponents
 from slipfold.long_term.known import SAME, Known, KnownCloud, KnownCycle, KnownPoint
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
-from slipfold.orbits.correct_orbits import orbits_from
 from slipfold.orbits.find import may_slip, periodic_orbit
+from slipfold.orbits.orbit_batch import orbits_from
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.text.stability import stability_word
 

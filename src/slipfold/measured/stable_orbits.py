@@ -16,10 +16,9 @@ from slipfold.errors import InputError
 from slipfold.measured.quantity import Quantity, read_off
 from slipfold.models.model import Model
 from slipfold.orbits.carry_to import hold_parameter
-from slipfold.orbits.correct_orbits import correct_orbits
 from slipfold.orbits.extrema import find_extrema
 from slipfold.orbits.forced_orbits import ForcedOrbits
-from slipfold.orbits.spectrum.floquet import floquet_multipliers
+from slipfold.orbits.orbit_batch import correct_orbits
 from slipfold.text.stability import outside
 
 __all__ = ["StableOrbit", "orbits_at", "stable_orbits"]
@@ -136,8 +135,7 @@ def orbits_at(
     stable = np.zeros(len(z), dtype=bool)
     if len(there):
         nodes[there] = [orbits.nodes(item) for item in corrected.z[there]]
-        multipliers = floquet_multipliers(corrected.monodromies[there])
-        stable[there] = ~outside(multipliers).any(axis=1)
+        stable[there] = ~outside(corrected.multipliers[there]).any(axis=1)
         vectors = np.tile(model.vector, (len(there), 1))
         vectors[:, model.parameter_index(vary)] = values[there]
         names = list(dict.fromkeys(item.output for item in quantities))

@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.continuation.newton import Rule, correct_many, solve_each
+from slipfold.orbits.carry_to import hold_parameter
+from slipfold.orbits.orbit_batch import EXACTLY, Corrected, OrbitBatch, Part
 from slipfold.orbits.spectrum.floquet import floquet_multipliers
-from slipfold.thresholds.one_period import OnePeriod, Passed
 
-__all__ = ["Doublings", "Orbits", "find_doublings", "find_orbits"]
+__all__ = ["ROUGHLY", "Doublings", "find_doublings", "find_orbits"]
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -49,18 +50,6 @@ SAME = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Orbits:
-    """Orbits at given parameters."""
-
-    states: Array  # states at phase zero, shape (m, n); NaN where Newton's method failed
-    # Floquet multipliers, complex, shape (m, n), of the orbit before its last correction
-    multipliers: NDArray[np.complex128]
-    # Length of the last correction in scaled states, or the error of steps, shape (m,)
-    moved: Array
-    clear: NDArray[np.bool_]  # whether each stays far from all limits, as far as was looked
-
-
-@dataclass(frozen=True, eq=False)
 class Doublings:
     """Period doublings in one parameter."""
 
@@ -72,34 +61,19 @@ class Doublings:
     clear: NDArray[np.bool_]  # whether each stays far from all limits, as far as was looked
 
 
-def find_orbits(
-    period: OnePeriod, states: Array, parameters: Array, scales: Array, close: float
-) -> Orbits:
-    """Correct guesses to orbits of period 1, until a correction is shorter than `close`.
+def find_orbits(orbits: OrbitBatch, states: Array, values: Array, close: float) -> Corrected:
+    """Correct guesses to orbits at values of the parameter, until a correction is below `close`.
 
-    Shapes: states (m, n); parameters (m, n_p); scales (m, n).
+    Shapes: states (m, n); values (m,).
     """
-    monodromies = np.full((*states.shape, states.shape[1]), np.nan)
-    clear = np.zeros(len(states), bool)
-
-    def steps(some: Indices, x: Array) -> Array:
-        passed = period.quick(x, parameters[some], scales[some], ROUGHLY)
-        monodromies[some], clear[some] = passed.matrices, passed.clear
-        return solve_each(passed.matrices - np.eye(x.shape[1]), -passed.mismatch)
-
-    found = correct_many(steps, states / scales, Rule(close, DIVERGED))
-    multipliers = np.full(states.shape, complex(np.nan, np.nan))
-    multipliers[found.found] = floquet_multipliers(monodromies[found.found])
-    moved = np.maximum(found.moved, ROUGHLY)
-    return Orbits(found.z * scales, multipliers, moved, clear & found.found)
+    some = np.arange(len(states))
+    guesses = orbits.join(some, states[:, None], values)
+    rows = np.tile(hold_parameter(orbits.size), (len(states), 1))
+    return orbits.correct(some, guesses, rows, close, DIVERGED, ROUGHLY)
 
 
 def find_doublings(
-    period: OnePeriod,
-    states: Array,
-    parameters: Array,
-    scales: Array,
-    tolerance: float = 1e-10,
+    orbits: OrbitBatch, states: Array, values: Array, tolerance: float = 1e-10
 ) -> Doublings:
     r"""Correct guesses to period doublings in one parameter.
 
@@ -113,25 +87,24 @@ def find_doublings(
     (Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria, section 4). The
     derivative of g needs that of M along q alone: one more monodromy matrix, beside the orbit.
 
-    Shapes: states (m, n); parameters (m, n_p); scales (m, n).
+    Shapes: states (m, n); values (m,).
     """
-    values = parameters[:, period.index] / period.width
-    guesses = np.column_stack([states / scales, values])
-    work = _Doubling(period, guesses, parameters, scales)
+    everything = np.arange(len(states))
+    guesses = orbits.join(everything, states[:, None], values)
+    work = _Doubling(orbits, guesses)
     near, failures = guesses, np.full(len(states), "")
-    if period.is_quick:
+    if orbits.steps is not None:
         approached = correct_many(work.approach, guesses, APPROACH)
         near, failures = approached.z, approached.failures
     found = correct_many(work.steps, near, DOUBLING)
     failures = np.where(failures == "", found.failures, failures)
-    ends, values = found.z[:, :-1] * scales, found.z[:, -1] * period.width
+    ends, values = orbits.states(everything, found.z)[:, 0], found.z[:, -1] * orbits.width
     residuals = np.full(len(states), np.inf)
     multipliers = np.full(states.shape, complex(np.nan, np.nan))
     done = np.flatnonzero(found.found)
     if len(done):
         work.renew_matrices(done[found.moved[done] > SAME], found.z)
-        at_ends = period.at(parameters[done], values[done])
-        residuals[done] = period.residuals(ends[done], at_ends, scales[done])
+        residuals[done] = orbits.residuals(done, found.z[done])
         multipliers[done] = floquet_multipliers(work.matrices[done])
     failures[found.found & ~(residuals <= tolerance)] = "the orbit does not close"
     return Doublings(ends, values, multipliers, residuals, failures, work.clear)
@@ -144,10 +117,10 @@ class _Doubling:
     limits.
     """
 
-    def __init__(self, period: OnePeriod, guesses: Array, parameters: Array, scales: Array) -> None:
-        m, n = scales.shape
-        self.period, self.scales = period, scales
-        self.parameters = parameters
+    def __init__(self, orbits: OrbitBatch, guesses: Array) -> None:
+        m, n = len(guesses), orbits.size
+        self.orbits = orbits
+        self._bounds = np.array([limit.bound for limit in orbits.model.limits])
         self.matrices, self.clear = np.full((m, n, n), np.nan), np.zeros(m, bool)
         self.borders = np.full((m, 2, n), np.nan)
         self.slopes = np.full((m, n + 1), np.nan)
@@ -155,9 +128,9 @@ class _Doubling:
 
     def approach(self, some: Indices, z: Array) -> Array:
         """Return Newton's steps of some of them from quick periods."""
-        passed = self.nearly(some, z)
-        self.clear[some] = passed.clear
-        return self._corrections(some, z, passed, self.nearly)
+        part = self.nearly(some, z)
+        self.clear[some] = part.seen.clear(self._bounds)
+        return self._corrections(some, z, part, self.nearly)
 
     def steps(self, some: Indices, z: Array) -> Array:
         """Return Newton's steps of some of them from exact periods."""
@@ -167,11 +140,11 @@ class _Doubling:
         self,
         some: Indices,
         z: Array,
-        passed: Passed,
-        linearise: Callable[[Indices, Array], Passed],
+        part: Part,
+        linearise: Callable[[Indices, Array], Part],
     ) -> Array:
-        n = self.scales.shape[1]
-        matrices = self.matrices[some] = passed.matrices
+        n = self.orbits.size
+        matrices = self.matrices[some] = part.blocks[:, 0]
         fresh = np.isnan(self.borders[some, 0, 0])
         self.borders[some[fresh]] = _singular_vectors(matrices[fresh] + np.eye(n))
         q, w, g = _null_vectors(matrices + np.eye(n), self.borders[some])
@@ -183,31 +156,28 @@ class _Doubling:
             nudge = NUDGE / np.linalg.norm(q[renew], axis=1)[:, None]
             nudged[:, :n] += nudge * q[renew]
             beside = linearise(some[renew], nudged)
-            turned = beside.matrices - matrices[renew], beside.along - passed.along[renew]
-            change = np.concatenate([turned[0], turned[1][:, :, None]], axis=2)
+            turned = beside.blocks[:, 0] - matrices[renew], beside.along - part.along[renew]
+            change = np.concatenate([turned[0], turned[1].swapaxes(1, 2)], axis=2)
             slopes = -np.einsum("ma,mab->mb", w[renew], change) / nudge
             self.slopes[some[renew]] = slopes
         jacobian = np.zeros((len(some), n + 1, n + 1))
         jacobian[:, :n, :n] = matrices - np.eye(n)
-        jacobian[:, :n, n] = passed.along
+        jacobian[:, :n, n] = part.along[:, 0]
         jacobian[:, n] = self.slopes[some]
-        return solve_each(jacobian, -np.column_stack([passed.mismatch, g]))
+        return solve_each(jacobian, -np.column_stack([part.missed[:, 0], g]))
 
     def renew_matrices(self, some: Indices, z: Array) -> None:
         """Take the monodromy matrices of some of them at solutions, shape (m, n + 1)."""
         if len(some):
-            self.matrices[some] = self.exactly(some, z[some]).matrices
+            self.matrices[some] = self.exactly(some, z[some]).blocks[:, 0]
 
-    def exactly(self, some: Indices, z: Array) -> Passed:
+    def exactly(self, some: Indices, z: Array) -> Part:
         """Return one period of some of them by the flow."""
-        return self.period.exact(z[:, :-1], self._parameters(some, z), self.scales[some])
+        return self.orbits.linearise(some, z, EXACTLY)
 
-    def nearly(self, some: Indices, z: Array) -> Passed:
+    def nearly(self, some: Indices, z: Array) -> Part:
         """Return one period of some of them in steps of a larger error."""
-        return self.period.quick(z[:, :-1], self._parameters(some, z), self.scales[some], NEARLY)
-
-    def _parameters(self, some: Indices, z: Array) -> Array:
-        return self.period.at(self.parameters[some], z[:, -1] * self.period.width)
+        return self.orbits.linearise(some, z, NEARLY)
 
 
 def _singular_vectors(matrices: Array) -> Array:

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.flow.strobes.linearised_steps import linearised_steps_of
 from slipfold.models.model import Model
-from slipfold.thresholds.batched_limits import keep_limits
-from slipfold.thresholds.batched_orbits import Orbits, find_doublings, find_orbits
-from slipfold.thresholds.one_period import OnePeriod
+from slipfold.orbits.orbit_batch import Corrected, OrbitBatch
+from slipfold.thresholds.batched_orbits import ROUGHLY, find_doublings, find_orbits
 from slipfold.thresholds.stable_segment import SHARES, Segments, find_doubts, shortened
 
 __all__ = ["BatchedThresholds", "Found", "nothing_found"]
@@ -63,8 +63,16 @@ class BatchedThresholds:
     def __init__(self, model: Model, vary: str, span: tuple[float, float]) -> None:
         self.model = model
         self.first, self.last = span
-        width = abs(self.last - self.first)
-        self.period = OnePeriod(model, model.parameter_index(vary), width)
+        self._vary = vary, abs(self.last - self.first)
+        self._steps = linearised_steps_of(model)
+        self._bounds = np.array([limit.bound for limit in model.limits])
+
+    def orbits(self, parameters: Array, scales: Array) -> OrbitBatch:
+        """Return the orbits of period 1 with these parameters, unknown at phase zero alone.
+
+        Shapes: parameters (m, n_p); scales (m, n).
+        """
+        return OrbitBatch(self.model, parameters, scales, self._vary, nodes=1, steps=self._steps)
 
     def doublings(self, parameters: Array, scales: Array, guess: Segments) -> Found:
         """Find first period doublings, or that they lie beyond the span.
@@ -72,8 +80,8 @@ class BatchedThresholds:
         Shapes: parameters (m, n_p); scales (m, n).
         """
         width = self.last - self.first
-        at_guess = self.period.at(parameters, guess.ends)
-        found = find_doublings(self.period, guess.paths[:, -1], at_guess, scales)
+        orbits = self.orbits(parameters, scales)
+        found = find_doublings(orbits, guess.paths[:, -1], guess.ends)
         far = np.linalg.norm((found.states - guess.paths[:, -1]) / scales, axis=1)
         with np.errstate(invalid="ignore"):
             near = (far < ANOTHER_BRANCH) & (
@@ -109,20 +117,25 @@ class BatchedThresholds:
 
         Shapes: parameters (m, n_p); scales (m, n).
         """
-        at_end = self.period.at(parameters, guess.ends)
-        orbits = find_orbits(self.period, guess.paths[:, -1], at_end, scales, ON_THE_WAY)
-        paths = np.concatenate([guess.paths[:, :-1], orbits.states[:, None]], axis=1)
-        ends = _Ends(orbits.multipliers, orbits.clear, orbits.moved)
+        orbits = self.orbits(parameters, scales)
+        found = find_orbits(orbits, guess.paths[:, -1], guess.ends, ON_THE_WAY)
+        everything = np.arange(len(parameters))
+        last = orbits.states(everything, found.z)
+        paths = np.concatenate([guess.paths[:, :-1], last], axis=1)
+        ends = _Ends(found.multipliers, self._clear(found), np.maximum(found.moved, ROUGHLY))
         lasts, paths = self._prove(parameters, scales, Segments(guess.ends, paths), ends)
         return Found(
             np.zeros_like(lasts),
             lasts,
             Segments(guess.ends, paths),
-            orbits.multipliers,
-            self.period.residuals(paths[:, -1], at_end, scales),
+            found.multipliers,
+            orbits.residuals(everything, found.z),
         )
 
-    def walk(self, parameters: Array, scales: Array, guess: Segments) -> tuple[Array, Orbits]:
+    def _clear(self, found: Corrected) -> Mask:
+        return found.found & found.seen.clear(self._bounds)
+
+    def walk(self, parameters: Array, scales: Array, guess: Segments) -> tuple[Array, Corrected]:
         """Correct the orbits on the way to known ends; return paths, and the orbits by share.
 
         Orbits at the same share lie side by side: lanes of the flow take about as many steps each.
@@ -135,34 +148,36 @@ class BatchedThresholds:
         repeated = np.tile(parameters, (len(shares), 1))
         scale = np.tile(scales, (len(shares), 1))
         guessed = guess.paths[:, :-1].swapaxes(0, 1).reshape(-1, n)
-        there = self.period.at(repeated, values.ravel())
-        orbits = find_orbits(self.period, guessed, there, scale, ON_THE_WAY)
-        far = np.linalg.norm((orbits.states - guessed) / scale, axis=1)
+        orbits = self.orbits(repeated, scale)
+        found = find_orbits(orbits, guessed, values.ravel(), ON_THE_WAY)
+        states = orbits.states(np.arange(len(scale)), found.z)[:, 0]
+        far = np.linalg.norm((states - guessed) / scale, axis=1)
         with np.errstate(invalid="ignore"):
-            orbits.states[~(far < ANOTHER_BRANCH)] = np.nan
-        on_the_way = _by_response(orbits.states, len(shares))
-        return np.concatenate([on_the_way, guess.paths[:, -1:]], axis=1), orbits
+            states[~(far < ANOTHER_BRANCH)] = np.nan
+        on_the_way = _by_response(states, len(shares))
+        return np.concatenate([on_the_way, guess.paths[:, -1:]], axis=1), found
 
     def _prove(
         self, parameters: Array, scales: Array, segments: Segments, ends: _Ends
     ) -> tuple[Mask, Array]:
         """Return whether responses are stable on the way, and the states there."""
-        paths, orbits = self.walk(parameters, scales, segments)
+        paths, found = self.walk(parameters, scales, segments)
         before = paths.shape[1] - 1
         multipliers = np.concatenate(
-            [_by_response(orbits.multipliers, before), ends.multipliers[:, None]], axis=1
+            [_by_response(found.multipliers, before), ends.multipliers[:, None]], axis=1
         )
         doubling = ends.moved is None
         ends_moved = np.zeros(len(parameters)) if ends.moved is None else ends.moved
-        moved = np.column_stack([_by_response(orbits.moved, before), ends_moved])
+        moved = np.maximum(_by_response(found.moved, before), ROUGHLY)
+        moved = np.column_stack([moved, ends_moved])
         moved[~np.isfinite(paths).all(axis=2)] = np.inf
         proved = find_doubts(multipliers, moved, doubling) == ""
-        near = ~np.column_stack([_by_response(orbits.clear, before), ends.clear])
+        near = ~np.column_stack([_by_response(self._clear(found), before), ends.clear])
         case, place = np.nonzero(near & proved[:, None])
         values = self.first + np.array(SHARES)[place] * (segments.ends[case] - self.first)
-        there = self.period.at(parameters[case], values)
-        kept = keep_limits(self.period.flow, self.model, paths[case, place], there)
-        proved[case[~kept]] = False
+        orbits = self.orbits(parameters, scales)
+        margins = orbits.margins(case, orbits.join(case, paths[case, place][:, None], values))
+        proved[case[~(margins > 0).all(axis=1)]] = False
         return proved, paths
 
 

@@ -17,9 +17,9 @@ from slipfold.flow.linear_response import linear_response
 from slipfold.flow.switched.mode_equations import contacts_of
 from slipfold.models.model import Model
 from slipfold.models.variations import carried_whole
+from slipfold.orbits.orbit_batch import OrbitBatch
 from slipfold.thresholds.batched_orbits import find_orbits
 from slipfold.thresholds.batched_thresholds import BatchedThresholds, Found, nothing_found
-from slipfold.thresholds.one_period import OnePeriod
 from slipfold.thresholds.stable_segment import SHARES, Segments
 
 __all__ = ["first_doublings", "proved_doublings"]
@@ -65,7 +65,8 @@ def proved_doublings(
     turns = np.any(model.whole_turns)
     parameters = np.array([item.vector for item in models])
     scales = np.array([item.state_scales() for item in models])
-    carried = _Carried(batches.period, parameters, scales, (batches.first, batches.last))
+    orbits = batches.orbits(parameters, scales)
+    carried = _Carried(orbits, (batches.first, batches.last))
     if model.forced and slips and not turns and carried_whole(count):
         carried.begin(models, vary)
         for _ in range(STEPS):
@@ -85,12 +86,9 @@ class _Carried:
     `ends` are guesses of where they double, NaN where there is none so far.
     """
 
-    def __init__(
-        self, period: OnePeriod, parameters: Array, scales: Array, span: tuple[float, float]
-    ) -> None:
-        self._period, self._parameters, self._scales = period, parameters, scales
-        self._span = span
-        m, n = scales.shape
+    def __init__(self, orbits: OrbitBatch, span: tuple[float, float]) -> None:
+        self._orbits, self._span = orbits, span
+        m, n = orbits.scales.shape
         self.going: Mask = np.full(m, True)
         self.ends = np.full(m, np.nan)
         self._share, self._step, self._last_step = np.zeros(m), np.full(m, FIRST), np.zeros(m)
@@ -101,10 +99,10 @@ class _Carried:
     def begin(self, models: Sequence[Model], vary: str) -> None:
         """Find the responses at the first value from the linear ones."""
         guesses = self._states.copy()
-        for guess, model, scales in zip(guesses, models, self._scales, strict=True):
+        for guess, model, scales in zip(guesses, models, self._orbits.scales, strict=True):
             with suppress(InputError, *BREAKDOWNS):  # of others at that value nothing is known
                 there = model.replace(**{vary: self._span[0]})
-                flow = self._period.flow
+                flow = self._orbits.flow
                 constants = flow.constants(there.vector)
                 guess[:] = linear_response(flow, constants, scales, 1, there.start)[0]
         everywhere, first = np.arange(len(models)), np.zeros(len(models))
@@ -125,23 +123,24 @@ class _Carried:
 
     def _accept(self, some: NDArray[np.int64], shares: Array, guesses: Array, far: float) -> Mask:
         """Correct guesses, keep what is near them; return which that is."""
-        scales = self._scales[some]
-        orbits = find_orbits(self._period, guesses, self._at(some, shares), scales, CLOSE)
-        distance = np.linalg.norm((orbits.states - guesses) / scales, axis=1)
+        own = self._orbits.rows(some)
+        orbits = find_orbits(own, guesses, self._value_at(shares), CLOSE)
+        states = own.states(np.arange(len(some)), orbits.z)[:, 0]
+        distance = np.linalg.norm((states - guesses) / own.scales, axis=1)
         with np.errstate(invalid="ignore"):
             good = np.asarray(distance < far)
             unstable = (np.abs(orbits.multipliers) > 1).sum(axis=1)
         flip = (1 + orbits.multipliers).prod(axis=1).real
         for i in np.flatnonzero(good):
             case = some[i]
-            self._known[case].append((shares[i], orbits.states[i]))
+            self._known[case].append((shares[i], states[i]))
             moved = shares[i] - self._share[case]
             if unstable[i] == 1 and flip[i] < 0 < self._flip[case]:
                 share = shares[i] - moved * flip[i] / (flip[i] - self._flip[case])
                 self.ends[case] = self._span[0] + share * (self._span[1] - self._span[0])
             self.going[case] = not unstable[i]
-            self._change[case] = orbits.states[i] - self._states[case] if moved else 0.0
-            self._states[case], self._flip[case] = orbits.states[i], flip[i]
+            self._change[case] = states[i] - self._states[case] if moved else 0.0
+            self._states[case], self._flip[case] = states[i], flip[i]
             self._share[case], self._last_step[case] = shares[i], moved
             if distance[i] < NEAR and moved:
                 self._step[case] = min(1.6 * moved, LONGEST)
@@ -157,7 +156,6 @@ class _Carried:
             found.append([np.interp(wanted, shares, column) for column in np.array(states).T])
         return np.swapaxes(np.array(found), 1, 2)
 
-    def _at(self, some: NDArray[np.int64], shares: Array) -> Array:
-        """Return parameter vectors at shares of the span."""
-        values = self._span[0] + shares * (self._span[1] - self._span[0])
-        return self._period.at(self._parameters[some], values)
+    def _value_at(self, shares: Array) -> Array:
+        """Return the parameter at shares of the span."""
+        return np.asarray(self._span[0] + shares * (self._span[1] - self._span[0]))

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from slipfold.branches.abreast.limits import AtLimit, orbits_at_limits
 from slipfold.branches.abreast.located import placed
-from slipfold.branches.abreast.orbits_of_cases import OrbitsOfCases, Settled
 from slipfold.branches.abreast.own_branch import Case, OwnBranch
 from slipfold.branches.abreast.walk import Walk
 from slipfold.branches.bifurcations import span_end
@@ -24,6 +23,7 @@ from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.births import passed_twice
 from slipfold.orbits.carry_to import hold_parameter
 from slipfold.orbits.forced_orbits import ForcedOrbits
+from slipfold.orbits.orbit_batch import OrbitBatch, Settled
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.spectrum.floquet import floquet_multipliers
 
@@ -52,7 +52,7 @@ def placed_on(
 
 
 def settle(
-    orbits: OrbitsOfCases,
+    orbits: OrbitBatch,
     walk: Walk,
     cases: Sequence[Case],
     branches: Sequence[OwnBranch],

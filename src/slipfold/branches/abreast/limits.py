@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.abreast.located import EXACT, SECANTS, Approached, approach
-from slipfold.branches.abreast.orbits_of_cases import Corrected, OrbitsOfCases, Settled
 from slipfold.branches.abreast.walk import Bracket, Walk
 from slipfold.branches.stops import LIMIT_CLOSE
+from slipfold.orbits.orbit_batch import Corrected, OrbitBatch, Settled
 
 __all__ = ["AtLimit", "orbits_at_limits"]
 
@@ -40,9 +40,7 @@ class AtLimit:
     margin: float  # by how much it is kept, up to rounding
 
 
-def orbits_at_limits(
-    orbits: OrbitsOfCases, walk: Walk, tolerance: float
-) -> dict[int, AtLimit | None]:
+def orbits_at_limits(orbits: OrbitBatch, walk: Walk, tolerance: float) -> dict[int, AtLimit | None]:
     """Return where branches end that ended at a limit, by their numbers; None where that fails."""
     found: dict[int, AtLimit | None] = {
         number: None for number, fate in enumerate(walk.fates) if fate == "limit"
@@ -71,7 +69,7 @@ def orbits_at_limits(
 
 
 def _settled(
-    orbits: OrbitsOfCases, items: Sequence[Approached], tolerance: float
+    orbits: OrbitBatch, items: Sequence[Approached], tolerance: float
 ) -> list[tuple[Approached, AtLimit]]:
     """Return orbits at limits as they are told, by secants."""
     done = list[tuple[Approached, AtLimit]]()
@@ -100,7 +98,7 @@ def _settled(
 
 
 def _bracket(
-    orbits: OrbitsOfCases,
+    orbits: OrbitBatch,
     branch: int,
     case: int,
     z: Array,
@@ -132,16 +130,16 @@ def _bracket(
     if not (margins[-2] > 0).all() or len(broken) != 1 or not np.isfinite(tangents[-2:]).all():
         return None
     index = int(broken[0])
-    name = orbits.models[case].limits[index].name
+    name = orbits.model.limits[index].name
     values = margins[-2:, index]
     return Bracket(branch, case, name, z[-2:], tangents[-2:], places[-2:], values, (0, 0))
 
 
-def _limit(orbits: OrbitsOfCases, bracket: Bracket) -> int:
-    return [limit.name for limit in orbits.models[bracket.case].limits].index(bracket.kind)
+def _limit(orbits: OrbitBatch, bracket: Bracket) -> int:
+    return [limit.name for limit in orbits.model.limits].index(bracket.kind)
 
 
-def _margins(orbits: OrbitsOfCases, brackets: Sequence[Bracket], z: Array) -> Array:
+def _margins(orbits: OrbitBatch, brackets: Sequence[Bracket], z: Array) -> Array:
     """Return by how much orbits keep the limits that lie in brackets, shape (k,)."""
     cases = np.array([item.case for item in brackets])
     which = [_limit(orbits, item) for item in brackets]

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.abreast.orbits_of_cases import TESTS, Corrected, OrbitsOfCases
 from slipfold.branches.abreast.walk import Bracket
 from slipfold.continuation.interpolation import hermite_each
 from slipfold.continuation.locate import CLOSE, Enclosed
 from slipfold.continuation.newton import correct
+from slipfold.orbits.orbit_batch import TESTS, Corrected, OrbitBatch
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
@@ -46,7 +46,7 @@ class Approached:
 
 
 def approach(
-    orbits: OrbitsOfCases,
+    orbits: OrbitBatch,
     brackets: Sequence[Bracket],
     function: Callable[[Sequence[Bracket], Corrected], Array] | None = None,
     near: float = NEAR,

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from slipfold.branches.abreast.limits import AtLimit
 from slipfold.branches.abreast.located import Approached
-from slipfold.branches.abreast.orbits_of_cases import Settled
 from slipfold.models.model import Model
+from slipfold.orbits.orbit_batch import Settled
 
 __all__ = ["Case", "OwnBranch"]
 

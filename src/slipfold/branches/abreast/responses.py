@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from slipfold.branches.abreast.assembled import assembled, placed_on, settle
 from slipfold.branches.abreast.located import Approached, approach
-from slipfold.branches.abreast.orbits_of_cases import ITERATIONS, OrbitsOfCases
 from slipfold.branches.abreast.own_branch import Case, OwnBranch
 from slipfold.branches.abreast.walk import MOST, SMALLEST, Start, Walk
 from slipfold.branches.bifurcations import ON_CIRCLE, is_torus
@@ -37,6 +36,7 @@ from slipfold.models.model import Model
 from slipfold.orbits.carry_to import hold_parameter
 from slipfold.orbits.discretisations.shooting import SEGMENTS, Shooting
 from slipfold.orbits.finding.find_response import NEAR
+from slipfold.orbits.orbit_batch import ITERATIONS, OrbitBatch
 
 __all__ = [
     "FEWEST",
@@ -140,7 +140,9 @@ def _followed(
     ]
     cases = [Case(model) for model in models]
     width, forward = abs(span[1] - span[0]), float(np.sign(span[1] - span[0]))
-    orbits = OrbitsOfCases(models, steps, vary, width, 1)
+    vectors = np.array([model.vector for model in models])
+    scales = np.array([model.state_scales() for model in models])
+    orbits = OrbitBatch(models[0], vectors, scales, (vary, width), steps=steps)
     starts = _begun(orbits, cases, vary, width, forward, settings)
     parents: list[tuple[int, int] | None] = [None] * len(starts)
     while starts:
@@ -192,7 +194,7 @@ def _are_kept(settings: Settings) -> bool:
 
 
 def _begun(
-    orbits: OrbitsOfCases,
+    orbits: OrbitBatch,
     cases: Sequence[Case],
     vary: str,
     width: float,
@@ -226,7 +228,7 @@ def _begun(
     ]
 
 
-def _approached(orbits: OrbitsOfCases, walk: Walk) -> list[list[Approached | None]]:
+def _approached(orbits: OrbitBatch, walk: Walk) -> list[list[Approached | None]]:
     """Return what lies within the brackets of each branch that came to an end."""
     kept = [
         item
@@ -254,8 +256,8 @@ def _crosses(item: Approached) -> bool:
 
 
 def _next_starts(
-    orbits: OrbitsOfCases, cases: Sequence[Case], settings: Settings
-) -> tuple[OrbitsOfCases, list[Start], list[tuple[int, int] | None]]:
+    orbits: OrbitBatch, cases: Sequence[Case], settings: Settings
+) -> tuple[OrbitBatch, list[Start], list[tuple[int, int] | None]]:
     """Return where the branches of twice the period begin."""
     period, starts = 2 * orbits.period, list[Start]()
     parents = list[tuple[int, int] | None]()

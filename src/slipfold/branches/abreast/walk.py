@@ -14,7 +14,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.abreast.orbits_of_cases import TESTS, Corrected, OrbitsOfCases
 from slipfold.branches.closed_branches import AROUND, BEFORE
 from slipfold.branches.stops import ONE
 from slipfold.continuation.follow import BIRTH, FIRST
@@ -35,6 +34,7 @@ from slipfold.continuation.step_length import (
 from slipfold.continuation.unseen import Expected, expectation_weights, places_between
 from slipfold.continuation.walk import SLACK
 from slipfold.flow.switched.mode_equations import contacts_of
+from slipfold.orbits.orbit_batch import TESTS, Corrected, OrbitBatch
 
 __all__ = ["MOST", "SMALLEST", "Bracket", "Start", "Walk"]
 
@@ -107,7 +107,7 @@ class Walk:
 
     def __init__(
         self,
-        orbits: OrbitsOfCases,
+        orbits: OrbitBatch,
         starts: Sequence[Start],
         span: tuple[float, float],
         steps: Steps,
@@ -120,7 +120,7 @@ class Walk:
         self.brackets: list[list[Bracket]] = [[] for _ in starts]
         self.stable = np.zeros(k, bool)
         self.points: list[list[tuple[Array, Array, float]]] = [[] for _ in starts]
-        model = orbits.models[0]
+        model = orbits.model
         self._bounds = np.array([limit.bound for limit in model.limits])
         sticking = {name for contact in contacts_of(model) for name in contact.limits}
         self._sticking = np.array([limit.name in sticking for limit in model.limits], bool)
@@ -171,7 +171,7 @@ class Walk:
             self._tests[regular, -1], self._signs[regular] = found.tests, found.signs
             self._unstable[regular] = _outside(found)
             self.stable[regular] = _outside(found) == 0
-            clear = found.found & (found.above > self._bounds).all(axis=1)
+            clear = found.found & (found.seen.above > self._bounds).all(axis=1)
             self._leave(regular[~clear], "first orbit")
         self._first_steps([start for start in starts if start.multipliers is not None])
 
@@ -325,7 +325,7 @@ class Walk:
         folds = changed[:, LP] & changed[:, FOLD] & (changed.sum(axis=1) == 2) & (change == 1)
         brackets[folds] = LP
         # What is found must lie before a limit: on the last step of a branch is nothing.
-        doubt |= (brackets >= 0) & ~(found.above > self._bounds).all(axis=1)
+        doubt |= (brackets >= 0) & ~(found.seen.above > self._bounds).all(axis=1)
         quiet = ~changed.any(axis=1) & (change == 0)
         self._leave(some[fits & ~doubt & changed[:, FOLD] & ~changed[:, LP]], "crossing")
         return brackets, np.asarray(doubt | ~(quiet | (brackets >= 0)))
@@ -380,7 +380,7 @@ class Walk:
         ahead = ((first - before) * self._tangents[some, -2]).sum(axis=1) > 0
         near = _length(first - before) <= AROUND * length[rows]
         self._leave(some[regular & ahead & near], "returns")
-        self._end(some, found.lowest[rows], found.above[rows])
+        self._end(some, found.seen.lowest[rows], found.seen.above[rows])
 
     def _end(self, some: Indices, lowest: Array, above: Array) -> None:
         """End branches at limits and bounds."""

@@ -7,10 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.orbits.correct_orbits import Corrected
 from slipfold.orbits.forced_orbits import ForcedOrbits
-from slipfold.orbits.spectrum.floquet import floquet_multipliers
-from slipfold.orbits.spectrum.test_functions import evaluate_tests
+from slipfold.orbits.orbit_batch import TESTS, Corrected
 
 __all__ = ["CarriedCurve", "curve_through"]
 
@@ -41,11 +39,12 @@ class CarriedCurve:
 
 
 def curve_through(
-    orbits: ForcedOrbits, found: Corrected, reach: float = np.inf, whole: bool = True
+    orbits: ForcedOrbits,
+    found: Corrected,
+    rows: list[int] | slice = slice(None),
+    reach: float = np.inf,
+    whole: bool = True,
 ) -> CarriedCurve:
-    """Return corrected orbits with what is watched along them."""
-    multipliers = floquet_multipliers(found.monodromies)
-    rows = [evaluate_tests(values) for values in multipliers]
-    tests = {name: np.array([row[name] for row in rows]) for name in ("PD", "NS")}
-    tests["LP"] = found.tangents[:, -1]
-    return CarriedCurve(orbits, found.z, multipliers, tests, reach, whole)
+    """Return some corrected orbits with what is watched along them."""
+    tests = {name: found.tests[rows, TESTS.index(name)] for name in ("PD", "NS", "LP")}
+    return CarriedCurve(orbits, found.z[rows], found.multipliers[rows], tests, reach, whole)

@@ -13,7 +13,7 @@ from slipfold.branches.carried.carried_curve import CarriedCurve, curve_through
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.continuation.interpolation import polynomial
 from slipfold.normal_forms.normal_form import normal_form
-from slipfold.orbits.correct_orbits import correct_orbits
+from slipfold.orbits.orbit_batch import correct_orbits
 
 __all__ = ["TESTS", "CarriedPoints", "carried_points"]
 

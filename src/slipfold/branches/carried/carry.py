@@ -20,9 +20,9 @@ from slipfold.branches.carried.carried_curve import CarriedCurve, curve_through
 from slipfold.branches.carried.carried_points import TESTS, carried_points
 from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
 from slipfold.models.model import Model
-from slipfold.orbits.correct_orbits import Corrected, correct_orbits
 from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.orbits.limits import broken_limit
+from slipfold.orbits.orbit_batch import Corrected, correct_orbits
 
 __all__ = ["carry_branches"]
 
@@ -93,10 +93,10 @@ def _carried_curve(
         return None
     whole = count == len(found.z)
     ends = _ends(orbits, found.z[0], found.z[count - 1], born, closed if whole else None)
-    forward = found.some(_forward(found.z[:count], found.tangents[:count], *ends))
-    if len(forward.z) < 4:
+    forward = _forward(found.z[:count], found.tangents[:count], *ends)
+    if len(forward) < 4:
         return None
-    curve = curve_through(orbits, forward, float(places[inner][count - 1]), whole)
+    curve = curve_through(orbits, found, forward, float(places[inner][count - 1]), whole)
     curve = _with_ends(curve, *ends)
     return curve if _coherent(curve, guesses) else None
 

@@ -1,0 +1,422 @@
+"""Forced orbits of one period computed together, each with its own parameters.
+
+An unknown is that of `ForcedOrbits`: the scaled states at the nodes, then the parameter. Segments
+of all orbits share the lanes of one integration.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.continuation.newton import Rule, correct_many, solve_each
+from slipfold.flow import flow_of, precision
+from slipfold.flow.scaled import power_of_two
+from slipfold.flow.strobes.linearised_steps import TOLERANCE, Carried, LinearisedSteps
+from slipfold.models.model import Model
+from slipfold.models.turns import without_turns
+from slipfold.orbits.carry_to import hold_parameter
+from slipfold.orbits.discretisations.shooting import SEGMENTS
+from slipfold.orbits.forced_orbits import ForcedOrbits
+from slipfold.orbits.limits import far_above, margins_each
+from slipfold.orbits.spectrum.floquet import floquet_multipliers
+from slipfold.orbits.spectrum.test_functions import evaluate_each
+
+__all__ = [
+    "EXACTLY",
+    "ITERATIONS",
+    "TESTS",
+    "Corrected",
+    "OrbitBatch",
+    "Part",
+    "Seen",
+    "Settled",
+    "correct_orbits",
+    "orbits_from",
+]
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+TESTS = ("PD", "fold", "NS", "LP")
+"""Test functions of an orbit, in their order; the last is the tangent along the parameter."""
+
+ITERATIONS = 6
+
+EXACTLY = precision.TOLERANCE
+"""Error of a step of the flow itself; a larger one may be made by explicit steps."""
+
+GROWTH = 2.0
+"""A correction this many times the one before means divergence."""
+
+LAST_CORRECTION = 1e-6
+"""A correction shorter than this is the last: as Newton's method squares it, what is left is below
+1e-10. The derivatives, taken before it, are good to about ten times its length."""
+
+TOGETHER = 512
+"""Orbits whose limits are looked at together: enough to hide the cost of a call, few enough for the
+processor's cache."""
+
+LONGEST_CORRECTION = 0.5
+"""A correction this long, in scaled variables, leads to another branch."""
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """What was seen of the outputs that limits watch, each of shape (k, n_limits)."""
+
+    lowest: Array  # smallest values
+    highest: Array  # largest values
+    above: Array  # lower bounds of what they may be
+
+    def clear(self, bounds: Array) -> NDArray[np.bool_]:
+        """Return whether orbits stay far from all limits, as far as was looked, shape (k,).
+
+        Shapes: bounds (n_limits,).
+        """
+        with np.errstate(invalid="ignore"):
+            far = self.above > far_above(bounds, self.highest - self.lowest)
+        return np.asarray(far.all(axis=1))
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Mismatches with their derivatives, in scaled variables, and what was seen of the limits."""
+
+    missed: Array  # over the square root of m, shape (k, m, n)
+    blocks: Array  # transition matrices, shape (k, m, n, n)
+    along: Array  # derivatives by the parameter, shape (k, m, n)
+    seen: Seen
+
+
+@dataclass(frozen=True, eq=False)
+class Corrected:
+    """Orbits from Newton's method; NaN where it failed.
+
+    Derivatives are those before the last correction.
+    """
+
+    z: Array  # unknowns, shape (k, u)
+    tangents: Array  # unit vectors along the rows of the hyperplanes, shape (k, u)
+    blocks: Array  # transition matrices in scaled states, shape (k, m, n, n)
+    condensed: Array  # equations of first node and parameter alone, shape (k, n + 1, n + 1)
+    seen: Seen
+    moved: Array  # length of the last correction, infinite where there was none, shape (k,)
+
+    @cached_property
+    def found(self) -> NDArray[np.bool_]:
+        """Whether each was found, shape (k,)."""
+        return np.asarray(np.isfinite(self.z).all(axis=1))
+
+    @cached_property
+    def monodromies(self) -> Array:
+        """Monodromy matrices in scaled states, shape (k, n, n)."""
+        n = self.condensed.shape[1] - 1
+        return np.asarray(self.condensed[:, :n, :n] + np.eye(n))
+
+    @cached_property
+    def multipliers(self) -> NDArray[np.complex128]:
+        """Floquet multipliers, shape (k, n)."""
+        result = np.full(self.monodromies.shape[:2], complex(np.nan, np.nan))
+        result[self.found] = floquet_multipliers(self.monodromies[self.found])
+        return result
+
+    @cached_property
+    def tests(self) -> Array:
+        """Test functions, shape (k, len(TESTS))."""
+        result = np.full((len(self.z), len(TESTS)), np.nan)
+        result[self.found, :-1] = evaluate_each(self.multipliers[self.found], TESTS[:-1])
+        result[self.found, -1] = self.tangents[self.found, -1]
+        return result
+
+    @cached_property
+    def signs(self) -> Array:
+        """Signs of the bordered determinants but for a factor common to all, shape (k,)."""
+        signs = np.zeros(len(self.z))
+        signs[self.found] = np.linalg.slogdet(self.condensed[self.found])[0]
+        return signs
+
+    @cached_property
+    def stiffness(self) -> Array:
+        """Largest entry of the inverse of each condensed matrix, shape (k,)."""
+        result = np.zeros(len(self.z))
+        matrices = self.condensed[self.found]
+        inverse = solve_each(matrices, np.broadcast_to(np.eye(matrices.shape[1]), matrices.shape))
+        result[self.found] = np.abs(inverse).max(axis=(1, 2))
+        return result
+
+
+@dataclass(frozen=True, eq=False)
+class Settled:
+    """Orbits that meet their equations by the flow itself."""
+
+    z: Array  # shape (k, u)
+    tangents: Array  # unit vectors along the rows of the hyperplanes, shape (k, u)
+    monodromies: Array  # in scaled states, shape (k, n, n)
+    residuals: Array  # by how much orbits fail to close, in scaled states, shape (k,)
+
+    def of(self, some: slice) -> Settled:
+        """Return some of them."""
+        parts = self.z, self.tangents, self.monodromies, self.residuals
+        return Settled(*(part[some] for part in parts))
+
+
+class OrbitBatch:
+    """Orbits of a period of models of one kind, in one parameter.
+
+    What is done to some of them takes their numbers first: rows of `parameters` and `scales`, each
+    as often as there are orbits with it. `steps` are used where they are precise enough; None
+    leaves everything to the flow.
+
+    Shapes: parameters (k, n_p); scales (k, n).
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        parameters: Array,
+        scales: Array,
+        vary: tuple[str, float],
+        period: int = 1,
+        nodes: int = SEGMENTS,
+        steps: LinearisedSteps | None = None,
+    ) -> None:
+        self.model, self.parameters, self.scales = model, parameters, scales
+        self.vary, self.width = vary
+        self.period, self.nodes, self.steps = period, nodes, steps
+        self.flow = flow_of(model)
+        self._index = model.parameter_index(self.vary)
+        self.size = scales.shape[1] * nodes
+        self._node_scales = np.tile(scales, nodes) * np.sqrt(nodes)
+        self._length = period / nodes
+        self._start = np.arange(nodes) * self._length
+
+    def of_period(self, period: int) -> OrbitBatch:
+        """Return the same for orbits of another period."""
+        given = self.model, self.parameters, self.scales, (self.vary, self.width)
+        return OrbitBatch(*given, period, self.nodes, self.steps)
+
+    def rows(self, some: Indices) -> OrbitBatch:
+        """Return the same for some rows of the parameters alone."""
+        given = self.model, self.parameters[some], self.scales[some], (self.vary, self.width)
+        return OrbitBatch(*given, self.period, self.nodes, self.steps)
+
+    def join(self, some: Indices, nodes: Array, values: Array) -> Array:
+        """Scale nodes and values of the parameter into unknowns. Shapes: nodes (k, m, n)."""
+        scaled = nodes.reshape(len(nodes), self.size) / self._node_scales[some]
+        return np.column_stack([scaled, values / self.width])
+
+    def states(self, some: Indices, z: Array) -> Array:
+        """Return the states at the nodes of each, shape (k, m, n). Shapes: z (k, u)."""
+        nodes = z[:, :-1] * self._node_scales[some]
+        return np.asarray(nodes.reshape(len(some), self.nodes, -1))
+
+    def values(self, some: Indices, z: Array) -> Array:
+        """Return all parameters of each, shape (k, n_p). Shapes: z (k, u)."""
+        parameters = self.parameters[some]
+        parameters[:, self._index] = z[:, -1] * self.width
+        return parameters
+
+    def correct(
+        self,
+        some: Indices,
+        guesses: Array,
+        rows: Array,
+        close: float,
+        longest: float,
+        tolerance: float = TOLERANCE,
+    ) -> Corrected:
+        """Find the orbits nearest guesses, each in the hyperplane through it.
+
+        Derivatives are those at the last step but one: they are of the orbit once that is shorter
+        than `close`. What is farther than `longest` is another orbit. A step in time may make an
+        error of the tolerance.
+
+        Shapes: guesses, rows (k, u).
+        """
+        k, n, u = len(some), self.scales.shape[1], guesses.shape[1]
+        tangents, blocks = np.full((k, u), np.nan), np.full((k, self.nodes, n, n), np.nan)
+        condensed, seen = np.full((k, n + 1, n + 1), np.nan), np.full((3, k, self._limits), np.nan)
+        moved = np.full(k, np.inf)
+
+        def steps(here: Indices, z: Array) -> Array:
+            part = self.linearise(some[here], z, tolerance)
+            right = np.einsum("ka,ka->k", rows[here], guesses[here] - z)
+            step, tangents[here], condensed[here] = self.solve(part, rows[here], right)
+            blocks[here] = part.blocks
+            seen[:, here] = part.seen.lowest, part.seen.highest, part.seen.above
+            moved[here] = np.sqrt((step * step).sum(axis=1))
+            return step
+
+        rule = Rule(close, longest, GROWTH, iterations=ITERATIONS)
+        z = correct_many(steps, guesses, rule).z
+        z[~np.isfinite(condensed).all(axis=(1, 2))] = np.nan
+        lost = ~np.isfinite(z).all(axis=1)
+        for item in (tangents, blocks, *seen):
+            item[lost] = np.nan
+        moved[np.isnan(moved)] = np.inf
+        return Corrected(z, tangents, blocks, condensed, Seen(*seen), moved)
+
+    def settled(self, some: Indices, z: Array, rows: Array, tolerance: float) -> Settled:
+        """Correct orbits that are nearly met until they fail by a tenth of what they may.
+
+        Shapes: z, rows (k, u).
+        """
+        (k, u), n = z.shape, self.scales.shape[1]
+        found = Settled(z.copy(), np.full((k, u), np.nan), np.full((k, n, n), np.nan), np.zeros(k))
+        going = np.arange(k)
+        for count in range(ITERATIONS):
+            exactly = EXACTLY if count else TOLERANCE  # what follows a correction decides
+            part = self.linearise(some[going], found.z[going], exactly)
+            step, tangents, condensed = self.solve(part, rows[going], np.zeros(len(going)))
+            missed = np.abs(part.missed).max(axis=(1, 2)) * np.sqrt(self.nodes)
+            found.tangents[going], found.residuals[going] = tangents, missed
+            found.monodromies[going] = condensed[:, :n, :n] + np.eye(n)
+            far = (missed > 0.1 * tolerance) | (count == 0)
+            going = going[far]
+            if not len(going):
+                break
+            found.z[going] += step[far]
+        found.residuals[going] = np.inf  # of the orbit before its last correction
+        return found
+
+    def margins(self, some: Indices, z: Array) -> Array:
+        """Return by how much orbits keep each limit, NaN where one is not known.
+
+        Shapes: z (k, u); returns (k, n_limits).
+        """
+        limits = self.model.limits
+        found = np.full((len(some), len(limits)), np.nan)
+        known = np.flatnonzero(np.isfinite(z).all(axis=1))
+        for first in range(0, len(known) if limits else 0, TOGETHER):
+            rows = known[first : first + TOGETHER]
+            own = some[rows]
+            scales = power_of_two(self.scales[own])
+            constants = self.flow.constants(self.values(own, z[rows]), scales)
+            states = self.states(own, z[rows])
+            found[rows] = margins_each(self.flow, constants, limits, states, self.period)
+        return found
+
+    def residuals(self, some: Indices, z: Array) -> Array:
+        """Return by how much orbits fail to close by the flow, in scaled states, shape (k,)."""
+        scales, nodes = self.scales[some], self.states(some, z)
+        constants = self.flow.constants(self.values(some, z), power_of_two(scales))
+        start = np.tile(self._start, len(some))
+        flat = nodes.reshape(len(start), -1)
+        each = constants.repeated(self.nodes)
+        ends = self.flow.advance(flat, start, start + self._length, each).reshape(nodes.shape)
+        gaps = without_turns(ends - np.roll(nodes, -1, axis=1), self.model.whole_turns)
+        return np.asarray(np.abs(gaps / scales[:, None]).max(axis=(1, 2)))
+
+    def linearise(self, some: Indices, z: Array, tolerance: float = TOLERANCE) -> Part:
+        """Return by how much nodes are missed, with derivatives. Shapes: z (k, u)."""
+        k, m, n = len(some), self.nodes, self.scales.shape[1]
+        nodes, scales = self.states(some, z), self.scales[some]
+        carried = self._carried(nodes, self.values(some, z), scales, tolerance)
+        wide, root = scales[:, None, :], np.sqrt(m)
+        gaps = carried.ends.reshape(k, m, n) - np.roll(nodes, -1, axis=1)
+        watched = (k, m, self._limits)
+        return Part(
+            without_turns(gaps, self.model.whole_turns) / wide / root,
+            carried.matrices.reshape(k, m, n, n) * (wide[..., None, :] / wide[..., :, None]),
+            carried.vectors.reshape(k, m, n) * (self.width / root) / wide,
+            Seen(
+                carried.lowest.reshape(watched).min(axis=1),
+                carried.highest.reshape(watched).max(axis=1),
+                carried.above.reshape(watched).min(axis=1),
+            ),
+        )
+
+    @property
+    def _limits(self) -> int:
+        return len(self.model.limits)
+
+    def _carried(self, nodes: Array, parameters: Array, scales: Array, tolerance: float) -> Carried:
+        """Carry all segments to their ends: in explicit steps, or by the flow."""
+        (k, m, n), quick = nodes.shape, self.steps is not None and tolerance > EXACTLY
+        constants = self.flow.constants(parameters, None if quick else power_of_two(scales))
+        change = np.repeat(constants.rates[:, :, self._index], m, axis=0)
+        flat, start = nodes.reshape(k * m, n), np.tile(self._start, k)
+        if quick:
+            assert self.steps is not None
+            values = np.repeat(constants.values, m, axis=0)
+            wide = np.repeat(scales, m, axis=0)
+            given = flat, start, self._length, values, wide, change
+            return self.steps.carry(*given, tolerance)
+        each = constants.repeated(m)
+        ends, matrices, vectors = self.flow.linearise(
+            flat, start, start + self._length, each, change[..., None]
+        )
+        unseen = np.full((k * m, self._limits), -np.inf)  # limits are not looked at
+        return Carried(ends, matrices, vectors[..., 0], unseen, -unseen, unseen)
+
+    def solve(self, part: Part, rows: Array, right: Array) -> tuple[Array, Array, Array]:
+        """Return Newton's steps, unit tangents, and the equations for the first node alone.
+
+        The other nodes are eliminated one after the other: each is a linear function of the first
+        node, the parameter, and one, in columns.
+
+        Shapes: rows (k, u); right (k,).
+        """
+        k, m, n = part.missed.shape
+        nodes = np.zeros((k, m + 1, n, n + 2))
+        nodes[:, 0, :, :n] = np.eye(n)
+        added = np.stack([part.along, part.missed], axis=-1)
+        for j in range(m):
+            np.matmul(part.blocks[:, j], nodes[:, j], out=nodes[:, j + 1])
+            nodes[:, j + 1, :, n:] += added[:, j]
+        inner, last = nodes[:, :m].reshape(k, m * n, n + 2), nodes[:, m]
+        bordered = (rows[:, None, :-1] @ inner)[:, 0]
+        condensed = np.empty((k, n + 1, n + 1))
+        condensed[:, :n] = last[..., : n + 1]
+        condensed[:, :n, :n] -= np.eye(n)
+        condensed[:, n] = bordered[:, : n + 1]
+        condensed[:, n, n] += rows[:, -1]
+        sides = np.zeros((k, n + 1, 2))
+        sides[:, :n, 0] = -last[..., n + 1]
+        sides[:, n, 0] = right - bordered[:, n + 1]
+        sides[:, n, 1] = 1.0
+        first = solve_each(condensed, sides)
+        moved = inner[..., : n + 1] @ first
+        step = np.column_stack([moved[..., 0] + inner[..., n + 1], first[:, n, 0]])
+        tangent = np.column_stack([moved[..., 1], first[:, n, 1]])
+        tangent /= np.sqrt((tangent * tangent).sum(axis=1))[:, None]
+        return step, tangent, condensed
+
+
+def correct_orbits(
+    orbits: ForcedOrbits, guesses: Array, rows: Array, close: float = LAST_CORRECTION
+) -> Corrected:
+    """Find the orbits of one branch nearest guesses by the flow, each in the hyperplane through it.
+
+    Shapes: guesses, rows (k, m n + 1).
+    """
+    model, vary = orbits.model, (orbits.vary, orbits.width)
+    given = model, model.vector[None], orbits.scales[None], vary, orbits.period, orbits.segments
+    some = np.zeros(len(guesses), dtype=np.int64)
+    return OrbitBatch(*given).correct(some, guesses, rows, close, LONGEST_CORRECTION)
+
+
+def orbits_from(model: Model, period: int, states: Array) -> list[Array | None]:
+    """Return the nodes of the stable orbits of a period that states nearly repeat on.
+
+    Shapes: states (k, n); returns k times (m, n), None where there is none.
+    """
+    orbits = ForcedOrbits(model, {model.parameters[0].name: 1.0}, period)
+    zero = np.zeros(len(states))
+    constants = orbits.flow.constants_of(model)
+    nodes = orbits.flow.sample(states, zero, zero + period, orbits.segments, constants)
+    found: list[Array | None] = [None] * len(states)
+    passed = np.flatnonzero(np.isfinite(nodes).all(axis=(1, 2)))
+    if not len(passed):
+        return found
+    guesses = np.array([orbits.unknown(item, model) for item in nodes[passed]])
+    rows = np.tile(hold_parameter(orbits.size), (len(passed), 1))
+    corrected = correct_orbits(orbits, guesses, rows)
+    for i, k in enumerate(passed):
+        if corrected.found[i] and np.abs(corrected.multipliers[i]).max() < 1:
+            found[k] = orbits.nodes(corrected.z[i])
+    return found
