@@ -97,7 +97,7 @@ def test_saved_exported_and_drawn(found, tmp_path):
     assert copy.names == found.names
     found.to_csv(tmp_path / "d.csv")
     heads, *rows = (tmp_path / "d.csv").read_text().splitlines()
-    assert heads.startswith("side,Nd wanted,alpha (rad),Vd (m/s),PD,rms x")
+    assert heads.startswith("side,Nd wanted (N),alpha (rad),Vd (m/s),PD (N),rms x")
     assert len(rows) == 1
     line, before = found.plot(ax=Figure().add_subplot()).lines
     assert np.nanmin(line.get_ydata()) == found.levels[0]

@@ -5,7 +5,6 @@ import dataclasses
 import json
 import pickle
 
-import h5netcdf
 import numpy as np
 import pytest
 import xarray
@@ -14,41 +13,12 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 import slipfold as sf
+from helpers.threshold_maps import KINDS, REASON, made_map
 from slipfold.computations.threshold_map import threshold_map
 from slipfold.errors import InputError
 from slipfold.models import Parameter, SlidingOscillator
-from slipfold.results.labelled_table import Variable
 from slipfold.results.load import load
-from slipfold.results.provenance import Provenance
-from slipfold.results.saved_table import open_table
-from slipfold.results.threshold_map import ThresholdMap, column_name
-
-MODEL = SlidingOscillator(f=12.4)
-KINDS = [["", "no PD in the span"], ["", "limit: lost contact"], ["limit: lost contact", ""]]
-REASON = "the normal force fell; keep Nd < Ns"
-
-
-def made_map(**changes):
-    """A map of three speeds (not in order) and two directions."""
-    kinds = np.array(changes.get("kinds", KINDS))
-    gaps = np.where(kinds == "", 0.0, np.nan)
-    states = np.arange(24.0).reshape(3, 2, 4) / 7 + gaps[..., None]
-    values = {
-        "model": MODEL,
-        "threshold": "Nd",
-        "type": "PD",
-        "over": {"Vd": np.array([0.6, 0.4, 1.0]), "alpha": np.array([0.1, np.pi / 3])},
-        "span": (0.0, 0.9),
-        "values": np.array([[0.1, 0.2], [0.3, 0.4], [0.5, 0.1 / 3]]) + gaps,
-        "states": states,
-        "multipliers": np.where(np.isnan(states), complex(np.nan, np.nan), states - 1j / 3),
-        "residuals": np.full((3, 2), 1e-13) + gaps,
-        "kinds": kinds,
-        "reasons": np.where(kinds == "", "", REASON).astype(object),
-        "followed": np.array([[True, False], [True, True], [False, False]]),
-        "provenance": Provenance("1", "2", "3", "4", "2026-01-01T00:00:00+00:00", 0.1),
-    }
-    return ThresholdMap(**(values | changes | {"kinds": kinds}))
+from slipfold.results.threshold_map import ThresholdMap
 
 
 def assert_same(one, other):
@@ -219,21 +189,13 @@ def test_dataset_is_labelled():
     data = made_map().to_xarray()
     assert data.Nd.dims == ("Vd", "alpha")
     assert data.Nd.attrs["units"] == "N"
-    assert data.Vd.attrs == {"long_name": "speed of the plate", "units": "m/s"}
+    assert data.Vd.attrs == {"long_name": "Vd: speed of the plate", "units": "m/s"}
     assert float(data.Nd.sel(Vd=1.0, alpha=np.pi / 3)) == 0.1 / 3
     assert data.states.sel(state="vx").dims == ("Vd", "alpha")
     assert data.multipliers_imag.dims == ("Vd", "alpha", "multiplier")
     assert data.kind.values.tolist() == KINDS
     assert all("long_name" in variable.attrs for variable in data.variables.values())
     assert data.attrs["schema"] == "slipfold.threshold_map/1"
-
-
-def test_parameters_take_no_names_of_columns():
-    columns = made_map()._table().variables
-    dimensions = {name for item in columns.values() for name in item.dimensions}
-    own = (set(columns) | dimensions) - {"Nd", "Vd", "alpha"}
-    assert [name for name in own if column_name(name) != f"{name}_value"] == []
-    assert column_name("Nd") == "Nd"
 
 
 class Awkward(SlidingOscillator):
@@ -328,63 +290,3 @@ def test_copies_for_other_processes_are_the_same_and_locked():
         copy.values[0] = 0
     with pytest.raises(TypeError):
         copy.over["Vd"] = 0
-
-
-# -- damaged files -----------------------------------------------------------------------------
-
-LABELS = {"state", "state_units", "state_long_name"}
-COLUMNS = made_map()._table().variables
-
-
-@pytest.mark.parametrize("name", sorted(set(COLUMNS) - LABELS))
-def test_missing_column(name):
-    table = made_map()._table()
-    variables = {key: item for key, item in table.variables.items() if key != name}
-    with pytest.raises(LookupError):
-        ThresholdMap._read(open_table(type(table)(variables, table.attributes)))
-
-
-@pytest.mark.parametrize("name", sorted(set(COLUMNS) - LABELS))
-def test_column_that_does_not_fit(name):
-    table = made_map()._table()
-    item = table.variables[name]
-    short = Variable(item.dimensions, item.values[:-1])
-    with pytest.raises(ValueError, match="shape"):
-        ThresholdMap._read(
-            open_table(type(table)({**table.variables, name: short}, table.attributes))
-        )
-
-
-@pytest.mark.parametrize(
-    ("old", "new"),
-    [
-        ('"threshold": "Nd", ', ""),
-        ('"span": [0.0, 0.9]', '"span": [0.0]'),
-        ('"alpha": [0.1', '"f": [1.0], "alpha": [0.1'),
-        ('"alpha": [0.1', '"Ns": [0.1'),
-    ],
-)
-def test_damaged_input(tmp_path, old, new):
-    path = saved(tmp_path, made_map())
-    with h5netcdf.File(path, "r+") as file:
-        assert old in file.attrs["input"]
-        file.attrs["input"] = file.attrs["input"].replace(old, new)
-    with pytest.raises(InputError, match=r"map\.nc is damaged.*compute it anew"):
-        load(path)
-
-
-def test_unknown_parameter(tmp_path):
-    path = saved(tmp_path, made_map())
-    with h5netcdf.File(path, "r+") as file:
-        file.attrs["input"] = file.attrs["input"].replace('"threshold": "Nd"', '"threshold": "nd"')
-    with pytest.raises(InputError, match=r"map\.nc: .*did you mean Nd"):
-        load(path)
-
-
-def test_truncated_file(tmp_path):
-    path = saved(tmp_path, made_map())
-    content = path.read_bytes()
-    for part in (0.01, 0.3, 0.6, 0.9):
-        path.write_bytes(content[: int(len(content) * part)])
-        with pytest.raises(InputError, match="damaged"):
-            load(path)

@@ -20,6 +20,12 @@ Axes = Mapping[str, Sequence[str]]
 """What stands along each dimension, in words with units."""
 
 
+WITH_UNITS = frozenset({
+    "state", "output", "parameter", "by_parameter", "quantity", "fitted", "chosen", "scattered",
+})  # fmt: skip
+"""Dimensions whose labels have units, in a variable of their own."""
+
+
 @dataclass(frozen=True)
 class Kind:
     """What values are, and what stands where there is none."""
@@ -61,6 +67,8 @@ class Column:
     """Whether files of earlier versions lack it."""
     slot: str | None = None
     """Its place in a spreadsheet, instead of the key."""
+    head: str | None = "{}"
+    """Heading in tables, where ``{}`` is the name of the variable; None: not there."""
 
     def of(self, item: Any) -> Any:
         """Return the value of an item."""
@@ -87,22 +95,14 @@ class Column:
     def variables(
         self, name: str, dimensions: tuple[str, ...], values: NDArray[Any]
     ) -> dict[str, Variable]:
-        """Return its variable; of complex numbers one for each part."""
-        if self.kind is COMPLEX:
-            parts = {"real": (values.real, "real"), "imag": (values.imag, "imaginary")}
-            return {
-                f"{name}_{end}": self._variable(dimensions, part.copy(), f", {word} part")
-                for end, (part, word) in parts.items()
-            }
-        return {name: self._variable(dimensions, values)}
-
-    def _variable(
-        self, dimensions: tuple[str, ...], values: NDArray[Any], part: str = ""
-    ) -> Variable:
-        attributes = {"long_name": self.meaning + part}
-        if self.unit is not None:
-            attributes["units"] = self.unit or "1"
-        return Variable((*dimensions, *self.dimensions), values, attributes, self.label)
+        """Return its variable by name."""
+        along = (*dimensions, *self.dimensions)
+        unit = self.unit
+        if unit is None and self.kind in (REAL, COMPLEX) and WITH_UNITS & {*along[-1:]}:
+            unit = f"see {along[-1]}_units"
+        attributes = {"long_name": self.meaning, "units": unit or "1"}
+        head = None if self.head is None else self.head.format(name)
+        return {name: Variable(along, values, attributes, self.label, head)}
 
     def stored(
         self, name: str, dimensions: tuple[str, ...], saved: SavedTable, axes: Axes

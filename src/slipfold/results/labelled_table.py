@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
@@ -35,6 +35,25 @@ class Variable:
     """``long_name``, ``units`` and what else there is to say."""
     label: bool = False
     """Whether it labels rather than holds results."""
+    head: str | None = ""
+    """Heading in tables; None: not there."""
+
+    def parts(self, name: str) -> dict[str, Variable]:
+        """Return itself by name; of complex numbers both parts."""
+        if self.values.dtype.kind != "c":
+            return {name: self}
+        about = self.attributes["long_name"]
+        return {
+            f"{name}_{end}": replace(
+                self,
+                values=np.ascontiguousarray(values),
+                attributes={**self.attributes, "long_name": f"{about}, {word} part"},
+            )
+            for end, word, values in (
+                ("real", "real", self.values.real),
+                ("imag", "imaginary", self.values.imag),
+            )
+        }
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,13 +71,19 @@ class LabelledTable:
         """Return it as a dataset."""
         import xarray
 
+        whole = dict(self.real())
         entries = {
             name: xarray.Variable(item.dimensions, item.values, dict(item.attributes))
-            for name, item in self.variables.items()
+            for name, item in whole.items()
         }
-        marked = [name for name, item in self.variables.items() if item.label]
+        marked = [name for name, item in whole.items() if item.label]
         labels = {name: entries.pop(name) for name in marked}
         return xarray.Dataset(entries, labels, dict(self.attributes))
+
+    def real(self) -> Iterator[tuple[str, Variable]]:
+        """Go through the variables, complex ones as two."""
+        for name, item in self.variables.items():
+            yield from item.parts(name).items()
 
     def to_netcdf(self) -> bytes:
         """Return it as the content of a netCDF-4 file."""
@@ -74,7 +99,7 @@ class LabelledTable:
         with h5py.File(target, "w", track_order=True) as store:
             file = h5netcdf.File(store, "w")
             labels = []
-            for name, item in self.variables.items():
+            for name, item in self.real():
                 for dimension, size in zip(item.dimensions, item.values.shape, strict=True):
                     if dimension not in file.dimensions:
                         file.dimensions[dimension] = size

@@ -2,74 +2,43 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from slipfold.errors import InputError
 from slipfold.models.model import Model
-from slipfold.orbits.periodic_orbit import PeriodicOrbit
-from slipfold.results import orbit
-from slipfold.results.design_space.design import Design
-from slipfold.results.design_space.threshold_uncertainty import ThresholdUncertainty
-from slipfold.results.diagram import Diagram
 from slipfold.results.labelled_table import read_netcdf
-from slipfold.results.locus_diagram import LocusDiagram
-from slipfold.results.measured.fit import Fit
-from slipfold.results.measured.measurement_plan import MeasurementPlan
-from slipfold.results.motions.attractors import Attractors
-from slipfold.results.motions.basin_fractions import BasinFractions
-from slipfold.results.motions.basins import Basins
-from slipfold.results.motions.lyapunov_exponents import LyapunovExponents
-from slipfold.results.motions.regime_map import RegimeMap
-from slipfold.results.motions.sweep import Sweep
 from slipfold.results.saved_table import open_table
-from slipfold.results.simulation import Simulation
-from slipfold.results.studies.study_result import StudyResult
-from slipfold.results.threshold_map import ThresholdMap
+
+if TYPE_CHECKING:
+    from slipfold.orbits.periodic_orbit import PeriodicOrbit
+    from slipfold.results.result import Result
 
 __all__ = ["load"]
 
-_KINDS = (
-    Diagram,
-    Simulation,
-    LocusDiagram,
-    ThresholdMap,
-    LyapunovExponents,
-    Attractors,
-    ThresholdUncertainty,
-    Basins,
-    BasinFractions,
-    Design,
-    Sweep,
-    RegimeMap,
-    Fit,
-    MeasurementPlan,
-    StudyResult,
-)
-
-_READERS = {**{kind.schema: kind._read for kind in _KINDS}, orbit.SCHEMA: orbit.read_orbit}
-
-Saved = (
-    Diagram
-    | Simulation
-    | LocusDiagram
-    | ThresholdMap
-    | LyapunovExponents
-    | Attractors
-    | Basins
-    | BasinFractions
-    | Fit
-    | MeasurementPlan
-    | Sweep
-    | StudyResult
-    | ThresholdUncertainty
-    | RegimeMap
-    | Design
-    | PeriodicOrbit
-)
-"""What files hold."""
+KINDS = {
+    "attractors": "motions.attractors.Attractors",
+    "basin_fractions": "motions.basin_fractions.BasinFractions",
+    "basins": "motions.basins.Basins",
+    "design": "design_space.design.Design",
+    "fit": "measured.fit.Fit",
+    "locus": "locus_diagram.LocusDiagram",
+    "lyapunov": "motions.lyapunov_exponents.LyapunovExponents",
+    "measurement-plan": "measured.measurement_plan.MeasurementPlan",
+    "orbit": "orbit.SavedOrbit",
+    "regimes": "motions.regime_map.RegimeMap",
+    "response": "diagram.Diagram",
+    "simulation": "simulation.Simulation",
+    "study": "studies.study_result.StudyResult",
+    "sweep": "motions.sweep.Sweep",
+    "threshold_map": "threshold_map.ThresholdMap",
+    "uncertainty": "design_space.threshold_uncertainty.ThresholdUncertainty",
+}
+"""Class of each schema; it alone is imported."""
 
 
-def load(path: str | Path, *, kind: type[Model] | None = None) -> Saved:
+def load(path: str | Path, *, kind: type[Model] | None = None) -> Result | PeriodicOrbit:
     """Read a result that was saved.
 
     Parameters
@@ -81,7 +50,7 @@ def load(path: str | Path, *, kind: type[Model] | None = None) -> Saved:
 
     Returns
     -------
-    Saved
+    Result or PeriodicOrbit
         What was saved, number for number: a `slipfold.Diagram`, `slipfold.Simulation` or whatever
         else it was.
 
@@ -92,9 +61,13 @@ def load(path: str | Path, *, kind: type[Model] | None = None) -> Saved:
     """
     table = read_netcdf(path)
     schema = str(table.attributes.get("schema", ""))
-    if schema in _READERS:
+    known = {f"slipfold.{name}/1": where for name, where in KINDS.items()}
+    if schema in known:
+        module, _, name = known[schema].rpartition(".")
+        reader = getattr(import_module(f"slipfold.results.{module}"), name)
         try:
-            return _READERS[schema](open_table(table, kind))
+            found: Result | PeriodicOrbit = reader._read(open_table(table, kind))
+            return found
         except InputError as error:
             raise InputError(f"{path}: {error}") from error
         # The numbers are those of the schema, or somebody changed the file.
@@ -106,6 +79,6 @@ def load(path: str | Path, *, kind: type[Model] | None = None) -> Saved:
     if schema.startswith("slipfold."):
         raise InputError(
             f"{path} holds {schema}, which this version cannot read; it reads "
-            f"{', '.join(_READERS)}; upgrade slipfold"
+            f"{', '.join(known)}; upgrade slipfold"
         )
     raise InputError(f"{path} is not a result of slipfold; give a file that slipfold saved")

@@ -21,7 +21,7 @@ from slipfold.results.sheet import Sheet
 from slipfold.results.table import Table, axes_of, names
 from slipfold.text.one_line import headed
 
-__all__ = ["SCHEMA", "orbit_csv", "orbit_table", "read_orbit"]
+__all__ = ["SCHEMA", "SavedOrbit", "orbit_csv", "orbit_table"]
 
 SCHEMA = "slipfold.orbit/1"
 
@@ -76,20 +76,24 @@ def orbit_table(orbit: PeriodicOrbit) -> LabelledTable:
     return LabelledTable(variables, attributes)
 
 
-def read_orbit(saved: SavedTable) -> PeriodicOrbit:
-    """Make an orbit from the arrays that `orbit_table` made of one."""
-    axes = axes_of(saved.model)
-    fields = NODES.read(saved, axes, ...) | MULTIPLIERS.read(saved, axes, ...)
-    if not len(fields["nodes"]):
-        raise ValueError("there are no nodes")
-    fields["nodes"].setflags(write=False)
-    kind = StickSlipOrbit if saved.given.get("through_stick") else PeriodicOrbit
-    return kind(
-        model=saved.model,
-        period=int(saved.given["period"]),
-        residual=float(saved.given["residual"]),
-        **fields,
-    )
+class SavedOrbit:
+    """An orbit in a file."""
+
+    @staticmethod
+    def _read(saved: SavedTable) -> PeriodicOrbit:
+        """Make an orbit from the arrays that `orbit_table` made of one."""
+        axes = axes_of(saved.model)
+        fields = NODES.read(saved, axes, ...) | MULTIPLIERS.read(saved, axes, ...)
+        if not len(fields["nodes"]):
+            raise ValueError("there are no nodes")
+        fields["nodes"].setflags(write=False)
+        kind = StickSlipOrbit if saved.given.get("through_stick") else PeriodicOrbit
+        return kind(
+            model=saved.model,
+            period=int(saved.given["period"]),
+            residual=float(saved.given["residual"]),
+            **fields,
+        )
 
 
 def _quantities(model: Model) -> list[State | Output]:

@@ -2,30 +2,62 @@
 
 from __future__ import annotations
 
+import io
 import json
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from dataclasses import fields
+from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, ClassVar, Self, cast
 
 from slipfold.checks.checked import Checked
 from slipfold.models.model import Model
-from slipfold.results.column import plain
+from slipfold.models.output import Output
+from slipfold.models.parameter import Parameter, State
+from slipfold.read_only import ReadOnly
+from slipfold.results.fields import Labels, Part, bound, parts_of
+from slipfold.results.frame import Frame, frame_of
 from slipfold.results.labelled_table import LabelledTable, Variable
 from slipfold.results.model_record import scales_record, structure_record
+from slipfold.results.plain_data import decoded, encoded, finite, types_of
 from slipfold.results.provenance import Provenance
+from slipfold.results.saved_table import SavedTable
+from slipfold.results.table import names
 from slipfold.results.writing import write_file
+from slipfold.text.one_line import OneLine
 
 if TYPE_CHECKING:
+    import pandas  # type: ignore[import-untyped]
     import xarray
 
 __all__ = ["Result", "described"]
 
+COMMON = ("model", "provenance", "checked")
+"""Fields that all results write alike."""
 
-class Result(ABC):
-    """A result; each kind says what it consists of and how it reads, the rest follows."""
+STANDARD = frozenset(
+    f"{name}{end}"
+    for name in ("state", "output", "multiplier", "parameter", "by_parameter")
+    for end in ("", "_units", "_long_name")
+)
+"""Names of dimensions that results share, and of their labels."""
+
+
+class Result(OneLine, ReadOnly, ABC):
+    """A result; each class declares its fields and says how it reads, the rest follows."""
 
     schema: ClassVar[str]
+    title: ClassVar[str] = ""
+    """What it is; ``{0}`` is the result."""
+    arrays: ClassVar[Mapping[str, Part]] = {}
+    """Attributes that are arrays, besides fields that are declared so."""
+    rows: ClassVar[str] = ""
+    """Dimensions along which a table has a row for each place, separated by spaces."""
+    recorded: ClassVar[tuple[str, ...]] = ()
+    """Attributes in records."""
+
     model: Model
     provenance: Provenance
     checked: Checked | None = None
@@ -33,30 +65,6 @@ class Result(ABC):
     @abstractmethod
     def summary(self) -> str:
         """Return the result as lines of text."""
-
-    @abstractmethod
-    def _title(self) -> str:
-        """Return what it is, in a few words."""
-
-    @abstractmethod
-    def _given(self) -> dict[str, Any]:
-        """Return the input besides the model, as plain data."""
-
-    @abstractmethod
-    def _attributes(self) -> dict[str, Any]:
-        """Return the attributes of a dataset that only this kind of result has."""
-
-    @abstractmethod
-    def _variables(self) -> Mapping[str, Variable]:
-        """Return all numbers with their names, units and meanings."""
-
-    @abstractmethod
-    def _record(self) -> dict[str, Any]:
-        """Return what records hold besides the model."""
-
-    @abstractmethod
-    def _csv(self) -> str:
-        """Return the rows of a spreadsheet."""
 
     def to_json(self) -> dict[str, Any]:
         """Return the result as plain data for `json`; the notes of the class name the schema.
@@ -66,7 +74,7 @@ class Result(ABC):
         parameters = {name: float(value) for name, value in self.model.values.items()}
         head = {"schema": self.schema, "model": self.model.name, "parameters": parameters}
         checked = {} if self.checked is None else {"checked": self.checked.to_json()}
-        return {**plain(head | scales_record(self.model) | self._record()), **checked}
+        return {**finite(head | scales_record(self.model) | self._record()), **checked}
 
     def to_xarray(self) -> xarray.Dataset:
         """Return all numbers as one labelled dataset; the notes of the class say along what.
@@ -78,6 +86,21 @@ class Result(ABC):
             in the attributes, as is the full input.
         """
         return self._table().to_xarray()
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Return the table of `to_csv` as one of pandas.
+
+        Returns
+        -------
+        pandas.DataFrame
+            Units are in ``attrs["units"]``.
+        """
+        if not self.rows:  # those whose fields are not declared yet
+            import pandas
+
+            found: pandas.DataFrame = pandas.read_csv(io.StringIO(self._csv()))
+            return found
+        return self._frame().to_dataframe()
 
     def save(self, path: str | Path) -> None:
         """Write everything to a netCDF-4 file; `slipfold.load` reads it back.
@@ -113,11 +136,134 @@ class Result(ABC):
         """Return what the summary says last."""
         return [] if self.checked is None else [str(self.checked)]
 
+    def _title(self) -> str:
+        """Return what it is, in a few words."""
+        return self.title.format(self)
+
+    def _record(self) -> dict[str, Any]:
+        """Return what records hold besides the model."""
+        parts = parts_of(type(self))
+        return {
+            name: parts[name].record(self, name) if name in parts else encoded(getattr(self, name))
+            for name in self.recorded
+        }
+
+    def _frame(self) -> Frame:
+        """Return what spreadsheets hold."""
+        return frame_of(self._variables(), bound(self.rows, self, self._variable_name).split())
+
+    def _csv(self) -> str:
+        """Return the rows of a spreadsheet."""
+        return self._frame().to_csv()
+
+    def _variable_name(self, item: Parameter | State) -> str:
+        """Return the name of the variable of a parameter or state, which is no other's."""
+        return f"{item.name}_value" if item.name in _taken(type(self)) else item.name
+
+    def _given(self) -> dict[str, Any]:
+        """Return the input besides the model, as plain data."""
+        return {}
+
+    def _attributes(self) -> dict[str, Any]:
+        """Return the fields that are no arrays, as attributes of a dataset."""
+        types = types_of(type(self))
+        found = {}
+        for name in _plain_fields(type(self)):
+            value = getattr(self, name)
+            if types[name] is bool:
+                value = int(value)
+            elif types[name] not in (str, int, float):
+                value = json.dumps(encoded(value))
+            found[name] = value
+        for name, each in parts_of(type(self)).items():
+            if isinstance(each, Labels):
+                found[name] = " ".join(getattr(self, name))
+        return found
+
+    def _variables(self) -> Mapping[str, Variable]:
+        """Return all arrays with their names, units and meanings."""
+        found: dict[str, Variable] = {}
+        for name, each in parts_of(type(self)).items():
+            found |= each.variables(self, name)
+        return self._labels(found) | found
+
+    def _labels(self, variables: Mapping[str, Variable]) -> dict[str, Variable]:
+        """Return labels of the dimensions that results share, where they have them."""
+        model = self.model
+        known: dict[str, list[Parameter | State | Output]] = {
+            "state": [*model.states],
+            "output": [*model.states, *model.outputs()],
+            "by_parameter": [*model.parameters],
+        }
+        dimensions = {name for item in variables.values() for name in item.dimensions}
+        found: dict[str, Variable] = {}
+        for name, items in known.items():
+            if name in dimensions:
+                found |= names(name, items)
+        return found
+
     def _table(self) -> LabelledTable:
         """Return everything as labelled arrays."""
         checked = {} if self.checked is None else {"checked": json.dumps(self.checked.to_json())}
         common = described(self.schema, self._title(), self.model, self._given(), self.provenance)
         return LabelledTable(self._variables(), {**self._attributes(), **common, **checked})
+
+    @classmethod
+    def _read(cls, saved: SavedTable) -> Self:
+        """Make a result from what a file holds."""
+        types = types_of(cls)
+        # Its fields are set as they are read, since names of later ones may depend on them.
+        known = object.__new__(cls)
+        found = vars(known)
+        found |= {"model": saved.model, "provenance": saved.provenance}
+        if "checked" in types:
+            found["checked"] = saved.checked
+        for name in _plain_fields(cls):
+            value = saved.attributes[name]
+            if types[name] not in (str, int, float, bool):
+                value = json.loads(value)
+            found[name] = decoded(types[name], value)
+        own = {item.name for item in fields(cast(Any, cls))}
+        for name, each in parts_of(cls).items():
+            if name in own:
+                found[name] = each.read(saved, known, name)
+        return cls(**{name: found[name] for name in own if name in found})
+
+    def __post_init__(self) -> None:
+        """Lock arrays and mappings."""
+        super().__post_init__()
+        for name, value in vars(self).items():
+            if isinstance(value, dict):
+                vars(self)[name] = MappingProxyType(value)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Give what can be copied and sent to other processes: fields, mappings unlocked."""
+        found = {item.name: getattr(self, item.name) for item in fields(cast(Any, self))}
+        return {
+            name: dict(value) if isinstance(value, MappingProxyType) else value
+            for name, value in found.items()
+        }
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Lock it again."""
+        vars(self).update(state)
+        self.__post_init__()
+
+
+def _plain_fields(kind: type[Result]) -> list[str]:
+    """Return the names of fields that are no arrays."""
+    parts = parts_of(kind)
+    return [
+        item.name
+        for item in fields(cast(Any, kind))
+        if item.name not in parts and item.name not in COMMON
+    ]
+
+
+@cache
+def _taken(kind: type[Result]) -> frozenset[str]:
+    """Return names of variables and dimensions that no parameter may take."""
+    return STANDARD.union(*(each.names(name) for name, each in parts_of(kind).items()))
 
 
 def described(

@@ -34,7 +34,7 @@ class SavedTable:
     @cached_property
     def columns(self) -> dict[str, NDArray[Any]]:
         """The arrays by name."""
-        return {name: item.values for name, item in self.table.variables.items()}
+        return {name: item.values for name, item in self.table.real()}
 
     @property
     def attributes(self) -> Mapping[str, Any]:

@@ -2,36 +2,27 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict, dataclass
 from functools import cached_property
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipfold.checks.checked import Checked
 from slipfold.drawing import draw
-from slipfold.flow.guarded_flow import Stop
 from slipfold.flow.last_round import LastRound, last_round
-from slipfold.flow.settling.settlement import Settlement
 from slipfold.flow.switched.mode_equations import contacts_of
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
-from slipfold.results.column import WHOLE, Column
-from slipfold.results.labelled_table import Variable
+from slipfold.results.column import WHOLE
+from slipfold.results.fields import Field
+from slipfold.results.frame import Frame
 from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
-from slipfold.results.saved_table import SavedTable
-from slipfold.results.sheet import Sheet
-from slipfold.results.stick_table import (
-    read_sticking,
-    stick_columns,
-    stick_record,
-    stick_text,
-    stick_variables,
-)
-from slipfold.results.table import Table, axes_of, names
+from slipfold.results.stick_table import Contacts, stick_columns, stick_record, stick_text
 
 if TYPE_CHECKING:
     from slipfold.long_term.spectrum import Spectrum
@@ -40,25 +31,6 @@ __all__ = ["Simulation"]
 
 HIGHEST = 3
 """Multiples of the forcing frequency shown."""
-
-
-def _motion(model: Model) -> Table:
-    """The motion, once every forcing period."""
-    counted = "forcing periods" if model.forced else "intervals of the duration"
-    state = "state at phase zero" if model.forced else "state"
-    return Table(
-        ("strobe",),
-        (
-            Column(
-                "count", WHOLE, f"{counted} since the start", "",
-                get=lambda motion: np.arange(len(motion.strobe)),
-                name="strobe", label=True, derived=True, slot="",
-            ),
-            Column("time", meaning="time since the start", unit="s", label=True, derived=True),
-            Column("strobe", meaning=state, dimensions=("state",), name="states"),
-        ),
-        joined=True,
-    )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -105,6 +77,16 @@ class Simulation(Trajectory, Result):
     """
 
     schema = "slipfold.simulation/1"
+    title = "simulation of {0.model.name}"
+    rows = "strobe"
+    arrays = MappingProxyType({
+        "_count": Field("strobe", "forcing periods, or intervals of the duration, since the start",
+                        "", WHOLE, "strobe", label=True, head=None),
+        "time": Field("strobe", "time since the start", "s", label=True),
+        "strobe": Field("strobe state", "state, at phase zero of the forcing", name="states",
+                        head=""),
+        "sticking": Contacts(),
+    })  # fmt: skip
 
     asked: int
     tolerance: float
@@ -230,24 +212,6 @@ class Simulation(Trajectory, Result):
         still = self.settlement.kind == "equilibrium"
         return None if period is None or still else self.spectrum(period)
 
-    def _title(self) -> str:
-        return f"simulation of {self.model.name}"
-
-    def _given(self) -> dict[str, Any]:
-        state = self.strobe[0].tolist()
-        return {"periods": self.asked, "state": state, "tolerance": self.tolerance}
-
-    def _attributes(self) -> dict[str, Any]:
-        return {
-            "settlement": json.dumps(asdict(self.settlement)),
-            "stopped": json.dumps(None if self.stopped is None else asdict(self.stopped)),
-        }
-
-    def _variables(self) -> dict[str, Variable]:
-        labels = names("state", self.model.states)
-        motion = _motion(self.model).variables([self], axes_of(self.model))
-        return labels | motion | stick_variables(self.model, self.sticking)
-
     def _record(self) -> dict[str, Any]:
         settlement, spectrum = self.settlement, self._response_spectrum()
         last = self.last_round
@@ -269,32 +233,13 @@ class Simulation(Trajectory, Result):
             "stopped": None if self.stopped is None else asdict(self.stopped),
         }
 
-    def _csv(self) -> str:
-        table, doing = _motion(self.model), stick_columns(self.sticking)
-        # Slots of contacts have a space, since a contact may be called time.
-        heads = {"time": "time (s)", "strobe": "", **{f" {name}": name for name in doing}}
-        known = {f" {name}": column for name, column in doing.items()}
-        sheet = Sheet(heads, (table,), axes_of(self.model))
-        return sheet.text(sheet.rows(table, [self], known))
+    @property
+    def _count(self) -> NDArray[np.int64]:
+        return np.arange(len(self.strobe))
 
-    @classmethod
-    def _read(cls, saved: SavedTable) -> Simulation:
-        stopped = json.loads(saved.attributes["stopped"])
-        (strobe,) = _motion(saved.model).read(saved, axes_of(saved.model), ...).values()
-        if not len(strobe):
-            raise ValueError("there are no states")
-        strobe.setflags(write=False)
-        return cls(
-            model=saved.model,
-            strobe=strobe,
-            settlement=Settlement(**json.loads(saved.attributes["settlement"])),
-            stopped=None if stopped is None else Stop(**stopped),
-            sticking=read_sticking(saved),
-            asked=int(saved.given["periods"]),
-            tolerance=float(saved.given["tolerance"]),
-            provenance=saved.provenance,
-            checked=saved.checked,
-        )
+    def _frame(self) -> Frame:
+        found = super()._frame()
+        return Frame({**found.columns, **stick_columns(self.sticking)}, found.units)
 
     def _repr_html_(self) -> str:
         from html import escape

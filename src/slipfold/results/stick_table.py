@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,11 +13,12 @@ from slipfold.flow.switched.mode import Status
 from slipfold.flow.trajectory import Sticking
 from slipfold.models.model import Model
 from slipfold.results.column import REAL, TEXT, WHOLE, Axes, Column
+from slipfold.results.fields import Declared
 from slipfold.results.labelled_table import Variable
 from slipfold.results.saved_table import SavedTable
 from slipfold.results.table import Table
 
-__all__ = ["read_sticking", "stick_columns", "stick_record", "stick_text", "stick_variables"]
+__all__ = ["Contacts", "stick_columns", "stick_record", "stick_text"]
 
 WORDS = {
     Status.STICK: "stick", Status.FORTH: "slip", Status.BACK: "slip backwards", Status.OPEN: "open",
@@ -34,7 +36,7 @@ MODES = Table(
     (
         Column(
             "modes", WHOLE, "what contacts do: 0 stick, 1 slip, -1 slip backwards, 2 open", "",
-            ("contact",), name="modes",
+            ("contact",), name="modes", head=None,
         ),
     ),
     joined=True,
@@ -58,29 +60,39 @@ def _intervals(model: Model) -> Table:
     )
 
 
-def stick_variables(model: Model, sticking: Sticking | None) -> dict[str, Variable]:
-    """Return the arrays of what contacts did."""
-    if sticking is None:
-        return {}
-    axes: Axes = {"contact": sticking.contacts}
-    return {
-        **CONTACTS.variables(sticking.contacts, {}),
-        **MODES.variables([sticking], axes),
-        **_intervals(model).variables(sticking.intervals, {}),
-    }
+@dataclass(frozen=True)
+class Contacts:
+    """What contacts did, as an attribute that is None of a motion that always slips."""
 
+    def names(self, key: str) -> set[str]:
+        """Return the dimensions of its arrays."""
+        return {"contact", "interval"}
 
-def read_sticking(saved: SavedTable) -> Sticking | None:
-    """Return what contacts did from a file; None of a motion that always slips."""
-    if "modes" not in saved.columns:
-        return None
-    contacts = tuple(str(name) for name in saved.columns["contact"])
-    (modes,) = MODES.read(saved, {"contact": contacts}, ...).values()
-    modes.setflags(write=False)
-    table = _intervals(saved.model)
-    count = len(saved.columns["interval_begin"])
-    intervals = tuple(Interval(**table.read(saved, {}, row)) for row in range(count))
-    return Sticking(contacts, np.asarray(modes), intervals)
+    def variables(self, result: Declared, key: str) -> dict[str, Variable]:
+        """Return the arrays of what contacts did."""
+        sticking: Sticking | None = getattr(result, key)
+        if sticking is None:
+            return {}
+        axes: Axes = {"contact": sticking.contacts}
+        return {
+            **CONTACTS.variables(sticking.contacts, {}),
+            **MODES.variables([sticking], axes),
+            **_intervals(result.model).variables(sticking.intervals, {}),
+        }
+
+    def read(self, saved: SavedTable, result: Declared, key: str) -> Sticking | None:
+        """Return what contacts did."""
+        if "modes" not in saved.columns:
+            return None
+        contacts = tuple(str(name) for name in saved.columns["contact"])
+        (modes,) = MODES.read(saved, {"contact": contacts}, ...).values()
+        modes.setflags(write=False)
+        table = _intervals(saved.model)
+        intervals = [Interval(**table.read(saved, {}, row)) for row in range(table.count(saved))]
+        return Sticking(contacts, np.asarray(modes), tuple(intervals))
+
+    def record(self, result: Declared, key: str) -> None:
+        """Return nothing: records hold the last round alone."""
 
 
 def stick_record(last: LastRound) -> dict[str, Any]:

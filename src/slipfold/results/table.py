@@ -56,6 +56,11 @@ class Table:
         """Return what records hold of an item."""
         return nested({column.key: column.of(item) for column in self.columns if column.record})
 
+    def count(self, saved: SavedTable) -> int:
+        """Return how many items there are in a file."""
+        name = next(self._name(column) for column in self.columns if column.meaning)
+        return len(saved.columns[name])
+
     def rows(self, saved: SavedTable) -> Mapping[int, NDArray[np.int64]]:
         """Return which rows in a file belong to what."""
         return saved.rows(self.dimensions[0], self._owner_name)

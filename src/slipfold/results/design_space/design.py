@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from types import MappingProxyType
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.drawing import draw
 from slipfold.models.model import Model
-from slipfold.read_only import ReadOnly
-from slipfold.results.column import REAL, TEXT, TRUTH, Column
-from slipfold.results.labelled_table import Variable
+from slipfold.results.column import TEXT
+from slipfold.results.fields import Field
 from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
-from slipfold.results.saved_table import SavedTable
-from slipfold.results.sheet import Sheet
-from slipfold.results.table import Table
-from slipfold.text.one_line import OneLine, headed, parameter_text
+from slipfold.text.one_line import headed, parameter_text
 from slipfold.text.printed_table import PrintedTable
 
 __all__ = ["Design"]
@@ -26,36 +23,8 @@ __all__ = ["Design"]
 Array = NDArray[np.float64]
 
 
-def _designs(model: Model, vary: str) -> Table:
-    """What is said of each design."""
-    unit = model.parameter(vary).unit
-    columns = (
-        Column("sides", TEXT, "on which side of what is wanted the threshold is to be",
-               name="side"),
-        Column("wanted", REAL, "what the threshold is to be above or below", unit),
-        Column("values", REAL, "values chosen", None, ("chosen",)),
-        Column("thresholds", REAL, "the threshold, then those that are kept", None, ("kept",)),
-        Column("levels", REAL, "vibration of the state, root mean square about its mean",
-               name="level"),
-        Column("confirmed", TRUTH, "whether a response followed anew meets the threshold first"),
-        Column("reasons", TEXT, "why there is no design", name="reason"),
-    )  # fmt: skip
-    return Table(("design",), columns, joined=True)
-
-
-def _chosen(names: tuple[str, ...], bounds: Array) -> dict[str, Variable]:
-    """What may be chosen."""
-    columns = (
-        Column("name", TEXT, "parameter to choose", get=lambda item: item[0], name="chosen",
-               label=True),
-        Column("least", REAL, "least value", get=lambda item: item[1][0], name="chosen_from"),
-        Column("most", REAL, "largest value", get=lambda item: item[1][1], name="chosen_to"),
-    )  # fmt: skip
-    return Table(("chosen",), columns).variables(list(zip(names, bounds, strict=True)), {})
-
-
 @dataclass(frozen=True, eq=False, repr=False)
-class Design(OneLine, ReadOnly, Result):
+class Design(Result):
     """Parameters chosen so that a threshold lies where it is wanted; frozen, a row a design.
 
     Made by `slipfold.design` and `slipfold.load`.
@@ -125,27 +94,64 @@ class Design(OneLine, ReadOnly, Result):
 
     schema = "slipfold.design/1"
 
+    rows = "design"
+
     model: Model
     type: str
     vary: str
     value: float
     period: int
-    names: tuple[str, ...]
-    bounds: Array
+    names: Annotated[
+        tuple[str, ...], Field("chosen", "parameter to choose", name="chosen", label=True)
+    ]
+    bounds: Annotated[Array, Field("chosen bound", "least and largest value", name="chosen_bounds")]
     load: float
     state: str
     level: float
     kept: tuple[str, ...]
     least: tuple[float, ...]
-    sides: tuple[str, ...]
-    wanted: Array
-    values: Array
-    thresholds: Array
-    levels: Array
-    reasons: NDArray[np.str_]
-    confirmed: NDArray[np.bool_]
+    sides: Annotated[
+        tuple[str, ...],
+        Field("design", "on which side of what is wanted the threshold is to be", name="side"),
+    ]
+    wanted: Annotated[
+        Array,
+        Field(
+            "design", "what the threshold is to be above or below", "{vary}", head="{vary} wanted"
+        ),
+    ]
+    values: Annotated[Array, Field("design chosen", "values chosen", head="")]
+    thresholds: Annotated[
+        Array, Field("design kept", "the threshold, then those that are kept", "{vary}", head="")
+    ]
+    levels: Annotated[
+        Array,
+        Field("design", "vibration of the state, root mean square about its mean", "{state}",
+              name="level", head="rms {state}"),
+    ]  # fmt: skip
+    confirmed: Annotated[
+        NDArray[np.bool_],
+        Field("design", "whether a response followed anew meets the threshold first"),
+    ]
+    reasons: Annotated[
+        NDArray[np.str_],
+        Field("design", "why there is no design", name="reason", head="no design"),
+    ]
     interrupted: bool
     provenance: Provenance
+
+    arrays = MappingProxyType({
+        "_units": Field("chosen", "unit of the parameter", kind=TEXT, name="chosen_units"),
+        "_named": Field("kept", "name of the threshold", kind=TEXT, name="kept", label=True),
+    })  # fmt: skip
+
+    @property
+    def _units(self) -> list[str]:
+        return [self.model.parameter(name).unit for name in self.names]
+
+    @property
+    def _named(self) -> list[str]:
+        return [self.type, *self.kept]
 
     def model_at(self, row: int) -> Model:
         """Return the model of a design, at its threshold.
@@ -218,28 +224,6 @@ class Design(OneLine, ReadOnly, Result):
             f"{self.state} at {load}"
         )
 
-    def _given(self) -> dict[str, Any]:
-        return {"load": self.load, "kept": list(self.kept), "least": list(self.least)}
-
-    def _attributes(self) -> dict[str, Any]:
-        return {
-            "type": self.type,
-            "vary": self.vary,
-            "value": self.value,
-            "period": self.period,
-            "state": self.state,
-            "level_before": self.level,
-            "interrupted": int(self.interrupted),
-        }
-
-    def _axes(self) -> dict[str, list[str]]:
-        chosen = [headed(self.model.parameter(name)) for name in self.names]
-        return {"chosen": chosen, "kept": [self.type, *self.kept]}
-
-    def _variables(self) -> dict[str, Variable]:
-        table = _designs(self.model, self.vary)
-        return _chosen(self.names, self.bounds) | table.variables([self], self._axes())
-
     def _record(self) -> dict[str, Any]:
         return {
             "type": self.type,
@@ -265,47 +249,6 @@ class Design(OneLine, ReadOnly, Result):
                 for row, side in enumerate(self.sides)
             ],
         }
-
-    def _csv(self) -> str:
-        heads = {
-            "sides": "side",
-            "wanted": f"{self.vary} wanted",
-            "values": "",
-            "thresholds": "",
-            "levels": f"rms {self.state}",
-            "confirmed": "confirmed",
-            "reasons": "no design",
-        }
-        table = _designs(self.model, self.vary)
-        sheet = Sheet(heads, (table,), self._axes())
-        return sheet.text(sheet.rows(table, [self], {}))
-
-    @classmethod
-    def _read(cls, saved: SavedTable) -> Design:
-        model, attributes, given = saved.model, saved.attributes, saved.given
-        names = tuple(saved.columns["chosen"].tolist())
-        kept = tuple(str(name) for name in given["kept"])
-        vary, kind = model.parameter(str(attributes["vary"])).name, str(attributes["type"])
-        axes = {"chosen": names, "kept": (kind, *kept)}
-        fields = _designs(model, vary).read(saved, axes, ...)
-        return cls(
-            model=model,
-            type=kind,
-            vary=vary,
-            value=float(attributes["value"]),
-            period=int(attributes["period"]),
-            names=names,
-            bounds=np.stack([saved.columns["chosen_from"], saved.columns["chosen_to"]], axis=1),
-            load=float(given["load"]),
-            state=str(attributes["state"]),
-            level=float(attributes["level_before"]),
-            kept=kept,
-            least=tuple(float(least) for least in given["least"]),
-            sides=tuple(fields.pop("sides").tolist()),
-            interrupted=bool(attributes["interrupted"]),
-            provenance=saved.provenance,
-            **fields,
-        )
 
 
 def _shown(values: Any) -> list[str]:

@@ -14,7 +14,6 @@ from slipfold.design_space.sobol_indices import SobolIndices
 from slipfold.drawing import draw
 from slipfold.errors import InputError
 from slipfold.models.model import Model
-from slipfold.read_only import ReadOnly
 from slipfold.results.column import REAL, TEXT, Column
 from slipfold.results.design_space.parameter_table import ENDS, INDICES, parameter_table
 from slipfold.results.labelled_table import Variable
@@ -23,7 +22,7 @@ from slipfold.results.result import Result
 from slipfold.results.saved_table import SavedTable
 from slipfold.results.sheet import Sheet
 from slipfold.results.table import Table
-from slipfold.text.one_line import OneLine, headed, parameter_text
+from slipfold.text.one_line import headed, parameter_text
 from slipfold.text.printed_table import PrintedTable, with_unit
 
 __all__ = ["ThresholdUncertainty"]
@@ -53,7 +52,7 @@ def _of_samples(model: Model, vary: str) -> Table:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ThresholdUncertainty(OneLine, ReadOnly, Result):
+class ThresholdUncertainty(Result):
     """A threshold where parameters scatter; frozen.
 
     Made by `slipfold.uncertainty` and `slipfold.load`. What is told by samples is of those that

@@ -20,7 +20,7 @@ from slipfold.results.result import Result
 from slipfold.results.saved_table import SavedTable
 from slipfold.results.sheet import Sheet
 from slipfold.results.table import Table
-from slipfold.text.one_line import OneLine, headed, listed, number_text
+from slipfold.text.one_line import headed, listed, number_text
 from slipfold.text.printed_table import PrintedTable, with_unit
 
 __all__ = ["Fit"]
@@ -86,7 +86,7 @@ _ESTIMATES = Table(
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Fit(OneLine, Result):
+class Fit(Result):
     """Parameters with which stable responses come nearest to a measurement; frozen.
 
     Made by `slipfold.fit` and `slipfold.load`.

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from types import MappingProxyType
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,16 +13,13 @@ from numpy.typing import NDArray
 from slipfold.drawing import draw
 from slipfold.errors import InputError
 from slipfold.measured.information import Planned, best_rows, expected
-from slipfold.measured.quantity import Quantity, headed_quantities, parse_measured
+from slipfold.measured.quantity import Quantity
 from slipfold.models.model import Model
-from slipfold.results.column import REAL, TEXT, Column
-from slipfold.results.labelled_table import Variable
+from slipfold.results.column import TEXT, Column
+from slipfold.results.fields import Field, Items
 from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
-from slipfold.results.saved_table import SavedTable
-from slipfold.results.sheet import Sheet
-from slipfold.results.table import Table
-from slipfold.text.one_line import OneLine, headed, listed
+from slipfold.text.one_line import headed, listed
 from slipfold.text.printed_table import PrintedTable
 
 __all__ = ["MeasurementPlan"]
@@ -29,56 +27,17 @@ __all__ = ["MeasurementPlan"]
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
-class _Row:
-    """A planned reading."""
-
-    value: float
-    read: Array
-    slopes: Array
-
-
-def _rows_table(vary: str, unit: str) -> Table:
-    return Table(
-        ("row",),
-        (
-            Column("value", REAL, f"value of {vary}", unit, label=True),
-            Column("read", REAL, "what would be read, in quantity_units", None, ("quantity",)),
-            Column("slopes", REAL, "its derivative with respect to each parameter, in "
-                   "quantity_units over fitted_units", None, ("quantity", "fitted")),
-        ),
-    )  # fmt: skip
-
-
-_QUANTITIES = Table(
-    ("quantity",),
-    (
-        Column("text", TEXT, "what would be measured of which output", name="quantity", label=True,
-               get=lambda item: str(item[0])),
-        Column("unit", TEXT, "its unit, empty for a number", name="quantity_units", label=True,
-               get=lambda item: item[0].unit),
-        Column("error", REAL, "standard deviation of its readings, in quantity_units",
-               name="quantity_error", get=lambda item: item[1]),
-    ),
-)  # fmt: skip
-
-_FITTED = Table(
-    ("fitted",),
-    (
-        Column("name", TEXT, "name of the parameter", name="fitted", label=True,
-               get=lambda item: item[0].name),
-        Column("unit", TEXT, "its unit, empty for a number", name="fitted_units", label=True,
-               get=lambda item: item[0].unit),
-        Column("error", REAL, "expected standard error, in fitted_units", name="fitted_error",
-               get=lambda item: item[1]),
-        Column("correlation", REAL, "expected, with each of the other parameters", "", ("other",),
-               name="fitted_correlation", get=lambda item: item[2]),
-    ),
-)  # fmt: skip
+QUANTITIES = Items("quantity", Quantity, (
+    Column("text", TEXT, "what is measured of which output", name="quantity", label=True, get=str,
+           derived=True),
+    Column("measure", TEXT, "what is measured"),
+    Column("output", TEXT, "output of which it is measured"),
+    Column("unit", TEXT, "its unit, empty for a number", name="quantity_units", label=True),
+), "quantity_")  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class MeasurementPlan(OneLine, Result):
+class MeasurementPlan(Result):
     """What planned readings would tell of parameters; frozen.
 
     Made by `slipfold.plan_measurement` and `slipfold.load`.
@@ -124,15 +83,44 @@ class MeasurementPlan(OneLine, Result):
 
     schema = "slipfold.measurement-plan/1"
 
+    title = "what a measurement of {0.model.name} over {0.vary} would tell"
+    rows = "row"
+    recorded = (
+        "vary", "quantities", "errors", "fitted", "errors_expected", "correlation", "values",
+        "read", "slopes",
+    )  # fmt: skip
+    arrays = MappingProxyType({
+        "errors_expected": Field("fitted", "expected standard error", name="fitted_error"),
+        "correlation": Field("fitted other", "expected, with each of the other parameters", "",
+                             name="fitted_correlation"),
+        "_units": Field("fitted", "unit of the parameter", kind=TEXT, name="fitted_units",
+                        label=True),
+    })  # fmt: skip
+
     model: Model
     vary: str
-    quantities: tuple[Quantity, ...]
-    fitted: tuple[str, ...]
-    values: Array
-    read: Array
-    slopes: Array
-    errors: Array
+    quantities: Annotated[tuple[Quantity, ...], QUANTITIES]
+    fitted: Annotated[
+        tuple[str, ...], Field("fitted", "name of the parameter", name="fitted", label=True)
+    ]
+    values: Annotated[
+        Array, Field("row", "{vary}", "{vary}", name="value", label=True, head="{vary}")
+    ]
+    read: Annotated[Array, Field("row quantity", "what would be read")]
+    slopes: Annotated[
+        Array,
+        Field("row quantity fitted", "derivative of what would be read by each parameter, in units "
+              "of quantities over units of parameters", "see quantity_units, fitted_units",
+              head="slope of"),
+    ]  # fmt: skip
+    errors: Annotated[
+        Array, Field("quantity", "standard deviation of readings", name="quantity_error")
+    ]
     provenance: Provenance
+
+    @property
+    def _units(self) -> list[str]:
+        return [self.model.parameter(name).unit for name in self.fitted]
 
     @property
     def covariance(self) -> Array:
@@ -241,74 +229,5 @@ class MeasurementPlan(OneLine, Result):
         heads = ["parameter", "value", "expected error", "of it", "correlations"]
         return PrintedTable(heads, rows, ("parameter",))
 
-    def _title(self) -> str:
-        return f"what a measurement of {self.model.name} over {self.vary} would tell"
-
-    def _given(self) -> dict[str, Any]:
-        return {"vary": self.vary, "quantities": [str(item) for item in self.quantities]}
-
-    def _attributes(self) -> dict[str, Any]:
-        return {}
-
-    def _axes(self) -> dict[str, list[str]]:
-        heads = headed_quantities(self.quantities)
-        return {"quantity": heads, "fitted": list(self.fitted), "other": list(self.fitted)}
-
-    def _variables(self) -> dict[str, Variable]:
-        axes = self._axes()
-        parameters = [self.model.parameter(name) for name in self.fitted]
-        told = zip(parameters, self.errors_expected, self.correlation, strict=True)
-        table = _rows_table(self.vary, self.model.parameter(self.vary).unit)
-        rows = map(_Row, self.values, self.read, self.slopes)
-        quantities = zip(self.quantities, self.errors, strict=True)
-        return {
-            **_QUANTITIES.variables(quantities, axes),
-            **_FITTED.variables(told, axes),
-            **table.variables(rows, axes),
-        }
-
     def _record(self) -> dict[str, Any]:
-        return {
-            "vary": self.vary,
-            "quantities": [str(item) for item in self.quantities],
-            "errors": self.errors,
-            "fitted": list(self.fitted),
-            "errors_expected": self.errors_expected,
-            "correlation": self.correlation,
-            "values": self.values,
-            "read": self.read,
-            "slopes": self.slopes,
-        }
-
-    def _csv(self) -> str:
-        unit = self.model.parameter(self.vary).unit
-        axes = self._axes()
-        flat = [f"{what} over {name}" for what in axes["quantity"] for name in self.fitted]
-        columns = (
-            Column("value", REAL, "value", unit),
-            Column("read", REAL, "read", None, ("quantity",)),
-            Column("slopes", REAL, "slope", None, ("slope",), get=lambda row: row.slopes.ravel()),
-        )
-        table = Table(("row",), columns)
-        heads = {"value": f"{self.vary} ({unit or '1'})", "read": "read", "slopes": "slope of"}
-        sheet = Sheet(heads, (table,), {**axes, "slope": flat})
-        return sheet.text(
-            sheet.rows(table, list(map(_Row, self.values, self.read, self.slopes)), {})
-        )
-
-    @classmethod
-    def _read(cls, saved: SavedTable) -> MeasurementPlan:
-        columns = saved.columns
-        return cls(
-            model=saved.model,
-            vary=str(saved.given["vary"]),
-            quantities=tuple(
-                parse_measured(text, saved.model) for text in saved.given["quantities"]
-            ),
-            fitted=tuple(str(item) for item in columns["fitted"]),
-            values=columns["value"],
-            read=columns["read"],
-            slopes=columns["slopes"],
-            errors=columns["quantity_error"],
-            provenance=saved.provenance,
-        )
+        return super()._record() | {"quantities": [str(item) for item in self.quantities]}

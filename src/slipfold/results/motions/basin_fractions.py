@@ -15,7 +15,6 @@ from slipfold.long_term.attractor import Attractor
 from slipfold.long_term.box import Box
 from slipfold.long_term.search import ENDED, UNDECIDED, UNFINISHED, kind_of
 from slipfold.models.model import Model
-from slipfold.read_only import ReadOnly
 from slipfold.results.column import WHOLE, Column
 from slipfold.results.labelled_table import Variable
 from slipfold.results.motions.found_attractors import attractor_table, share_of
@@ -24,7 +23,7 @@ from slipfold.results.result import Result
 from slipfold.results.saved_table import SavedTable
 from slipfold.results.sheet import csv_text
 from slipfold.results.table import Table, axes_of, meaning_of, names
-from slipfold.text.one_line import OneLine, headed, number_text
+from slipfold.text.one_line import headed, number_text
 from slipfold.text.printed_table import PrintedTable
 
 __all__ = ["BasinFractions", "Shares"]
@@ -76,7 +75,7 @@ def _attractors(model: Model) -> Table:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class BasinFractions(OneLine, ReadOnly, Result):
+class BasinFractions(Result):
     """Which share of the starts each attractor wins along a parameter; frozen.
 
     Made by `slipfold.basin_fractions` and `slipfold.load`.
@@ -253,7 +252,7 @@ class BasinFractions(OneLine, ReadOnly, Result):
         }
 
     def _attributes(self) -> dict[str, Any]:
-        return {"ends": json.dumps(self.ends), "interrupted": int(self.interrupted)}
+        return {"ends": json.dumps(dict(self.ends)), "interrupted": int(self.interrupted)}
 
     def _variables(self) -> dict[str, Variable]:
         model, axes = self.model, axes_of(self.model)

@@ -20,7 +20,7 @@ from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
 from slipfold.results.saved_table import SavedTable
 from slipfold.results.table import Table, axes_of, names
-from slipfold.text.one_line import OneLine, number_text
+from slipfold.text.one_line import number_text
 from slipfold.text.printed_table import PrintedTable
 
 __all__ = ["FoundAttractors", "Share", "attractor_table", "in_words", "share_of"]
@@ -81,7 +81,7 @@ def attractor_table(model: Model) -> Table:
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class FoundAttractors(OneLine, Result):
+class FoundAttractors(Result):
     """Attractors, and which of them each of many starts came to."""
 
     model: Model
@@ -156,7 +156,7 @@ class FoundAttractors(OneLine, Result):
         return PrintedTable(heads, rows, words=("what", "largest"))
 
     def _attributes(self) -> dict[str, Any]:
-        return {"ends": json.dumps(self.ends), "interrupted": int(self.interrupted)}
+        return {"ends": json.dumps(dict(self.ends)), "interrupted": int(self.interrupted)}
 
     def _variables(self) -> dict[str, Variable]:
         model = self.model

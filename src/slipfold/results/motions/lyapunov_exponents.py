@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import json
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,14 +12,10 @@ from slipfold.long_term.exponents import Estimate
 from slipfold.long_term.verdict import Verdict
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
-from slipfold.results.column import WHOLE, Column
-from slipfold.results.labelled_table import Variable
+from slipfold.results.column import REAL, WHOLE, Column
+from slipfold.results.fields import Field, Items
 from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
-from slipfold.results.saved_table import SavedTable
-from slipfold.results.sheet import Sheet
-from slipfold.results.table import Table, axes_of, names
-from slipfold.text.one_line import OneLine
 from slipfold.text.printed_table import PrintedTable
 
 __all__ = ["LyapunovExponents"]
@@ -28,41 +23,8 @@ __all__ = ["LyapunovExponents"]
 Array = NDArray[np.float64]
 
 
-def _estimates(model: Model) -> Table:
-    """Exponents as they became known."""
-    counted = "forcing periods" if model.forced else "intervals of the duration"
-    unit = "1/forcing period" if model.forced else "1/s"
-    exponent = ("exponent",)
-    return Table(
-        ("estimate",),
-        (
-            Column("periods", WHOLE, f"{counted} since the start", "", label=True),
-            Column("exponents", meaning="Lyapunov exponents, the largest first", unit=unit,
-                   dimensions=exponent),
-            Column("errors", meaning="estimated errors of the exponents", unit=unit,
-                   dimensions=exponent),
-        ),
-    )  # fmt: skip
-
-
-def _ends(model: Model) -> Table:
-    """Where the motion began, and what it came to."""
-    meaning = f"first and last state{' at phase zero' if model.forced else ''}"
-    columns = (Column("state", meaning=meaning, dimensions=("state",), name="states", get=_same),)
-    return Table(("end",), columns)
-
-
-def _same(state: Array) -> Array:
-    return state
-
-
-def _axes(model: Model) -> dict[str, list[str]]:
-    axes = axes_of(model)
-    return {**axes, "exponent": axes["multiplier"]}
-
-
 @dataclass(frozen=True, eq=False, repr=False)
-class LyapunovExponents(OneLine, Result):
+class LyapunovExponents(Result):
     """How fast perturbations of a motion grow on average, and what that makes of it; frozen.
 
     Made by `slipfold.lyapunov` and `slipfold.load`.
@@ -90,8 +52,9 @@ class LyapunovExponents(OneLine, Result):
     Notes
     -----
     In the dataset of `to_xarray`, along ``estimate``: ``periods``, ``exponents`` and ``errors``,
-    the latter along ``exponent`` as well; along ``end``: the first and last of the ``states``. In
-    the spreadsheet of `to_csv` an estimate is a row. In `to_json`, schema slipfold.lyapunov/1.
+    the latter along ``exponent`` as well; along ``state``: the first and last state, ``start`` and
+    ``last``. In the spreadsheet of `to_csv` an estimate is a row. In `to_json`, schema
+    slipfold.lyapunov/1.
 
     Examples
     --------
@@ -103,11 +66,25 @@ class LyapunovExponents(OneLine, Result):
 
     schema = "slipfold.lyapunov/1"
 
+    title = "Lyapunov exponents of {0.model.name}"
+    rows = "estimate"
+    recorded = ("exponents", "errors", "per", "dimension", "periods", "state", "interrupted")
+
     model: Model
-    estimates: tuple[Estimate, ...]
+    estimates: Annotated[
+        tuple[Estimate, ...],
+        Items("estimate", Estimate, (
+            Column("periods", WHOLE, "forcing periods, or intervals of the duration, since the "
+                   "start", "", label=True),
+            Column("exponents", REAL, "Lyapunov exponents, the largest first", "1/{per}",
+                   ("exponent",), head="exponent"),
+            Column("errors", REAL, "estimated errors of the exponents", "1/{per}", ("exponent",),
+                   head="error"),
+        )),
+    ]  # fmt: skip
     verdict: Verdict
-    start: Array
-    state: Array
+    start: Annotated[Array, Field("state", "first state of the motion")]
+    state: Annotated[Array, Field("state", "last state of the motion", name="last")]
     tolerance: float
     asked: int | None
     interrupted: bool
@@ -175,72 +152,11 @@ class LyapunovExponents(OneLine, Result):
         ]
         return PrintedTable([f"exponent (1/{self.per})", "error"], rows)
 
-    def _title(self) -> str:
-        return f"Lyapunov exponents of {self.model.name}"
-
-    def _given(self) -> dict[str, Any]:
-        return {
-            "periods": self.asked,
-            "state": self.start.tolist(),
-            "tolerance": self.tolerance,
-        }
-
-    def _attributes(self) -> dict[str, Any]:
-        return {
-            "verdict": json.dumps(asdict(self.verdict)),
-            "per": self.per,
-            "interrupted": int(self.interrupted),
-        }
-
-    def _variables(self) -> dict[str, Variable]:
-        labels = names("state", self.model.states)
-        estimates = _estimates(self.model).variables(self.estimates, _axes(self.model))
-        ends = _ends(self.model).variables([self.start, self.state], _axes(self.model))
-        return labels | estimates | ends
-
     def _record(self) -> dict[str, Any]:
         verdict = self.verdict
-        return {
-            "exponents": self.exponents,
-            "errors": self.errors,
-            "per": self.per,
-            "verdict": verdict.kind,
-            "period": verdict.period,
-            "duration": verdict.duration,
-            "message": verdict.message,
-            "dimension": self.dimension,
-            "periods": self.periods,
-            "initial_state": self.start,
-            "state": self.state,
-            "interrupted": self.interrupted,
-        }
-
-    def _csv(self) -> str:
-        table = _estimates(self.model)
-        heads = {"periods": "periods", "exponents": "exponent", "errors": "error"}
-        sheet = Sheet(heads, (table,), _axes(self.model))
-        return sheet.text(sheet.rows(table, self.estimates, {}))
-
-    @classmethod
-    def _read(cls, saved: SavedTable) -> LyapunovExponents:
-        table, axes = _estimates(saved.model), _axes(saved.model)
-        count = len(saved.columns["periods"])
-        estimates = [Estimate(**table.read(saved, axes, row)) for row in range(count)]
-        if not estimates:
-            raise ValueError("there are no exponents")
-        start, state = (_ends(saved.model).read(saved, axes, row)["state"] for row in (0, 1))
-        asked = saved.given["periods"]
-        return cls(
-            model=saved.model,
-            estimates=tuple(estimates),
-            verdict=Verdict(**json.loads(saved.attributes["verdict"])),
-            start=start,
-            state=state,
-            tolerance=float(saved.given["tolerance"]),
-            asked=None if asked is None else int(asked),
-            interrupted=bool(saved.attributes["interrupted"]),
-            provenance=saved.provenance,
-        )
+        told = {"verdict": verdict.kind, "message": verdict.message, "initial_state": self.start}
+        repeats = {"period": verdict.period, "duration": verdict.duration}
+        return {**super()._record(), **told, **repeats}
 
 
 def _digits(error: float) -> int:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import combinations
 from types import MappingProxyType
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,16 +19,11 @@ from slipfold.long_term.open_motions import CHAOS, PERIODIC, STICKS, TORUS, UNDE
 from slipfold.long_term.places import NOT_DONE
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
-from slipfold.read_only import ReadOnly
-from slipfold.results.column import TEXT, TRUTH, WHOLE, Column
-from slipfold.results.labelled_table import Variable
+from slipfold.results.column import TRUTH
+from slipfold.results.fields import Field, Labels
 from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
-from slipfold.results.saved_table import SavedTable
-from slipfold.results.sheet import Sheet
-from slipfold.results.table import Table, axes_of, names
-from slipfold.results.threshold_map import column_name
-from slipfold.text.one_line import OneLine, headed, number_text
+from slipfold.text.one_line import number_text
 from slipfold.text.printed_table import PrintedTable
 
 __all__ = ["RegimeMap"]
@@ -37,40 +32,11 @@ Array = NDArray[np.float64]
 
 KNOWN = (PERIODIC, TORUS, CHAOS, STICKS)
 
-ROWS = Table(("run",), (Column("runs", TEXT, "where motions begin", name="run", label=True),),
-             joined=True)  # fmt: skip
-
-CELLS = (
-    Column("kinds", TEXT, "what the motion does", name="kind"),
-    Column("periods", WHOLE, "period in forcing periods, 0 for none", ""),
-    Column("exponents", meaning="largest Lyapunov exponent, where it was needed",
-           unit="1/forcing period", optional=True),
-    Column("states", meaning="last state at phase zero", dimensions=("state",), optional=True),
-    Column("means", meaning="mean of the states at phase zero of a response that repeats",
-           dimensions=("state",), optional=True),
-)  # fmt: skip
-
-COEXIST = Column("coexist", TRUTH, "whether different motions coexist", derived=True)
-
-
-def _axis(model: Model, name: str) -> Table:
-    item, dimension = model.parameter(name), column_name(name)
-    column = Column(
-        "values", meaning=item.doc or name, unit=item.unit, name=dimension, label=True,
-        get=lambda values: values,
-    )  # fmt: skip
-    return Table((dimension,), (column,), joined=True)
-
-
-def _cells(over: Iterable[str]) -> tuple[Table, Table]:
-    """Return what is known of each motion, and of each cell."""
-    first, second = (column_name(name) for name in over)
-    motions = Table(("run", first, second), CELLS, joined=True)
-    return motions, Table((first, second), (COEXIST,), joined=True)
+CELLS = "run {axes[0]} {axes[1]}"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RegimeMap(OneLine, ReadOnly, Result):
+class RegimeMap(Result):
     """What motions do over a plane of two parameters; frozen.
 
     Made by `slipfold.regimes` and `slipfold.load`. The first axis of its arrays is that of `runs`,
@@ -125,31 +91,38 @@ class RegimeMap(OneLine, ReadOnly, Result):
 
     schema = "slipfold.regimes/1"
 
+    title = "regimes of {0.model.name} over {0.axes[0]} and {0.axes[1]}"
+    rows = CELLS
+    recorded = (
+        "over", "runs", "kinds", "periods", "exponents", "coexist", "transient", "interrupted",
+    )  # fmt: skip
+    arrays = MappingProxyType({
+        "coexist": Field("{axes[0]} {axes[1]}", "whether different motions coexist", kind=TRUTH),
+    })  # fmt: skip
+
     model: Model
-    over: Mapping[str, Array]
-    runs: tuple[str, ...]
-    kinds: NDArray[np.str_]
-    periods: NDArray[np.int64]
-    exponents: Array
-    states: Array
-    means: Array
+    over: Annotated[Mapping[str, Array], Labels()]
+    runs: Annotated[tuple[str, ...], Field("run", "where motions begin", name="run", label=True)]
+    kinds: Annotated[
+        NDArray[np.str_], Field(CELLS, "what the motion does", name="kind", head="regime")
+    ]
+    periods: Annotated[
+        NDArray[np.int64], Field(CELLS, "period in forcing periods, 0 for none", head="period")
+    ]
+    exponents: Annotated[
+        Array,
+        Field(CELLS, "largest Lyapunov exponent, where it was needed", "1/forcing period",
+              head="exponent"),
+    ]  # fmt: skip
+    states: Annotated[Array, Field(f"{CELLS} state", "last state at phase zero", head="")]
+    means: Annotated[
+        Array,
+        Field(f"{CELLS} state", "mean of the states at phase zero of a response that repeats",
+              head="mean"),
+    ]  # fmt: skip
     transient: int
     interrupted: bool
     provenance: Provenance
-
-    def __post_init__(self) -> None:
-        """Lock the arrays, and the mapping of parameters."""
-        object.__setattr__(self, "over", MappingProxyType(dict(self.over)))
-        super().__post_init__()
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Give what can be copied and sent to other processes: read-only mappings cannot."""
-        return {**vars(self), "over": dict(self.over)}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        """Lock it again."""
-        vars(self).update(state)
-        self.__post_init__()
 
     @property
     def axes(self) -> tuple[str, str]:
@@ -267,72 +240,6 @@ class RegimeMap(OneLine, ReadOnly, Result):
             for run, each in zip(self.runs, counts, strict=True)
         ]
         return PrintedTable(["cells", *found], rows)
-
-    def _title(self) -> str:
-        return f"regimes of {self.model.name} over {' and '.join(self.axes)}"
-
-    def _given(self) -> dict[str, Any]:
-        return {"over": list(self.axes), "transient": self.transient}
-
-    def _attributes(self) -> dict[str, Any]:
-        return {"over": " ".join(self.axes), "interrupted": int(self.interrupted)}
-
-    def _variables(self) -> dict[str, Variable]:
-        axes = axes_of(self.model)
-        found = names("state", self.model.states) | ROWS.variables([self], axes)
-        for name, values in self.over.items():
-            found |= _axis(self.model, name).variables([values], {})
-        motions, cells = _cells(self.over)
-        return found | motions.variables([self], axes) | cells.variables([self], axes)
-
-    def _record(self) -> dict[str, Any]:
-        return {
-            "over": self.over,
-            "runs": self.runs,
-            "kinds": self.kinds,
-            "periods": self.periods,
-            "exponents": self.exponents,
-            "coexist": self.coexist,
-            "transient": self.transient,
-            "interrupted": self.interrupted,
-        }
-
-    def _csv(self) -> str:
-        heads = {"run": "run"}
-        heads |= {
-            dimension: headed(self.model.parameter(name))
-            for dimension, name in zip(("first", "second"), self.axes, strict=True)
-        }
-        heads |= {"kinds": "regime", "periods": "period", "exponents": "exponent", "states": ""}
-        places = np.indices(self.kinds.shape).reshape(3, -1)
-        first, second = self.over.values()
-        known = {
-            "run": [self.runs[place] for place in places[0]],
-            "first": first[places[1]].tolist(),
-            "second": second[places[2]].tolist(),
-        }
-        motions, _ = _cells(self.over)
-        sheet = Sheet(heads, (motions,), axes_of(self.model))
-        return sheet.text(sheet.rows(motions, [self], known))
-
-    @classmethod
-    def _read(cls, saved: SavedTable) -> RegimeMap:
-        model, given = saved.model, saved.given
-        runs = ROWS.read(saved, {}, ...)["runs"].tolist()
-        axes: dict[str, Any] = dict(axes_of(model)) | {"run": runs}
-        over = {}
-        for name in given["over"]:
-            values = _axis(model, name).read(saved, {}, ...)["values"]
-            over[model.parameter(name).name] = axes[column_name(name)] = values
-        return cls(
-            model=model,
-            over=over,
-            runs=tuple(runs),
-            transient=int(given["transient"]),
-            interrupted=bool(saved.attributes["interrupted"]),
-            provenance=saved.provenance,
-            **_cells(over)[0].read(saved, axes, ...),
-        )
 
 
 def _order(name: str) -> tuple[int, int]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,52 +13,19 @@ from slipfold.drawing import draw
 from slipfold.errors import InputError
 from slipfold.long_term.repeats import repeats_of
 from slipfold.models.model import Model
-from slipfold.read_only import ReadOnly
-from slipfold.results.column import TEXT, TRUTH, Column
-from slipfold.results.labelled_table import Variable
+from slipfold.results.fields import Field, axis
 from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
-from slipfold.results.saved_table import SavedTable
-from slipfold.results.sheet import Sheet
-from slipfold.results.table import Table, axes_of, names
-from slipfold.text.one_line import OneLine, headed, number_text
+from slipfold.text.one_line import number_text
 from slipfold.text.printed_table import PrintedTable
 
 __all__ = ["Sweep"]
 
 Array = NDArray[np.float64]
 
-RUNS = Table(
-    ("run",), (Column("runs", TEXT, "sweep or start", name="run", label=True),), joined=True
-)
-
-ENDS = Table(
-    ("run", "point"),
-    (
-        Column("stuck", TRUTH, "whether a contact stuck in the last period"),
-        Column("reasons", TEXT, "why there are no points", name="reason"),
-    ),
-    joined=True,
-)
-
-STATES = Table(
-    ("run", "point", "period"),
-    (
-        Column("states", meaning="states at phase zero of forcing periods, one after the other",
-               dimensions=("state",), optional=True),
-    ),
-    joined=True,
-)  # fmt: skip
-
-
-def _values(model: Model, vary: str) -> Table:
-    item = model.parameter(vary)
-    column = Column("values", meaning=item.doc or vary, unit=item.unit, name="value", label=True)
-    return Table(("point",), (column,), joined=True)
-
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Sweep(OneLine, ReadOnly, Result):
+class Sweep(Result):
     """Motions at many values of a parameter, once a forcing period; frozen.
 
     Made by `slipfold.sweep` and `slipfold.load`.
@@ -89,8 +56,8 @@ class Sweep(OneLine, ReadOnly, Result):
 
     Notes
     -----
-    The dataset of `to_xarray` lies along ``run``, ``point`` (labelled by ``value``), ``period`` and
-    ``state``: ``states``, ``stuck`` and ``reason``. In the spreadsheet of `to_csv` a state is a
+    The dataset of `to_xarray` lies along ``run``, a dimension named for the parameter, ``period``
+    and ``state``: ``states``, ``stuck`` and ``reason``. In the spreadsheet of `to_csv` a state is a
     row. In `to_json`, schema slipfold.sweep/1.
 
     Examples
@@ -102,14 +69,26 @@ class Sweep(OneLine, ReadOnly, Result):
     """
 
     schema = "slipfold.sweep/1"
+    title = "sweep of {0.model.name} over {0.vary}"
+    rows = "run {vary} period"
+    recorded = (
+        "vary", "values", "runs", "stuck", "reasons", "states", "transient", "interrupted",
+    )  # fmt: skip
 
     model: Model
     vary: str
-    values: Array
-    runs: tuple[str, ...]
-    states: Array
-    stuck: NDArray[np.bool_]
-    reasons: NDArray[np.str_]
+    values: Annotated[Array, axis("{vary}")]
+    runs: Annotated[tuple[str, ...], Field("run", "sweep or start", name="run", label=True)]
+    states: Annotated[
+        Array,
+        Field("run {vary} period state", "states at phase zero of successive periods", head=""),
+    ]
+    stuck: Annotated[
+        NDArray[np.bool_], Field("run {vary}", "whether a contact stuck in the last period")
+    ]
+    reasons: Annotated[
+        NDArray[np.str_], Field("run {vary}", "why there are no points", name="reason")
+    ]
     transient: int
     interrupted: bool
     provenance: Provenance
@@ -199,68 +178,6 @@ class Sweep(OneLine, ReadOnly, Result):
         heads = ["", "repeat (values x period)", "do not repeat", "stick", "without points"]
         return PrintedTable(heads, rows, words=(heads[1], heads[4]))
 
-    def _title(self) -> str:
-        return f"sweep of {self.model.name} over {self.vary}"
-
-    def _given(self) -> dict[str, Any]:
-        return {"vary": self.vary, "transient": self.transient}
-
-    def _attributes(self) -> dict[str, Any]:
-        return {"vary": self.vary, "interrupted": int(self.interrupted)}
-
-    def _variables(self) -> dict[str, Variable]:
-        axes = axes_of(self.model)
-        labels = names("state", self.model.states)
-        tables = (RUNS, _values(self.model, self.vary), ENDS, STATES)
-        for table in tables:
-            labels |= table.variables([self], axes)
-        return labels
-
     def _record(self) -> dict[str, Any]:
-        return {
-            "vary": self.vary,
-            "values": self.values,
-            "runs": self.runs,
-            "repeats": [self.repeats(run) for run in self.runs],
-            "stuck": self.stuck,
-            "reasons": [[reason or None for reason in row] for row in self.reasons.tolist()],
-            "states": self.states,
-            "transient": self.transient,
-            "interrupted": self.interrupted,
-        }
-
-    def _csv(self) -> str:
-        heads = {
-            "run": "run",
-            "value": headed(self.model.parameter(self.vary)),
-            "period": "period",
-            "states": "",
-        }
-        places = np.indices(self.states.shape[:3]).reshape(3, -1)
-        known = {
-            "run": [self.runs[place] for place in places[0]],
-            "value": self.values[places[1]].tolist(),
-            "period": places[2].tolist(),
-        }
-        sheet = Sheet(heads, (STATES,), axes_of(self.model))
-        return sheet.text(sheet.rows(STATES, [self], known))
-
-    @classmethod
-    def _read(cls, saved: SavedTable) -> Sweep:
-        model, given = saved.model, saved.given
-        vary = model.parameter(str(given["vary"])).name
-        axes: dict[str, Any] = dict(axes_of(model))
-        runs = RUNS.read(saved, {}, ...)["runs"]
-        values = _values(model, vary).read(saved, {}, ...)["values"]
-        axes |= {"run": runs, "point": values}
-        return cls(
-            model=model,
-            vary=vary,
-            values=values,
-            runs=tuple(runs.tolist()),
-            transient=int(given["transient"]),
-            interrupted=bool(saved.attributes["interrupted"]),
-            provenance=saved.provenance,
-            **ENDS.read(saved, axes, ...),
-            **STATES.read(saved, axes, ...),
-        )
+        repeats = [self.repeats(run) for run in self.runs]
+        return {**super()._record(), "repeats": repeats}

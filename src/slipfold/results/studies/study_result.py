@@ -16,7 +16,6 @@ from numpy.typing import ArrayLike, NDArray
 from slipfold.design_space.sobol_indices import SobolIndices
 from slipfold.drawing import draw
 from slipfold.models.model import Model
-from slipfold.read_only import ReadOnly
 from slipfold.results.column import REAL, TEXT, WHOLE, Column
 from slipfold.results.labelled_table import Variable
 from slipfold.results.provenance import Provenance
@@ -49,7 +48,7 @@ NOT_REACHED = "not computed yet"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class StudyResult(ReadOnly, Result):
+class StudyResult(Result):
     """What was found of every case of a study; frozen.
 
     Made by `slipfold.study` and `slipfold.load`.

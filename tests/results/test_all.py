@@ -1,0 +1,130 @@
+"""Every result is saved, read back, exported, pickled and labelled alike; damage is seen."""
+
+import csv
+import json
+import pickle
+
+import numpy as np
+import pytest
+import xarray
+
+from helpers.all_results import MADE
+from slipfold.errors import InputError
+from slipfold.results import load as load_module
+from slipfold.results.labelled_table import LabelledTable, read_netcdf
+from slipfold.results.load import load
+
+DECLARED = (
+    "threshold map",
+    "simulation",
+    "stopped simulation",
+    "stick-slip",
+    "lyapunov",
+    "sweep",
+    "regimes",
+    "design",
+    "plan",
+)
+
+
+@pytest.fixture(scope="module", params=DECLARED)
+def result(request):
+    return MADE[request.param]()
+
+
+@pytest.fixture(scope="module")
+def file(result, tmp_path_factory):
+    path = tmp_path_factory.mktemp("results") / "x.nc"
+    result.save(path)
+    return path
+
+
+def assert_same(one, other):
+    """Compare all that two results show of themselves, number for number."""
+    xarray.testing.assert_identical(one.to_xarray(), other.to_xarray())
+    for name in ("to_json", "summary", "_repr_html_", "__repr__"):
+        assert getattr(one, name)() == getattr(other, name)(), name
+
+
+def test_it_loads_again_number_for_number(result, file):
+    copy = load(file)
+    assert type(copy) is type(result)
+    assert_same(copy, result)
+    assert (copy.model, copy.provenance) == (result.model, result.provenance)
+
+
+def test_xarray_reads_the_file_as_the_same_dataset(result, file):
+    with xarray.open_dataset(file, engine="h5netcdf") as dataset:
+        xarray.testing.assert_identical(dataset.load(), result.to_xarray())
+
+
+def test_it_is_pickled(result):
+    assert_same(pickle.loads(pickle.dumps(result)), result)
+
+
+def test_all_variables_have_units_and_meanings(result):
+    dataset = result.to_xarray()
+    for name, variable in dataset.variables.items():
+        assert variable.attrs.get("long_name"), name
+        assert variable.attrs.get("units"), name
+        see, _, where = variable.attrs["units"].partition("see ")
+        assert see or where.split(", ")[0] in dataset.variables, name
+        assert not np.iscomplexobj(variable.values), name
+    assert dataset.attrs["schema"] == result.schema
+
+
+def test_records_hold_what_json_can(result):
+    record = result.to_json()
+    assert json.loads(json.dumps(record, allow_nan=False)) == record
+    assert (record["schema"], record["model"]) == (result.schema, result.model.name)
+
+
+def test_spreadsheets_hold_exact_numbers_and_are_tables_of_pandas(result, tmp_path):
+    result.to_csv(tmp_path / "x.csv")
+    heads, *rows = csv.reader((tmp_path / "x.csv").read_text().splitlines())
+    table = result.to_dataframe()
+    assert [head.split(" (")[0] for head in heads] == [name.split(" (")[0] for name in table]
+    assert len(set(heads)) == len(heads)
+    assert len(rows) == len(table)
+    for cells, name in zip(zip(*rows, strict=True), table, strict=False):
+        column = table[name]
+        if column.dtype.kind in "fi":
+            read = [float(cell) if cell else np.nan for cell in cells]
+            np.testing.assert_array_equal(read, column.to_numpy(), err_msg=name)
+
+
+def test_arrays_and_mappings_are_locked(result):
+    for value in vars(result).values():
+        assert not isinstance(value, dict)
+        assert not (isinstance(value, np.ndarray) and value.flags.writeable)
+
+
+def damaged(table):
+    """Yield a table without one of its variables, attributes or parts of the input at a time."""
+    for name in table.variables:
+        left = {key: item for key, item in table.variables.items() if key != name}
+        yield name, LabelledTable(left, table.attributes)
+    for name in table.attributes:
+        left = {key: item for key, item in table.attributes.items() if key != name}
+        yield name, LabelledTable(table.variables, left)
+        if name != "title":
+            yield name, LabelledTable(table.variables, {**table.attributes, name: "[nothing"})
+
+
+def test_a_damaged_file_is_refused_or_nothing_is_lost(result, file, monkeypatch):
+    refused = 0
+    for name, table in damaged(read_netcdf(file)):
+        monkeypatch.setattr(load_module, "read_netcdf", lambda path, table=table: table)
+        if refusal := refusal_of(result):
+            refused += 1
+            assert refusal.startswith("x.nc"), name
+    assert refused >= 3
+
+
+def refusal_of(result):
+    """Return why what is read is refused; what is not refused must still be such a result."""
+    try:
+        assert load("x.nc").schema == result.schema
+    except InputError as error:
+        return str(error)
+    return ""
