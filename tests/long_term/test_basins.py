@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import slipfold as sf
 from helpers.command_line import run
@@ -32,6 +33,63 @@ def test_the_boundary_is_the_unstable_cycle(circle):
     assert np.array_equal(circle.labels == rest.id, np.hypot(x, y) < 1)
     assert circle.share(rest).value == np.mean(np.hypot(x, y) < 1)
     assert set(np.unique(circle.labels)) == {item.id for item in circle}
+
+
+def test_cells_that_the_boundary_crosses_are_uncertain(circle):
+    # It is the circle of radius 1: a cell is crossed if it lies between its corners and its centre.
+    corners = [
+        np.concatenate([axis[:1], 0.5 * (axis[1:] + axis[:-1]), axis[-1:]])
+        for axis in (circle.first, circle.second)
+    ]
+    inside = np.hypot(*np.meshgrid(*corners)) < 1
+    at_corners = inside[1:, 1:] + 0 + inside[1:, :-1] + inside[:-1, 1:] + inside[:-1, :-1]
+    centre = np.hypot(*np.meshgrid(circle.first, circle.second)) < 1
+    crossed = (at_corners + centre > 0) & (at_corners + centre < 5)
+    assert np.array_equal(circle.uncertain == 1, crossed)
+    assert not (circle.uncertain == 2).any()
+    assert circle.uncertain_share() == crossed.mean()
+    assert f"the label changes within {100 * crossed.mean():.3g} % of the cells" in circle.summary()
+    cell = circle.to_xarray().sel(x=1, y=0, method="nearest")
+    assert int(cell.reached) == circle.labels[10, 29]
+
+
+def test_a_label_within_the_error_of_the_integration_is_uncertain():
+    # The boundary between x = -1 and 1 is x = 0, half an error beside the starts in the middle.
+    well = sf.System(
+        name="well",
+        parameters={"T": 1.0},
+        states={"x": "x - x^3", "y": "-y + 0*cos(2*pi*t/T)"},
+        forcing={"period": "T"},
+    )
+    found = sf.basins(well, {"x": (-1, 1 + 1e-8), "y": (-1, 1)}, points=(3, 3))
+    assert found.uncertain.tolist() == [[0, 2, 0]] * 3
+    assert "changes within the error of the integration" in found.summary()
+
+
+def test_fractal_basins_of_a_pendulum_are_said_to_be():
+    # The pendulum of Grebogi, Ott and Yorke, Science 238 (1987) 632, whose boundaries are fractal.
+    pendulum = sf.System(
+        name="pendulum",
+        parameters={"A": 1.66, "b": 0.2},
+        states={"a": {"rate": "v", "angle": True}, "v": "-b*v - sin(a) + A*cos(t)"},
+        forcing={"period": "2*pi"},
+    )
+    found = sf.basins(pendulum, {"a": (-3.1, 3.1), "v": (-4, 4)}, points=20)
+    assert sorted(item.period for item in found) == [1, 2, 2]
+    assert (found.labels > 0).all()
+    assert found.uncertain_share() > 0.5
+
+    def rates(t, y):
+        return [y[1], -0.2 * y[1] - np.sin(y[0]) + 1.66 * np.cos(t)]
+
+    for row, column in ((10, 17), (2, 14), (13, 5), (17, 3)):
+        if found.uncertain[row, column]:
+            continue
+        start = [found.first[column], found.second[row]]
+        times = 2 * np.pi * np.array([119, 120])
+        motion = solve_ivp(rates, (0, times[-1]), start, t_eval=times, rtol=1e-9, atol=1e-9)
+        away = motion.y.T - found[found.labels[row, column] - 1].state
+        assert np.hypot(2 * np.sin(away[:, 0] / 2), away[:, 1]).min() < 1e-5
 
 
 def test_each_start_of_the_sliding_oscillator_is_where_its_motion_ends():
@@ -67,13 +125,15 @@ def test_the_picture_has_a_colour_for_each_and_its_share(circle):
     from matplotlib.figure import Figure
 
     ax = circle.plot(ax=Figure().add_subplot())
-    (image,) = ax.images
+    image, marks = ax.images
     colours = image.cmap(image.norm(image.get_array()))
     assert len(np.unique(colours.reshape(-1, 4), axis=0)) == 2
+    assert np.array_equal(marks.get_array()[..., 3] > 0, circle.uncertain > 0)
     assert ax.get_xlabel() == "$x$"
     texts = sorted(text.get_text() for text in ax.get_legend().get_texts())
     (rest,) = (item for item in circle if item.kind == "equilibrium")
-    assert texts[1] == f"equilibrium: {100 * circle.share(rest).value:.3g} %"
+    assert texts[0] == f"changes within the cell: {100 * circle.uncertain_share():.3g} %"
+    assert texts[2] == f"equilibrium: {100 * circle.share(rest).value:.3g} %"
     left, right, bottom, top = image.get_extent()
     assert (left, right) == pytest.approx((-2 - 2 / 39, 2 + 2 / 39))
     assert (bottom, top) == pytest.approx((-1 - 1 / 19, 1 + 1 / 19))
@@ -92,7 +152,7 @@ def test_on_the_command_line_and_back_from_a_file(tmp_path):
     assert "6 x 4 starts: q -4 to 4, v -4 to 4" in back.summary()
     with open(sheet) as file:
         rows = file.read().splitlines()
-    assert rows[0] == "q,v,reached"
+    assert rows[0] == "q,v,reached,uncertain"
     assert len(rows) == 25
     assert run("plot", path, "--out", figure).exit_code == 0
 
@@ -173,7 +233,7 @@ def test_phases_are_saved_and_drawn(tmp_path):
     found = sf.basins(model, {"phase": (0, 1), "x": (-3, 3)}, points=(2, 3))
     found.save(tmp_path / "basins.nc")
     assert sf.load(tmp_path / "basins.nc").to_json() == found.to_json()
-    assert found.to_xarray()["first"].attrs["units"] == "forcing period"
+    assert found.to_xarray()["phase"].attrs["units"] == "forcing period"
     assert found.plot().get_xlabel() == "phase (forcing period)"
     assert "phase 0 to 1" in found.summary()
 

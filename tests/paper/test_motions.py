@@ -77,7 +77,7 @@ def test_basins_have_the_same_colours_in_all_panels(small):
     with figure_style():
         canvas = draw_motions(hysteresis, found)
     for ax, case in zip(canvas.axes[2:], hysteresis.basins, strict=True):
-        (image,) = ax.images
+        image = ax.images[0]
         (first,) = (item for item in found[case] if item.period == 1)
         ones = found[case].labels == first.id
         shown = image.cmap(image.norm(image.get_array()))

@@ -7,20 +7,22 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from slipfold.computations.given import checked_count, checked_model
 from slipfold.errors import InputError
 from slipfold.flow.simulate import checked_periods, initial_state
 from slipfold.flow.sizes.typical_sizes import measured
+from slipfold.long_term.basin_boundaries import find_basins
 from slipfold.long_term.box import checked_box
-from slipfold.long_term.released_search import search_released
 from slipfold.long_term.search import SearchProgress
 from slipfold.models.model import Model
 from slipfold.results.motions.basins import PHASE, Basins
 from slipfold.results.provenance import provenance
 
 __all__ = ["basins"]
+
+Array = NDArray[np.float64]
 
 
 def basins(
@@ -37,7 +39,9 @@ def basins(
 
     A grid of starts, each labelled with the attractor that its motion comes to. Attractors are
     found and verified on the way, as by `slipfold.attractors`. One axis may be the phase of the
-    forcing at which a start is released.
+    forcing at which a start is released. Where boundaries are fractal one start does not stand for
+    its cell: motions start at the corners of cells, too, and where labels differ again from states
+    that are moved by the error of the integration. `Basins.uncertain` marks these cells.
 
     Parameters
     ----------
@@ -104,24 +108,28 @@ def basins(
         np.linspace(low, high, checked_count(count, "points", least=2))
         for (low, high), count in zip(ends, counts, strict=True)
     ]
-    grid = np.meshgrid(*axes)
-    starts, phases = np.tile(start, (grid[0].size, 1)), np.zeros(grid[0].size)
-    for name, values in zip(names, grid, strict=True):
-        if _is_phase(name, known):
-            phases = values.ravel()
-        else:
-            starts[:, known.index(name)] = values.ravel()
+
+    def starts_at(*coordinates: Array) -> tuple[Array, Array]:
+        starts, phases = np.tile(start, (len(coordinates[0]), 1)), np.zeros(len(coordinates[0]))
+        for name, values in zip(names, coordinates, strict=True):
+            if _is_phase(name, known):
+                phases = values
+            else:
+                starts[:, known.index(name)] = values
+        return starts, phases
+
     most, started = checked_periods(periods), perf_counter()
-    found = search_released(changed, starts, phases, most, observer)
+    found = find_basins(changed, (axes[0], axes[1]), starts_at, most, observer)
     return Basins(
         model=changed,
         plane=(names[0], names[1]),
         first=axes[0],
         second=axes[1],
         state=start,
-        labels=found.labels.reshape(grid[0].shape),
+        labels=found.labels,
+        uncertain=found.uncertain,
         attractors=found.attractors,
-        ends=found.ends,
+        ends=found.searched.ends,
         asked=most,
         interrupted=found.interrupted,
         provenance=provenance(perf_counter() - started),

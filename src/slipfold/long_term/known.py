@@ -216,11 +216,14 @@ def _monodromy(model: Model, state: Array, period: int) -> Array:
     growth = growth_from(model, state)
     matrices = growth.carried(period)
     if growth.stopped is not None:
-        matrices = growth_through_stick(model, state).carried(period)
+        growth = growth_through_stick(model, state)
+        matrices = growth.carried(period)
     found = np.eye(len(state))
     for matrix in matrices.reshape(-1, *found.shape):
         found = matrix @ found
-    return found
+    # A motion is scaled by its own start.
+    ratios = growth.model.state_scales() / model.state_scales()
+    return found * ratios[:, None] / ratios
 
 
 def _metric(matrix: Array) -> Array:

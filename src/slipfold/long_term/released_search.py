@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.flow.strobes.released import released
+from slipfold.long_term.known import Known
 from slipfold.long_term.search import ENDED, Observer, Searched, search
 from slipfold.models.model import Model
 
@@ -23,16 +24,17 @@ def search_released(
     phases: Array,
     periods: int | None = None,
     observer: Observer | None = None,
+    known: tuple[Known, ...] = (),
 ) -> Searched:
     """Let motions go on from their phases to phase zero, and from there until each is known.
 
-    Shapes: starts (k, n); phases (k,), from 0 to 1.
+    `known` are the attractors of a search before. Shapes: starts (k, n); phases (k,), from 0 to 1.
     """
     states, stops = released(model, starts, phases)
     if not stops:
-        return search(model, states, periods, observer)
+        return search(model, states, periods, observer, known=known)
     going = np.setdiff1d(np.arange(len(starts)), [*stops])
-    found = search(model, states[going], periods, observer)
+    found = search(model, states[going], periods, observer, known=known)
     labels = np.full(len(starts), ENDED)
     labels[going] = found.labels
     ends = Counter(stop.kind for stop in stops.values()) + Counter(found.ends)

@@ -85,6 +85,7 @@ class Searched:
     labels: NDArray[np.int64]  # of each start: number of an attractor, or what else it came to
     ends: dict[str, int]  # how many motions ended early, by the kind of their end
     interrupted: bool
+    known: tuple[Known, ...] = ()  # the attractors with what lies near them
 
 
 def search(
@@ -94,11 +95,12 @@ def search(
     observer: Observer | None = None,
     *,
     measure: bool = True,
+    known: tuple[Known, ...] = (),
 ) -> Searched:
     """Let motions from many starts go on until each is near something known and verified.
 
-    What comes to nothing that repeats is measured by its exponents, or else undecided. An
-    interruption keeps what is found.
+    `known` are the attractors of a search before, whose model this is. What comes to nothing that
+    repeats is measured by its exponents, or else undecided. An interruption keeps what is found.
 
     Shapes: starts (k, n).
     """
@@ -107,9 +109,10 @@ def search(
     ahead = starts[some] if len(starts) > 2 * SCOUTS else starts[:0]
     try:
         model = measured(model)
-        if not model.forced:
+        if not model.forced and not known:
             model = _paced(model, starts)
         verified = Verified(model)
+        verified.known.extend(known)
         total = len(ahead) + len(starts)
         work = _Search(verified, starts, most, _counted(observer, len(ahead), total))
         if len(ahead):
@@ -153,8 +156,9 @@ class _Search:
         if not interrupted:
             self._labels[self._labels == UNFINISHED] = UNDECIDED
         ends = Counter(stop.kind for stop in self._motions.stops.values())
-        found = tuple(known.attractor for known in self._verified.known)
-        return Searched(self._verified.model, found, self._labels, dict(ends), interrupted)
+        known = tuple(self._verified.known)
+        found = tuple(item.attractor for item in known)
+        return Searched(self._verified.model, found, self._labels, dict(ends), interrupted, known)
 
     @property
     def _open(self) -> NDArray[np.intp]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.drawing import draw
+from slipfold.long_term.basin_boundaries import WITHIN_CELL, WITHIN_ERROR
 from slipfold.models.parameter import State
 from slipfold.results.labelled_table import Variable
 from slipfold.results.motions.found_attractors import FoundAttractors, in_words
@@ -17,6 +18,13 @@ from slipfold.results.sheet import csv_text
 from slipfold.text.one_line import headed, listed, number_text
 
 __all__ = ["PHASE", "Basins"]
+
+TAKEN = {
+    "attractor", "kind", "period", "duration", "state", "states", "state_units", "state_long_name",
+    "output", "output_units", "output_long_name", "minimum", "maximum", "multiplier", "exponents",
+    "multipliers_real", "multipliers_imag", "reached", "uncertain", "starting_state",
+}  # fmt: skip
+"""Names of dimensions and variables that a state may have as well."""
 
 Array = NDArray[np.float64]
 
@@ -45,6 +53,10 @@ class Basins(FoundAttractors):
     labels
         Number of the attractor that each start came to, shape (n_second, n_first); 0 where that is
         undecided, -1 where the motion ended before, -2 where it was not finished.
+    uncertain
+        Whether a label stands for its cell, shape (n_second, n_first): 0 where motions from its
+        corners have the same label, 1 where one of them has another, so that a boundary passes; 2
+        where the label changes if the start is moved by the error of the integration.
     attractors
         What was found, each verified.
     ends
@@ -58,9 +70,10 @@ class Basins(FoundAttractors):
 
     Notes
     -----
-    In the dataset of `to_xarray`, along ``attractor``: as of `slipfold.Attractors`; ``reached``
-    along ``second`` and ``first``, which label the starts; ``starting_state``. In the spreadsheet
-    of `to_csv` a start is a row. In `to_json`, schema slipfold.basins/1.
+    In the dataset of `to_xarray`, along ``attractor``: as of `slipfold.Attractors`; ``reached`` and
+    ``uncertain`` along the two states by their names, ``found.to_xarray().sel(x=0, vy=1,
+    method="nearest")``; ``starting_state``. In the spreadsheet of `to_csv` a start is a row. In
+    `to_json`, schema slipfold.basins/1.
 
     Examples
     --------
@@ -77,6 +90,23 @@ class Basins(FoundAttractors):
     first: Array
     second: Array
     state: Array
+    uncertain: NDArray[np.int64]
+
+    def uncertain_share(self, least: int = WITHIN_CELL) -> float:
+        """Return the share of the cells whose label does not stand for the cell.
+
+        Parameters
+        ----------
+        least
+            1 for all cells in which the label changes, 2 for those where it changes within the
+            error of the integration.
+
+        Returns
+        -------
+        float
+            The share, from 0 to 1.
+        """
+        return float((self.uncertain >= least).mean())
 
     def summary(self) -> str:
         """Return what was found, with shares of the plane, and what came to nothing."""
@@ -92,7 +122,19 @@ class Basins(FoundAttractors):
         grid = f"{len(self.first)} x {len(self.second)} starts"
         at = f" at {listed(others)}" if others else ""
         head = f"{self.model!r} from {grid}: {listed(ends)}{at}"
-        return "\n".join([head, *self._rows().text(), *self._rest(), *self._remarks()])
+        lines = [*self._rows().text(), *self._rest(), *self._boundaries(), *self._remarks()]
+        return "\n".join([head, *lines])
+
+    def _boundaries(self) -> list[str]:
+        """Return in how many cells the label changes."""
+        within, error = map(self.uncertain_share, (WITHIN_CELL, WITHIN_ERROR))
+        found = [f"Uncertain: the label changes within {100 * within:.3g} % of the cells"]
+        if error:
+            found.append(
+                f"Of {100 * error:.3g} % it changes within the error of the integration: there the "
+                "boundary is too fine to know it"
+            )
+        return found if within else ["The label changes within no cell"]
 
     def plot(self, **options: Any) -> Any:
         """Draw the plane, a colour for each attractor.
@@ -128,14 +170,18 @@ class Basins(FoundAttractors):
 
     def _variables(self) -> dict[str, Variable]:
         found = super()._variables()
+        across, up = (_dimension(name) for name in self.plane)
         for name, state, values in zip(
-            ("first", "second"), self.axes, (self.first, self.second), strict=True
+            (across, up), self.axes, (self.first, self.second), strict=True
         ):
             attributes = {"long_name": f"{state.name}: {state.doc}", "units": state.unit or "1"}
             found[name] = Variable((name,), values, attributes, True)
         told = "number of the attractor that the motion came to; 0 undecided, -1 ended before, "
         about = {"long_name": f"{told}-2 not finished", "units": "1"}
-        found["reached"] = Variable(("second", "first"), self.labels, about, False)
+        found["reached"] = Variable((up, across), self.labels, about, False)
+        told = "whether the label changes: 0 no, 1 within the cell, 2 within the error of the "
+        about = {"long_name": f"{told}integration", "units": "1"}
+        found["uncertain"] = Variable((up, across), self.uncertain, about, False)
         about = {"long_name": "starting state whose other components all starts have"}
         found["starting_state"] = Variable(("state",), self.state, about, False)
         return found
@@ -147,21 +193,29 @@ class Basins(FoundAttractors):
             "second": self.second,
             "state": self.state,
             "labels": self.labels,
+            "uncertain": self.uncertain,
             **super()._record(),
         }
 
     def _csv(self) -> str:
         first, second = (values.ravel().tolist() for values in np.meshgrid(self.first, self.second))
-        heads = [*(headed(state) for state in self.axes), "reached"]
-        return csv_text(heads, zip(first, second, self.labels.ravel().tolist(), strict=True))
+        heads = [*(headed(state) for state in self.axes), "reached", "uncertain"]
+        cells = (self.labels.ravel().tolist(), self.uncertain.ravel().tolist())
+        return csv_text(heads, zip(first, second, *cells, strict=True))
 
     @classmethod
     def _read(cls, saved: SavedTable) -> Basins:
         first, second = saved.given["plane"]
         return cls(
             plane=(str(first), str(second)),
-            first=saved.columns["first"],
-            second=saved.columns["second"],
+            first=saved.columns[_dimension(str(first))],
+            second=saved.columns[_dimension(str(second))],
             state=np.array(saved.given["state"]),
+            uncertain=saved.columns["uncertain"],
             **cls._fields(saved),
         )
+
+
+def _dimension(name: str) -> str:
+    """Return the name of the dimension of a state, which no other variable has."""
+    return f"{name}_value" if name in TAKEN else name
