@@ -9,6 +9,9 @@ import os
 import shutil
 import sys
 import tempfile
+import zlib
+from collections import Counter
+from contextlib import ExitStack
 
 import pytest
 
@@ -21,10 +24,27 @@ for variable, value in {
 }.items():
     os.environ.setdefault(variable, value)
 
+FREE_CHOICES = pytest.StashKey()
 CACHE_VARIABLE = "SLIPFOLD_CACHE_DIR"
 
 
+def pytest_addoption(parser):
+    group = parser.getgroup("slipfold")
+    group.addoption(
+        "--perturb-kernels",
+        metavar="SEED",
+        help="linear algebra answers as another LAPACK might; SEED is any word",
+    )
+    group.addoption(
+        "--one-part-in",
+        metavar="N",
+        type=int,
+        help="run one part in N of the files, which SEED chooses",
+    )
+
+
 def pytest_configure(config):
+    perturb(config)
     # Compiled flows are kept in one folder for the whole run, shared by all workers: the
     # first process makes it, the workers find the variable set.
     if CACHE_VARIABLE not in os.environ:
@@ -36,6 +56,46 @@ def pytest_configure(config):
             shutil.rmtree(folder, ignore_errors=True)
 
         config.add_cleanup(remove)
+
+
+def perturb(config):
+    """Replace linear algebra for the whole run, before what is tested imports it."""
+    seed = config.getoption("perturb_kernels")
+    if seed is None:
+        return
+    from helpers.perturbed_kernels import perturbed
+
+    kernels = ExitStack()
+    config.stash[FREE_CHOICES] = kernels.enter_context(perturbed(seed))
+    config.add_cleanup(kernels.close)
+
+
+def pytest_collection_modifyitems(config, items):
+    parts = config.getoption("one_part_in")
+    if parts is None:
+        return
+    files = sorted({item.nodeid.partition("::")[0] for item in items})
+    chosen = set(files[zlib.crc32(config.getoption("perturb_kernels").encode()) % parts :: parts])
+    others = [item for item in items if item.nodeid.partition("::")[0] not in chosen]
+    config.hook.pytest_deselected(items=others)
+    items[:] = [item for item in items if item.nodeid.partition("::")[0] in chosen]
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_setup(item):
+    item.stash[FREE_CHOICES] = Counter(item.config.stash.get(FREE_CHOICES, ()))
+    return (yield)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call(item):
+    # Which bases LAPACK was free to choose: --junitxml writes it for each test.
+    try:
+        return (yield)
+    finally:
+        counts = item.config.stash.get(FREE_CHOICES, Counter())
+        free = counts - item.stash[FREE_CHOICES]
+        item.user_properties += [(name, count) for name, count in free.items()]
 
 
 @pytest.hookimpl(wrapper=True)
