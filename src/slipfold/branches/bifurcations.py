@@ -9,6 +9,7 @@ from slipfold.branches.branch_point import find_crossing
 from slipfold.branches.closed_branches import SAME_ORBIT, noise_beside_birth
 from slipfold.continuation.contraction import contracts_between
 from slipfold.continuation.end import End
+from slipfold.continuation.follow import EDGE
 from slipfold.continuation.interpolation import hermite
 from slipfold.continuation.locate import locate
 from slipfold.continuation.monitor import Zeros
@@ -18,7 +19,16 @@ from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.spectrum.degeneracy import PAIRED
 
-__all__ = ["CLEAR", "CLOSED", "ON_CIRCLE", "Bifurcations", "is_torus", "span_end"]
+__all__ = [
+    "CLEAR",
+    "CLOSED",
+    "ON_CIRCLE",
+    "Bifurcations",
+    "count_on_circle",
+    "is_off_circle",
+    "is_torus",
+    "span_end",
+]
 
 Array = NDArray[np.float64]
 
@@ -90,8 +100,8 @@ class Bifurcations(Zeros[OrbitPoint]):
     def _left(self, found: list[Found], stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint] | None:
         """Return where the branch leaves the span, if it turns back outside it."""
         low, high = min(self._span), max(self._span)
-        value = self._orbits.value
-        outside = [item.point for item in found if not low <= value(item.point.z) <= high]
+        value, on = self._orbits.value, EDGE * (high - low)
+        outside = [item.point for item in found if not low - on <= value(item.point.z) <= high + on]
         if not outside:
             return None
         bound = high if value(outside[0].z) > high else low
@@ -138,6 +148,8 @@ class Bifurcations(Zeros[OrbitPoint]):
         """
 
         def determinant(point: OrbitPoint) -> float:
+            if point.orientation == 0:  # it is singular, and its volume is not known
+                return 0.0
             return point.orientation * float(np.exp(point.volume - a.volume))
 
         point = locate(self._orbits, known, a, b, determinant, LOCATED)
@@ -150,7 +162,7 @@ class Bifurcations(Zeros[OrbitPoint]):
 
     def accounts_for(self, found: list[Found], a: OrbitPoint, b: OrbitPoint) -> bool:
         """Whether what was found explains the change in the number of unstable multipliers."""
-        if not all(map(_is_off_circle, (a, b))):
+        if not all(map(is_off_circle, (a, b))):
             return True  # which side of the circle it is on is not known
         change = abs(b.unstable - a.unstable)
         turning = sum(_turns(item) for item in found)
@@ -173,7 +185,7 @@ class Bifurcations(Zeros[OrbitPoint]):
         if name == "LP" and _stands(a, b):  # the sign of the tangent is rounding
             passes = (a.tests["fold"] > 0) != (b.tests["fold"] > 0)
             crosses = a.orientation * b.orientation < 0
-            return passes and not crosses and all(map(_is_off_circle, (a, b)))
+            return passes and not crosses and all(map(is_off_circle, (a, b)))
         before, after = a.tests[name], b.tests[name]
         if (before > 0) == (after > 0):
             return False
@@ -235,7 +247,7 @@ def _stands(a: OrbitPoint, b: OrbitPoint) -> bool:
     return any(slope <= noise for slope, noise in zip(slopes, noises, strict=True))
 
 
-def _is_off_circle(point: OrbitPoint) -> bool:
+def is_off_circle(point: OrbitPoint) -> bool:
     """Whether it is known on which side of the unit circle all multipliers are."""
     return _off_circle(point) > max(TEST_NOISE, noise_beside_birth(point)[0])
 
@@ -257,8 +269,14 @@ def _undamped(found: Found, a: OrbitPoint, b: OrbitPoint) -> bool:
 
     Which of them crosses it, if any, is rounding.
     """
-    on_circle = int(np.count_nonzero(np.abs(np.abs(found.point.multipliers) - 1) < LOCATED))
-    return found.type in PAIRED and on_circle > 2 and min(map(_off_circle, (a, b))) < TEST_NOISE
+    several = count_on_circle(found.point) > 2
+    # Two pairs that meet are known to the root of rounding.
+    return found.type in PAIRED and several and min(map(_off_circle, (a, b))) < LOCATED
+
+
+def count_on_circle(point: OrbitPoint) -> int:
+    """Count the multipliers on the unit circle."""
+    return int(np.count_nonzero(np.abs(np.abs(point.multipliers) - 1) < LOCATED))
 
 
 def _crossing(values: NDArray[np.complex128], place: int, count: int) -> bool:

@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import takewhile
+from itertools import islice, takewhile
 
 import numpy as np
 
-from slipfold.branches.bifurcations import CLEAR, Bifurcations, span_end
+from slipfold.branches.bifurcations import (
+    CLEAR,
+    Bifurcations,
+    count_on_circle,
+    is_off_circle,
+    span_end,
+)
 from slipfold.branches.homoclinic import nears_homoclinic
 from slipfold.branches.special_point import ALIKE
 from slipfold.continuation.end import End
@@ -31,7 +37,10 @@ NEAR_EDGE = 0.01
 """Distance from the end of the span, in spans, within which a failure may be due to it."""
 
 LONGEST_OVER = 0.1
-"""Longest step over the end, in scaled variables."""
+"""Longest first step towards the end and over it, in scaled variables."""
+
+STEPS_OVER = 10
+"""Steps after which a branch that does not pass the end is taken to turn before it."""
 
 SEVERAL = (
     "several multipliers are critical where it begins, as a symmetry makes them: several branches "
@@ -66,20 +75,21 @@ class BranchEndings(Endings[OrbitPoint]):
         self._settings = settings
 
     def left(self, trail: Trail[OrbitPoint]) -> End:
-        """Return the end of a branch that reached the end of the span."""
+        """Return the end of a branch that reached the end of the span.
+
+        On which side of a bifurcation at that very value the last orbit lies is rounding. Where
+        several pairs are critical, nothing damps, and which of them crosses is not defined.
+        """
+        *_, before, last = [*trail.points[-1:], *trail.points[-2:]]
+        crossing = is_off_circle(before) and not is_off_circle(last)
+        if crossing and count_on_circle(last) <= 2:
+            self._put_on_edge(trail)
         return span_end(trail.curve, trail.points[-1])
 
     def failed(self, trail: Trail[OrbitPoint], failure: Failure) -> End:
         """Return the end of a branch that cannot be followed: there, or on the end of the span."""
         orbits = trail.curve
-        try:
-            on_edge = _end_on_edge(orbits, trail, self._span, self._settings)
-        except BREAKDOWNS:
-            on_edge = None
-        if failure.kind == "failed" and on_edge is not None:
-            trail.points, found = on_edge
-            sure = trail.points[-2].arclength
-            trail.found = [item for item in trail.found if item.point.arclength <= sure] + found
+        if failure.kind == "failed" and self._put_on_edge(trail):
             return span_end(orbits, trail.points[-1])
         last, clause = trail.points[-1], nears_homoclinic(orbits, trail.points)
         kind, reason = failure_reason(orbits, last, failure)
@@ -90,6 +100,19 @@ class BranchEndings(Endings[OrbitPoint]):
         elif clause:
             reason = f"{reason}; {clause}"
         return End(kind, reason, orbits.place(last.z))
+
+    def _put_on_edge(self, trail: Trail[OrbitPoint]) -> bool:
+        """End a branch with the bifurcation that lies on the end of the span, if one does."""
+        try:
+            on_edge = _end_on_edge(trail.curve, trail, self._span, self._settings)
+        except BREAKDOWNS:
+            return False
+        if on_edge is None:
+            return False
+        trail.points, found = on_edge
+        sure = trail.points[-2].arclength
+        trail.found = [item for item in trail.found if item.point.arclength <= sure] + found
+        return True
 
     def interrupted(self, trail: Trail[OrbitPoint]) -> End:
         """Return the end of a branch that whoever watches stopped."""
@@ -146,10 +169,10 @@ def _end_on_edge(
     span: tuple[float, float],
     settings: Stepping,
 ) -> tuple[list[OrbitPoint], list[Found]] | None:
-    """Return how a branch ends that failed since a branch point lies on the end of the span.
+    """Return how a branch ends if a bifurcation lies on the end of the span.
 
-    With the parameter held Newton's method is singular there. So a step is taken over the end, and
-    the branch point is located between.
+    With the parameter held Newton's method is singular at a branch point. So a step is taken over
+    the end, and the bifurcation is located between.
     """
     points = trail.points
     edge = min(orbits.bounds(span)[0][1:], key=lambda bound: abs(points[-1].z[-1] - bound))
@@ -163,11 +186,19 @@ def _end_on_edge(
         return None
     before = kept[-1]
     step = min(2 * away(before) / max(abs(before.tangent[-1]), EDGE), LONGEST_OVER)
-    beyond = next(iter(walk(orbits, kept, step, (), settings)))
-    if isinstance(beyond, Failure):
+    over: OrbitPoint | None = None
+    for beyond in islice(walk(orbits, kept, step, (), settings), STEPS_OVER):
+        if isinstance(beyond, Failure):
+            return None
+        if (beyond.z[-1] > edge) != (before.z[-1] > edge):
+            over = beyond
+            break
+        before = beyond
+        kept = [*kept, before]
+    if over is None:
         return None
     try:
-        found = Bifurcations(orbits, span).between([*kept, beyond], before, beyond)
+        found = Bifurcations(orbits, span).between([*kept, over], before, over)
     except LostCurveError:
         return None
     place = next((i for i, item in enumerate(found) if away(item.point) < EDGE), None)
