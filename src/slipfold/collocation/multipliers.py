@@ -109,10 +109,19 @@ def without_motion(matrices: Array, rates: Array) -> tuple[Array, Array]:
 
 
 def motion_bases(rates: Array) -> Array:
-    """Return orthonormal bases that begin with the direction of motion, (N, n, n)."""
-    n = rates.shape[1]
-    eye = np.broadcast_to(np.eye(n)[:, : n - 1], (len(rates), n, n - 1))
-    return np.asarray(np.linalg.qr(np.concatenate([rates[:, :, None], eye], axis=2))[0])
+    """Return orthonormal bases that begin with the direction of motion, (N, n, n).
+
+    The other vectors are Householder's reflections of the axes: smooth functions of the rates, as
+    what a QR factorisation returns need not be.
+    """
+    eye = np.eye(rates.shape[1])
+    lengths = np.linalg.norm(rates, axis=1)[:, None]
+    units = np.where(lengths > 0, rates / np.where(lengths > 0, lengths, 1.0), eye[0])
+    signs = np.copysign(1.0, units[:, :1])
+    across = units + signs * eye[0]
+    bases = eye - across[:, :, None] * (across / (1.0 + np.abs(units[:, :1])))[:, None, :]
+    bases[:, :, 0] = units
+    return np.asarray(bases)
 
 
 def product(matrices: Array) -> Array:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.collocation.multipliers import motion_bases
 from slipfold.normal_forms.jet_map import polarised
 from slipfold.orbits.orbit_curve import Orbits
 
@@ -41,7 +42,7 @@ class ReturnMap:
         self._nodes = orbits.evenly(z)
         rates = orbits.flow.rates(self._nodes[:1], np.array([orbits.phase]), self._constants)[0]
         self._flow = rates / scales
-        self._basis = np.linalg.qr(self._flow[:, None], mode="complete")[0][:, 1:]
+        self._basis = motion_bases(self._flow[None])[0][:, 1:]
 
     def rescaled(self, monodromy: Array) -> Array:
         """Return the map's matrix, shape (n - 1, n - 1). Shapes: monodromy (n, n)."""

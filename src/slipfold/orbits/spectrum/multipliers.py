@@ -98,7 +98,7 @@ class CycleMultipliers(Multipliers):
         """
         direction = _direction(part)
         direction = direction / np.linalg.norm(direction)
-        basis = _quotient_basis(direction)
+        basis = motion_bases(direction[None])[0][:, 1:]
         lifted = Degeneracy(found.value, found.left @ basis.T, found.right @ basis.T)
         return lifted, ((direction @ part.product @ lifted.right.T) @ lifted.left)[None]
 
@@ -142,10 +142,5 @@ def on_quotient(matrix: Array, direction: Array) -> Array:
 
     Shapes: matrix (n, n); direction (n,); returns (n - 1, n - 1).
     """
-    basis = _quotient_basis(direction)
+    basis = motion_bases(direction[None])[0][:, 1:]
     return np.asarray(basis.T @ matrix @ basis)
-
-
-def _quotient_basis(direction: Array) -> Array:
-    """Return an orthonormal basis of what is orthogonal to a direction, shape (n, n - 1)."""
-    return np.asarray(np.linalg.qr(direction[:, None], mode="complete")[0][:, 1:])
