@@ -58,6 +58,10 @@ ROUNDING = 1e-5
 """Corrections below this that no longer shrink are rounding errors, magnified by the multipliers:
 a solution with multipliers of 1e5 is known to 1e-10 at best, and its residual decides."""
 
+FARTHEST = ROUNDING / np.finfo(float).eps
+"""Of an unknown this long the last digit is no longer rounding: there any equations are met, since
+what they add to it is lost."""
+
 
 class Bordered(Protocol):
     """A Jacobian with one more row."""
@@ -163,7 +167,7 @@ def correct(
         previous, moved = moved, length_of(step)
         # On a branch point, where chord steps may lead, no step exists.
         arrived = moved <= STILL or (left <= EXACT and isnan(moved))
-        if arrived or STALLED * previous < moved < ROUNDING:
+        if (arrived or STALLED * previous < moved < ROUNDING) and length_of(z) < FARTHEST:
             mismatch = equations.residual(defect)
             if mismatch <= tolerance:
                 z, failure = z if isnan(moved) else z + step, ""
@@ -172,7 +176,7 @@ def correct(
                     bordered = None if linearisation is None else linearisation.bordered(row)
                     failure = SINGULAR if linearisation is None else ""
                 break
-        if not moved < max(GROWTH * previous, ROUNDING):
+        if not moved < max(GROWTH * previous, ROUNDING) or length_of(z) > FARTHEST:
             failure = "Newton's method diverged"
             break
         if moved > reach:
