@@ -73,7 +73,7 @@ def regular_start(
         raise
     except BREAKDOWNS as error:
         raise _no_locus(curve, z, breakdown(error)) from None
-    both = point, curve.turned(point)
+    both = _rising_first(point, curve.turned(point))
     return LocusStart(curve, both, departs=bool(crosses), crosses=crosses)
 
 
@@ -91,6 +91,12 @@ def _regular_point(curve: LocusEquations, z: Array, settings: Settings) -> Orbit
         reason = correction.failure or "Newton's method leads to another orbit"
         raise _no_locus(curve, z, reason)
     return curve.point(correction, 0.0)
+
+
+def _rising_first(point: OrbitPoint, turned: OrbitPoint) -> tuple[OrbitPoint, OrbitPoint]:
+    """Begin where the parameters rise together: the sign of a singular vector is arbitrary."""
+    rises = float(point.tangent[-2:].sum())
+    return (point, turned) if rises >= 0 else (turned, point)
 
 
 def _is_singular(curve: LocusEquations, jacobian: Array, z: Array) -> bool:
