@@ -39,7 +39,8 @@ SETTLED = 1e-8
 CONFIDENCE = 0.95
 
 BLIND = 1e-10
-"""Singular value of the scaled derivatives, over the largest, below which readings say nothing."""
+"""Singular value of the scaled derivatives, over the largest or the readings' error, below which
+readings say nothing."""
 
 
 @dataclass(frozen=True)
@@ -343,7 +344,7 @@ def covariance_of(slopes: Array, sizes: Array) -> Array:
     _, singular, rows = np.linalg.svd(slopes * sizes, full_matrices=True)
     sharp = np.zeros(len(sizes))
     sharp[: len(singular)] = singular
-    told = sharp > BLIND * (sharp.max() or 1.0)
+    told = sharp > BLIND * max(sharp.max(), 1.0)
     covariance = (rows[told].T / sharp[told] ** 2) @ rows[told] * np.outer(sizes, sizes)
     blind = (np.abs(rows[~told]) > np.sqrt(BLIND)).any(axis=0)
     covariance[blind] = covariance[:, blind] = np.nan
