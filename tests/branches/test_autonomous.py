@@ -160,7 +160,10 @@ def test_van_der_pol_from_its_rest_over_the_centres_to_the_relaxation_cycle():
     assert cycle.duration == pytest.approx(6.663286859323, abs=1e-11)
     assert cycle.extrema.of("x")[1][0] == pytest.approx(2.008619860875, abs=1e-11)
     # exp of the integral of the divergence along the cycle, by DOP853; a step may err by 1e-13.
-    assert cycle.multipliers[1].real == pytest.approx(8.59695063604e-4, abs=1e-13)
+    # How well the product keeps its digits depends on where the cycle begins.
+    known = 1e-13 + 3 * cycle.multiplier_uncertainty[1]
+    assert known < 1e-10
+    assert cycle.multipliers[1].real == pytest.approx(8.59695063604e-4, abs=known)
 
 
 @pytest.mark.parametrize("span", [(0, 0.2), (0.2, 0)])

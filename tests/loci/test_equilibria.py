@@ -215,7 +215,8 @@ def test_double_hopf():
     assert locus.values[:, 0] == pytest.approx(0, abs=1e-13)
     (double,) = locus.special
     assert (double.type, double.coefficients) == ("HH", {})
-    assert double.values == pytest.approx([0, 0], abs=1e-12)
+    # A zero is found to 1e-12 of the window, which is two wide.
+    assert double.values == pytest.approx([0, 0], abs=2e-12)
 
 
 def test_zero_hopf():
