@@ -28,11 +28,12 @@ def fit(
 ) -> Fit:
     """Find the parameters with which the stable responses of a model come nearest to readings.
 
-    The response is followed over the parameter that was varied in the measurement; each reading is
-    explained by the stable orbit there that comes nearest. With these orbits held the weighted sum
-    of squares is minimised, then readings are given to orbits anew, until nothing changes. A
-    reading that lies beyond six typical distances, as across a jump that the model makes elsewhere,
-    is left out until it does not; what is left out at the end is said.
+    The response is followed over the parameter that was varied in the measurement, from both ends
+    of its span; each reading is explained by the stable orbit there that comes nearest. With these
+    orbits held the weighted sum of squares is minimised, then readings are explained anew, as long
+    as the sum decreases. This begins with the values of the model and at other places within the
+    bounds, and the least sum counts. A reading beyond six typical distances from every stable orbit
+    is left out and counts as one at that distance; which and why is said.
 
     Parameters
     ----------
@@ -53,8 +54,9 @@ def fit(
     Returns
     -------
     Fit
-        The parameters with standard errors, intervals of 95 % confidence and correlations, as the
-        model linearised about them tells; what is predicted; which rows were used.
+        The parameters with intervals of 95 % confidence from the profile of the sum of squares,
+        inside the bounds; standard errors and correlations, as the model linearised about them
+        tells; what is predicted; which rows were used.
 
     Raises
     ------
@@ -79,17 +81,19 @@ def fit(
     started = perf_counter()
     checked = {name: _bounds(changed, name, ends) for name, ends in bounds.items()}
     found = find_fit(changed, measurement, checked, observer)
+    used = found.best.used(found.scale)
+    prediction = found.best.prediction(used)
     predicted = np.full(measurement.readings.shape, np.nan)
-    predicted[found.used] = found.prediction.read
+    predicted[used] = prediction.read
     period = np.zeros(len(measurement), dtype=np.int64)
-    period[found.used] = [orbit.period for orbit in found.prediction.orbits]
+    period[used] = [orbit.period for orbit in prediction.orbits]
     return Fit(
-        model=found.model,
+        model=found.best.model,
         measurement=measurement,
         estimates=found.estimates,
         predicted=predicted,
         period=period,
-        used=found.used,
+        used=used,
         scatter=found.scatter,
         converged=found.converged,
         message=found.message,

@@ -4,39 +4,52 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.errors import InputError
+from slipfold.errors import BREAKDOWNS, InputError
+from slipfold.measured.descent import best_of_rounds
+from slipfold.measured.explanation import Explanation, Readings
 from slipfold.measured.measurement import Measurement
-from slipfold.measured.prediction import Prediction, sensitivities
-from slipfold.measured.stable_orbits import StableOrbit, stable_orbits
+from slipfold.measured.profile import Better, Profile
 from slipfold.models.model import Model
 
-__all__ = ["Estimate", "Explained", "FitProgress", "covariance_of", "find_fit"]
+__all__ = ["Estimate", "FitProgress", "Fitted", "covariance_of", "find_fit"]
 
 Array = NDArray[np.float64]
 Truth = NDArray[np.bool_]
 
-ROUNDS = 12
-"""Times that readings may be given to responses anew."""
-
-FAR = 6.0
-"""Distance, in typical ones, beyond which a reading is left out: it lies across a jump that the
-model makes elsewhere, or is no reading of this response."""
-
-TYPICAL = 1.4826
-"""Standard deviation over the median of absolute values, of the normal distribution."""
-
-LEAST = 1e-6
-"""Typical distance in any case, in ranges of the readings: simulated ones agree to rounding."""
-
-SETTLED = 1e-8
-"""Change of what is predicted, over its size, that is none."""
-
 CONFIDENCE = 0.95
+
+STARTS = 3
+"""Places within the bounds from which fits begin too, as a power of 2: where the response jumps the
+sum of squares has several minima."""
+
+DESCENTS = 3
+"""Fits from the best of these places if they explain the readings; else until as many agree."""
+
+CLOSE = 1e-11
+"""Change of the parameters, over their bounds, that is the last."""
+
+SAME = 1e-3
+"""Difference of sums of squares, over themselves, of one minimum found twice."""
+
+UNLIKELY = 1e-3
+"""Probability of so large a sum of squares below which readings are not explained."""
+
+EXACT = 1e-9
+"""Typical residual in any case, in ranges of the readings: orbits are known to about that."""
+
+WIDER = 1.5
+"""Width of an interval, over that of the linearised model, from which on its error says little."""
+
+LISTED = 5
+"""Rows left out that are named."""
+
+REPEATS = 20
+"""Times that a fit begins again from something better that the intervals came upon."""
 
 BLIND = 1e-10
 """Singular value of the scaled derivatives, over the largest or the readings' error, below which
@@ -73,9 +86,11 @@ class Estimate:
     value
         Its fitted value.
     error
-        Its standard error; infinite where readings say nothing about it.
+        Its standard error, of the model linearised about the result; infinite where readings say
+        nothing about it.
     low, high
-        Ends of the interval of 95 % confidence.
+        Ends of the interval of 95 % confidence, from the profile of the sum of squares; a bound
+        where it is open there.
     least, most
         Bounds that were given.
     correlation
@@ -94,12 +109,11 @@ class Estimate:
 
 
 @dataclass(frozen=True, eq=False)
-class Explained:
-    """What a fit came to."""
+class Fitted:
+    """Parameters at which readings are explained best."""
 
-    model: Model
-    used: Truth  # which rows, shape (m,)
-    prediction: Prediction  # of the rows used
+    best: Explanation
+    scale: float  # typical distance of a row
     estimates: tuple[Estimate, ...]
     scatter: float  # root mean square of the weighted residuals, by degrees of freedom
     converged: bool
@@ -111,27 +125,33 @@ def find_fit(
     measurement: Measurement,
     bounds: Mapping[str, tuple[float, float]],
     observer: Callable[[FitProgress], None] | None = None,
-) -> Explained:
+) -> Fitted:
     """Find the parameters within bounds with which stable responses come nearest to readings."""
-    names = tuple(bounds)
-    weights, known = _weights(measurement)
-    _check(measurement, names)
-    used, prediction = _explained(model, measurement, weights, known)
-    for number in range(1, ROUNDS + 1):
-        _check_enough(used, measurement, names)
+    _check(measurement, tuple(bounds))
+    readings = Readings.weighted(measurement, bounds)
+    known: list[Explanation] = []
+
+    def report(found: Explanation) -> None:
+        known.append(found)
         if observer is not None:
-            values = {name: model.values[name] for name in names}
-            rest = _residuals(prediction, measurement, used, weights)
-            observer(FitProgress(number, values, float(np.sqrt(np.mean(rest**2)))))
-        closest = _closest(prediction, measurement, used, weights, bounds)
-        model = closest.model
-        again, found = _explained(model, measurement, weights, known)
-        settled = np.array_equal(used, again) and _same(closest, found)
-        used, prediction = again, found
-        if settled:
+            values = {name: found.model.values[name] for name in bounds}
+            away = found.residuals(found.used(found.scale))
+            observer(FitProgress(len(known), values, float(np.sqrt(np.mean(away**2)))))
+
+    near, scale = _least(readings, model, report)
+    for _ in range(REPEATS):
+        best, scale, converged = best_of_rounds(near, tuple(bounds), report, scale, CLOSE)
+        fit = _Fit(best, scale)
+        try:
+            ends = fit.intervals(known, report)
             break
-    _check_enough(used, measurement, names)
-    return _result(prediction, measurement, used, weights, known, bounds, settled)
+        except Better as better:
+            near = better.found
+    else:
+        ends, converged = np.array(list(bounds.values())), False
+    return Fitted(
+        best, scale, fit.estimates(ends), fit.scatter, converged, fit.message(ends, converged)
+    )
 
 
 def _check(measurement: Measurement, names: tuple[str, ...]) -> None:
@@ -143,197 +163,150 @@ def _check(measurement: Measurement, names: tuple[str, ...]) -> None:
         )
 
 
-def _check_enough(used: Truth, measurement: Measurement, names: tuple[str, ...]) -> None:
-    count = int(np.isfinite(measurement.readings[used]).sum())
-    if count <= len(names):
-        raise InputError(
-            f"stable responses explain {count} of {np.isfinite(measurement.readings).sum()} "
-            f"readings, too few for {len(names)} parameters; begin nearer to what was measured, or "
-            "fit fewer parameters"
-        )
+def _least(
+    readings: Readings, model: Model, report: Callable[[Explanation], None]
+) -> tuple[Explanation, float]:
+    """Return the best of several descents: from the values given, and from others in the bounds."""
+    from scipy.stats import qmc
+
+    names = tuple(readings.bounds)
+    low, high = np.array(list(readings.bounds.values())).T
+    starts = [readings.explained(model)]
+    for share in qmc.Sobol(len(names), seed=0).random_base2(STARTS):
+        values = dict(zip(names, (low + share * (high - low)).tolist(), strict=True))
+        try:
+            starts.append(readings.explained(model.replace(**values)))
+        except (InputError, *BREAKDOWNS):  # the model has no response there
+            continue
+    starts[1:] = sorted(starts[1:], key=lambda item: item.cost(item.scale))
+    best, scale, again = starts[0], starts[0].scale, 0
+    for number, start in enumerate(starts, 1):
+        found, size, _ = best_of_rounds(start, names, report)
+        gain = best.cost(scale) - found.cost(size)
+        again = 1 if gain > SAME * best.cost(scale) else again + (gain > -SAME * best.cost(scale))
+        if gain > 0:
+            best, scale = found, size
+        if again >= DESCENTS or (number >= DESCENTS and _likelihood(best, scale) > UNLIKELY):
+            break
+    return best, scale
 
 
-def _weights(measurement: Measurement) -> tuple[Array, bool]:
-    """Return one over the standard deviations, and whether these are known.
+def _likelihood(best: Explanation, scale: float) -> float:
+    """Return the probability of a larger sum of squares; 0 where rows are left out.
 
-    Those that are not are taken to be the same share of the range of each quantity.
+    Where errors are not known any sum is as likely.
     """
-    readings, errors = measurement.readings, measurement.errors
-    there = np.isfinite(readings)
-    given = np.isfinite(errors) & there
-    if given.any():
-        if not (given == there).all():
+    from scipy.special import chdtrc
+
+    readings, rows = best.readings, best.used(scale)
+    freedom = int(readings.counts[rows].sum()) - len(readings.bounds)
+    if freedom < 1 or not rows[readings.counts > 0].all():
+        return 0.0
+    return float(chdtrc(freedom, best.cost(scale))) if readings.known else 1.0
+
+
+class _Fit:
+    """What follows from the best explanation of readings."""
+
+    def __init__(self, best: Explanation, scale: float) -> None:
+        self.best, self.scale = best, scale
+        self.readings, self.rows = best.readings, best.used(scale)
+        self.names = tuple(self.readings.bounds)
+        count = int(self.readings.counts[self.rows].sum())
+        self.freedom = count - len(self.names)
+        if self.freedom < 1:
             raise InputError(
-                f"{given.sum()} of {there.sum()} readings have an error; give one for each, or none"
+                f"stable responses explain {count} of {self.readings.counts.sum()} readings, too "
+                f"few for {len(self.names)} parameters; begin nearer to what was measured, or fit "
+                "fewer parameters"
             )
-        return np.where(there, 1 / np.where(there, errors, 1.0), 0.0), True
-    ranges = np.nanmax(readings, axis=0) - np.nanmin(readings, axis=0)
-    ranges = np.where(ranges > 0, ranges, np.nanmax(np.abs(readings), axis=0))
-    return np.where(there, 1 / np.where(ranges > 0, ranges, 1.0), 0.0), False
+        self.scatter = float(np.linalg.norm(best.residuals(self.rows)) / np.sqrt(self.freedom))
 
+    @cached_property
+    def covariance(self) -> Array:
+        """Covariance of the parameters as the linearised model has it, shape (p, p)."""
+        slopes = self.best.slopes(self.names, self.rows)
+        sizes = np.array([np.ptp(ends) for ends in self.readings.bounds.values()])
+        known = covariance_of(slopes[np.isfinite(slopes).all(axis=1)], sizes)
+        return known if self.readings.known else known * self.scatter**2
 
-def _explained(
-    model: Model, measurement: Measurement, weights: Array, known: bool
-) -> tuple[Truth, Prediction]:
-    """Return which readings a stable response explains, with the orbits that come nearest."""
-    vary, quantities = measurement.vary, measurement.quantities
-    candidates = stable_orbits(model, vary, measurement.values, quantities)
-    chosen: list[StableOrbit | None] = []
-    distances = np.full(len(measurement), np.inf)
-    for row, orbits in enumerate(candidates):
-        away = [_distance(orbit.read, measurement.readings[row], weights[row]) for orbit in orbits]
-        best = int(np.argmin(away)) if away else None
-        chosen.append(None if best is None else orbits[best])
-        distances[row] = np.inf if best is None else away[best]
-    there = np.isfinite(distances)
-    typical = TYPICAL * float(np.median(distances[there])) if there.any() else 0.0
-    used = distances <= FAR * max(typical, 1.0 if known else LEAST)
-    nearest = tuple(item for item, uses in zip(chosen, used, strict=True) if uses and item)
-    return used, Prediction(model, vary, quantities, nearest)
+    @property
+    def reach(self) -> float:
+        """Half of an interval over the standard error, where a profile is a parabola."""
+        from scipy.special import ndtri, stdtrit
 
+        share = 0.5 + CONFIDENCE / 2
+        return float(ndtri(share) if self.readings.known else stdtrit(self.freedom, share))
 
-def _distance(read: Array, reading: Array, weights: Array) -> float:
-    there = weights > 0
-    if not there.any():
-        return np.inf
-    return float(np.sqrt(np.mean(((read - reading)[there] * weights[there]) ** 2)))
+    def intervals(self, known: list[Explanation], report: Callable[[Explanation], None]) -> Array:
+        """Return the ends of the intervals of confidence, shape (p, 2). Raises `Better`."""
+        typical = 1.0 if self.readings.known else max(self.scatter, EXACT)
+        rise = (self.reach * typical) ** 2
+        profile = Profile(self.best, self.scale, rise, tuple(known), report)
+        ends = np.empty((len(self.names), 2))
+        for place, (low, high) in enumerate(self.readings.bounds.values()):
+            variance = self.covariance[place, place]
+            with np.errstate(invalid="ignore"):  # infinite where readings say nothing
+                slopes = np.nan_to_num(self.covariance[place] / variance)
+            step = min(self.reach * float(np.sqrt(variance)), high - low) or high - low
+            ends[place] = [profile.end(place, way, slopes, step) for way in (-1, 1)]
+        return ends
 
+    def estimates(self, ends: Array) -> tuple[Estimate, ...]:
+        """Return what is known of each parameter. Shapes: ends (p, 2)."""
+        errors = np.sqrt(np.diag(self.covariance))
+        with np.errstate(invalid="ignore"):
+            correlations = self.covariance / np.outer(errors, errors)
+        np.fill_diagonal(correlations, 1.0)
+        found = []
+        for row, (name, (least, most)) in enumerate(self.readings.bounds.items()):
+            unit, value = self.best.model.parameter(name).unit, self.best.model.values[name]
+            interval = float(ends[row, 0]), float(ends[row, 1])
+            error = float(errors[row])
+            found.append(
+                Estimate(name, unit, value, error, *interval, least, most, correlations[row])
+            )
+        return tuple(found)
 
-def _residuals(
-    prediction: Prediction, measurement: Measurement, used: Truth, weights: Array
-) -> Array:
-    """Return the weighted residuals of the readings used that are there."""
-    there = weights[used] > 0
-    away = (prediction.read - measurement.readings[used])[there]
-    return np.asarray(away * weights[used][there])
+    def message(self, ends: Array, converged: bool) -> str:
+        """Return what a person has to know about a fit, empty if that is nothing."""
+        said = (
+            []
+            if converged
+            else ["the fit has not converged; begin nearer, or fit fewer parameters"]
+        )
+        if self.readings.known and _likelihood(self.best, self.scale) < UNLIKELY:
+            said.append("the readings lie farther from the model than their errors let expect")
+        for item in self.estimates(ends):
+            if not np.isfinite(item.error):
+                said.append(
+                    f"the readings say nothing about {item.name}" if len(self.names) == 1 else
+                    f"the readings cannot tell {item.name} from the others"
+                )  # fmt: skip
+            elif item.high - item.low > WIDER * 2 * self.reach * item.error:
+                said.append(
+                    f"the sum of squares is not a parabola over {item.name}, so that its error "
+                    "says little: use its interval"
+                )
+            bounds = {"lower": (item.low, item.least), "upper": (item.high, item.most)}
+            met = [side for side, (end, bound) in bounds.items() if end == bound]
+            if met:
+                said.append(f"the interval of {item.name} is open at its {' and '.join(met)} bound")
+        return "; ".join([*said, *self._left_out()])
 
-
-def _closest(
-    prediction: Prediction,
-    measurement: Measurement,
-    used: Truth,
-    weights: Array,
-    bounds: Mapping[str, tuple[float, float]],
-) -> Prediction:
-    """Return the prediction nearest to readings, each by the orbit it was given to."""
-    names, (low, high) = tuple(bounds), _ends(bounds)
-    sizes = high - low
-    there = weights[used] > 0
-    known = {tuple(_values(prediction, names)): prediction}
-    last = [prediction]
-
-    def at(values: Array) -> Prediction | None:
-        key = tuple(values.tolist())
-        if key not in known:
-            changes = dict(zip(names, key, strict=True))
-            try:
-                moved = last[0].moved(last[0].model.replace(**changes))
-            except InputError:
-                moved = None
-            if moved is None:
-                return None
-            known[key] = moved
-        return known[key]
-
-    def away(values: Array) -> Array:
-        found = at(values)
-        if found is None:  # SciPy takes a shorter step then
-            return np.full(int(there.sum()), np.inf)
-        return _residuals(found, measurement, used, weights)
-
-    def slopes(values: Array) -> Array:
-        found = at(values)
-        assert found is not None
-        last[0] = found
-        rows = sensitivities(found, names, sizes)[there] * weights[used][there][:, None]
-        return np.nan_to_num(rows)
-
-    start = np.clip(_values(prediction, names), low, high)
-    from scipy.optimize import least_squares  # half a second to import, as below
-
-    solved: Any = least_squares(
-        away, start, slopes, bounds=(low, high), x_scale=sizes, xtol=1e-12, ftol=1e-14, gtol=1e-14,
-        max_nfev=60,
-    )  # fmt: skip
-    best = at(solved.x)
-    return last[0] if best is None else best
-
-
-def _values(prediction: Prediction, names: tuple[str, ...]) -> Array:
-    return np.array([prediction.model.values[name] for name in names])
-
-
-def _ends(bounds: Mapping[str, tuple[float, float]]) -> tuple[Array, Array]:
-    low, high = np.array(list(bounds.values()), dtype=float).T
-    return low, high
-
-
-def _same(one: Prediction, other: Prediction) -> bool:
-    """Whether two predictions are of the same orbits."""
-    if len(one.orbits) != len(other.orbits):
-        return False
-    apart = np.abs(one.read - other.read)
-    return bool((apart <= SETTLED * (np.abs(one.read) + np.abs(other.read)) + 1e-300).all())
-
-
-def _result(
-    prediction: Prediction,
-    measurement: Measurement,
-    used: Truth,
-    weights: Array,
-    known: bool,
-    bounds: Mapping[str, tuple[float, float]],
-    settled: bool,
-) -> Explained:
-    names, (low, high) = tuple(bounds), _ends(bounds)
-    there = weights[used] > 0
-    rest = _residuals(prediction, measurement, used, weights)
-    freedom = len(rest) - len(names)
-    scatter = float(np.sqrt(rest @ rest / freedom))
-    slopes = sensitivities(prediction, names, high - low)[there] * weights[used][there][:, None]
-    covariance = covariance_of(slopes[np.isfinite(slopes).all(axis=1)], high - low)
-    if not known:
-        covariance = covariance * scatter**2
-    values = _values(prediction, names)
-    return Explained(
-        prediction.model,
-        used,
-        prediction,
-        _estimates(prediction.model, bounds, covariance, freedom, known),
-        scatter,
-        settled,
-        _message(names, values, (low, high), covariance, settled, used),
-    )
-
-
-def _estimates(
-    model: Model,
-    bounds: Mapping[str, tuple[float, float]],
-    covariance: Array,
-    freedom: int,
-    known: bool,
-) -> tuple[Estimate, ...]:
-    """Return what is known of each parameter, from errors that are known or estimated.
-
-    Shapes: covariance (p, p).
-    """
-    from scipy.special import ndtri, stdtrit
-
-    errors = np.sqrt(np.diag(covariance))
-    with np.errstate(invalid="ignore"):
-        correlations = covariance / np.outer(errors, errors)
-    np.fill_diagonal(correlations, 1.0)
-    share = 0.5 + CONFIDENCE / 2
-    reach = float(ndtri(share) if known else stdtrit(freedom, share)) * errors
-    values = [model.values[name] for name in bounds]
-    found = []
-    for row, (name, value) in enumerate(zip(bounds, values, strict=True)):
-        least, most = bounds[name]
-        ends = float(value - reach[row]), float(value + reach[row])
-        unit = model.parameter(name).unit
-        error = float(errors[row])
-        found.append(Estimate(name, unit, value, error, *ends, least, most, correlations[row]))
-    return tuple(found)
+    def _left_out(self) -> list[str]:
+        """Say which rows are left out, and why."""
+        measured = self.readings.measurement
+        unit = f" {measured.unit}".rstrip()
+        reasons = self.best.reasons(self.scale)
+        rows = [
+            f"row {row + 1} ({measured.vary} = {measured.values[row]:.6g}{unit}: {reason})"
+            for row, reason in enumerate(reasons)
+            if reason
+        ]
+        more = f" and {len(rows) - LISTED} more" if len(rows) > LISTED else ""
+        out = f"{len(rows)} of {len(reasons)} rows are left out: {', '.join(rows[:LISTED])}{more}"
+        return [out] if rows else []
 
 
 def covariance_of(slopes: Array, sizes: Array) -> Array:
@@ -350,31 +323,3 @@ def covariance_of(slopes: Array, sizes: Array) -> Array:
     covariance[blind] = covariance[:, blind] = np.nan
     covariance[blind, blind] = np.inf
     return np.asarray(covariance)
-
-
-def _message(
-    names: tuple[str, ...],
-    values: Array,
-    ends: tuple[Array, Array],
-    covariance: Array,
-    settled: bool,
-    used: Truth,
-) -> str:
-    """Return what a person has to know about a fit, empty if that is nothing."""
-    said = []
-    if not settled:
-        said.append(f"after {ROUNDS} rounds readings still change from response to response")
-    for name, value, low, high in zip(names, values, *ends, strict=True):
-        near = 1e-6 * (high - low)
-        if value - low < near or high - value < near:
-            said.append(f"{name} lies at its bound {low if value - low < near else high:g}")
-    said += [
-        f"the readings say nothing about {name}" if len(names) == 1 else
-        f"the readings cannot tell {name} from the others"
-        for name, variance in zip(names, np.diag(covariance), strict=True)
-        if not np.isfinite(variance)
-    ]  # fmt: skip
-    out = int((~used).sum())
-    if out:
-        said.append(f"{out} of {len(used)} rows are left out, which no stable response explains")
-    return "; ".join(said)

@@ -22,6 +22,10 @@ STEP = 1e-4
 central differences are good to about 1e-8."""
 
 
+ROUNDING = 1e-12
+"""Difference of readings, over their size, that is none."""
+
+
 @dataclass(frozen=True, eq=False)
 class Prediction:
     """Orbits that explain readings, one each, of a model at some values of its parameters."""
@@ -37,7 +41,7 @@ class Prediction:
         return np.array([orbit.read for orbit in self.orbits]).reshape(-1, len(self.quantities))
 
     def moved(self, model: Model) -> Prediction | None:
-        """Return the same orbits at other parameters; None if one of them is lost."""
+        """Return the same orbits at other parameters; None if one is lost or not stable."""
         found = self._corrected(model)
         if not all(np.isfinite(orbit.read).all() for orbit in found):
             return None
@@ -48,16 +52,17 @@ class Prediction:
         return replace(self, orbits=tuple(self._corrected(model))).read
 
     def _corrected(self, model: Model) -> list[StableOrbit]:
-        """Return the same orbits at other parameters, NaN where they are lost."""
+        """Return the same orbits at other parameters, NaN where they are lost or not stable."""
         found = list(self.orbits)
         for rows in _alike(self.orbits):
             some = [self.orbits[row] for row in rows]
             guesses = np.array([orbit.nodes for orbit in some])
             values = np.array([orbit.value for orbit in some])
             try:
-                nodes, read, _ = orbits_at(
+                nodes, read, stable = orbits_at(
                     model, self.vary, some[0].period, guesses, values, self.quantities
                 )
+                read[~stable] = np.nan
             except BREAKDOWNS:
                 nodes, read = guesses, np.full((len(rows), len(self.quantities)), np.nan)
             for row, orbit, *new in zip(rows, some, nodes, read, strict=True):
@@ -94,6 +99,7 @@ def sensitivities(prediction: Prediction, names: Sequence[str], sizes: Array) ->
         sides = [(here - ends[0]) / step, (ends[1] - here) / step]
         known = np.isfinite(sides)
         total = np.where(known, sides, 0.0).sum(axis=0)
+        total[np.abs(total) * step <= ROUNDING * np.abs(here)] = 0.0
         with np.errstate(invalid="ignore"):
             found[..., column] = total / np.where(known.any(axis=0), known.sum(axis=0), np.nan)
     return found

@@ -12,11 +12,12 @@ from slipfold.branches.branch import Branch
 from slipfold.branches.response import measured_over, trace_response
 from slipfold.branches.settings import Settings
 from slipfold.continuation.interpolation import polynomial
-from slipfold.errors import InputError
+from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.measured.quantity import Quantity, read_off
 from slipfold.models.model import Model
 from slipfold.orbits.carry_to import hold_parameter
 from slipfold.orbits.extrema import find_extrema
+from slipfold.orbits.find import periodic_orbit
 from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.orbits.orbit_batch import correct_orbits
 from slipfold.text.stability import outside
@@ -33,6 +34,9 @@ CLOSE = 1e-9
 
 MARGIN = 0.02
 """Share of the span by which branches are followed beyond it, so that its ends lie inside."""
+
+SAME_STATE = 1e-6
+"""Difference of states, over their size, of one orbit found twice."""
 
 SAME = 1e-7
 """Difference of readings, over their size, of one orbit found twice."""
@@ -64,7 +68,7 @@ def stable_orbits(
     span = _span(model, vary, float(wanted[0]), float(wanted[-1]))
     model = measured_over(model, vary, span)
     found: dict[float, list[StableOrbit]] = {float(value): [] for value in wanted}
-    for branch in trace_response(model, vary, span, settings=Settings()):
+    for branch in _from_both_ends(model, vary, span):
         if branch.interrupted:  # half of the orbits would be taken for all
             raise KeyboardInterrupt
         for orbit in _stable_on(branch, wanted, quantities):
@@ -72,6 +76,26 @@ def stable_orbits(
             if not any(_same(orbit, other) for other in known):
                 known.append(orbit)
     return [found[float(value)] for value in values]
+
+
+def _from_both_ends(model: Model, vary: str, span: tuple[float, float]) -> list[Branch]:
+    """Return the branches of the response, and those of another one at the far end of a span.
+
+    The first may leave the span before it turns, and a fold would not lead to what lies below.
+    """
+    branches = [*trace_response(model, vary, span, settings=Settings())]
+    try:
+        far = periodic_orbit(model.replace(**{vary: span[1]}))
+    except (InputError, *BREAKDOWNS):
+        return branches
+    there = [nodes[0] for item in branches for nodes in item.nodes[item.parameter == span[1]]]
+    size = np.abs(far.nodes).max(axis=0)
+    if any((np.abs(state - far.nodes[0]) <= SAME_STATE * size).all() for state in there):
+        return branches
+    try:
+        return [*branches, *trace_response(model, vary, span[::-1], settings=Settings())]
+    except (InputError, *BREAKDOWNS):
+        return branches
 
 
 def _span(model: Model, vary: str, low: float, high: float) -> tuple[float, float]:

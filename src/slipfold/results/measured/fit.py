@@ -198,7 +198,7 @@ class Fit(Result):
                 headed(item),
                 number_text(item.value, 10),
                 f"{item.error:.2g}",
-                f"{item.low:.6g} to {item.high:.6g}",
+                f"{item.low:.6g} to {item.high:.6g}" + _open(item),
                 " ".join(f"{value:+.3f}" for value in item.correlation),
             ]
             for item in self.estimates
@@ -296,3 +296,10 @@ class Fit(Result):
             message=str(saved.attributes["message"]),
             provenance=saved.provenance,
         )
+
+
+def _open(item: Estimate) -> str:
+    """Say at which bounds an interval is open."""
+    bounds = {"lower": item.low == item.least, "upper": item.high == item.most}
+    met = [side for side, meets in bounds.items() if meets]
+    return f", at its {' and '.join(met)} bound" if met else ""

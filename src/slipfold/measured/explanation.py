@@ -1,0 +1,179 @@
+"""Which stable orbit explains which reading, and how far away the readings lie from them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.errors import InputError
+from slipfold.measured.measurement import Measurement
+from slipfold.measured.prediction import Prediction, sensitivities
+from slipfold.measured.stable_orbits import StableOrbit, stable_orbits
+from slipfold.models.model import Model
+
+__all__ = ["FAR", "Explanation", "Readings"]
+
+Array = NDArray[np.float64]
+Truth = NDArray[np.bool_]
+
+FAR = 6.0
+"""Distance, in typical ones, beyond which a reading is left out: it lies across a jump that the
+model makes elsewhere, or is no reading of this response. What is left out costs as much as a
+reading at this distance, so that leaving out is never cheaper than explaining."""
+
+TYPICAL = 1.4826
+"""Standard deviation over the median of absolute values, of the normal distribution."""
+
+LEAST = 1e-6
+"""Typical distance in any case, in ranges of the readings: simulated ones agree to rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class Readings:
+    """Readings with their weights, and the parameters that are fitted to them."""
+
+    measurement: Measurement
+    bounds: Mapping[str, tuple[float, float]]
+    weights: Array  # one over the standard deviations, 0 where nothing was read, shape (m, q)
+    known: bool  # whether the standard deviations are; else weights are shares of ranges
+
+    @classmethod
+    def weighted(
+        cls, measurement: Measurement, bounds: Mapping[str, tuple[float, float]]
+    ) -> Readings:
+        """Return readings with weights from their standard deviations.
+
+        Where these are not known they are taken to be the same share of each quantity's range.
+        """
+        readings, errors = measurement.readings, measurement.errors
+        there = np.isfinite(readings)
+        given = np.isfinite(errors) & there
+        if given.any() and not (given == there).all():
+            raise InputError(
+                f"{given.sum()} of {there.sum()} readings have an error; give one for each, or none"
+            )
+        if not given.any():
+            ranges = np.nanmax(readings, axis=0) - np.nanmin(readings, axis=0)
+            ranges = np.where(ranges > 0, ranges, np.nanmax(np.abs(readings), axis=0))
+            errors = np.broadcast_to(np.where(ranges > 0, ranges, 1.0), readings.shape)
+        weights = np.where(there, 1 / np.where(there, errors, 1.0), 0.0)
+        return cls(measurement, bounds, weights, bool(given.any()))
+
+    @property
+    def counts(self) -> NDArray[np.int64]:
+        """Number of readings in each row, shape (m,)."""
+        return np.asarray((self.weights > 0).sum(axis=1))
+
+    def explained(self, model: Model, before: Explanation | None = None) -> Explanation:
+        """Return the explanation by the stable orbits of a model, followed anew.
+
+        The orbits of an explanation `before`, at the same parameters, are candidates too: they may
+        lie on branches that the response does not lead to.
+        """
+        measured = self.measurement
+        candidates = stable_orbits(model, measured.vary, measured.values, measured.quantities)
+        held = (None,) * len(measured) if before is None else before.orbits
+        chosen: list[StableOrbit | None] = []
+        for row, orbits in enumerate(candidates):
+            known = [*orbits, *([] if held[row] is None else [held[row]])]
+            away = [self._distance(row, orbit) for orbit in known]
+            chosen.append(known[int(np.argmin(away))] if known else None)
+        return self.by(model, tuple(chosen))
+
+    def by(self, model: Model, orbits: tuple[StableOrbit | None, ...]) -> Explanation:
+        """Return the explanation by the orbits given for each row."""
+        away = [self._distance(row, orbit) for row, orbit in enumerate(orbits)]
+        return Explanation(self, model, orbits, np.array(away))
+
+    def _distance(self, row: int, orbit: StableOrbit | None) -> float:
+        """Return the root mean square of the weighted residuals of a row."""
+        there = self.weights[row] > 0
+        if orbit is None or not there.any():
+            return np.inf
+        away = (orbit.read - self.measurement.readings[row]) * self.weights[row]
+        return float(np.sqrt(np.mean(away[there] ** 2)))
+
+
+@dataclass(frozen=True, eq=False)
+class Explanation:
+    """Stable orbits of a model, one for each row, that come nearest to readings."""
+
+    readings: Readings
+    model: Model
+    orbits: tuple[StableOrbit | None, ...]
+    distances: Array  # weighted, infinite where there is no orbit or no reading, shape (m,)
+
+    @property
+    def values(self) -> Array:
+        """Values of the parameters that are fitted, shape (p,)."""
+        return np.array([self.model.values[name] for name in self.readings.bounds])
+
+    @property
+    def scale(self) -> float:
+        """Typical distance of a row."""
+        there = np.isfinite(self.distances)
+        typical = TYPICAL * float(np.median(self.distances[there])) if there.any() else np.inf
+        return max(typical, 1.0 if self.readings.known else LEAST)
+
+    def used(self, scale: float) -> Truth:
+        """Return which rows are explained, shape (m,)."""
+        return np.asarray(self.distances <= FAR * min(scale, 1e300))
+
+    def cost(self, scale: float) -> float:
+        """Return the sum of squares; a row left out counts as one at the largest distance."""
+        counts = self.readings.counts
+        away = np.minimum(self.distances[counts > 0], FAR * scale)
+        return float(counts[counts > 0] @ away**2)
+
+    def prediction(self, rows: Truth) -> Prediction:
+        """Return what is predicted for some rows, each of which has an orbit."""
+        measured = self.readings.measurement
+        chosen = zip(self.orbits, rows, strict=True)
+        orbits = tuple(orbit for orbit, uses in chosen if uses and orbit is not None)
+        return Prediction(self.model, measured.vary, measured.quantities, orbits)
+
+    def moved(self, changes: Mapping[str, float], rows: Truth) -> Explanation | None:
+        """Return some rows with the same orbits at other parameters; None where one is lost."""
+        try:
+            model = self.model.replace(**changes)
+        except InputError:  # beyond what the model allows
+            return None
+        moved = self.prediction(rows).moved(model)
+        if moved is None:
+            return None
+        left = iter(moved.orbits)
+        return self.readings.by(model, tuple(next(left) if uses else None for uses in rows))
+
+    def residuals(self, rows: Truth) -> Array:
+        """Return the weighted residuals of the readings in some rows."""
+        weights = self.readings.weights[rows]
+        away = self.prediction(rows).read - self.readings.measurement.readings[rows]
+        return np.asarray((away * weights)[weights > 0])
+
+    def slopes(self, names: tuple[str, ...], rows: Truth) -> Array:
+        """Return the derivatives of these residuals by parameters, NaN where orbits are lost."""
+        weights = self.readings.weights[rows]
+        sizes = np.array([np.ptp(self.readings.bounds[name]) for name in names])
+        found = sensitivities(self.prediction(rows), names, sizes) * weights[:, :, None]
+        return np.asarray(found[weights > 0])
+
+    def reasons(self, scale: float) -> tuple[str, ...]:
+        """Return why each row is left out, empty where it is not."""
+        unit = "standard deviations" if self.readings.known else "typical distances"
+        size = 1.0 if self.readings.known else scale
+        said = []
+        for away, orbit, count, uses in zip(
+            self.distances, self.orbits, self.readings.counts, self.used(scale), strict=True
+        ):
+            if uses:
+                said.append("")
+            elif count == 0:
+                said.append("nothing was read")
+            elif orbit is None:
+                said.append("no response is stable there")
+            else:
+                said.append(f"the nearest stable response is {away / size:.3g} {unit} away")
+        return tuple(said)
