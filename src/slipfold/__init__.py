@@ -265,7 +265,9 @@ __all__ = sorted(_HOME)
 
 
 def __getattr__(name: str) -> Any:
-    """Import a public name."""
+    """Import a public name, or look the version up."""
+    if name == "__version__":
+        return import_module("slipfold.version").package_version()
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     found = getattr(import_module(_HOME[name]), name)

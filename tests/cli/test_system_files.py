@@ -180,3 +180,31 @@ def test_only_what_lasts_has_a_duration():
     result = run("response", "lorenz", "--vary", "rho=0.5:2", "--json", "-")
     special = json.loads(result.stdout)["branches"][0]["special"]
     assert [(item["type"], item["duration"]) for item in special] == [("BP", None)]
+
+
+def test_maps_are_not_supported(tmp_path):
+    (tmp_path / "henon.toml").write_text('[maps]\nx = "1 - a*x^2 + y"\n')
+    result = run("models", str(tmp_path / "henon.toml"))
+    assert result.exit_code == 2
+    assert "'maps'; maps, which are discrete in time, are not supported; a case" in result.stderr
+
+
+def test_arithmetic_in_files_and_options(tmp_path):
+    (tmp_path / "lorenz.toml").write_text(LORENZ)
+    options = ("--vary", "rho=1/2:3/2", "--set", "sigma=20/2", "--json", "-")
+    found = json.loads(run("response", str(tmp_path / "lorenz.toml"), *options).stdout)
+    assert found["parameters"]["beta"] == 8 / 3
+    assert found["parameters"]["sigma"] == 10
+    assert found["branches"][0]["special"][0]["value"] == pytest.approx(1, abs=1e-9)
+
+
+LORENZ = """
+[parameters]
+rho = 1
+sigma = 1
+beta = "8/3"
+[states]
+x = "sigma*(y - x)"
+y = "rho*x - y - x*z"
+z = "x*y - beta*z"
+"""

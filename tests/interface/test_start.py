@@ -10,6 +10,7 @@ import pytest
 
 import slipfold
 from slipfold.threads import VARIABLES
+from slipfold.version import package_version
 
 
 def run(text: str) -> str:
@@ -21,6 +22,10 @@ def run(text: str) -> str:
 def test_the_package_alone_imports_no_compiler_and_no_arrays():
     names = run("import slipfold, sys; print({'heyoka', 'numpy'} & set(sys.modules))")
     assert names == "set()"
+
+
+def test_the_version_is_that_of_the_package():
+    assert slipfold.__version__ == package_version()
 
 
 def test_a_response_imports_no_loci():

@@ -51,6 +51,27 @@ def test_unit_of_another_kind_is_refused(value, suffix, unit):
         parse_quantity(f"{value!r}{suffix}", unit, "quantity")
 
 
+@pytest.mark.parametrize(("text", "unit", "value"), [
+    ("8/3", "", 8 / 3),
+    (" -1/7 ", "", -1 / 7),
+    ("2*pi", "rad/s", 2 * math.pi),
+    ("pi", "rad", math.pi),
+    ("-pi/3 rad", "rad", -math.pi / 3),
+    ("180/7 deg", "rad", math.pi / 7),
+    ("(1 + 2)/4 mm", "m", 0.75e-3),
+    ("sqrt(2)", "", math.sqrt(2)),
+    ("2^10 1/s", "1/s", 1024),
+])  # fmt: skip
+def test_arithmetic_is_calculated(text, unit, value):
+    assert parse_quantity(text, unit) == pytest.approx(value, rel=1e-15)
+
+
+@pytest.mark.parametrize("text", ["8/x", "8/", "x", "8/3 lb", "pi pi", "2**3", "__import__('os')"])
+def test_what_is_no_arithmetic_is_refused(text):
+    with pytest.raises(InputError, match="beta = "):
+        parse_quantity(text, "m", "beta")
+
+
 @given(st.text(max_size=12))
 def test_any_text_is_a_number_or_an_input_error(text):
     try:

@@ -181,6 +181,28 @@ OF_TABLES = {
         {"states": {"q": "1"}, "events": {"a": {"value": 1, "measure": "parameter"}}},
         "there is no parameter 'a'; there are none",
     ),
+    "delay": (
+        {"states": {"x": "-a*x(t - tau)"}, "parameters": {"a": 1, "tau": 2}},
+        "x(t - tau) is a state at another time; delays are not supported",
+    ),
+    "boundary value": ({"states": {"x": "x(1)"}}, "boundary-value problem, and these are not supp"),
+    "boundary": ({"states": {"x": "1"}, "boundary": {}}, "boundary-value problems are not support"),
+    "map": ({"states": {"x": {"next": "1 - x"}}}, "maps, which are discrete in time, are not supp"),
+    "angles that turn together": (
+        {"states": {
+            "a": {"rate": "u", "angle": True}, "b": {"rate": "v", "angle": True},
+            "u": "-sin(a) + (b - a)", "v": "-sin(b) + (a - b)",
+        }},
+        "a and b only turn together: the rate of u changes when a alone makes a whole turn; "
+        "replace the state b by the difference d = b - a, and declare a the only angle",
+    ),
+    "three angles": (
+        {"states": {
+            "a": {"rate": "b - a", "angle": True}, "b": {"rate": "a - 2*b + c", "angle": True},
+            "c": {"rate": "b - c", "angle": True},
+        }},
+        "replace the states b and c by differences such as d = b - a",
+    ),
     "too many": ({"states": {f"q{i}": "1" for i in range(1001)}}, "has 1001 entries, more than"),
 }  # fmt: skip
 

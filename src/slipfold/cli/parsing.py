@@ -197,7 +197,7 @@ def parse_numbers(texts: Sequence[str] | None, option: str) -> list[float]:
 def _parse_interval(
     text: str, model: Model, example: str = "--vary Nd=0:0.98"
 ) -> tuple[str, tuple[float, float]]:
-    from slipfold.models.quantity import parse_quantity
+    from slipfold.models.quantity import parse_quantity, units_of
 
     name, _, values = (part.strip() for part in text.partition("="))
     first, colon, last = (part.strip() for part in values.partition(":"))
@@ -207,9 +207,9 @@ def _parse_interval(
             f"{example}"
         )
     unit = model.parameter(name).unit
-    suffix = _NUMBER.match(last)
-    if suffix is not None and _NUMBER.fullmatch(first):
-        first += last[suffix.end() :]
+    suffix = _NUMBER.sub("", last, count=1)
+    if suffix in units_of(unit) and _NUMBER.fullmatch(first):
+        first += suffix
     return name, (parse_quantity(first, unit, name), parse_quantity(last, unit, name))
 
 

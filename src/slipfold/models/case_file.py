@@ -14,6 +14,7 @@ from slipfold.models.friction.law_reader import read_law
 from slipfold.models.model import Model
 from slipfold.models.registry import WITH_FRICTION, model_named
 from slipfold.models.structures import Structure
+from slipfold.models.suggestion import not_supported
 from slipfold.models.system import System
 
 __all__ = ["model_of_case", "model_of_file", "read_case_file", "with_law"]
@@ -59,7 +60,10 @@ def model_of_case(
     given = source.label
     unknown = sorted(set(source.tables) - {"model", "parameters", "friction", *others})
     if unknown:
-        raise InputError(f"{given} has the unknown entry {unknown[0]!r}; a case file has {FORM}")
+        refused = not_supported(unknown[0])
+        raise InputError(
+            f"{given} has the unknown entry {unknown[0]!r}; {refused}a case file has {FORM}"
+        )
     name, values = source.tables.get("model"), source.tables.get("parameters", {})
     if not isinstance(name, str) or not isinstance(values, dict):
         raise InputError(f"{given} does not say which model it is about; a case file has {FORM}")

@@ -1,9 +1,10 @@
-"""Numbers with units as people write them: ``60deg``, ``5mm``, ``12.5Hz``, ``0.6 m/s``."""
+"""Numbers with units as people write them: ``60deg``, ``5mm``, ``0.6 m/s``, ``8/3``, ``pi/4``."""
 
 from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
 
 from slipfold.errors import InputError
 
@@ -44,7 +45,7 @@ _QUANTITY = re.compile(
     r"(\s*[^0-9.,\s].*?|\s+1/.*?|)\s*",
     re.IGNORECASE,
 )
-"""The page reads numbers in the same way: explorer/page/quantity_text.js."""
+"""The page reads numbers in the same way, without arithmetic: explorer/page/quantity_text.js."""
 
 
 def units_of(unit: str) -> dict[str, float]:
@@ -71,10 +72,10 @@ def wanted_text(unit: str) -> str:
 
 
 def parse_quantity(text: str | float, unit: str, name: str = "value") -> float:
-    """Convert a number with an optional unit to the SI value.
+    """Convert a number or arithmetic of numbers, with an optional unit, to the SI value.
 
-    >>> parse_quantity("5mm", "m")
-    0.005
+    >>> parse_quantity("5mm", "m"), parse_quantity("9/4 kN", "N")
+    (0.005, 2250.0)
     """
     if not isinstance(text, str):
         try:
@@ -82,10 +83,33 @@ def parse_quantity(text: str | float, unit: str, name: str = "value") -> float:
         except (TypeError, ValueError, OverflowError):
             raise InputError(f"{name} = {text!r} is not a number; give a number") from None
     match = _QUANTITY.fullmatch(text)
-    if match is None:
-        raise InputError(f"{name} = {text!r} is not a number; give {wanted_text(unit)}")
-    number, suffix = float(match.group(1).replace("−", "-")), match.group(2).lstrip()
+    suffix = "" if match is None else match.group(2).lstrip()
     factor = units_of(unit).get(suffix) if suffix else 1.0
-    if factor is None:
-        raise InputError(f"{name} = {text!r} has the unit {suffix!r}; give {wanted_text(unit)}")
-    return number * factor
+    if match is not None and factor is not None:
+        return float(match.group(1).replace("−", "-")) * factor
+    calculated = _calculated(text.replace("−", "-"), units_of(unit))
+    if calculated is not None:
+        return calculated
+    wrong = f"has the unit {suffix!r}" if suffix else "is not a number"
+    raise InputError(f"{name} = {text!r} {wrong}; give {wanted_text(unit)}")
+
+
+def _calculated(text: str, units: Mapping[str, float]) -> float | None:
+    """Return the value of arithmetic that may end in a unit; None if it is none."""
+    # The grammar of formulas takes long to load; most numbers do without it.
+    from slipfold.models.formulas.functions import CONSTANTS
+    from slipfold.models.formulas.grammar import parse_formula
+    from slipfold.models.formulas.tokens import FormulaError
+    from slipfold.models.formulas.tree import Negative, Number, names_in
+    from slipfold.models.formulas.values import value_of
+
+    for unit, factor in {"": 1.0, **units}.items():
+        try:
+            tree = parse_formula(text.strip().removesuffix(unit))
+        except FormulaError:
+            continue
+        unsigned = tree.argument if isinstance(tree, Negative) else tree
+        single = isinstance(unsigned, Number | Negative)  # "--3" is a slip of the pen
+        if not single and set(names_in(tree)) <= set(CONSTANTS):
+            return float(value_of(tree, CONSTANTS)) * factor
+    return None

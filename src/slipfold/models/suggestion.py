@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Collection, Iterable
 
 from slipfold.errors import InputError
 
-__all__ = ["suggest", "unknown"]
+__all__ = ["not_supported", "suggest", "unknown"]
+
+_KINDS = {
+    "maps, which are discrete in time,": re.compile(r"maps?|next|iterates?|difference_equations"),
+    "delays": re.compile(r"delay(s|ed)?|lags?|history|dde"),
+    "boundary-value problems": re.compile(r"(left_|right_)?boundar(y|ies)\w*|bcs?|bvp"),
+}
+"""Problems that models cannot state, with the names by which people try."""
 
 
 def suggest(name: str, known: Iterable[str]) -> str:
@@ -21,6 +29,20 @@ def suggest(name: str, known: Iterable[str]) -> str:
     lowered = {item.lower(): item for item in known}
     near = difflib.get_close_matches(name.lower(), lowered, n=1, cutoff=0.5)
     return f"did you mean {lowered[near[0]]}? " if near else ""
+
+
+def not_supported(name: str) -> str:
+    """Return what is not supported if an unknown name asks for it, or nothing.
+
+    >>> not_supported("maps")
+    'maps, which are discrete in time, are not supported; '
+    >>> not_supported("state")
+    ''
+    """
+    for kind, names in _KINDS.items():
+        if names.fullmatch(name.lower()):
+            return f"{kind} are not supported; "
+    return ""
 
 
 def unknown(what: str, name: object, known: Collection[str]) -> InputError:

@@ -26,7 +26,7 @@ from slipfold.results.regions import read_regions, region_records, region_variab
 from slipfold.results.result import Result
 from slipfold.results.saved_table import SavedTable
 from slipfold.results.table import Table, axes_of, meaning_of, names
-from slipfold.text.one_line import listed
+from slipfold.text.one_line import capitalised, listed
 
 __all__ = ["LabelledLocus", "LocusDiagram"]
 
@@ -156,7 +156,10 @@ class LocusDiagram(Result):
         return LocusSummary(*what, self._remarks())
 
     def _remarks(self) -> list[str]:
-        return [*(f"{item[:1].upper()}{item[1:]}" for item in self.missing), *super()._remarks()]
+        return [
+            *(capitalised(item, self.model.parameters) for item in self.missing),
+            *super()._remarks(),
+        ]
 
     def _title(self) -> str:
         return f"bifurcations of {self.model.name} over {' and '.join(self.vary)}"

@@ -23,6 +23,7 @@ from slipfold.results.frame import Frame
 from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
 from slipfold.results.stick_table import Contacts, stick_columns, stick_record, stick_text
+from slipfold.text.one_line import capitalised
 
 if TYPE_CHECKING:
     from slipfold.long_term.spectrum import Spectrum
@@ -159,7 +160,7 @@ class Simulation(Trajectory, Result):
         lines = [
             f"{model!r} over "
             + (f"{self.periods} forcing periods ({length})" if forced else length),
-            message[:1].upper() + message[1:],
+            capitalised(message, (*model.parameters, *model.states)),
             f"Last state{' at phase zero' if forced else ''}: {state}",
         ]
         if last is not None and last.sticking:

@@ -12,6 +12,7 @@ from slipfold.text.printed_table import PrintedTable, with_unit
 __all__ = [
     "OneLine",
     "call_text",
+    "capitalised",
     "certain",
     "headed",
     "listed",
@@ -107,3 +108,9 @@ def parameter_text(parameter: Quantity, *values: float) -> str:
     """Return e.g. ``"Nd = 0 to 0.98 N"``."""
     span = " to ".join(map(number_text, values))
     return with_unit(f"{parameter.name} = {span}", parameter.unit)
+
+
+def capitalised(text: str, named: Iterable[Quantity]) -> str:
+    """Return a sentence with a capital letter, unless it begins with the name of a quantity."""
+    names = [item.name for item in named]
+    return text if text.split(" ")[0] in names else text[:1].upper() + text[1:]

@@ -127,8 +127,18 @@ def _unrepeated(definition: Definition, entry: tuple[str, str], period: float, a
     )
 
 
-def _unturned(angle: str, state: str, at: str) -> str:
+def _unturned(angle: str, state: str, partners: tuple[str, ...], at: str) -> str:
     whose = "its own rate" if state == angle else f"the rate of {state}"
+    if partners:
+        whose = f"the rate of {state}"
+        several = len(partners) > 1
+        names = f"states {' and '.join(partners)}" if several else f"state {partners[0]}"
+        differences = "differences such as" if several else "the difference"
+        return (
+            f"{angle} and {' and '.join(partners)} only turn together: {whose} changes when "
+            f"{angle} alone makes a whole turn{at}; replace the {names} by {differences} "
+            f"d = {partners[0]} - {angle}, and declare {angle} the only angle"
+        )
     return (
         f"{angle} is declared an angle, but {whose} is another after a whole turn, "
         f"{angle} + 2*pi{at}; write it by sin and cos of {angle}, or leave angle out"

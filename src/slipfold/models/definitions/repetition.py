@@ -39,15 +39,25 @@ def find_unrepeated(
 
 def find_unturned(
     definition: Definition, equations: SystemEquations, values: Mapping[str, float]
-) -> tuple[str, str] | None:
-    """Return an angle and the state whose rate differs after a whole turn of it."""
+) -> tuple[str, str, tuple[str, ...]] | None:
+    """Return an angle, the state whose rate differs after a whole turn of it, and its partners.
+
+    Partners are states that make all rates repeat if they turn with the angle.
+    """
     rates = [("states", name) for name in equations.rates]
-    for item in definition.states:
-        if item.state.angle:
-            turned = {item.state.name: TURN}
-            found = _changed(definition, equations, values, rates, turned, 0.0)
-            if found is not None:
-                return item.state.name, found[1]
+
+    def changed(*turned: str) -> tuple[str, str] | None:
+        moved = dict.fromkeys(turned, TURN)
+        return _changed(definition, equations, values, rates, moved, 0.0)
+
+    angles = tuple(item.state.name for item in definition.states if item.state.angle)
+    for angle in angles:
+        found = changed(angle)
+        if found is not None:
+            single = [(item.state.name,) for item in definition.states if item.state.name != angle]
+            others = tuple(name for name in angles if name != angle)
+            together = (names for names in (*single, others) if changed(angle, *names) is None)
+            return angle, found[1], next(together, ())
     return None
 
 

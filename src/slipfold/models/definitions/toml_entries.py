@@ -10,7 +10,7 @@ from typing import Any
 from slipfold.errors import InputError
 from slipfold.models.definitions.source import Source
 from slipfold.models.quantity import parse_quantity
-from slipfold.models.suggestion import suggest
+from slipfold.models.suggestion import not_supported, suggest
 
 __all__ = ["Entries", "type_name"]
 
@@ -42,7 +42,8 @@ class Entries:
                 where = what or (f"[{'.'.join(path)}]" if path else "a system")
                 raise source.error(
                     (*path, str(key)),
-                    f"{where} has no entry {str(key)[:80]!r}; {suggest(str(key)[:80], known)}"
+                    f"{where} has no entry {str(key)[:80]!r}; "
+                    f"{not_supported(str(key)) or suggest(str(key)[:80], known)}"
                     f"there are {', '.join(known)}",
                     key=True,
                 )

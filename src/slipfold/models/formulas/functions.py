@@ -10,7 +10,7 @@ import heyoka as hy
 
 from slipfold.models.formulas.relative_exponential import exprel, exprel_value
 from slipfold.models.output import Expression
-from slipfold.models.suggestion import suggest
+from slipfold.models.suggestion import not_supported, suggest
 
 __all__ = ["CONSTANTS", "FUNCTIONS", "Function", "explain_unknown_function"]
 
@@ -108,6 +108,6 @@ def explain_unknown_function(name: str) -> str:
     if name in _INSTEAD:
         return f"there is no function {name!r}; write {_INSTEAD[name]}"
     return (
-        f"there is no function {name!r}; {suggest(name, FUNCTIONS)}"
+        f"there is no function {name!r}; {not_supported(name) or suggest(name, FUNCTIONS)}"
         f"the functions are {', '.join(FUNCTIONS)}"
     )

@@ -24,6 +24,7 @@ from slipfold.models.formulas.tree import (
     Negative,
     Number,
     Tree,
+    format_tree,
 )
 
 __all__ = ["parse_formula"]
@@ -106,8 +107,6 @@ class _Parser:
 
     def _call(self, name: Token) -> Call:
         opening = self._take()
-        if name.text not in FUNCTIONS:
-            raise FormulaError(explain_unknown_function(name.text), name.place, len(name.text))
         arguments = []
         if self.next.text != ")":
             arguments.append(self.formula(0))
@@ -115,6 +114,8 @@ class _Parser:
                 self._take()
                 arguments.append(self.formula(0))
         self._close(opening)
+        if name.text not in FUNCTIONS:
+            raise FormulaError(_unknown(name.text, arguments), name.place, len(name.text))
         count = FUNCTIONS[name.text].count
         if len(arguments) != count:
             wanted = "1 argument" if count == 1 else f"{count} arguments"
@@ -164,3 +165,16 @@ class _Parser:
             token.place,
             max(len(token.text), 1),
         )
+
+
+def _unknown(name: str, arguments: list[Tree]) -> str:
+    """Return the sentence about a function that there is not, as if a state is taken at a time."""
+    time = arguments[0] if len(arguments) == 1 else None
+    if isinstance(time, Binary) and time.operator == "-" and time.left == Name("t"):
+        return f"{name}({format_tree(time)}) is a state at another time; delays are not supported"
+    if isinstance(time, Number):
+        return (
+            f"{explain_unknown_function(name)}; if {name} is a state, its value at one time "
+            "belongs to a boundary-value problem, and these are not supported"
+        )
+    return explain_unknown_function(name)

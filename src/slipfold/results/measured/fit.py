@@ -20,7 +20,7 @@ from slipfold.results.result import Result
 from slipfold.results.saved_table import SavedTable
 from slipfold.results.sheet import Sheet
 from slipfold.results.table import Table
-from slipfold.text.one_line import headed, listed, number_text
+from slipfold.text.one_line import capitalised, headed, listed, number_text
 from slipfold.text.printed_table import PrintedTable, with_unit
 
 __all__ = ["Fit"]
@@ -177,7 +177,7 @@ class Fit(Result):
             *self._rows().text(),
             f"{int(self.used.sum())} of {len(measured)} rows used; scatter {self.scatter:.3g}"
             + (", 1 expected" if self._errors_given else " of the readings' range"),
-            *([message[:1].upper() + message[1:]] if message else []),
+            *([capitalised(message, self.model.parameters)] if message else []),
         ]
         return "\n".join([*lines, *self._remarks()])
 

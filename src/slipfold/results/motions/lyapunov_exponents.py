@@ -16,6 +16,7 @@ from slipfold.results.column import REAL, WHOLE, Column
 from slipfold.results.fields import Field, Items
 from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
+from slipfold.text.one_line import capitalised
 from slipfold.text.printed_table import PrintedTable
 
 __all__ = ["LyapunovExponents"]
@@ -136,7 +137,7 @@ class LyapunovExponents(Result):
         stopped = [f"Interrupted before {wanted}"] if self.interrupted else []
         lines = [
             f"{model!r} over {length}",
-            message[:1].upper() + message[1:],
+            capitalised(message, (*model.parameters, *model.states)),
             *self._rows().text(),
             *stopped,
         ]
