@@ -17,8 +17,8 @@ from slipfold.cli.interruption import deferred_interrupts
 from slipfold.flow.flow import Flow
 
 
-def search_without_end() -> None:
-    os.kill(os.getpid(), signal.SIGINT)
+def search_without_end(number: int = signal.SIGINT) -> None:
+    os.kill(os.getpid(), number)
     for _ in count():
         pass
 
@@ -32,11 +32,14 @@ def interrupted(work: Callable[[Callable[[], None]], None]) -> bool:
     return False
 
 
+@pytest.mark.parametrize("number", interruption.SIGNALS)
 def test_a_search_without_end_before_the_first_point_is_ended(
-    monkeypatch: pytest.MonkeyPatch,
+    number: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(interruption, "GRACE", 0.01)
-    assert interrupted(lambda check: search_without_end())
+    before = signal.getsignal(number)
+    assert interrupted(lambda check: search_without_end(number))
+    assert signal.getsignal(number) == before
 
 
 def test_a_point_that_takes_too_long_ends_the_branch_and_what_was_found_is_kept(

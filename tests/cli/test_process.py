@@ -287,15 +287,16 @@ def test_interrupt_keeps_a_motion_as_far_as_it_came(which, tmp_path):
     assert (motion.sticking is not None) == (which == "through stick")
 
 
-def test_interrupt_is_heeded_where_the_shell_ignores_it(tmp_path):
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_interrupt_is_heeded_where_the_shell_ignores_it(number):
     # As in a script that starts the program in the background.
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    before = signal.signal(number, signal.SIG_IGN)
     try:
         terminal = Terminal(*LONG)
     finally:
-        signal.signal(signal.SIGINT, before)
+        signal.signal(number, before)
     terminal.read_until("points")
-    terminal.process.send_signal(signal.SIGINT)
+    terminal.process.send_signal(number)
     status, output = terminal.finish()
     assert status == 130
     assert "interrupted" in output  # the table says where

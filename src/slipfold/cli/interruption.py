@@ -1,4 +1,4 @@
-"""Ctrl-C while something is computed: stop at the next point, keep what there is."""
+"""Ctrl-C or SIGTERM while something is computed: stop at the next point, keep what there is."""
 
 from __future__ import annotations
 
@@ -12,8 +12,10 @@ from types import FrameType
 
 __all__ = ["deferred_interrupts"]
 
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
 GRACE = 0.4
-"""Seconds that the next point may take after Ctrl-C."""
+"""Seconds that the next point may take after a signal."""
 
 KEEPING = frozenset(
     {
@@ -41,7 +43,7 @@ that a command imports none that it does not call."""
 
 @contextmanager
 def deferred_interrupts() -> Iterator[Callable[[], None]]:
-    """Note Ctrl-C instead of raising `KeyboardInterrupt` at once; a second one does raise it.
+    """Note Ctrl-C or SIGTERM instead of raising `KeyboardInterrupt`; a second one does raise it.
 
     An interrupt while a branch is put together would lose it. Inside what keeps what is finished
     it is raised where the next point takes too long.
@@ -50,16 +52,17 @@ def deferred_interrupts() -> Iterator[Callable[[], None]]:
         yield lambda: None
         return
     deferred = _Deferred()
-    before = signal.signal(signal.SIGINT, deferred.heard)
+    before = {number: signal.signal(number, deferred.heard) for number in SIGNALS}
     try:
         yield deferred.check
     finally:
         deferred.timer.cancel()
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 class _Deferred:
-    """A Ctrl-C that waits for a place where it is safe to stop."""
+    """A signal that waits for a place where it is safe to stop."""
 
     def __init__(self) -> None:
         self.pressed = self.overdue = self.begun = False
@@ -67,7 +70,7 @@ class _Deferred:
         self.timer.daemon = True
 
     def check(self) -> None:
-        """Stop here if there was a Ctrl-C."""
+        """Stop here if there was a signal."""
         self.begun = True
         if self.pressed:
             raise KeyboardInterrupt

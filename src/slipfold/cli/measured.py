@@ -195,6 +195,7 @@ def plan(
 
     Exit status: 0 done, 2 bad input.
     """
+    from slipfold.cli.progress import live_line
     from slipfold.computations.plan_measurement import plan_measurement as compute
     from slipfold.errors import InputError
 
@@ -204,7 +205,8 @@ def plan(
     if errors is None:
         raise InputError("no --error is given; give what readings scatter by, e.g. --error 1e-4")
     name, values = _values(vary, points, chosen)
-    found = compute(chosen, name, values, quantity, names, errors=errors)
+    with live_line():
+        found = compute(chosen, name, values, quantity, names, errors=errors)
     if best is not None:
         found = found.some(found.best(parse_whole(best, "--best")))
     outputs.write(found)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from concurrent.futures import BrokenExecutor
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -217,8 +219,9 @@ class _Run:
     def rescue(self, tasks: Tasks) -> None:
         """After Ctrl-C: take what is about to end, and draw what is complete."""
         self.observer = None
-        for name, result in tasks.stop():
-            self.take(name, result)
+        with suppress(BrokenExecutor):  # a signal to all processes ends those at work
+            for name, result in tasks.stop():
+                self.take(name, result)
         for figure in self.complete():
             if figure not in self.drawn:
                 draw, *arguments = self.drawing(figure)

@@ -100,8 +100,9 @@ class _Processes(Executor):
 
 
 def _begin_worker(leash: Connection) -> None:
-    """Leave Ctrl-C to the process in charge; end when that lets go of the leash, or dies."""
+    """Leave signals to the process in charge; end when that lets go of the leash, or dies."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
     take_one_thread()
 
     def follow() -> None:
