@@ -346,10 +346,13 @@ class OrbitBatch:
             wide = np.repeat(scales, m, axis=0)
             given = flat, start, self._length, values, wide, change
             return self.steps.carry(*given, tolerance)
-        each = constants.repeated(m)
-        ends, matrices, vectors = self.flow.linearise(
-            flat, start, start + self._length, each, change[..., None]
+        # The same segment of all orbits side by side: lanes take about as many steps each.
+        order = np.arange(k * m).reshape(k, m).T.ravel()
+        each, start = constants.rows(order // m), start[order]
+        found = self.flow.linearise(
+            flat[order], start, start + self._length, each, change[order, :, None]
         )
+        ends, matrices, vectors = (part[order.argsort()] for part in found)
         unseen = np.full((k * m, self._limits), -np.inf)  # limits are not looked at
         return Carried(ends, matrices, vectors[..., 0], unseen, -unseen, unseen)
 
