@@ -17,7 +17,7 @@ from slipfold.flow.equations import Constants, Equations, build_equations
 from slipfold.flow.evaluated import Evaluated
 from slipfold.flow.implicit.takeover import Takeover
 from slipfold.flow.lanes import by_lane, carried, chunks, forget, joined, padded, set_out
-from slipfold.flow.patience import ARRIVED, STEP_LIMIT, arrive, pass_through, sampled
+from slipfold.flow.patience import STEP_LIMIT, arrive, pass_through, sampled
 from slipfold.flow.precision import LANES, TOLERANCE
 from slipfold.flow.scaled import of_order_one, power_of_two
 from slipfold.models.model import Kind, Model
@@ -81,11 +81,11 @@ class Flow(Evaluated):
         Shapes: states (m, n); start, end (m,); returns (m, n).
         """
         code = self._code.plain
-        ends = joined(
+        batches = [
             carried(self._prepare(code, states, start, constants, some), end[some])
             for some in chunks(len(states))
-        )
-        return ends * constants.scales
+        ]
+        return joined(batches) * constants.scales
 
     def sample(
         self, states: Array, start: Array, end: Array, count: int, constants: Constants
@@ -302,8 +302,7 @@ class Flow(Evaluated):
         passed = () if beyond is None else beyond / constants.scales
         for number, state in enumerate(passed, 1):
             share = number / (len(passed) + 1)
-            outcomes = arrive(batch, padded((start + share * (end - start))[some]))
-            if any(outcome != ARRIVED for outcome in outcomes):
+            if not arrive(batch, padded((start + share * (end - start))[some])).all():
                 batch.state[:] = np.nan
             batch.state[:n] = state[:, None]
         return batch

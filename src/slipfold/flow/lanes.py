@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.flow.patience import ARRIVED, arrive
+from slipfold.flow.patience import arrive
 from slipfold.flow.precision import LANES
 
 __all__ = ["by_lane", "carried", "chunks", "forget", "joined", "padded", "set_out"]
@@ -52,14 +52,13 @@ def carried(batch: Any, end: Array) -> Array:
 
     Shapes: end (m,); returns (m, N).
     """
-    outcomes, count = arrive(batch, padded(end)), len(end)
+    arrived, count = arrive(batch, padded(end)), len(end)
     rows = batch.state.T[:count].copy()
-    if outcomes.count(ARRIVED) < len(outcomes):  # one comparison costs as much as this count
-        rows[[outcome != ARRIVED for outcome in outcomes[:count]]] = np.nan
+    if not arrived.all():
+        rows[~arrived[:count]] = np.nan
     return np.asarray(rows)
 
 
-def joined(batches: Iterable[Array]) -> Array:
+def joined(batches: Sequence[Array]) -> Array:
     """Return the rows of all batches."""
-    parts = list(batches)
-    return parts[0] if len(parts) == 1 else np.concatenate(parts)
+    return batches[0] if len(batches) == 1 else np.concatenate(batches)

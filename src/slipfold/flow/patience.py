@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
-    "ARRIVED",
     "CALL",
     "LONGEST",
     "STEEP",
@@ -42,7 +41,6 @@ HOPELESS = 1e-5
 """Share of what is left of a motion that `CALL` steps must gain: less is a singularity, however
 steep the formulas are."""
 
-ARRIVED = hy.taylor_outcome.time_limit
 STOPPED = hy.taylor_outcome.step_limit
 STEP_LIMIT = int(STOPPED)
 
@@ -57,27 +55,24 @@ class Rest(Protocol):
         """Return the states of what is left at some times, shape (m, n). Shapes: times (m,)."""
 
 
-def arrive(batch: Any, ends: Array) -> list[Any]:
+def arrive(batch: Any, ends: Array) -> NDArray[np.bool_]:
     """Integrate a batch to its ends, unless one of its motions would take too many steps.
 
-    Return each lane's outcome.
+    Return which lanes arrived. The steps of one motion are up for all of them.
     """
     free, taken = STEEP if _turns(batch) else CALL, 0
     while True:
         before = batch.time.copy()
         batch.propagate_until(ends, max_steps=CALL)
-        outcomes = _outcomes(batch)
-        if STOPPED not in outcomes:
-            return outcomes
-        # The steps of one motion are up for all of them, also for those that have arrived.
-        there = zip(outcomes, batch.time == ends, strict=True)
-        outcomes = [ARRIVED if at and out == STOPPED else out for out, at in there]
+        arrived = np.asarray(batch.time == ends)
+        if arrived.all() or STOPPED not in _outcomes(batch):
+            return arrived
         taken += CALL
         left, gained = np.abs(ends - batch.time), np.abs(batch.time - before)
         if np.any(gained < HOPELESS * left):
-            return outcomes
+            return arrived
         if taken >= free and not np.all(left * CALL <= gained * (LONGEST_SEGMENT - taken)):
-            return outcomes
+            return arrived
 
 
 def _turns(integrator: Any) -> bool:
@@ -103,10 +98,9 @@ def sampled(batch: Any, times: Array) -> Array:
     batch.set_time(times[0])
     batch.state[:] = start
     for place, ends in enumerate(times):
-        outcomes = arrive(batch, ends)
-        states[place] = batch.state
-        states[place][:, [outcome != ARRIVED for outcome in outcomes]] = np.nan
-        if ARRIVED not in outcomes:
+        arrived = arrive(batch, ends)
+        states[place] = np.where(arrived, batch.state, np.nan)
+        if not arrived.any():
             break
     return states
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from slipfold.flow.equations import Constants
 from slipfold.models.model import Model
+from slipfold.models.turns import without_turns
 from slipfold.orbits.discretisations.segments import Segments
 
 __all__ = ["SEGMENTS", "Shooting"]
@@ -57,12 +58,12 @@ class Shooting(Segments):
     def mismatch(self, nodes: Array, constants: Constants) -> Array:
         """Return by how much segments end beside the next node, in scaled states, shape (m, n)."""
         ends = self.flow.advance(nodes, self.start, self.end, constants)
-        return self.apart(ends / self.scales, nodes[self._following] / self.scales)
+        return without_turns((ends - nodes[self._following]) / self.scales, self.turns)
 
     def transitions(self, nodes: Array, constants: Constants) -> tuple[Array, Array, Array]:
         """Return the mismatch and the derivatives of the segments' ends, all in scaled states."""
         ends, matrices, vectors = self.carried(nodes, constants, self.end)
-        mismatch = self.apart(ends / self.scales, nodes[self._following] / self.scales)
+        mismatch = without_turns((ends - nodes[self._following]) / self.scales, self.turns)
         units = self.units / np.sqrt(self.segments)
         return mismatch, matrices * self.ratios, vectors * (units / self.scales[:, None])
 
