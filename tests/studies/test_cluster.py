@@ -70,7 +70,9 @@ def test_workers_without_slipfold_are_refused(comes, tmp_path, processes):
             worker.wait()
 
 
-def test_a_cluster_computes_the_same_and_survives_its_workers(tmp_path, processes, monkeypatch):
+def test_a_cluster_computes_the_same_and_survives_its_workers(
+    tmp_path, processes, monkeypatch, capfd
+):
     monkeypatch.setattr("slipfold.studies.cluster.PATIENCE", 2.0)
     undisturbed = content(sf.study(CHEAP), tmp_path)
     known = tmp_path / "scheduler.json"
@@ -99,5 +101,6 @@ def test_a_cluster_computes_the_same_and_survives_its_workers(tmp_path, processe
     store = tmp_path / "cheap.study"
     with pytest.raises(InputError, match=r"the cluster at tcp.* is gone; the \d+ cases finished"):
         sf.study(CHEAP, store, executor=address, observer=kill_the_scheduler)
+    assert capfd.readouterr().err == ""
     found = sf.study(CHEAP, store, resume=True)
     assert content(found, tmp_path) == undisturbed

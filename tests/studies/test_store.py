@@ -4,7 +4,8 @@ from array import array
 
 import pytest
 
-from helpers.studies import files_of_at_most
+import slipfold as sf
+from helpers.studies import CHEAP, content, files_of_at_most
 from slipfold.errors import InputError
 from slipfold.studies.store import Store
 
@@ -69,6 +70,7 @@ def test_a_damaged_line_counts_as_never_written(kept):
     path.write_bytes(b"".join(lines))
     with opened(kept) as store:
         assert list(store.missing()) == [0, 1]
+        assert store.damaged == 1
 
 
 def test_a_damaged_first_line_loses_nothing(kept):
@@ -198,3 +200,15 @@ def test_where_no_store_can_be(tmp_path):
     for place in ("file", "no/folder"):
         with pytest.raises(InputError, match="cannot be written"):
             opened(tmp_path / place)
+
+
+def test_damaged_lines_are_counted_in_the_summary(tmp_path):
+    folder = tmp_path / "cheap.study"
+    undisturbed = sf.study(CHEAP, folder)
+    assert "damaged" not in undisturbed.summary()
+    path = folder / "cases.jsonl"
+    lines = path.read_bytes().splitlines(keepends=True)
+    path.write_bytes(b"".join([*lines[:2], b"x" + lines[2][1:], *lines[3:]]))
+    found = sf.study(CHEAP, folder, resume=True)
+    assert found.summary().splitlines()[-1] == "1 damaged line of the store left out"
+    assert content(found, tmp_path) == content(undisturbed, tmp_path)

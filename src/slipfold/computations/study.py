@@ -97,7 +97,7 @@ def study(
                     run_cases(plan, kept, place, observer, retry_failed)
         except KeyboardInterrupt:
             stopped = True  # what is finished is in the store
-        return study_result(plan, kept.records(), provenance(), stopped)
+        return study_result(plan, kept.records(), provenance(), stopped, kept.damaged)
 
 
 def _head(plan: Plan) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
@@ -16,6 +17,9 @@ __all__ = ["connected"]
 
 PATIENCE = 10.0
 """Seconds in which a scheduler has to answer."""
+
+LOGGERS = ("distributed", "distributed.client", "tornado.application")
+"""Loggers of Dask with handlers of their own, which write tracebacks where a connection ends."""
 
 ASKED_AFTER = 2.0
 """Seconds between questions how many workers there are."""
@@ -32,16 +36,30 @@ def connected(address: str) -> Iterator[tuple[Executor, Callable[[], int]]]:
             "pip install 'slipfold[cluster]'"
         ) from None
     connect: Any = Client
-    try:
-        client: Any = connect(address, timeout=PATIENCE, set_as_default=False)
-    except (OSError, ValueError) as error:
-        raise InputError(
-            f"no scheduler answers at {address} ({error}); start one with dask scheduler, or give "
-            "another address"
-        ) from None
+    with _unlogged():  # what goes wrong reaches the study, which says it in a sentence
+        try:
+            client: Any = connect(address, timeout=PATIENCE, set_as_default=False)
+        except (OSError, ValueError) as error:
+            raise InputError(
+                f"no scheduler answers at {address} ({error}); start one with dask scheduler, or "
+                "give another address"
+            ) from None
 
-    with client, client.get_executor(pure=False) as executor:
-        yield _Unread(executor), _Slots(client)
+        with client, client.get_executor(pure=False) as executor:
+            yield _Unread(executor), _Slots(client)
+
+
+@contextmanager
+def _unlogged() -> Iterator[None]:
+    """Keep Dask from logging to standard error."""
+    levels = {name: logging.getLogger(name).level for name in LOGGERS}
+    try:
+        for name in levels:
+            logging.getLogger(name).setLevel(logging.CRITICAL)
+        yield
+    finally:
+        for name, level in levels.items():
+            logging.getLogger(name).setLevel(level)
 
 
 class _Unread(Executor):

@@ -51,6 +51,7 @@ class Store:
         self._failed = bytearray(total)
         self._size = 0  # bytes up to the end of the last whole line
         self._done = self._failures = 0
+        self.damaged = 0  # lines that do not fit their checksum; what they held is computed again
         self._lock: IO[str] | None = None
         self._file: FileIO | None = None
         self._unwritable: OSError | None = None  # why nothing can be added
@@ -182,6 +183,8 @@ class Store:
                     self._check_head(content)
                 elif content is not None:
                     self._note(content, file.tell() - len(line))
+                elif line.endswith(b"\n"):
+                    self.damaged += 1
                 if line.endswith(b"\n"):
                     self._size = file.tell()
 

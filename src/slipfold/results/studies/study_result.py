@@ -74,6 +74,8 @@ class StudyResult(Result):
     stopped
         Whether it was stopped before all that was asked for was computed, cases that failed and
         were to be tried again among it.
+    damaged
+        How many damaged lines the store had, of cases that were computed again; not saved.
 
     Notes
     -----
@@ -106,6 +108,7 @@ class StudyResult(Result):
     reasons: NDArray[np.object_]
     provenance: Provenance
     stopped: bool = False
+    damaged: int = 0
 
     def __len__(self) -> int:
         """Number of cases."""
@@ -240,7 +243,11 @@ class StudyResult(Result):
 
     def _missing(self) -> list[str]:
         counts = Counter(self.failures.values())
-        return [f"{count} failed: {reason}" for reason, count in counts.most_common(9)]
+        lines = [f"{count} failed: {reason}" for reason, count in counts.most_common(9)]
+        if self.damaged:
+            plural = "s" if self.damaged > 1 else ""
+            lines.append(f"{self.damaged} damaged line{plural} of the store left out")
+        return lines
 
     def _title(self) -> str:
         return f"Study of {self.model.name}: {self.work.what} over {listed(self.cases.names)}"
@@ -362,7 +369,11 @@ class StudyResult(Result):
 
 
 def study_result(
-    plan: Plan, records: Iterable[Record], origin: Provenance, stopped: bool = False
+    plan: Plan,
+    records: Iterable[Record],
+    origin: Provenance,
+    stopped: bool = False,
+    damaged: int = 0,
 ) -> StudyResult:
     """Put the finished cases together, in the order of their numbers."""
     described = plan.work.lists(plan.model)
@@ -382,7 +393,15 @@ def study_result(
         values.add({})
     table = listed.columns() if described else {}
     return StudyResult(
-        plan.model, plan.work, plan.cases, values.columns(), table, reasons, origin, stopped
+        plan.model,
+        plan.work,
+        plan.cases,
+        values.columns(),
+        table,
+        reasons,
+        origin,
+        stopped,
+        damaged,
     )
 
 
