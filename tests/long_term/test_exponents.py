@@ -1,6 +1,7 @@
 """Lyapunov exponents against multipliers, closed forms, published and independent values."""
 
 import json
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from slipfold.errors import InputError
 from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.settling.settlement import Settlement
 from slipfold.long_term.birkhoff import average
+from slipfold.long_term.rotation import rotation_of
 from slipfold.long_term.verdict import verdict_of
 
 MODELS = sf.built_in_models()
@@ -284,3 +286,44 @@ def test_what_is_undecided_goes_on():
     found = verdict_of(np.array([1e-3, -0.2]), errors, UNSETTLED, None)
     assert not found.known
     assert "exponent 1, 0.001 a period" in found.message
+
+
+def test_rotation_numbers_of_tori_are_those_of_closed_forms():
+    # A curve turned by the golden mean, and two curves visited in turn, each turned by 0.13.
+    count = np.arange(6000)
+    golden = 2 * np.pi * (np.sqrt(5) - 1) / 2 * count
+    states = np.stack([np.cos(golden) + 0.3 * np.cos(2 * golden + 1), np.sin(golden)], axis=1)
+    found = rotation_of(states, np.ones(2), np.zeros(2))
+    assert found.number == pytest.approx((3 - np.sqrt(5)) / 2, abs=1e-9)
+    assert (found.period, found.resonance) == (1, None)
+    turned = np.pi * 0.13 * count
+    other = np.cos(turned) + (-1.0) ** count * (2 + 0.1 * np.cos(turned))
+    found = rotation_of(np.stack([other, np.sin(turned)], axis=1), np.ones(2), np.zeros(2))
+    assert found.number == pytest.approx(0.13, abs=1e-9)
+    assert found.period == 2
+    near = 2 * np.pi * (2 / 7 + 1e-5) * count
+    found = rotation_of(np.stack([np.cos(near), np.sin(near)], axis=1), np.ones(2), np.zeros(2))
+    assert found.resonance == Fraction(2, 7)
+    assert found.beat == pytest.approx(1 / 7e-5, rel=1e-3)
+    noise = np.random.default_rng(0).normal(size=(4000, 2))
+    assert rotation_of(noise, np.ones(2), np.zeros(2)) is None
+
+
+def test_a_torus_has_the_rotation_number_of_the_branch_of_tori():
+    # That branch is followed as invariant circles from its Neimark-Sacker point, over two periods.
+    found = sf.lyapunov(sf.SlidingOscillator(), 4000, f=12.5, Nd=0.14)
+    diagram = sf.response(sf.SlidingOscillator(), vary="Nd", span=(0, 0.2), f=12.5, tori=True)
+    tori = diagram.tori[-1]
+    assert tori.parameter.max() == pytest.approx(0.1664381671, abs=1e-9)
+    known = np.interp(0.14, tori.parameter[::-1], np.abs(tori.rotation[::-1]))
+    assert found.verdict.rotation == pytest.approx(known, abs=2e-4)
+    assert "its rotation number is 0.0954" in found.summary()
+
+
+@pytest.mark.long
+def test_a_torus_near_a_resonance_is_followed_until_it_is_known():
+    # After 32,000 periods its exponent is known to 9e-4 only: beats last thousands of periods.
+    found = sf.lyapunov(sf.SlidingOscillator(), f=12.5, Nd=0.08)
+    assert found.verdict.kind == "torus"
+    assert found.periods > 32_000
+    assert found.verdict.resonance == "83/168"

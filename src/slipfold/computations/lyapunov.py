@@ -42,7 +42,9 @@ def lyapunov(
         The model, e.g. ``SlidingOscillator()``.
     periods
         Forcing periods to follow; of an autonomous model intervals of its ``duration``. If None as
-        many as it takes, 32,000 at most.
+        many as it takes: 32,000 at most, or 128,000 if it is not known by then what the motion is,
+        nothing sticks and there are six states at most. The rotation number of a torus, and a
+        resonance near it, are part of the verdict.
     state
         Initial state at phase zero, shape (n_states,), or some states by name; what is not given is
         the model's own start.

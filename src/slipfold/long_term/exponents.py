@@ -13,6 +13,7 @@ from slipfold.errors import InputError
 from slipfold.flow.switched.simulate import comes_to_rest
 from slipfold.long_term.birkhoff import average
 from slipfold.long_term.growth import Growth, growth_from, growth_through_stick
+from slipfold.long_term.rotation import rotation_of
 from slipfold.long_term.verdict import Verdict, verdict_of
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
@@ -30,8 +31,12 @@ Array = NDArray[np.float64]
 FIRST = 250
 """Periods after which exponents are estimated first; from then on each time it is twice as many."""
 
-MOST = 32_000
-"""Periods after which a motion ends if nobody says otherwise."""
+MOST, LONGEST = 32_000, 128_000
+"""Periods after which a motion ends if nobody says otherwise: if it is known what it is, or each
+period is expensive; else. Of four states 128,000 take 9 s."""
+
+CHEAP = 6
+"""States of a motion without events up to which a period is cheap."""
 
 SETTLED = 1e-9
 """Distance from a periodic response, in scaled states, at which the motion counts as settled."""
@@ -102,7 +107,8 @@ def follow_exponents(
     observer: Callable[[ExponentsProgress], None] | None,
 ) -> Exponents:
     """Let a motion go on until its exponents are known; keep what is known if interrupted."""
-    most = MOST if periods is None else periods
+    cheap = len(growth.state) <= CHEAP and not growth.switches
+    most = (LONGEST if cheap else MOST) if periods is None else periods
     ends = _ends(most)
     estimates: list[Estimate] = []
     interrupted = False
@@ -115,8 +121,8 @@ def follow_exponents(
                     known = estimates[-1].exponents.tolist() if estimates else ()
                     observer(ExponentsProgress(growth.periods, most, tuple(known)))
             estimates.append(_estimate(growth))
-            enough = periods is None and estimates[-1].errors.max() <= tolerance
-            if enough and _verdict(growth, estimates[-1]).known:
+            enough = estimates[-1].errors.max() <= tolerance or end >= MOST
+            if periods is None and enough and _verdict(growth, estimates[-1]).known:
                 break
     except KeyboardInterrupt:
         if growth.periods < FIRST:
@@ -124,6 +130,9 @@ def follow_exponents(
         interrupted = True
         estimates.append(_estimate(growth))
     verdict = _verdict(growth, estimates[-1])
+    if growth.model.forced and verdict.kind in ("torus", "undecided"):
+        scales, turns = growth.model.state_scales(), growth.model.whole_turns
+        verdict = verdict.with_rotation(rotation_of(growth.strobe, scales, turns))
     return Exponents(growth.model, growth.state, tuple(estimates), verdict, interrupted)
 
 

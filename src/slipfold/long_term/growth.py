@@ -52,6 +52,8 @@ class Growth(ABC):
     """
 
     _motion: Motion | SwitchedMotion
+    switches = False
+    """Whether periods are followed from event to event, which takes long."""
 
     def __init__(self) -> None:
         self.model = self._motion.model
@@ -74,6 +76,11 @@ class Growth(ABC):
     def stopped(self) -> Stop | None:
         """Why the motion ended, if it did."""
         return self._motion.stopped
+
+    @property
+    def strobe(self) -> Array:
+        """States at the start of every period so far, shape (periods + 1, n)."""
+        return self._motion.strobe
 
     @property
     def state(self) -> Array:
@@ -176,6 +183,8 @@ class _SmoothGrowth(Growth):
 
 class _SwitchedGrowth(Growth):
     """That of a motion through stick and slip: at events perturbations jump, or are lost."""
+
+    switches = True
 
     def __init__(self, motion: SwitchedMotion) -> None:
         self._motion: SwitchedMotion = motion

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.flow.settling.settlement import Settlement
+from slipfold.long_term.rotation import Rotation
 
 __all__ = ["Verdict", "verdict_of"]
 
@@ -32,6 +33,16 @@ class Verdict:
     message: str
     period: int | None = None  # forcing periods
     duration: float | None = None  # s, of a cycle
+    rotation: float | None = None  # of a torus, in turns over some forcing periods
+    resonance: str | None = None  # p/q that this is near
+
+    def with_rotation(self, rotation: Rotation | None) -> Verdict:
+        """Return the verdict with the rotation number of a torus, if there is one."""
+        if rotation is None:
+            return self
+        near = None if rotation.resonance is None else str(rotation.resonance)
+        message = f"{self.message}; {rotation.sentence}"
+        return replace(self, message=message, rotation=rotation.number, resonance=near)
 
     @property
     def known(self) -> bool:

@@ -20,7 +20,7 @@ Periods = Annotated[
     typer.Option(
         metavar="N",
         help="Forcing periods to follow, of an autonomous model intervals of its duration; by "
-        "default as many as it takes, 32,000 at most.",
+        "default as many as it takes, 128,000 at most.",
     ),
 ]
 Tolerance = Annotated[

@@ -38,7 +38,8 @@ class LyapunovExponents(Result):
         Exponents with their errors after more and more forcing periods; the last ones count.
     verdict
         ``"periodic"``, ``"torus"``, ``"chaos"``, ``"equilibrium"`` or ``"undecided"``, with its
-        sentence, and the period or duration of what repeats.
+        sentence, and the period or duration of what repeats, or the rotation number of a torus and
+        the resonance p/q that it is near.
     start, state
         First and last state of the motion, at phase zero, shape (n_states,).
     tolerance
@@ -156,7 +157,8 @@ class LyapunovExponents(Result):
     def _record(self) -> dict[str, Any]:
         verdict = self.verdict
         told = {"verdict": verdict.kind, "message": verdict.message, "initial_state": self.start}
-        repeats = {"period": verdict.period, "duration": verdict.duration}
+        repeats: dict[str, Any] = {"period": verdict.period, "duration": verdict.duration}
+        repeats |= {"rotation": verdict.rotation, "resonance": verdict.resonance}
         return {**super()._record(), **told, **repeats}
 
 

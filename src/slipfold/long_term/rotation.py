@@ -1,0 +1,159 @@
+"""How a torus turns from one forcing period to the next, and near which resonance it is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.long_term.birkhoff import bump
+
+__all__ = ["Rotation", "rotation_of"]
+
+Array = NDArray[np.float64]
+
+STATES = 65536
+"""The last states, of the second half, of which the spectrum is taken: lines beside a resonance lie
+close together."""
+
+FAINT = 1e-4
+"""Amplitude of a line, of the strongest, below which it is left out."""
+
+LINES = 6
+"""Strongest lines of the spectrum, which have to be multiples of one of them."""
+
+MULTIPLES = 32
+"""Largest of these multiples."""
+
+LONGEST = 8
+"""Periods after which a closed curve returns to itself at most."""
+
+MATCH = 1e-6
+"""Distance of a line from a multiple, in turns."""
+
+DENOMINATOR = 200
+"""Largest denominator of a resonance that is reported."""
+
+NEAR = 0.1
+"""Distance of q turns from a whole number, times q, below which a resonance p/q is near: by
+Hurwitz's theorem infinitely many fractions come as near as 0.447 to any number."""
+
+
+@dataclass(frozen=True)
+class Rotation:
+    """How the closed curve on which a motion passes phase zero is turned; frozen.
+
+    Parameters
+    ----------
+    number
+        The rotation number, from 0 to 1/2: turns of the curve over `period`.
+    period
+        Forcing periods after which the curve is mapped onto itself.
+    error
+        Estimated error of the number: the difference from that of the second half of the motion.
+    resonance
+        A fraction p/q near the number, None if there is none: motion nearly closes after q returns.
+    beat
+        Forcing periods after which it has closed once more or less than at the resonance, else NaN:
+        what is averaged along the motion converges only beyond several of them.
+    """
+
+    number: float
+    period: int
+    error: float
+    resonance: Fraction | None
+    beat: float
+
+    @property
+    def sentence(self) -> str:
+        """The same in words."""
+        over = "a forcing period" if self.period == 1 else f"{self.period} forcing periods"
+        text = f"its rotation number is {self.number:.6g} +- {self.error:.0e} over {over}"
+        if self.resonance is None:
+            return text
+        return f"{text}, near the resonance {self.resonance} (beats of {self.beat:.4g} periods)"
+
+
+def rotation_of(states: Array, scales: Array, turns: Array) -> Rotation | None:
+    """Return the rotation number of a torus from states at phase zero; None if it is unclear.
+
+    On a torus of two frequencies all lines of the spectrum of states k periods apart are multiples
+    of one line, the rotation number. Shapes: states (m, n); scales, turns (n,).
+    """
+    angles = turns > 0
+    parts = [
+        states[:, ~angles] / scales[~angles],
+        np.cos(states[:, angles]),
+        np.sin(states[:, angles]),
+    ]
+    signal = np.concatenate(parts, axis=1)
+    signal = signal[-min(STATES, (len(signal) + 1) // 2) :]
+    lines = _lines(signal - bump(len(signal)) @ signal)
+    for period in range(1, LONGEST + 1):
+        numbers = _folded(period * lines)
+        found = _generator(numbers[numbers > MATCH])
+        if found is not None:
+            half = signal[len(signal) // 2 :]
+            others = _folded(period * _lines(half - bump(len(half)) @ half))
+            return _rotation(found, period, float(np.abs(others - found).min()))
+    return None
+
+
+def _lines(signal: Array) -> Array:
+    """Return the frequencies of the strongest lines in turns per period, LINES at most."""
+    from scipy.optimize import minimize_scalar
+
+    count = len(signal)
+    weights, times = bump(count)[:, None], np.arange(count)
+    rest, found, strongest = signal.copy(), list[float](), 0.0
+    for _ in range(LINES):
+        power = (np.abs(np.fft.rfft(weights * rest, axis=0)) ** 2).sum(axis=1)
+        coarse = power[1:].argmax() + 1
+
+        def missed(turns: float, rest: Array = rest) -> float:
+            wave = np.exp(-2j * np.pi * turns * times)
+            return -float((np.abs(wave @ (weights * rest)) ** 2).sum())
+
+        ends = (coarse - 1) / count, min((coarse + 1) / count, 0.5)
+        best = minimize_scalar(missed, bounds=ends, method="bounded", options={"xatol": 1e-12})
+        wave = np.exp(2j * np.pi * best.x * times)
+        amplitude = wave.conj() @ (weights * rest)
+        factor = 1.0 if 0.5 - best.x < 1 / count else 2.0
+        rest = rest - factor * np.real(wave[:, None] * amplitude)
+        strongest = max(strongest, float(np.abs(amplitude).max()))
+        if np.abs(amplitude).max() < FAINT * strongest:
+            break
+        found.append(best.x)
+    return np.array(found)
+
+
+def _generator(lines: Array) -> float | None:
+    """Return the line of which all are multiples, the lowest ones if there are several."""
+    best, order = None, MULTIPLES + 1
+    for line in lines:
+        multiples = _folded(np.arange(1, MULTIPLES + 1) * line)
+        apart = np.abs(lines[:, None] - multiples)
+        matches = apart <= MATCH * np.arange(1, MULTIPLES + 1)
+        if matches.any(axis=1).all():
+            needed = int(matches.argmax(axis=1).max()) + 1
+            if needed < order:
+                best, order = float(line), needed
+    return best
+
+
+def _folded(turns: Array) -> Array:
+    """Return turns from 0 to 1/2: whole ones and the direction are not seen."""
+    return np.asarray(np.abs(turns - np.round(turns)))
+
+
+def _rotation(number: float, period: int, error: float) -> Rotation:
+    """Return a rotation number with the resonance that it is near."""
+    resonance, beat = None, float("nan")
+    for q in range(1, DENOMINATOR + 1):
+        p = round(q * number)
+        off = abs(q * number - p)
+        if p and 0 < off * q < NEAR and not period / off <= beat:
+            resonance, beat = Fraction(p, q), period / off
+    return Rotation(number, period, error, resonance, beat)
