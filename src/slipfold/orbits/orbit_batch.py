@@ -194,6 +194,13 @@ class OrbitBatch:
         self._length = period / nodes
         self._start = np.arange(nodes) * self._length
 
+    @staticmethod
+    def of_branch(orbits: ForcedOrbits) -> OrbitBatch:
+        """Return the orbits of one branch: all have its parameters, in row 0."""
+        model, vary = orbits.model, (orbits.vary, orbits.width)
+        given = model, model.vector[None], orbits.scales[None], vary
+        return OrbitBatch(*given, orbits.period, orbits.segments)
+
     def of_period(self, period: int) -> OrbitBatch:
         """Return the same for orbits of another period."""
         given = self.model, self.parameters, self.scales, (self.vary, self.width)
@@ -397,10 +404,9 @@ def correct_orbits(
 
     Shapes: guesses, rows (k, m n + 1).
     """
-    model, vary = orbits.model, (orbits.vary, orbits.width)
-    given = model, model.vector[None], orbits.scales[None], vary, orbits.period, orbits.segments
     some = np.zeros(len(guesses), dtype=np.int64)
-    return OrbitBatch(*given).correct(some, guesses, rows, close, LONGEST_CORRECTION)
+    batch = OrbitBatch.of_branch(orbits)
+    return batch.correct(some, guesses, rows, close, LONGEST_CORRECTION)
 
 
 def orbits_from(model: Model, period: int, states: Array) -> list[Array | None]:

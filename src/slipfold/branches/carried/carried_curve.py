@@ -21,6 +21,7 @@ class CarriedCurve:
 
     orbits: ForcedOrbits  # what the branch consists of
     z: Array  # the orbits as unknowns, shape (k, ...)
+    tangents: Array  # unit tangents of the branch, shape (k, ...)
     multipliers: NDArray[np.complex128]  # their multipliers, shape (k, n)
     tests: dict[str, Array]  # test functions at each of them, by name
     reach: float  # arclength up to which the known branch could be carried
@@ -47,4 +48,5 @@ def curve_through(
 ) -> CarriedCurve:
     """Return some corrected orbits with what is watched along them."""
     tests = {name: found.tests[rows, TESTS.index(name)] for name in ("PD", "NS", "LP")}
-    return CarriedCurve(orbits, found.z[rows], found.multipliers[rows], tests, reach, whole)
+    z, tangents = found.z[rows], found.tangents[rows]
+    return CarriedCurve(orbits, z, tangents, found.multipliers[rows], tests, reach, whole)

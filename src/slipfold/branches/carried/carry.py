@@ -230,9 +230,12 @@ def _with_ends(curve: CarriedCurve, first: Array | None, last: Array | None) -> 
         place = 0 if end == 0 else len(curve.z)
         # No test function changes its sign there: what is born has that of its neighbour.
         tests = {name: np.insert(item, place, item[end]) for name, item in curve.tests.items()}
-        multipliers = np.insert(curve.multipliers, place, curve.multipliers[end], axis=0)
+        tangents, multipliers = (
+            np.insert(item, place, item[end], axis=0)
+            for item in (curve.tangents, curve.multipliers)
+        )
         whole = np.insert(curve.z, place, z, axis=0)
-        curve = replace(curve, z=whole, multipliers=multipliers, tests=tests)
+        curve = replace(curve, z=whole, tangents=tangents, multipliers=multipliers, tests=tests)
     return curve
 
 
@@ -271,13 +274,13 @@ def _as_branch(before: Branch, special: list[SpecialPoint], curve: CarriedCurve)
         special=tuple(
             replace(
                 item,
-                model=orbits.model_at(found.z[i]),
-                value=orbits.value(found.z[i]),
+                model=orbits.model_at(found.located[i].z),
+                value=orbits.value(found.located[i].z),
                 uncertainty=np.nan,
-                nodes=orbits.nodes(found.z[i]),
-                multipliers=found.multipliers[i],
+                nodes=orbits.nodes(found.located[i].z),
+                multipliers=found.located[i].multipliers,
                 residual=np.nan,
-                arclength=float(found.places[i]),
+                arclength=found.located[i].arclength,
                 coefficient=found.forms[i][0],
                 criticality=found.forms[i][1],
             )
