@@ -152,7 +152,7 @@ def test_the_same_from_the_fold():
     assert (folds.type, hopf.type) == ("LP", "HB")
     assert hopf.values[:, 0] == pytest.approx(0, abs=1e-13)
     assert hopf.values[:, 1].max() < 1e-12
-    assert hopf.begun.reason == "born at a point of codimension two"
+    assert hopf.begun.reason == "the locus begins at BT, Bogdanov-Takens"
 
 
 def test_bautin_point_and_the_folds_of_cycles_born_there():
@@ -197,26 +197,6 @@ def test_cusp():
     assert (cusp.type, cusp.name) == ("CP", "cusp")
     assert cusp.values == pytest.approx([0, 0], abs=1e-10)
     assert cusp.coefficients == pytest.approx({"c": -1}, abs=1e-9)
-
-
-def test_double_hopf():
-    model = sf.System(
-        name="pairs",
-        parameters={"a": -0.5, "b": -0.5},
-        states={
-            "x": "a*x - y - x*(x^2 + y^2)",
-            "y": "x + a*y - y*(x^2 + y^2)",
-            "u": "b*u - sqrt(2)*v - u*(u^2 + v^2)",
-            "v": "sqrt(2)*u + b*v - v*(u^2 + v^2)",
-        },
-    )
-    point = point_of(model, "a", (-0.5, 0.5), "HB")
-    (locus,) = sf.locus(point, ("a", "b"), ((-1, 1), (-1, 1))).loci
-    assert locus.values[:, 0] == pytest.approx(0, abs=1e-13)
-    (double,) = locus.special
-    assert (double.type, double.coefficients) == ("HH", {})
-    # A zero is found to 1e-12 of the window, which is two wide.
-    assert double.values == pytest.approx([0, 0], abs=2e-12)
 
 
 def test_zero_hopf():

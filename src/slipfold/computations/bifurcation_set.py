@@ -18,8 +18,9 @@ from slipfold.computations.given import (
 )
 from slipfold.computations.plane import GivenWindow, corner_model, parse_plane
 from slipfold.errors import InputError
-from slipfold.loci.bifurcation_set import find_bifurcation_set, measured_across
+from slipfold.loci.bifurcation_set import find_bifurcation_set
 from slipfold.loci.progress import LocusObserver
+from slipfold.loci.window import measured_across
 from slipfold.long_term.region_motions import resolve_regions
 from slipfold.models.model import Model
 from slipfold.results.locus_diagram import LocusDiagram

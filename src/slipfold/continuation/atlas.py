@@ -81,7 +81,8 @@ class Atlas(ABC, Generic[P]):
             waiting.remove(start)
             number = self.known(start)
             if number is not None:
-                self.lead(start.found, number)
+                if number != start.parent:  # a point leads from a curve to others
+                    self.lead(start.found, number)
                 continue
             chart = self._chart(start)
             self.lead(start.found, chart.number)

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import product
 
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import LOCUS_TYPES, SpecialPoint
 from slipfold.errors import InputError
-from slipfold.flow.sizes.typical_sizes import measured_within
 from slipfold.flow.switched.mode_equations import contacts_of
 from slipfold.loci.fan import FanLine, follow_fan, follow_settled, largest_period
 from slipfold.loci.follow import follow_found
@@ -21,7 +19,7 @@ from slipfold.loci.locus import Locus
 from slipfold.loci.progress import LocusObserver, LocusProgress
 from slipfold.loci.region_map import RegionMap
 from slipfold.loci.regions import map_regions
-from slipfold.loci.window import Window, check_window
+from slipfold.loci.window import Window, check_window, measured_across
 from slipfold.models.model import Model
 from slipfold.orbits.stick_slip.touch import MET
 
@@ -30,7 +28,6 @@ __all__ = [
     "check_asked",
     "find_bifurcation_set",
     "found_until_interrupted",
-    "measured_across",
     "possible_types",
 ]
 
@@ -168,12 +165,6 @@ def _across(
     yield from follow_fan(model, plane, window, LINES, settings, observer)
     if not model.forced:
         yield from follow_settled(model, plane, window, settings, observer)
-
-
-def measured_across(model: Model, plane: tuple[str, str], window: Window) -> Model:
-    """Return a model that knows how large its states become at the corners of a window."""
-    corners = (dict(zip(plane, values, strict=True)) for values in product(*window))
-    return measured_within(model, list(corners))
 
 
 def _inside(model: Model, plane: tuple[str, str], window: Window) -> bool:

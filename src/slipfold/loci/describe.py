@@ -12,7 +12,7 @@ from slipfold.continuation.search import Found
 from slipfold.errors import BREAKDOWNS
 from slipfold.loci.locus import CODIMENSION_TWO, COEFFICIENT, LocusPoint
 from slipfold.loci.locus_equations import LocusEquations
-from slipfold.loci.special_points import tests_of
+from slipfold.loci.special_points import TWO_PAIRS, tests_of
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.uncertainty import computed_anew
@@ -102,6 +102,10 @@ def _coefficients(curve: LocusEquations, point: OrbitPoint, kind: str) -> dict[s
 def _uncertainty(curve: LocusEquations, found: Found) -> tuple[float, float]:
     """How far the point moves when orbit and derivatives are integrated anew with other steps."""
     point = found.point
+    if found.type in TWO_PAIRS:  # the equations may mean either pair: neither may be parallel
+        first, second = curve.pair_tangents(point.z)
+        both = first + (1 if first @ second > 0 else -1) * second
+        point = replace(point, tangent=both / np.linalg.norm(both))
     again, _ = computed_anew(curve, point)
     if again is None:
         return np.inf, np.inf

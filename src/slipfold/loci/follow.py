@@ -15,6 +15,7 @@ from slipfold.continuation.end import End
 from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Trail
 from slipfold.errors import BREAKDOWNS, InputError
+from slipfold.loci.births import CROSSED, parents_of, starts_at
 from slipfold.loci.describe import pair_of
 from slipfold.loci.given_point import as_unknown, on_a_mesh
 from slipfold.loci.known_loci import begins_or_ends_at, lies_on
@@ -24,17 +25,14 @@ from slipfold.loci.make_locus import as_loci
 from slipfold.loci.one_locus import trace_locus
 from slipfold.loci.progress import LocusLine, LocusObserver, LocusProgress
 from slipfold.loci.special_points import tests_of
-from slipfold.loci.start import LocusStart, parent_start, regular_start, starts_at
-from slipfold.loci.window import Window, check_window
+from slipfold.loci.start import LocusStart, regular_start
+from slipfold.loci.window import Window, check_window, measured_across
 from slipfold.models.model import Model
 from slipfold.orbits.check import rests
 from slipfold.orbits.crossing import crossing_gap
 from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["follow_found", "follow_loci"]
-
-CROSSED = 1e-6
-"""A branch point at which the other parameter parts the branches is farther from a crossing."""
 
 OWN = ("duration",)
 """Parameters that belong to an orbit of an autonomous model, not to the case."""
@@ -63,6 +61,9 @@ def follow_loci(
     largest = 2 * max(point.period for point in points)
     types = LOCUS_TYPES if switch else ()
     settings, remarks = settings or Settings(), [] if remarks is None else remarks
+    if not base.forced:  # of its branch, sizes may be those at an end where nothing moves
+        sizes = measured_across(base, vary, window).found_sizes
+        points = [replace(point, model=point.model.measured_in(sizes)) for point in points]
     return follow_found(points, vary, window, settings, observer, types, largest, remarks)
 
 
@@ -199,19 +200,19 @@ class _Loci(Atlas[OrbitPoint]):
 
     def trail(self, start: Start[OrbitPoint], point: OrbitPoint) -> Trail[OrbitPoint]:
         """Follow a locus in one direction."""
-        settings, born = self._settings, start.departs
-        watch = self._tell
+        assert isinstance(start, LocusStart)
+        settings, born, watch = self._settings, start.departs, self._tell
         trail = trace_locus(
             start.curve,
             point,
             self._window,
             settings,
             born=born,
+            first_step=start.step,
             watch=watch,
             through_stick=self._through_stick,
         )
         self._lines += 1
-        assert isinstance(start, LocusStart)
         if start.crosses and point is start.points[0]:
             trail.found[:0] = _crossed(trail, start.crosses)
         return trail
@@ -219,14 +220,15 @@ class _Loci(Atlas[OrbitPoint]):
     def births(self, chart: Chart[OrbitPoint]) -> Sequence[Start[OrbitPoint]]:
         """Return the loci that begin or pass at points of codimension two, in their order."""
         number = chart.number
-        if chart.interrupted:
+        if chart.interrupted or not self._types:
             return ()
         starts = [
             replace(start, found=found)
             for found in chart.trail.found
-            for start in _starts(_own_curve(chart, found), found, self._settings)
+            for start in _starts(chart.trail.curve, found, self._types, self._settings)
         ]
-        ends = [parent_start(last.curve, last, self._settings) for last in chart.trail.reached]
+        curve = chart.trail.curve
+        ends = [parents_of(curve, last, self._settings) for last in chart.trail.reached]
         starts += [start for start in ends if start is not None]
         return [
             replace(start, rank=(*chart.start.rank, i), parent=number)
@@ -240,7 +242,9 @@ class _Loci(Atlas[OrbitPoint]):
     def known(self, start: Start[OrbitPoint]) -> int | None:
         """Return the number of the locus that passes a start, if it was followed already."""
         assert isinstance(start, LocusStart)
-        number = self.passing(start.curve, start.points[0].z, start.doubled)
+        at = start.beside or (start.points[0].z,)
+        numbers = (self.passing(start.curve, z, start.doubled) for z in at)
+        number = next((number for number in numbers if number is not None), None)
         if number is not None and start.doubled:
             self._place_end(self.charts[number - 1], start)
         return number
@@ -324,18 +328,12 @@ def _crossed(trace: Trail[OrbitPoint], kind: str) -> list[Found]:
     return [Found(kind, first, slope)]
 
 
-def _own_curve(chart: Chart[OrbitPoint], found: Found) -> LocusEquations:
-    """Return the equations of a locus on the mesh of a point on it.
-
-    That may be described by those of another locus that passes there.
-    """
-    return LocusEquations(found.point.curve.orbits, chart.trail.curve.condition)
-
-
-def _starts(curve: LocusEquations, found: Found, settings: Settings) -> list[LocusStart]:
+def _starts(
+    curve: LocusEquations, found: Found, types: Sequence[str], settings: Settings
+) -> list[LocusStart]:
     """Return the loci that start at a point; none where what they start from breaks down."""
     try:
-        return list(starts_at(curve, found, settings))
+        return list(starts_at(curve, found, types, settings))
     except BREAKDOWNS:
         return []
 

@@ -13,7 +13,7 @@ from slipfold.continuation.end import End
 from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Trail
 from slipfold.loci.describe import bare_point, coefficient_at, describe_point, pair_of, plane_of
-from slipfold.loci.locus import Locus, LocusPoint
+from slipfold.loci.locus import CODIMENSION_TWO, Locus, LocusPoint
 from slipfold.orbits.orbit_point import OrbitPoint
 
 __all__ = ["as_loci", "describe_in_turn"]
@@ -99,17 +99,20 @@ def _as_locus(chart: Chart[OrbitPoint], leads: Leads, described: Described | Non
             )
             for found in trail.found
         ),
-        begun=chart.begun or _first_end(trail),
+        begun=chart.begun or _first_end(trail, chart.start.found),
         stopped=stopped,
         durations=durations,
         stuck_fraction=stuck_fractions(points),
     )
 
 
-def _first_end(trace: Trail[OrbitPoint]) -> End:
+def _first_end(trace: Trail[OrbitPoint], found: Found | None) -> End:
     """Say why a locus that was followed in one direction only begins where it does."""
     assert trace.end is not None
     if trace.end.kind in ("closed", "interrupted"):
         return trace.end
     place = trace.curve.place(trace.points[0].z)
-    return End("codimension-2", "born at a point of codimension two", place)
+    at = "a point of codimension two"
+    if found is not None and found.type in CODIMENSION_TWO:
+        at = f"{found.type}, {CODIMENSION_TWO[found.type]}"
+    return End("codimension-2", f"the locus begins at {at}", place)

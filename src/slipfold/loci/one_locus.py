@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 
 import numpy as np
 
 from slipfold.branches.change import Change, Growing
-from slipfold.branches.closed_branches import MeetsCopy, Returns, has_copy, step_beside_parent
+from slipfold.branches.closed_branches import Returns, has_copy, step_beside_parent
 from slipfold.branches.ends import failure_reason
 from slipfold.branches.seams import Seams
 from slipfold.branches.settings import Settings
@@ -16,19 +15,18 @@ from slipfold.branches.stops import Limits, Unresolved
 from slipfold.continuation.end import End
 from slipfold.continuation.follow import Endings, follow
 from slipfold.continuation.monitor import Monitor
-from slipfold.continuation.trail import Stop, Trail
+from slipfold.continuation.trail import Trail
 from slipfold.continuation.walk import Failure
+from slipfold.loci.births import EndsAtParent, ends_beside_parent
 from slipfold.loci.describe import pair_of, plane_of
 from slipfold.loci.locus_equations import LocusEquations
 from slipfold.loci.special_points import SpecialPoints
+from slipfold.loci.start import FIRST
 from slipfold.loci.window import Window
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.spectrum.degeneracy import PAIRED
 
 __all__ = ["trace_locus"]
-
-FIRST = 0.01
-"""First step from a regular point: a locus may be begun where it bends, beside a cusp."""
 
 UNDAMPED = 1e-6
 """Distance from the unit circle within which multipliers beside the critical ones are on it."""
@@ -41,6 +39,7 @@ def trace_locus(
     settings: Settings,
     *,
     born: bool = False,
+    first_step: float = FIRST,
     watch: Callable[[Trail[OrbitPoint]], None] = lambda trail: None,
     through_stick: bool = False,
 ) -> Trail[OrbitPoint]:
@@ -50,22 +49,25 @@ def trace_locus(
         curve,
         start,
         orbits.bounds(*window),
-        lambda curve: [*_monitors(curve), *([Growing(curve)] if change.may_come(curve) else [])],
+        lambda curve: [
+            *_monitors(curve, settings),
+            *([Growing(curve)] if change.may_come(curve) else []),
+        ],
         settings=settings,
         departs=born,
-        first_step=None if born else FIRST,
+        first_step=first_step,
         cap=step_beside_parent if has_copy(orbits) else None,
-        endings=_LocusEndings(window),
+        endings=_LocusEndings(window, settings),
         otherwise=change.otherwise,
         watch=watch,
     )
 
 
-def _monitors(curve: LocusEquations) -> list[Monitor[OrbitPoint]]:
+def _monitors(curve: LocusEquations, settings: Settings) -> list[Monitor[OrbitPoint]]:
     """What is watched along a locus: what ends it early first, what takes longest last."""
     monitors: list[Monitor[OrbitPoint]] = [Seams(curve), Unresolved(curve)]
     if has_copy(curve.orbits):
-        monitors.append(MeetsCopy(curve, partial(_at_parent, curve)))
+        monitors.append(EndsAtParent(curve, settings))
     return [
         *monitors,
         Returns(curve, "the locus closed on itself"),
@@ -77,8 +79,9 @@ def _monitors(curve: LocusEquations) -> list[Monitor[OrbitPoint]]:
 class _LocusEndings(Endings[OrbitPoint]):
     """The ends of loci in words."""
 
-    def __init__(self, window: Window) -> None:
+    def __init__(self, window: Window, settings: Settings) -> None:
         self._window = window
+        self._settings = settings
 
     def left(self, trail: Trail[OrbitPoint]) -> End:
         """Return the end of a locus that left the window."""
@@ -95,6 +98,11 @@ class _LocusEndings(Endings[OrbitPoint]):
     def failed(self, trail: Trail[OrbitPoint], failure: Failure) -> End:
         """Return the end of a locus that could not be followed."""
         curve, last = trail.curve, trail.points[-1]
+        stop = ends_beside_parent(curve, last, self._settings)
+        if stop is not None and stop.beyond is not None:
+            trail.points.append(stop.beyond)
+            trail.reached = (stop.reached,)
+            return stop.end
         kind, reason = failure_reason(curve.orbits, last, failure)
         on_circle = int(np.count_nonzero(np.abs(np.abs(last.multipliers) - 1) < UNDAMPED))
         if on_circle > (2 if curve.condition in PAIRED else 1):
@@ -103,11 +111,3 @@ class _LocusEndings(Endings[OrbitPoint]):
                 f"and which of them crosses it is not defined ({reason})"
             )
         return End(kind, reason, pair_of(curve, last))
-
-
-def _at_parent(curve: LocusEquations, last: OrbitPoint, meeting: object) -> Stop[OrbitPoint]:
-    """Return the end of a locus where the halves of its orbits become the same."""
-    doubled = curve.orbits.period % 2 == 0
-    what = "become those of half the period" if doubled else "shrink to an equilibrium"
-    reason = f"the locus ends where its orbits {what}"
-    return Stop(last, End("codimension-2", reason, curve.place(last.z)), reached=last)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.bifurcations import ON_CIRCLE, is_torus
+from slipfold.branches.closed_branches import asymmetry, has_copy
 from slipfold.continuation.contraction import contracts_between
 from slipfold.continuation.end import End
 from slipfold.continuation.monitor import Zeros
@@ -20,10 +21,13 @@ from slipfold.orbits.crossing import crossing_gap
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.spectrum.degeneracy import CRITICAL, PAIRED, critical_places
 
-__all__ = ["DOUBLED", "SpecialPoints", "tests_of"]
+__all__ = ["DOUBLED", "TWO_PAIRS", "SpecialPoints", "tests_of"]
 
 DOUBLED = ("R1", "R2", "BT")
 """Where a second multiplier joins a critical one, or a critical pair meets on the real axis."""
+
+TWO_PAIRS = ("HH", "NSNS")
+"""Where two pairs are critical: two loci of the same type cross."""
 
 STANDING = 1e-6
 """A tangent whose components along both parameters are below this belongs to a cusp."""
@@ -42,11 +46,20 @@ SAME_PITCHFORK = 1e-2
 
 MIRRORED = "the folds end where a pitchfork turns soft, DP: beyond are their mirror images"
 
+LEFT = "the locus ends at {}, where its orbits become symmetric: beyond are their mirror images"
+
 CROSSED = {("PD", "LPPD"): "BPPD", ("NS", "LPNS"): "BPNS"}
 """What a locus crosses, by its type and by what it would be, where that is no fold."""
 
+STANDS: dict[str, str | None] = {"HB": "ZH", "PD": "BPPD", "NS": "BPNS", "BP": None}
+"""What it is where a locus other than one of folds stands in both parameters: it leaves orbits of a
+symmetry there, which have another critical multiplier."""
+
 CROSSES = 1e-6
 """A test function below this vanishes, where another was located that has it as a factor."""
+
+NEAR_PARENT = 0.02
+"""Distance between the halves of an orbit, in scaled states, that is next to none."""
 
 PITCHFORK = 1e-3
 """An extremum of a locus of folds this near to a crossing is a degenerate pitchfork."""
@@ -92,6 +105,11 @@ class SpecialPoints(Zeros[OrbitPoint]):
             )
             place = curve.place(there.z)
             return Sight(found, Stop(last, End("codimension-2", MIRRORED, place)))
+        left = [item for item in found if curve.condition in STANDS and _stands(item.point)]
+        if left and self._is_symmetric(left[0].point):
+            point = left[0].point
+            end = End("codimension-2", LEFT.format(left[0].type), curve.place(point.z))
+            return Sight(found, Stop(point, end))
         resonances = [item for item in found if item.type in DOUBLED]
         if curve.condition not in PAIRED or not resonances:
             return Sight(found)
@@ -109,12 +127,14 @@ class SpecialPoints(Zeros[OrbitPoint]):
         self, known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint
     ) -> list[Found[OrbitPoint]]:
         """Return the special points where a test function changes sign between two points."""
-        cusp = "CP" if self._curve.orbits.kind == "equilibrium" else "CPC"
         found = super().located(known, a, b)
         if self._curve.condition == "LP":
             found = _merged(found, "DP", self._is_symmetric, SAME_PITCHFORK)
         found = [self._named(item) for item in found]
-        return _merged(found, cusp, _stands, SAME_CUSP)
+        resting = self._curve.orbits.kind == "equilibrium"
+        name = STANDS.get(self._curve.condition, "CP" if resting else "CPC")
+        found = found if name is None else _merged(found, name, _stands, SAME_CUSP)
+        return [self._doubled(item) if item.type == "ZH" else item for item in found]
 
     def _named(self, found: Found) -> Found:
         """Tell a branch point from a fold, where another multiplier is one as well."""
@@ -122,18 +142,26 @@ class SpecialPoints(Zeros[OrbitPoint]):
         crosses = name is not None and self._is_symmetric(found.point)
         return replace(found, type=name) if name is not None and crosses else found
 
+    def _doubled(self, found: Found) -> Found:
+        """Tell BT from ZH: where the critical pair is zero too, no other eigenvalue is meant."""
+        paired = self._curve.condition in PAIRED
+        return replace(found, type="BT") if paired and found.point.tests["BT"] < CROSSES else found
+
     def _is_pole_alone(self, point: OrbitPoint) -> bool:
         """Whether a coefficient's zero is that of what is zero where other points have its pole.
 
         At a branch point that a symmetry keeps there is none.
         """
-        fold = {"PD": "LPPD", "NS": "LPNS"}.get(self._curve.condition)
+        fold = {"PD": "LPPD", "NS": "LPNS", "HB": "ZH"}.get(self._curve.condition)
         beside = fold is not None and abs(point.tests[fold]) < CROSSES
         return beside and self._is_symmetric(point)
 
     def _is_symmetric(self, point: OrbitPoint) -> bool:
         """Whether families of orbits cross at a point, as at a pitchfork."""
-        return crossing_gap(self._curve.orbits, point.z) < PITCHFORK
+        orbits = self._curve.orbits
+        if has_copy(orbits) and np.linalg.norm(asymmetry(orbits, point.z)) < NEAR_PARENT:
+            return False  # there all families of orbits are near that of their parents
+        return crossing_gap(orbits, point.z) < PITCHFORK
 
     def changes_sign(self, name: str, a: OrbitPoint, b: OrbitPoint) -> bool:
         """Whether a test function does, and not because the locus is parallel to an axis."""
@@ -145,7 +173,7 @@ class SpecialPoints(Zeros[OrbitPoint]):
         """Whether the multipliers are where the type says."""
         values, condition = found.point.multipliers, self._curve.condition
         others = np.delete(values, critical_places(condition, values))
-        if found.type in ("GPD", "CH") and self._is_pole_alone(found.point):
+        if found.type in ("GPD", "CH", "GH") and self._is_pole_alone(found.point):
             return False
         if found.type in _PAIR.get(condition, ()):
             return is_torus(others)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.closed_branches import asymmetry
 from slipfold.branches.settings import Settings
 from slipfold.continuation.atlas import Start
 from slipfold.continuation.follow import BIRTH
@@ -19,21 +18,21 @@ from slipfold.errors import BREAKDOWNS, InputError, breakdown
 from slipfold.loci.describe import plane_of
 from slipfold.loci.locus_equations import LocusEquations
 from slipfold.loci.special_points import DOUBLED
-from slipfold.orbits.births import Newborn, cycle_of_no_amplitude, passed_twice
-from slipfold.orbits.crossing import critical_direction
-from slipfold.orbits.discretisations.segments import Segments
-from slipfold.orbits.equilibria import Equilibria
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.spectrum.degeneracy import PAIRED
-from slipfold.orbits.spectrum.eigenvalues import Cayley
-from slipfold.orbits.spectrum.floquet import floquet_multipliers
 
-__all__ = ["LocusStart", "parent_start", "regular_start", "starts_at"]
+__all__ = ["LocusStart", "is_complex", "of_each_pair", "passing", "regular_start"]
 
 Array = NDArray[np.float64]
 
 UNDEFINED = 1e-9
 """Smallest singular value, over the largest, of a Jacobian that defines a curve."""
+
+FIRST = 0.01
+"""First step from a regular point: a locus may be begun where it bends, beside a cusp."""
+
+BESIDE = 1e-2
+"""Distance from a double Hopf point at which the other of the loci that cross there is begun."""
 
 MOVED = 1e-3
 """A special point may be moved by this, in scaled variables, before it is another one."""
@@ -47,8 +46,8 @@ CROSSING = {
     "BPNS": ("BP", "NS"),
     "R1": ("LP", "NS"),
     "R2": ("PD", "NS"),
-    "BT": ("LP", "HB"),
-    "ZH": ("LP", "HB"),
+    "BT": ("LP", "BP", "HB"),
+    "ZH": ("LP", "BP", "HB"),
 }
 """Types of the loci that pass through a point of codimension two, or end there."""
 
@@ -61,6 +60,9 @@ class LocusStart(Start[OrbitPoint]):
     doubled: bool = False
     # Type of the point of codimension two that it passes there; empty if it passes none
     crosses: str = ""
+    step: float = FIRST  # length of the first step
+    # Orbits by which it is known, where another locus of its type passes its first point
+    beside: tuple[Array, ...] = ()
 
 
 def regular_start(
@@ -74,7 +76,8 @@ def regular_start(
     except BREAKDOWNS as error:
         raise _no_locus(curve, z, breakdown(error)) from None
     both = _rising_first(point, curve.turned(point))
-    return LocusStart(curve, both, departs=bool(crosses), crosses=crosses)
+    step = BIRTH if crosses else FIRST
+    return LocusStart(curve, both, departs=bool(crosses), crosses=crosses, step=step)
 
 
 def _regular_point(curve: LocusEquations, z: Array, settings: Settings) -> OrbitPoint:
@@ -121,46 +124,13 @@ def _no_locus(curve: LocusEquations, z: Array, reason: str) -> InputError:
     )
 
 
-def parent_start(curve: LocusEquations, point: OrbitPoint, settings: Settings) -> LocusStart | None:
-    """Return the period doubling or Hopf point at which a locus of orbits born there ends."""
-    orbits = curve.orbits
-    nodes = orbits.nodes(point.z)
-    if orbits.period % 2:
-        resting = Equilibria(orbits.model, orbits.varied, Cayley())
-        z = resting.pack(nodes.mean(axis=0, keepdims=True), orbits.values(point.z))
-        parent = LocusEquations(resting, "HB")
-    else:
-        half = orbits.with_period(orbits.period // 2)
-        assert isinstance(orbits.by, Segments)
-        assert isinstance(half.by, Segments)
-        rounds = [half.by.start, half.by.start + half.period]
-        halves = orbits.by.states(nodes, orbits.constants(point.z), np.concatenate(rounds))
-        both = halves.reshape(2, half.segments, -1)
-        z = half.join(both.mean(axis=0), orbits.free_values(point.z))
-        parent = LocusEquations(half, "PD")
-    try:
-        return regular_start(parent, z, settings)
-    except InputError:
-        return None
-
-
-def starts_at(curve: LocusEquations, found: Found, settings: Settings) -> Iterator[LocusStart]:
-    """Return the loci that begin or pass at a point of codimension two, but its own.
-
-    At GPD the folds of the doubled orbits are born; through LPPD, LPNS, PDNS, R1 and R2 pass loci
-    of two types, that of tori ending at the resonances; at R2 a locus of tori of the doubled orbits
-    may be born as well. At a generalised Hopf point folds of cycles are born.
-    """
-    point, orbits, condition = found.point, curve.orbits, curve.condition
-    if found.type == "GH" and isinstance(orbits, Equilibria):
-        yield from _born(cycle_of_no_amplitude(orbits, point.z), "LP", point, settings)
-    if found.type == "GPD":
-        yield from _born(passed_twice(orbits, point.z), "LP", point, settings)
+def passing(
+    curve: LocusEquations, found: Found, types: Sequence[str], settings: Settings
+) -> Iterator[LocusStart]:
+    """Return the loci of other types that pass a point of codimension two, or end there."""
+    point, orbits = found.point, curve.orbits
     for other in CROSSING.get(found.type, ()):
-        if other == condition:
-            continue
-        if (found.type, other) == ("DP", "LP"):
-            yield from _folds_at(curve, point, settings)
+        if other == curve.condition or other not in types:
             continue
         try:
             start = regular_start(LocusEquations(orbits, other), point.z, settings, found.type)
@@ -170,8 +140,21 @@ def starts_at(curve: LocusEquations, found: Found, settings: Settings) -> Iterat
             yield from _complex_side(start, settings)
         else:
             yield start
-    if found.type == "R2" and condition == "PD":
-        yield from _born(passed_twice(orbits, point.z), "NS", point, settings)
+
+
+def of_each_pair(curve: LocusEquations, z: Array, settings: Settings) -> Iterator[LocusStart]:
+    """Return the two loci of a type that cross where two pairs are critical.
+
+    There the equations do not say which of the pairs they mean: at a point beside it they do.
+    """
+    newton = settings.newton
+    for along in curve.pair_tangents(z):
+        tangent = along if along[-2:].sum() >= 0 else -along  # its sign is arbitrary
+        guess = z + BESIDE * tangent
+        found = correct(curve, guess, tangent, newton.tolerance, newton.iterations, BESIDE / 2)
+        if found.converged:
+            point = curve.point(found, 0.0)
+            yield LocusStart(curve, _rising_first(point, curve.turned(point)))
 
 
 def _complex_side(start: LocusStart, settings: Settings) -> Iterator[LocusStart]:
@@ -179,68 +162,13 @@ def _complex_side(start: LocusStart, settings: Settings) -> Iterator[LocusStart]
     sides = []
     for point in start.points:
         first = next(iter(walk(start.curve, [point], BIRTH, (), settings)))
-        if not isinstance(first, Failure) and _is_complex(first):
+        if not isinstance(first, Failure) and is_complex(first):
             sides.append(point)
     if sides:
         yield replace(start, points=tuple(sides), crosses="")
 
 
-def _is_complex(point: OrbitPoint) -> bool:
+def is_complex(point: OrbitPoint) -> bool:
     """Whether the critical pair of a point of a torus locus is complex."""
     tests = point.tests
     return tests["BT"] > 0 if "BT" in tests else tests["R1"] > 0 < tests["R2"]
-
-
-def _folds_at(curve: LocusEquations, point: OrbitPoint, settings: Settings) -> Iterator[LocusStart]:
-    """Return the folds that leave a degenerate pitchfork: half of them mirrors the other.
-
-    Their equations hold on all the branch points as well; they leave along the critical vector.
-    """
-    tangent = np.append(critical_direction(curve.orbits, point.z), np.zeros(2))
-    folds = LocusEquations(curve.orbits, "LP")
-    start = _leaving(folds, point.z, tangent, point.monodromy, point.residual)
-    if start is None:
-        return
-    after = next(iter(walk(folds, [start], BIRTH, (), settings)))
-    if not isinstance(after, Failure) and abs(float((after.z - point.z) @ tangent)) > 0.5 * BIRTH:
-        yield LocusStart(folds, (start,), departs=True, crosses="DP")
-
-
-def _leaving(
-    curve: LocusEquations, z: Array, tangent: Array, monodromy: Array, residual: float
-) -> OrbitPoint | None:
-    """Return the first point of a locus that leaves another one, where its equations are singular.
-
-    None if its orbit cannot be integrated. Shapes: monodromy (n, n).
-    """
-    linearisation = curve.orbits.linearise(z)
-    if not np.isfinite(linearisation.blocks).all():
-        return None
-    multipliers = floquet_multipliers(monodromy)
-    return OrbitPoint(
-        z,
-        tangent,
-        0.0,
-        curve.tests(z, linearisation, multipliers, tangent),
-        0,
-        residual,
-        piece=curve.orbits.piece(z),
-        curve=curve,
-        monodromy=monodromy,
-        multipliers=multipliers,
-    )
-
-
-def _born(
-    first: Newborn, condition: str, parent: OrbitPoint, settings: Settings
-) -> Iterator[LocusStart]:
-    """Return the locus of orbits that are born at a point, unless it leads to their parents."""
-    curve = LocusEquations(first.orbits, condition)
-    start = _leaving(curve, first.z, first.tangent, first.monodromy, parent.residual)
-    if start is None:
-        return
-    after = next(iter(walk(curve, [start], BIRTH, (), settings)))
-    if isinstance(after, Failure) or np.linalg.norm(asymmetry(first.orbits, after.z)) < 0.5 * BIRTH:
-        return
-    if condition == "LP" or _is_complex(after):
-        yield LocusStart(curve, (start,), departs=True, doubled=True)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 from slipfold.errors import InputError
+from slipfold.flow.sizes.typical_sizes import measured_within
 from slipfold.models.model import Model
 
-__all__ = ["Window", "check_window"]
+__all__ = ["Window", "check_window", "measured_across"]
 
 Window = tuple[tuple[float, float], tuple[float, float]]
 """Least and largest value of each of two parameters."""
@@ -38,3 +41,9 @@ def check_window(model: Model, vary: tuple[str, str], window: Window) -> Window:
             )
         spans.append((low, high))
     return spans[0], spans[1]
+
+
+def measured_across(model: Model, plane: tuple[str, str], window: Window) -> Model:
+    """Return a model that knows how large its states become at the corners of a window."""
+    corners = (dict(zip(plane, values, strict=True)) for values in product(*window))
+    return measured_within(model, list(corners))

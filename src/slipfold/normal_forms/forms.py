@@ -14,6 +14,7 @@ from slipfold.normal_forms.quintic import quintic_coefficient
 from slipfold.normal_forms.return_map import ReturnMap
 from slipfold.normal_forms.segment_map import SegmentMap
 from slipfold.orbits.critical import Critical
+from slipfold.orbits.cycles import Cycles
 from slipfold.orbits.linearisation import Linearisation
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
@@ -69,6 +70,8 @@ class CycleForms(Forms):
 
     def coefficient(self, curve: Critical, z: Array, linearisation: Linearisation) -> float:
         """Return the coefficient along a locus."""
+        if isinstance(curve.orbits, Cycles) and curve.orbits.stands(z):
+            raise np.linalg.LinAlgError("a cycle of no amplitude has no return map")
         map_ = ReturnMap(curve.orbits, z, curve.orbits.scales)
         product = linearisation.product
         ratios = _ratios(curve.orbits, z)

@@ -57,16 +57,20 @@ def passed_twice(orbits: Orbits, z: Array) -> Newborn:
 
 
 def cycle_of_no_amplitude(
-    orbits: Equilibria, z: Array, method: Callable[[Array], Cut] = lambda jacobian: Shooting
+    orbits: Equilibria,
+    z: Array,
+    method: Callable[[Array], Cut] = lambda jacobian: Shooting,
+    *,
+    pair: int = 0,
 ) -> Newborn:
     """Return an equilibrium at a Hopf point as a cycle, with the direction of those born there.
 
     That is the critical eigenvector turning once. `method` says how the cycle is cut, from the
-    derivatives of the rates a round.
+    derivatives of the rates a round. Pairs are numbered by their distance from the imaginary axis.
     """
     unit, jacobian = orbits.unit(z), orbits.jacobian(z)
     values, vectors = np.linalg.eig(jacobian)
-    critical = int(np.where(values.imag > 0, np.abs(values.real), np.inf).argmin())
+    critical = int(np.where(values.imag > 0, np.abs(values.real), np.inf).argsort()[pair])
     turn = 2 * np.pi / float(values[critical].imag)
     paced = orbits.model.replace(duration=unit * turn)
     child = Cycles(paced, orbits.varied, by=method(jacobian * turn))

@@ -12,7 +12,13 @@ from slipfold.orbits.crossing import crossing_conditions, crossing_values
 from slipfold.orbits.discretisations.discretisation import Discretisation
 from slipfold.orbits.linearisation import MANY, Conditions, Linearisation, defect_of
 from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
-from slipfold.orbits.spectrum.degeneracy import UNKNOWN, Degeneracy, degeneracy
+from slipfold.orbits.spectrum.degeneracy import (
+    UNKNOWN,
+    Degeneracy,
+    critical_pair,
+    degeneracy,
+)
+from slipfold.orbits.spectrum.floquet import floquet_multipliers
 from slipfold.orbits.stick_slip.met_shooting import MetShooting
 
 __all__ = ["Critical"]
@@ -97,6 +103,24 @@ class Critical(OrbitCurve):
         grown = np.linalg.norm(ends, axis=2) * np.linalg.norm(backward, axis=2)
         size = float(np.sqrt(1 + (grown**2).sum()))
         return Degeneracy(found.value / size, found.left / size, found.right)
+
+    def pair_tangents(self, z: Array) -> list[Array]:
+        """Return the tangents of the two loci that cross where two pairs are critical.
+
+        Nothing where there is one pair only. Shapes: z (u,); returns (u,).
+        """
+        plain = self.orbits.linearise(z)
+        multipliers = floquet_multipliers(plain.monodromy)
+        places, pairs = np.arange(len(multipliers)), list[tuple[int, int]]()
+        for _ in range(2):
+            pair = critical_pair(multipliers[places])
+            if pair is None:
+                return []
+            pairs.append((int(places[pair[0]]), int(places[pair[1]])))
+            places = np.delete(places, pair)
+        found = [degeneracy(self.condition, plain.monodromy, pair) for pair in pairs]
+        slopes = [self.orbits.slope(item, plain, z)[0] for item in found]
+        return [np.linalg.svd(np.vstack([plain.jacobian, slope]))[2][-1] for slope in slopes]
 
     def shifted(self, z: Array, tangent: Array) -> tuple[Self, Array, Array]:
         """Return the same orbit and direction, so described that all errors are others."""

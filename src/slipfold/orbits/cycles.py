@@ -128,9 +128,13 @@ class Cycles(Orbits):
             guess = guess - (direction @ (guess - known)) * direction
         return guess
 
+    def stands(self, z: Array) -> bool:
+        """Whether a cycle has no amplitude: it is an equilibrium."""
+        return bool(np.ptp(self.nodes(z) / self.scales, axis=0).max() < STANDING)
+
     def begun_near(self, z: Array, reference: Array) -> Array:
         """Return the same cycle begun where it lies nearest to another."""
-        if np.ptp(self.nodes(z) / self.scales, axis=0).max() < STANDING:
+        if self.stands(z):
             return z
         nodes = self.by.begun_near(self.nodes(z), self.constants(z), self.nodes(reference))
         return self.join(nodes, self.free_values(z))

@@ -52,7 +52,7 @@ UNKNOWN = Degeneracy(np.nan, np.empty((0, 0)), np.empty((0, 0)))
 """Of a matrix that could not be computed, or has no pair."""
 
 
-def degeneracy(kind: str, monodromy: Array) -> Degeneracy:
+def degeneracy(kind: str, monodromy: Array, pair: tuple[int, int] | None = None) -> Degeneracy:
     r"""Measure how far a matrix is from having a critical multiplier.
 
     LP and PD: the smallest singular value of :math:`M \mp I`, with the sign of the determinant,
@@ -65,12 +65,12 @@ def degeneracy(kind: str, monodromy: Array) -> Degeneracy:
     Bifurcation Theory, section 10.3: minimally augmented systems). NS: the product of the critical
     pair less one, from the matrix restricted to the plane of the pair, so that it stays smooth
     where the pair meets on the real axis (R1, R2). HB: the same of an equilibrium. All are divided
-    by the size of the matrix.
+    by the size of the matrix. The pair is the critical one if its places are not given.
 
     Shapes: monodromy (n, n).
     """
     of_a_pair = kind in PAIRED
-    found = _pair_degeneracy(monodromy) if of_a_pair else _real_degeneracy(kind, monodromy)
+    found = _pair_degeneracy(monodromy, pair) if of_a_pair else _real_degeneracy(kind, monodromy)
     if found is UNKNOWN:
         return found
     # The matrix is known to a share of its largest entry, and so is the number.
@@ -117,10 +117,10 @@ def _real_degeneracy(kind: str, monodromy: Array) -> Degeneracy:
     return Degeneracy(float(sign * values[-1]), sign * left[:, -1:].T, right[-1:])
 
 
-def _pair_degeneracy(monodromy: Array) -> Degeneracy:
+def _pair_degeneracy(monodromy: Array, pair: tuple[int, int] | None) -> Degeneracy:
     n = len(monodromy)
     multipliers = floquet_multipliers(monodromy)
-    pair = critical_pair(multipliers)
+    pair = pair or critical_pair(multipliers)
     if pair is None:
         return UNKNOWN
     total = (multipliers[pair[0]] + multipliers[pair[1]]).real

@@ -6,7 +6,8 @@ from collections.abc import Collection
 from typing import Literal, Self
 
 from slipfold.errors import InputError
-from slipfold.loci.bifurcation_set import check_asked, find_bifurcation_set, measured_across
+from slipfold.loci.bifurcation_set import check_asked, find_bifurcation_set
+from slipfold.loci.window import measured_across
 from slipfold.models.model import Model
 from slipfold.studies.work.work import Findings, Quantity, Span, Value, Work, parsed_span
 

@@ -1,0 +1,299 @@
+"""Points of codimension two by their names, and the loci that begin and end there.
+
+Published values are those of the demos of AUTO-07p and of the tests of BifurcationKit.jl
+(`test/hopf_codim_2/lorenz84.jl` and `COModel.jl`); the rest are closed forms.
+"""
+
+from functools import lru_cache
+from math import pi, sqrt
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import slipfold as sf
+
+WHOLE = sf.Settings(largest_period=1)
+QUIET = sf.Settings(largest_period=1, largest_duration=1.2)
+
+REACTION = sf.System(
+    name="ab",
+    parameters={"p1": 0.0, "p2": 14.0, "p3": 3.0},
+    states={
+        "u1": "-u1 + p1*(1 - u1)*exp(u2)",
+        "u2": "-u2 + p1*p2*(1 - u1)*exp(u2) - p3*u2",
+    },
+)
+CIRCUIT = sf.System(
+    name="tor",
+    parameters={"nu": -0.62, "beta": 0.5, "gamma": -0.6, "r": 0.6, "a3": 0.328578, "b3": 0.933578},
+    states={
+        "x": "(-(beta + nu)*x + beta*y - a3*x^3 + b3*(y - x)^3)/r",
+        "y": "beta*x - (beta + gamma)*y - z - b3*(y - x)^3",
+        "z": "y",
+    },
+)
+ATMOSPHERE = sf.System(
+    name="lorenz-84",
+    parameters={
+        "F": 3.0,
+        "T": 0.04,
+        "alpha": 0.25,
+        "beta": 1.0,
+        "gamma": 0.987,
+        "delta": 1.04,
+        "G": 0.25,
+    },
+    states={
+        "X": {"rate": "-Y^2 - Z^2 - alpha*X + alpha*F - gamma*U^2", "start": 2.979},
+        "Y": {"rate": "X*Y - beta*X*Z - Y + G", "start": -0.0387},
+        "Z": {"rate": "beta*X*Y + X*Z - Z", "start": 0.0582},
+        "U": {"rate": "-delta*U + gamma*U*X + T", "start": -0.0211},
+    },
+)
+OXIDATION = sf.System(
+    name="co-oxidation",
+    parameters={"q1": 2.5, "q2": 0.6, "q3": 10.0, "q4": 0.0675, "q5": 1.0, "q6": 0.1, "k": 0.4},
+    states={
+        "x": {"rate": "2*q1*(1 - x - y - s)^2 - 2*q5*x^2 - q3*x*y", "start": 0.07},
+        "y": {"rate": "q2*(1 - x - y - s) - q6*y - q3*x*y", "start": 0.2},
+        "s": {"rate": "q4*(1 - x - y - s) - k*q4*s", "start": 0.5},
+    },
+)
+ZERO_HOPF = sf.System(
+    name="zero-hopf",
+    parameters={"b1": -0.25, "b2": -0.2, "s": 1.0, "e": -1.0},
+    states={
+        "w": {"rate": "b1 + w^2 + s*(u^2 + v^2)", "start": -0.5},
+        "u": "(b2 + e*w + w^2)*u - v",
+        "v": "u + (b2 + e*w + w^2)*v",
+    },
+)
+TWO_MODES = sf.System(
+    name="two-modes",
+    parameters={"a": -0.5, "b": 0.3, "p": 0.6, "q": 0.4},
+    states={
+        "x": "a*x - y - x*(x^2 + y^2 + p*(u^2 + v^2))",
+        "y": "x + a*y - y*(x^2 + y^2 + p*(u^2 + v^2))",
+        "u": "b*u - sqrt(2)*v - u*(u^2 + v^2 + q*(x^2 + y^2))",
+        "v": "sqrt(2)*u + b*v - v*(u^2 + v^2 + q*(x^2 + y^2))",
+    },
+)
+
+
+@lru_cache
+def response_of(model, vary, span, settings):
+    return sf.response(model, vary=vary, span=span, settings=settings)
+
+
+def points_of(model, vary, span, kind, settings=QUIET):
+    diagram = response_of(model, vary, span, settings)
+    return [item.point for item in diagram.special if item.point.type == kind]
+
+
+def named(loci, kind):
+    """Values of the points of a type on some loci."""
+    return [point.values for locus in loci for point in locus.special if point.type == kind]
+
+
+def of_type(found, kind, orbits="periodic"):
+    return [locus for locus in found.loci if (locus.type, locus.kind) == (kind, orbits)]
+
+
+def test_folds_of_the_reaction_end_at_its_bautin_point():
+    # AUTO's demo ab. The response begins where nothing couples the states, at p1 = 0, and finds
+    # their sizes a thousand times too large.
+    folds = points_of(REACTION, "p1", (0, 0.5), "LP", WHOLE)
+    plane = ("p1", "p2"), ((0.05, 0.5), (6, 16))
+    found = sf.locus(folds, *plane)
+    (cycles,), (hopf,) = of_type(found, "LP"), of_type(found, "HB", "equilibrium")
+    assert named([hopf], "GH") == [pytest.approx((0.2789854, 11.0158491), abs=1e-7)]
+    end = next(end for end in (cycles.begun, cycles.stopped) if end.kind == "codimension-2")
+    assert end.values == pytest.approx((0.2789854, 11.0158491), abs=1e-7)
+    assert end.reason.startswith("the locus ends at GH, generalised Hopf")
+    assert cycles.special == ()
+    assert next(item for item in hopf.special if item.type == "GH").leads_to == (cycles.id,)
+    assert not of_type(found, "BP")
+    # From the other end it is the same locus.
+    other = sf.locus(points_of(REACTION, "p1", (0, 0.5), "HB", WHOLE), *plane)
+    assert [(locus.type, locus.kind) for locus in other.loci] == [
+        ("HB", "equilibrium"),
+        ("LP", "periodic"),
+    ]
+
+
+@pytest.mark.long
+def test_folds_of_the_oxidation_join_its_two_bautin_points():
+    hopf, _, folds = sf.locus(
+        points_of(OXIDATION, "q2", (0.6, 1.9), "HB"), ("q2", "k"), ((0.6, 1.9), (0.1, 2.2))
+    ).loci
+    assert folds.kind == "periodic"
+    ends = sorted(end.values for end in (folds.begun, folds.stopped))
+    assert ends == [pytest.approx(values, abs=1e-9) for values in sorted(named([hopf], "GH"))]
+
+
+def test_equilibria_of_the_oxidation():
+    found = sf.locus(
+        points_of(OXIDATION, "q2", (0.6, 1.9), "HB")[:1],
+        ("q2", "k"),
+        ((0.6, 1.9), (0.1, 2.2)),
+        switch=False,
+    )
+    first, second = sorted(named(found.loci, "GH"))
+    assert first == pytest.approx((0.8913, 0.2325), abs=1e-4)
+    assert second == pytest.approx((0.924255, 0.305879), abs=1e-6)
+    doubles = sorted(named(found.loci, "BT"))
+    assert doubles[0] == pytest.approx((1.161199, 0.7223392), abs=1e-6)
+    assert doubles[1] == pytest.approx((1.417628, 0.971397), abs=1e-6)
+
+
+def test_equilibria_of_the_atmosphere():
+    hopf = points_of(ATMOSPHERE, "F", (3.0, 1.0), "HB")
+    plane = ("F", "T"), ((1.2, 3.0), (-0.01, 0.07))
+    loci = sf.locus(hopf, *plane, switch=False).loci
+    assert len(loci) == 2
+    # Both loci of Hopf points pass the double one.
+    assert named(loci, "HH") == [pytest.approx((2.533221, 0.0262739), abs=1e-6)] * 2
+    assert named(loci, "GH") == [pytest.approx((2.37636, 0.0501974), abs=1e-5)]
+    folds = sf.locus(points_of(ATMOSPHERE, "F", (3.0, 1.0), "LP"), *plane, switch=False).loci
+    assert sorted(named(folds, "ZH"), key=lambda values: values[1]) == [
+        pytest.approx((1.2834193, sign * 1.2654e-4), abs=1e-7) for sign in (-1, 1)
+    ]
+    assert named(folds, "CP") == [pytest.approx((1.2782833, 0), abs=1e-6)]
+    (double,) = (point for point in folds[0].special if point.type == "BT")
+    assert double.values == pytest.approx((1.4467167, 0.0209402), abs=1e-6)
+    assert double.coefficients == pytest.approx({"a": 0.2144233, "b": 0.6065146}, rel=1e-5)
+
+
+@lru_cache
+def tori_of_the_atmosphere():
+    hopf = points_of(ATMOSPHERE, "F", (3.0, 1.0), "HB")
+    return sf.locus(hopf[1:2], ("F", "T"), ((2.46, 2.56), (0.0245, 0.045)))
+
+
+def test_tori_of_the_atmosphere_begin_at_the_double_hopf_point():
+    found = tori_of_the_atmosphere()
+    tori, hopf = of_type(found, "NS"), of_type(found, "HB", "equilibrium")
+    assert (len(tori), len(hopf)) == (2, 2)
+    (place,) = {tuple(np.round(values, 9)) for values in named(hopf, "HH")}
+    double = next(item for item in hopf[0].special if item.type == "HH")
+    frequencies = sorted(value for value in double.eigenvalues.imag if value > 1e-3)
+    for locus in tori:
+        assert locus.begun.values == pytest.approx(place, abs=1e-7)
+        assert locus.parent in [item.id for item in hopf]
+    assert sorted(2 * pi / locus.durations[0] for locus in tori) == pytest.approx(
+        frequencies, rel=1e-5
+    )
+
+
+def test_a_torus_point_of_the_atmosphere_under_another_integrator():
+    for locus in of_type(tori_of_the_atmosphere(), "NS"):
+        F, T = locus.values[-1]
+
+        def rates(time, q, F=F, T=T):
+            x, y, z, u = q[:4]
+            jacobian = np.array([
+                [-0.25, -2 * y, -2 * z, -2 * 0.987 * u],
+                [y - z, x - 1, -x, 0],
+                [y + z, x, x - 1, 0],
+                [0.987 * u, 0, 0, 0.987 * x - 1.04],
+            ])  # fmt: skip
+            field = [
+                -(y**2) - z**2 - 0.25 * x + 0.25 * F - 0.987 * u**2,
+                x * y - x * z - y + 0.25,
+                x * y + x * z - z,
+                -1.04 * u + 0.987 * u * x + T,
+            ]
+            return [*field, *(jacobian @ q[4:].reshape(4, 4)).ravel()]
+
+        start = np.concatenate([locus.states[-1], np.eye(4).ravel()])
+        end = solve_ivp(rates, (0, locus.durations[-1]), start, "DOP853", rtol=1e-11, atol=1e-12)
+        assert end.y[:4, -1] == pytest.approx(locus.states[-1], abs=1e-7)
+        values = np.linalg.eigvals(end.y[4:, -1].reshape(4, 4))
+        pair = values[np.abs(values.imag) > 1e-3]
+        assert len(pair) == 2
+        assert np.abs(pair) == pytest.approx(1, abs=1e-7)
+
+
+def test_tori_of_two_modes_begin_at_their_double_hopf_point():
+    # Cycles of the first mode, of radius sqrt(a), let the second grow where b > q a; the other way
+    # round where a > p b.
+    hopf = points_of(TWO_MODES, "a", (-0.5, 0.5), "HB")
+    found = sf.locus(hopf, ("a", "b"), ((-1, 1), (-1, 1)))
+    assert [locus.type for locus in found.loci] == ["HB", "HB", "NS", "NS"]
+    for locus, along in zip(found.loci[:2], (0, 1), strict=True):
+        assert locus.values[:, along] == pytest.approx(0, abs=1e-12)
+        (double,) = locus.special
+        assert (double.type, double.values) == ("HH", pytest.approx((0, 0), abs=1e-9))
+        assert {3, 4} < set(double.leads_to)
+        assert locus.id not in double.leads_to
+    slopes = {2 * pi: 0.4, sqrt(2) * pi: 1 / 0.6}
+    for locus in found.loci[2:]:
+        a, b = locus.values.T
+        assert min(a.min(), b.min()) > -1e-9
+        assert max(a.max(), b.max()) == 1
+        slope = slopes[min(slopes, key=lambda item: abs(item - locus.durations[-1]))]
+        assert b == pytest.approx(slope * a, abs=1e-9)
+
+
+def test_tori_of_two_modes_end_at_their_double_hopf_point():
+    model = TWO_MODES.replace(a=0.5, b=0.1)
+    cycles = sf.response(
+        model, vary="b", span=(0.1, 0.3), start={"x": sqrt(0.5), "y": 0}, settled=True,
+        settings=QUIET,
+    )  # fmt: skip
+    point = next(item.point for item in cycles.special if item.point.type == "NS")
+    assert point.value == pytest.approx(0.2, abs=1e-9)
+    (locus,) = sf.locus(point, ("a", "b"), ((-1, 1), (-1, 1)), switch=False).loci
+    ends = [end for end in (locus.begun, locus.stopped) if end.kind == "codimension-2"]
+    assert [end.values for end in ends] == [pytest.approx((0, 0), abs=1e-12)]
+    assert ends[0].reason.startswith("the locus ends at HH, double Hopf")
+    assert locus.special == ()
+
+
+@pytest.mark.parametrize(("s", "e"), [(1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (-1.0, -1.0)])
+def test_tori_begin_at_a_zero_hopf_point_by_its_signs(s, e):
+    # Kuznetsov, Elements of Applied Bifurcation Theory, section 8.5, without what breaks the
+    # rotation: cycles with w = 0 and radius rho at b2 = 0, b1 = -s rho^2, whose pair has the
+    # exponents +-i rho sqrt(-2 s e). With s e > 0 they are saddles.
+    model = ZERO_HOPF.replace(s=s, e=e)
+    folds = points_of(model, "b1", (-0.25, 0.2), "LP")
+    found = sf.locus(folds, ("b1", "b2"), ((-0.1, 0.1), (-0.25, 0.25)))
+    (hopf,) = of_type(found, "HB", "equilibrium")
+    (both,) = named([hopf], "ZH")
+    assert both == pytest.approx((0, 0), abs=1e-10)
+    tori = of_type(found, "NS")
+    assert len(tori) == (1 if s * e < 0 else 0)
+    for locus in tori:
+        b1, b2 = locus.values.T
+        assert b2 == pytest.approx(0, abs=1e-10)
+        assert (-s * b1 > -1e-12).all()
+        rho = np.sqrt(np.abs(b1))
+        assert np.hypot(*locus.states[:, 1:].T) == pytest.approx(rho, abs=1e-7)
+        cosine = np.cos(2 * pi * rho * sqrt(2))
+        assert np.sort(locus.multipliers.real, axis=1)[:, 0] == pytest.approx(cosine, abs=1e-6)
+        # A fourth and a third of a turn.
+        assert named([locus], "R4") == [pytest.approx((-s / 32, 0), abs=1e-9)]
+        assert named([locus], "R3") == [pytest.approx((-s / 18, 0), abs=1e-9)]
+
+
+def test_zero_hopf_point_of_a_symmetry():
+    # AUTO's demo tor. At the origin an eigenvalue is zero where beta + nu = 0, and then the others
+    # are +-i w where beta = -gamma = 0.6, with w^2 = 1 - beta^2/r = 0.4.
+    (origin, *_) = points_of(CIRCUIT, "nu", (-0.62, -0.57), "HB")
+    found = sf.locus(origin, ("nu", "beta"), ((-0.9, -0.4), (0.3, 0.9)))
+    hopf = found.loci[0]
+    (point,) = (item for item in hopf.special if item.type == "ZH")
+    assert point.values == pytest.approx((-0.6, 0.6), abs=1e-9)
+    assert sorted(point.eigenvalues.imag) == pytest.approx([-sqrt(0.4), 0, sqrt(0.4)], abs=1e-7)
+    assert point.eigenvalues.real == pytest.approx(0, abs=1e-9)
+    assert [item.type for item in hopf.special] == ["GH", "MAX", "ZH", "BT"]
+    # The other equilibria branch off where nu + beta = 0, and have a Hopf locus of their own from
+    # there to where the pair is zero too, nu^2 = 0.6.
+    (crossed,) = of_type(found, "BP", "equilibrium")
+    assert crossed.values.sum(axis=1) == pytest.approx(0, abs=1e-10)
+    other = next(locus for locus in of_type(found, "HB", "equilibrium") if locus is not hopf)
+    ends = sorted(end.values for end in (other.begun, other.stopped))
+    assert ends[1] == pytest.approx((-0.6, 0.6), abs=1e-9)
+    assert ends[0] == pytest.approx((-sqrt(0.6), sqrt(0.6)), abs=1e-6)
+    assert [item.type for item in other.special][-1] == "BT"
