@@ -248,7 +248,7 @@ def whole_cycles(count, span):
 
 
 # Beside the Hopf point of these spans folds were invented.
-@pytest.mark.parametrize("span", [(1.25, 1.0), (1.3, 0.8)])
+@pytest.mark.parametrize("span", [(1.25, 1.0), pytest.param((1.3, 0.8), marks=pytest.mark.long)])
 def test_a_birth_of_cycles_is_no_fold(span):
     cycles = whole_cycles(3, span)
     assert not cycles.special
@@ -265,7 +265,9 @@ def test_cycles_of_whole_beams(count):
     assert cycles.durations[-1] == pytest.approx(duration_of_the_cycle(count, 1.25), rel=1e-8)
 
 
-@pytest.mark.parametrize("count", [3, 5, pytest.param(15, marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    "count", [3, *(pytest.param(count, marks=pytest.mark.long) for count in (5, 15))]
+)
 def test_a_forced_beam_climbs_its_resonance(count):
     tip = f"w{count}"
     hardening, force = sf.CubicSpring(tip, k3=1e6), sf.HarmonicForce(tip, F=0.1)

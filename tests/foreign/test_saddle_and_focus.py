@@ -20,8 +20,7 @@ w = "{rate}*u + a*w - w*(u^2 + w^2)"
 """
 
 
-@pytest.mark.parametrize("rate", [0.3, 1.0, 3.0])
-@pytest.mark.parametrize("span", [(-1, 1), (0.7, -0.9)])
+@pytest.mark.parametrize(("rate", "span"), [(3.0, (-1, 1)), (0.3, (0.7, -0.9))])
 def test_a_hopf_point_beside_a_saddle_is_found(rate, span):
     model = sf.System(EQUATIONS.format(rate=rate))
     equilibria, cycles = sf.response(model, vary="a", span=span).branches

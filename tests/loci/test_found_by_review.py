@@ -55,7 +55,7 @@ def test_the_fifth_order_coefficient_at_a_birth_says_where_the_fold_lies():
 
 
 def test_cascades_are_not_followed_for_ever():
-    window = {"f": (10, 14), "Nd": (0.0, 0.98)}
+    window = {"f": (12.3, 12.7), "Nd": (0.0, 0.98)}
     found = sf.locus(special(12.5, "PD", 1), ("f", "Nd"), window)
     assert max(locus.period for locus in found.loci) == 2
 

@@ -139,9 +139,9 @@ v = "-d*v - x^3 + 7.5*cos(t)"
     ("model", "largest", "total", "within", "periods"),
     [
         # Sprott, Chaos and Time-Series Analysis (2003), appendix A.
-        pytest.param("lorenz", 0.9056, -41 / 3, 0.01, 8000, id="Lorenz"),
+        pytest.param("lorenz", 0.9056, -41 / 3, 0.01, 4000, id="Lorenz"),
         pytest.param("lorenz", 0.9056, -41 / 3, 0.01, 64_000, id="Lorenz, long", marks=LONG),
-        pytest.param("roessler", 0.0714, None, 0.004, 8000, id="Roessler"),
+        pytest.param("roessler", 0.0714, None, 0.004, 4000, id="Roessler"),
         pytest.param("roessler", 0.0714, None, 0.004, 64_000, id="Roessler, long", marks=LONG),
     ],
 )

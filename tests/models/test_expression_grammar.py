@@ -79,7 +79,7 @@ def by_python(text):
     return math.nan if isinstance(value, complex) else float(value)
 
 
-@settings(max_examples=300)
+@settings(max_examples=100)
 @given(TEXTS)
 def test_values_are_those_of_pythons_arithmetic(text):
     expected = by_python(text)
@@ -115,7 +115,7 @@ def test_precedence(text, value):
     assert value_of(parse_formula(text), {"pi": math.pi}) == pytest.approx(value, rel=1e-15)
 
 
-@settings(max_examples=300)
+@settings(max_examples=100)
 @given(TREES)
 def test_a_tree_written_and_read_is_the_same_tree(tree):
     text = format_tree(tree)

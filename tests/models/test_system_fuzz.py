@@ -16,7 +16,7 @@ from slipfold.models.formulas.tokens import FormulaError
 from slipfold.models.formulas.tree import format_tree
 from slipfold.models.registry import built_in_models, built_in_text, model_named
 
-FEW, MANY = 300, 10_000
+FEW, MANY = 80, 10_000
 
 WORDS = st.sampled_from(
     [

@@ -9,7 +9,7 @@ import slipfold as sf
 from helpers.spoilt_files import check_made, spoilt_files
 from slipfold.models.registry import built_in_models, built_in_text, model_named
 
-FEW, MANY = 300, 10_000
+FEW, MANY = 60, 10_000
 
 FRAME = """
 [structure]

@@ -21,7 +21,7 @@ from slipfold.studies.store import Store
 
 HELPER = Path(__file__).parents[1] / "helpers" / "killed_study.py"
 
-KILLS = 20
+KILLS = 8
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +29,7 @@ def undisturbed(tmp_path_factory):
     return content(sf.study(CHEAP), tmp_path_factory.mktemp("undisturbed"))
 
 
-def test_killed_at_twenty_moments_and_resumed_it_is_the_same(tmp_path, undisturbed):
+def test_killed_at_many_moments_and_resumed_it_is_the_same(tmp_path, undisturbed):
     command = [sys.executable, str(HELPER), str(tmp_path), str(KILLS)]
     said = json.loads(subprocess.check_output(command, text=True, timeout=120))
     assert said["killed"] == KILLS
@@ -184,7 +184,7 @@ def test_cut_off_at_any_byte_it_is_resumed_to_the_same(tmp_path):
     kept = store / "cases.jsonl"
     whole = kept.read_bytes()
     last = whole.rindex(b"\n", 0, -1) + 1
-    for length in range(last - 1, len(whole), 41):
+    for length in range(last - 1, len(whole), 97):
         kept.write_bytes(whole[:length])
         assert content(sf.study(study, store, resume=True), tmp_path) == undisturbed
 
