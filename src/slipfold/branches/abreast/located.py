@@ -86,7 +86,7 @@ def approach(
             if not np.isfinite(values[row]) or not item.tangents[row] @ rows[i] > 0:
                 continue
             at, value = float(places[row]), float(values[row])
-            if zeros[i].error(at, value) > near:
+            if zeros[i].error(at, value) > near < zeros[i].width:
                 zeros[i].add(at, value)
                 left.append(i)
                 continue

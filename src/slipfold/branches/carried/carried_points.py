@@ -21,7 +21,7 @@ __all__ = ["TESTS", "CarriedPoints", "carried_points"]
 
 Array = NDArray[np.float64]
 
-NARROW = 1e-8
+NARROW = 1e-6
 """Distance to which special points are located, over the length of the branch: secants reach it in
 one step more than what a drawing shows."""
 

@@ -230,10 +230,8 @@ def _with_ends(curve: CarriedCurve, first: Array | None, last: Array | None) -> 
         place = 0 if end == 0 else len(curve.z)
         # No test function changes its sign there: what is born has that of its neighbour.
         tests = {name: np.insert(item, place, item[end]) for name, item in curve.tests.items()}
-        tangents, multipliers = (
-            np.insert(item, place, item[end], axis=0)
-            for item in (curve.tangents, curve.multipliers)
-        )
+        multipliers = np.insert(curve.multipliers, place, curve.multipliers[end], axis=0)
+        tangents = np.insert(curve.tangents, place, curve.tangents[end], axis=0)
         whole = np.insert(curve.z, place, z, axis=0)
         curve = replace(curve, z=whole, tangents=tangents, multipliers=multipliers, tests=tests)
     return curve
