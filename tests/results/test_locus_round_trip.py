@@ -1,9 +1,7 @@
 """Saved loci and regions are read back number for number; damaged files are refused."""
 
-import h5netcdf
 import numpy as np
 import pytest
-import xarray
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -173,12 +171,6 @@ def test_any_numbers_survive(tmp_path_factory, one, map_, interrupted):
     assert_same(diagram, load(path))
 
 
-def test_xarray_reads_the_file_as_the_same_dataset(tmp_path):
-    diagram = made_locus_diagram()
-    with xarray.open_dataset(saved(tmp_path, diagram), engine="h5netcdf") as dataset:
-        xarray.testing.assert_identical(dataset.load(), diagram.to_xarray())
-
-
 def test_dataset_is_labelled():
     dataset = made_locus_diagram().to_xarray()
     on_fold = dataset.isel(point=dataset.locus_of_point == 2)
@@ -220,27 +212,6 @@ def test_loaded_arrays_are_locked(tmp_path):
 
 # -- damaged files -----------------------------------------------------------------------------
 
-REDUNDANT = {
-    # Labels and derived columns, which nothing is made from.
-    "state", "state_units", "state_long_name", "parameter", "parameter_units",
-    "parameter_long_name", "states", "criticality",
-    # What files of earlier versions lack.
-    "region_sticking", "region_stuck",
-}  # fmt: skip
-
-
-def without(table, name):
-    variables = dict(table.variables)
-    del variables[name]
-    return type(table)(variables, table.attributes)
-
-
-@pytest.mark.parametrize("name", sorted(set(made_locus_diagram()._table().variables) - REDUNDANT))
-def test_missing_column(name):
-    table = without(made_locus_diagram()._table(), name)
-    with pytest.raises(LookupError):
-        LocusDiagram._read(open_table(table))
-
 
 @pytest.mark.parametrize(
     ("name", "values"),
@@ -258,29 +229,3 @@ def test_column_that_does_not_fit(name, values):
     variables[name] = Variable(variables[name].dimensions, values)
     with pytest.raises(ValueError, match=r"rows|shape|unpack|names a region"):
         LocusDiagram._read(open_table(type(table)(variables, table.attributes)))
-
-
-@pytest.mark.parametrize(
-    ("old", "new"),
-    [
-        ('"vary": ["f", "Nd"]', '"vary": ["f"]'),
-        ('"window": [[11.5, 13.5], [0.0, 0.98]]', '"window": 3'),
-        ('"regions": true, ', ""),
-    ],
-)
-def test_damaged_input(tmp_path, old, new):
-    path = saved(tmp_path, made_locus_diagram())
-    with h5netcdf.File(path, "r+") as file:
-        assert old in file.attrs["input"]
-        file.attrs["input"] = file.attrs["input"].replace(old, new)
-    with pytest.raises(InputError, match=r"result\.nc is damaged.*compute it anew"):
-        load(path)
-
-
-def test_truncated_file(tmp_path):
-    path = saved(tmp_path, made_locus_diagram())
-    content = path.read_bytes()
-    for part in (0.01, 0.3, 0.6, 0.9):
-        path.write_bytes(content[: int(len(content) * part)])
-        with pytest.raises(InputError, match="damaged"):
-            load(path)

@@ -25,9 +25,7 @@ from slipfold.computations.simulate import simulate
 from slipfold.errors import InputError
 from slipfold.models import SlidingOscillator
 from slipfold.orbits.extrema import Extrema
-from slipfold.results.diagram import Diagram
 from slipfold.results.load import load
-from slipfold.results.saved_table import open_table
 
 OUTPUTS = ("x", "y", "vx", "vy", *(item.name for item in MODEL.outputs()))
 
@@ -135,12 +133,6 @@ def test_any_numbers_and_words(tmp_path_factory, branch, last, largest_period):
     assert_same_diagram(diagram, load(path))
 
 
-def test_xarray_reads_the_file_as_the_same_dataset(tmp_path):
-    diagram = made_diagram()
-    with xarray.open_dataset(saved(tmp_path, diagram), engine="h5netcdf") as dataset:
-        xarray.testing.assert_identical(dataset.load(), diagram.to_xarray())
-
-
 def test_dataset_is_labelled():
     dataset = made_diagram().to_xarray()
     on_second = dataset.isel(point=dataset.branch_of_point == 2)
@@ -160,27 +152,6 @@ def test_a_model_of_ones_own_is_given_to_load(tmp_path):
     assert load(path, kind=OtherModel).model == OtherModel(f=12.5)
     with pytest.raises(InputError, match=r"its model 'other' is not a built-in one.*kind=TheClass"):
         load(path)
-
-
-def test_simulation(tmp_path):
-    motion = simulate(SlidingOscillator(), 64, {"x": 0.1}, f=12.2, Nd=0.15, tolerance=1e-3)
-    copy = load(saved(tmp_path, motion))
-    np.testing.assert_array_equal(copy.strobe, motion.strobe, strict=True)
-    for name in ("model", "settlement", "stopped", "asked", "tolerance", "provenance"):
-        assert getattr(copy, name) == getattr(motion, name), name
-    assert copy.to_json() == motion.to_json()
-    with xarray.open_dataset(tmp_path / "result.nc", engine="h5netcdf") as dataset:
-        xarray.testing.assert_identical(dataset.load(), motion.to_xarray())
-
-
-def test_simulation_that_met_a_limit(tmp_path):
-    motion = simulate(SlidingOscillator(), 20, {"y": -0.99995})
-    assert motion.stopped.kind == "spring collapse"
-    assert "spring collapsed" in motion.summary()
-    copy = load(saved(tmp_path, motion))
-    assert copy.stopped == motion.stopped
-    assert copy.asked == 20
-    assert copy.to_json()["stopped"]["reason"] == motion.stopped.reason
 
 
 def test_a_motion_that_sticks(tmp_path):
@@ -250,22 +221,6 @@ def test_truncated_file(tmp_path):
         path.write_bytes(content[: int(len(content) * part)])
         with pytest.raises(InputError, match="damaged"):
             load(path)
-
-
-REDUNDANT = {
-    # Labels and derived columns, which nothing is made from.
-    "state", "state_units", "state_long_name", "output_units", "output_long_name", "states",
-    "unstable", "special_minimum", "special_maximum",
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("name", sorted(set(made_diagram()._table().variables) - REDUNDANT))
-def test_missing_column(name):
-    table = made_diagram()._table()
-    variables = dict(table.variables)
-    del variables[name]
-    with pytest.raises(LookupError):
-        Diagram._read(open_table(type(table)(variables, table.attributes)))
 
 
 @pytest.mark.parametrize("text", ["", "{}", "[]", '{"model": "sliding"}', "no JSON"])

@@ -12,20 +12,25 @@ from numpy.typing import NDArray
 from slipfold.continuation.end import End
 from slipfold.models.model import Model
 from slipfold.results.column import COMPLEX, REAL, TEXT, WHOLE, Axes, Column
+from slipfold.results.frame import Frame, frame_of, joined
 from slipfold.results.labelled_table import Variable
 from slipfold.results.saved_table import SavedTable
-from slipfold.results.sheet import Sheet
 from slipfold.results.table import Table, axes_of
 
 __all__ = ["LASTING", "Curves", "sticking"]
 
 Columns = tuple[Column, ...]
-Said = Callable[[Any], dict[str, Any]]
 
 LASTING = "of one round; of an equilibrium, what multipliers are over"
 NODES = "states at equal phases over the period, the first"
 MULTIPLIERS = Column(
-    "multipliers", COMPLEX, "Floquet multipliers", "", ("multiplier",), record=True
+    "multipliers",
+    COMPLEX,
+    "Floquet multipliers",
+    "",
+    ("multiplier",),
+    record=True,
+    head="multiplier",
 )
 RESIDUAL = Column("residual", REAL, "how far the orbit fails to close, in scaled states", "")
 
@@ -52,22 +57,25 @@ class Curves:
         special: Columns,
         at: Columns,
         lasting: str,
+        head: str,
         amended: Callable[[Any, Any], dict[str, Any]] = lambda curve, point: {},
     ) -> Curves:
         """Return what is said of branches or loci, from what only the one or the other has.
 
         A curve has `kinds`, then what all have, then its `own` and its `ends`; points begin with
         `points` and special points with `special`, and have their orbits, then `along` and `at`.
-        What a record says of a special point may be `amended`.
+        What a record says of a special point may be `amended`. Tables call its type `head`.
         """
 
         def records(curve: Any) -> list[dict[str, Any]]:
             return [on_curve.record(point) | amended(curve, point) for point in curve.special]
 
-        durations = Column("durations", REAL, LASTING, "s", get=_durations, name="duration")
+        durations = Column(
+            "durations", REAL, LASTING, "s", get=_durations, name="duration", head=None
+        )
         duration = Column(
             "model_duration", REAL, lasting, "s", name="special_duration",
-            get=lambda point: point.model.values["duration"],
+            get=lambda point: point.model.values["duration"], head=None,
         )  # fmt: skip
         curve = (
             Column("id", WHOLE, f"number of the {thing}", name=thing, label=True, record=True),
@@ -84,8 +92,9 @@ class Curves:
         point = (
             *points,
             Column("states", REAL, "state at phase zero", None, ("state",), derived=True,
-                   slot="state"),
-            Column("nodes", REAL, f"{NODES} node_count of the {thing}", None, ("node", "state")),
+                   head=""),
+            Column("nodes", REAL, f"{NODES} node_count of the {thing}", None, ("node", "state"),
+                   head=None),
             MULTIPLIERS,
             *along,
             *(() if forced else (durations,)),
@@ -93,14 +102,16 @@ class Curves:
             Column("arclength", REAL, "in scaled variables", ""),
         )  # fmt: skip
         mark = (
-            Column("type", TEXT, "type of special point", record=True, slot="special"),
+            Column("type", TEXT, "type of special point", record=True, head=head),
             *special,
-            Column("period", WHOLE, "in forcing periods", "", slot=""),
+            Column("period", WHOLE, "in forcing periods", "", head=None),
             *(() if forced else (duration,)),
             Column("node_count", WHOLE, "nodes of the orbit", "",
-                   get=lambda point: len(point.nodes)),
-            Column("nodes", REAL, f"{NODES} special_node_count", None, ("node", "state")),
-            Column("state", dimensions=("state",), record=True),
+                   get=lambda point: len(point.nodes), head=None),
+            Column("nodes", REAL, f"{NODES} special_node_count", None, ("node", "state"),
+                   head=None),
+            Column("state", REAL, "state at phase zero", None, ("state",), derived=True,
+                   record=True, head=""),
             MULTIPLIERS,
             *at,
             RESIDUAL,
@@ -128,30 +139,33 @@ class Curves:
             **self.special.variables(special, axes, owners),
         }
 
-    def csv(
+    def frame(
         self,
+        variables: Mapping[str, Variable],
         curves: Sequence[Any],
-        heads: Mapping[str, str],
-        axes: Axes,
-        known: Said,
-        of_special: Said = lambda curve: {},
-        further: tuple[Table, Sequence[Any]] | tuple[()] = (),
-    ) -> str:
-        """Return points and special points in the order of each curve; arclength comes last.
+        repeated: Sequence[str],
+        first: Sequence[str],
+        below: str = "",
+    ) -> Frame:
+        """Return points and special points of each curve in their order, one row each.
 
-        Below may stand the points of further items, of a table of their own.
+        Each says `repeated` of its curve, and columns `first` come first. Below may stand points of
+        curves of another kind.
         """
-        below, items = further or (self.points, ())
-        sheet = Sheet(heads, (self.points, self.special, below), axes)
-        rows = []
-        for curve in curves:
-            said = known(curve)
-            points = sheet.rows(self.points, [curve], said)
-            special = sheet.rows(self.special, curve.special, said | of_special(curve))
-            rows += sorted([*points, *special], key=lambda row: row[-1])
-        for item in items:
-            rows += sheet.rows(below, [item], known(item))
-        return sheet.text(rows)
+        thing = self.curves.dimensions[0]
+        known = {curve.id: (place, curve) for place, curve in enumerate(curves)}
+        points = joined([frame_of(variables, ["point"]), frame_of(variables, ["special"])])
+        owners, along = points.columns[thing], points.columns["arclength"]
+        rows = sorted(range(len(points)), key=lambda row: (known[owners[row]][0], along[row]))
+        found = points.take(rows)
+        if below:
+            others = frame_of(variables, [f"{below}_point"])
+            named = {thing if name == below else name: own for name, own in others.columns.items()}
+            found = joined([found, Frame(named, others.units)])
+        owners = found.columns[thing]
+        said = {name: [getattr(known[each][1], name) for each in owners] for name in repeated}
+        columns = {**found.columns, **said}
+        return Frame({name: columns[name] for name in (*first, *columns)}, found.units)
 
     def read(
         self, saved: SavedTable, axes: Axes
@@ -202,4 +216,6 @@ def sticking(sticks: bool, get: Callable[[Any], Any], *, point: bool) -> tuple[C
         found = get(item)
         return np.full(len(item), np.nan) if found is None else found
 
-    return (Column("stuck_fraction", REAL, meaning, "", get=known, record=point),)
+    return (
+        Column("stuck_fraction", REAL, meaning, "", get=known, record=point, head="stuck fraction"),
+    )

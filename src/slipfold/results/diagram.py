@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,20 +22,14 @@ from slipfold.orbits.extrema import Extrema
 from slipfold.results.column import REAL, TEXT, WHOLE, Column
 from slipfold.results.curves import Curves, sticking
 from slipfold.results.diagram_summary import DiagramSummary
+from slipfold.results.frame import Frame
 from slipfold.results.labelled_table import Variable
-from slipfold.results.motions.torus_table import (
-    TORUS_HEADS,
-    read_tori,
-    torus_points,
-    torus_record,
-    torus_sentence,
-    torus_variables,
-)
+from slipfold.results.motions.torus_table import Tori, torus_sentence
 from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
 from slipfold.results.saved_table import SavedTable
-from slipfold.results.table import axes_of, meaning_of, names
-from slipfold.text.one_line import headed, listed
+from slipfold.results.table import axes_of, meaning_of
+from slipfold.text.one_line import listed
 from slipfold.text.stability import outside
 from slipfold.tori.torus_branch import TorusBranch
 
@@ -54,6 +47,51 @@ class Labelled(NamedTuple):
 
     def _repr_html_(self) -> str:
         return self.point._repr_html_()
+
+
+@dataclass(frozen=True)
+class Branches:
+    """Branches as an attribute of a diagram."""
+
+    def names(self, key: str) -> set[str]:
+        """Return nothing: no array is named for a parameter."""
+        return set()
+
+    def curves(self, result: Any) -> Curves:
+        """Return what is said of branches and of their points."""
+        branches: tuple[Branch, ...] = result.branches
+        points = [point for branch in branches for point in branch.special]
+        return _curves(
+            result.model,
+            result.vary,
+            sticks=any(branch.stuck_fraction is not None for branch in branches),
+            differentiated=any(point.gradients is not None for point in points),
+        )
+
+    def variables(self, result: Any, key: str) -> dict[str, Variable]:
+        """Return the arrays of branches."""
+        return self.curves(result).variables(result.branches, result.model, [result.vary])
+
+    def record(self, result: Any, key: str) -> list[dict[str, Any]]:
+        """Return a record of each branch."""
+        table = self.curves(result).curves
+        return [table.record(each) for each in result.branches]
+
+    def read(self, saved: SavedTable, result: Any, key: str) -> tuple[Branch, ...]:
+        """Return the branches."""
+        model, vary = saved.model, result.vary
+        outputs = tuple(saved.columns["output"].tolist())
+        curves = _curves(
+            model,
+            vary,
+            sticks=bool({"stuck_fraction", "special_stuck_fraction"} & set(saved.columns)),
+            differentiated=bool({"special_gradients", "by_parameter"} & set(saved.columns)),
+        )
+        branches = []
+        for fields, found in curves.read(saved, axes_of(model)):
+            special = tuple(_special(model, vary, own) for _, own in found)
+            branches.append(_branch(model, vary, outputs, fields | {"special": special}))
+        return tuple(branches)
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,17 +142,18 @@ class Diagram(Result):
     """
 
     schema = "slipfold.response/1"
+    title = "periodic responses of {0.model.name} over {0.vary}"
 
     model: Model
     vary: str
     span: tuple[float, float]
-    branches: tuple[Branch, ...]
+    branches: Annotated[tuple[Branch, ...], Branches()]
     settings: Settings
     events: tuple[Event, ...]
     provenance: Provenance
     checked: Checked | None = None
     searched: BranchSearch | None = None
-    tori: tuple[TorusBranch, ...] = ()
+    tori: Annotated[tuple[TorusBranch, ...], Tori()] = ()
 
     @property
     def special(self) -> tuple[Labelled, ...]:
@@ -208,100 +247,22 @@ class Diagram(Result):
         remarks = [*map(torus_sentence, self.tori), *self._remarks()]
         return DiagramSummary(self.model, self.vary, self.span, self.branches, remarks)
 
-    def _title(self) -> str:
-        return f"periodic responses of {self.model.name} over {self.vary}"
-
-    def _given(self) -> dict[str, Any]:
-        return {
-            "vary": self.vary,
-            "span": list(self.span),
-            "settings": asdict(self.settings),
-            "events": [asdict(event) for event in self.events],
-        }
-
-    @property
-    def _curves(self) -> Curves:
-        sticks = any(branch.stuck_fraction is not None for branch in self.branches)
-        return _curves(self.model, self.vary, sticks=sticks, differentiated=self._differentiated)
-
-    @property
-    def _differentiated(self) -> bool:
-        return any(point.gradients is not None for _, point in self.special)
-
-    def _attributes(self) -> dict[str, Any]:
-        found = {"vary": self.vary, "span": np.array(self.span, dtype=float)}
-        if self.searched is not None:
-            found["searched"] = json.dumps(asdict(self.searched))
-        return found
-
-    def _variables(self) -> dict[str, Variable]:
-        model = self.model
-        labels = names("state", model.states)
-        labels |= names("output", [*model.states, *model.outputs()])
-        found = self._curves.variables(self.branches, model, [self.vary])
-        if self._differentiated:
-            labels |= names("by_parameter", model.parameters)
-        return labels | found | torus_variables(model, self.vary, self.tori)
-
     def _record(self) -> dict[str, Any]:
-        table = self._curves.curves
-        branches = [table.record(each) for each in self.branches]
-        branches += map(torus_record, self.tori)
+        branches = [*Branches().record(self, "branches"), *Tori().record(self, "tori")]
         searched = {} if self.searched is None else {"searched": asdict(self.searched)}
         return {"vary": self.vary, "branches": branches, **searched}
 
-    def _csv(self) -> str:
-        heads = {
-            "id": "branch",
-            "period": "period",
-            "special": "type",
-            "criticality": "criticality",
-            "value": headed(self.model.parameter(self.vary)),
-            "state": "",
-            "maximum": "max",
-            "minimum": "min",
-            "multipliers": "multiplier",
-            "unstable": "unstable multipliers",
-            "stuck_fraction": "stuck fraction",
-            "residual": "residual",
-            **({"gradients": f"d{self.vary}/d"} if self._differentiated else {}),
-            **(TORUS_HEADS if self.tori else {}),
-            "arclength": "arclength",
-        }
-        return self._curves.csv(
-            self.branches,
-            heads,
-            axes_of(self.model),
-            lambda branch: {"id": branch.id, "period": branch.period},
-            further=(torus_points(self.model, self.vary), self.tori) if self.tori else (),
-        )
-
-    @classmethod
-    def _read(cls, saved: SavedTable) -> Diagram:
-        model, given, vary = saved.model, saved.given, str(saved.given["vary"])
-        names = tuple(saved.columns["output"].tolist())
-        branches = []
-        curves = _curves(
-            model,
-            vary,
-            sticks="stuck_fraction" in saved.columns,
-            differentiated="special_gradients" in saved.columns,
-        )
-        for fields, found in curves.read(saved, axes_of(model)):
-            special = [_special(model, vary, own) for _, own in found]
-            branches.append(_branch(model, vary, names, fields | {"special": tuple(special)}))
-        first, last = given["span"]
-        return cls(
-            model,
-            vary,
-            (float(first), float(last)),
-            tuple(branches),
-            saved.settings,
-            tuple(Event(**event) for event in given["events"]),
-            saved.provenance,
-            saved.checked,
-            _searched(saved),
-            read_tori(saved, vary),
+    def _frame(self) -> Frame:
+        return (
+            Branches()
+            .curves(self)
+            .frame(
+                self._variables(),
+                [*self.branches, *self.tori],
+                ("period",),
+                ("branch", "period", "type", "criticality", self.vary),
+                "torus" if self.tori else "",
+            )
         )
 
 
@@ -316,50 +277,49 @@ def _curves(model: Model, vary: str, *, sticks: bool, differentiated: bool) -> C
         kinds=(Column("kind", TEXT, "kind of the branch", record=True),),
         own=_turning(model),
         ends=("value", f"{vary} where", unit),
-        points=(Column("parameter", REAL, meaning, unit, label=True, slot="value"),),
+        points=(Column("parameter", REAL, meaning, unit, label=True, head=vary),),
         along=(
-            Column("multiplier_uncertainty", REAL, uncertain, "", ("multiplier",)),
+            Column("multiplier_uncertainty", REAL, uncertain, "", ("multiplier",), head=None),
             Column("unstable", WHOLE, "number of multipliers outside the unit circle", "",
-                   derived=True),
+                   derived=True, head="unstable multipliers"),
             *(
-                Column(f"extrema.{which}", REAL, about, None, ("output",), name=which, slot=which)
+                Column(f"extrema.{which}", REAL, about, None, ("output",), name=which,
+                       head=which[:3])
                 for which, about in reached.items()
             ),
             *sticking(sticks, lambda branch: branch.stuck_fraction, point=False),
         ),
         special=(
-            Column("name", TEXT, "what the type means here", record=True),
-            Column("value", REAL, meaning, unit, label=True, record=True),
-            Column("uncertainty", REAL, "computed uncertainty of special_value", unit, record=True),
+            Column("name", TEXT, "what the type means here", record=True, head=None),
+            Column("value", REAL, meaning, unit, label=True, record=True, head=vary),
+            Column("uncertainty", REAL, "computed uncertainty of special_value", unit, record=True,
+                   head=None),
             Column("duration", record=True),
         ),
         at=(
-            Column("multiplier_uncertainty", REAL, uncertain, "", ("multiplier",), record=True),
-            Column("unstable", WHOLE, get=lambda point: outside(point.multipliers).sum()),
+            Column("multiplier_uncertainty", REAL, uncertain, "", ("multiplier",), record=True,
+                   head=None),
+            Column("unstable", WHOLE, "number of multipliers outside the unit circle", "",
+                   get=lambda point: outside(point.multipliers).sum(), derived=True,
+                   head="unstable multipliers"),
             Column("criticality", TEXT, "empty: none", optional=True, record=True),
             Column("undecided", record=True),
-            Column("coefficient", REAL, "of the normal form", optional=True, record=True),
-            Column("leads_to", WHOLE, "branch begun, 0: none", optional=True, record=True),
+            Column("coefficient", REAL, "of the normal form", optional=True, record=True,
+                   head=None),
+            Column("leads_to", WHOLE, "branch begun, 0: none", optional=True, record=True,
+                   head=None),
             *(
                 Column(which, REAL, about, None, ("output",), get=partial(_reached, which),
-                       derived=True)
+                       derived=True, head=which[:3])
                 for which, about in reached.items()
             ),
             *sticking(sticks, lambda point: point.stuck_fraction, point=True),
             *(_gradients(model, vary) if differentiated else ()),
         ),
         lasting="of one round",
+        head="type",
         amended=_without_duration,
     )  # fmt: skip
-
-
-def _searched(saved: SavedTable) -> BranchSearch | None:
-    text = saved.attributes.get("searched")
-    if text is None:
-        return None
-    given = json.loads(str(text))
-    values, low, high, found = (tuple(given[key]) for key in ("values", "low", "high", "found"))
-    return BranchSearch(values, low, high, int(given["starts"]), found, bool(given["interrupted"]))
 
 
 def _turning(model: Model) -> tuple[Column, ...]:
@@ -384,7 +344,7 @@ def _gradients(model: Model, vary: str) -> tuple[Column, ...]:
 
     return (
         Column("gradients", record=True),
-        Column("gradients", REAL, meaning, None, ("by_parameter",), get=array),
+        Column("gradients", REAL, meaning, None, ("by_parameter",), get=array, head=f"d{vary}/d"),
     )
 
 

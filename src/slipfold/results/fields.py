@@ -173,21 +173,29 @@ class Labels:
 
 @dataclass(frozen=True)
 class Items:
-    """An attribute with many items of one class, each a row."""
+    """An attribute with many items of one class, each a row; or a tuple of them for each owner."""
 
     dimension: str
     kind: Callable[..., Any]
     columns: Sequence[Column]
     prefix: str = ""
+    owner: tuple[str, str, str] | None = None
+    """What owns items, what the number of an owner is, and an attribute as long as the owners."""
 
     def table(self, result: Declared) -> Table:
         """Return what is said of an item."""
         columns = tuple(_bound_column(item, result) for item in self.columns)
-        return Table((self.dimension,), columns, self.prefix)
+        owner = None if self.owner is None else self.owner[:2]
+        return Table((self.dimension,), columns, self.prefix, owner)
 
     def variables(self, result: Declared, key: str) -> dict[str, Variable]:
         """Return an array for each column."""
-        return self.table(result).variables(getattr(result, key), axes_of(result.model))
+        table, items = self.table(result), getattr(result, key)
+        if self.owner is None:
+            return table.variables(items, axes_of(result.model))
+        owned = [(place, item) for place, own in enumerate(items) for item in own]
+        owners = [place for place, _ in owned]
+        return table.variables([item for _, item in owned], axes_of(result.model), owners)
 
     def names(self, key: str) -> set[str]:
         """Return the names of the arrays of its columns."""
@@ -195,10 +203,12 @@ class Items:
 
     def read(self, saved: SavedTable, result: Declared, key: str) -> tuple[Any, ...]:
         """Return the items."""
-        table = self.table(result)
-        count = table.count(saved)
-        axes = axes_of(result.model)
-        return tuple(self.kind(**table.read(saved, axes, row)) for row in range(count))
+        table, axes = self.table(result), axes_of(result.model)
+        found = [self.kind(**table.read(saved, axes, row)) for row in range(table.count(saved))]
+        if self.owner is None:
+            return tuple(found)
+        rows, count = table.rows(saved), len(getattr(result, self.owner[2]))
+        return tuple(tuple(found[row] for row in rows[place]) for place in range(count))
 
     def record(self, result: Declared, key: str) -> list[dict[str, Any]]:
         """Return a record for each item."""

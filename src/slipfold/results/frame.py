@@ -30,6 +30,11 @@ class Frame:
     def __len__(self) -> int:
         return len(next(iter(self.columns.values()), ()))
 
+    def take(self, rows: Sequence[int]) -> Frame:
+        """Return some of the rows."""
+        columns = {name: [each[row] for row in rows] for name, each in self.columns.items()}
+        return Frame(columns, self.units)
+
     def to_csv(self) -> str:
         r"""Return it as comma-separated values; numbers are exact, what is missing is empty.
 

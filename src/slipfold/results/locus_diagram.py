@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass
 from operator import itemgetter
-from typing import Any, NamedTuple
+from types import MappingProxyType
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,13 +18,14 @@ from slipfold.loci.locus import Locus, LocusPoint, hopf_duration
 from slipfold.loci.region_map import RegionMap
 from slipfold.loci.window import Window
 from slipfold.models.model import Model
-from slipfold.results.column import COMPLEX, REAL, TEXT, WHOLE, Axes, Column
+from slipfold.results.column import COMPLEX, REAL, TEXT, WHOLE, Column
 from slipfold.results.criticality import criticalities, point_criticality
 from slipfold.results.curves import LASTING, Curves, sticking
+from slipfold.results.frame import Frame
 from slipfold.results.labelled_table import Variable
 from slipfold.results.locus_summary import LocusSummary
 from slipfold.results.provenance import Provenance
-from slipfold.results.regions import read_regions, region_records, region_variables
+from slipfold.results.regions import Regions
 from slipfold.results.result import Result
 from slipfold.results.saved_table import SavedTable
 from slipfold.results.table import Table, axes_of, meaning_of, names
@@ -42,6 +45,52 @@ class LabelledLocus(NamedTuple):
 
     def _repr_html_(self) -> str:
         return self.point._repr_html_()
+
+
+@dataclass(frozen=True)
+class Loci:
+    """Loci as an attribute of a diagram."""
+
+    def names(self, key: str) -> set[str]:
+        """Return nothing: no array is named for a parameter."""
+        return set()
+
+    def variables(self, result: Any, key: str) -> dict[str, Variable]:
+        """Return the arrays of loci."""
+        model, vary, loci = result.model, result.vary, result.loci
+        sticks = any(locus.stuck_fraction is not None for locus in loci)
+        points = [point for locus in loci for point in locus.special]
+        words = {
+            id(point): point_criticality(locus, point) or ""
+            for locus in loci
+            for point in locus.special
+        }
+        # As many as a point has, one after the other.
+        forms = [(row, *item) for row, p in enumerate(points) for item in p.coefficients.items()]
+        return {
+            **names("parameter", [model.parameter(name) for name in vary]),
+            **_curves(model, vary, sticks, words).variables(loci, model, vary),
+            **FORMS.variables(forms, axes_of(model, vary), [row for row, _, _ in forms]),
+        }
+
+    def read(self, saved: SavedTable, result: Any, key: str) -> tuple[Locus, ...]:
+        """Return the loci."""
+        vary = result.vary
+        forms, loci, axes = FORMS.rows(saved), [], axes_of(saved.model, vary)
+        curves = _curves(saved.model, vary, "stuck_fraction" in saved.columns)
+        for fields, found in curves.read(saved, axes):
+            special = []
+            for row, own in found:
+                pairs = [FORMS.read(saved, axes, each) for each in forms[row]]
+                own["coefficients"] = {pair["name"]: pair["value"] for pair in pairs}
+                special.append(_point(saved.model, vary, own))
+            loci.append(_locus(saved.model, vary, fields | {"special": tuple(special)}))
+        return tuple(loci)
+
+    def record(self, result: Any, key: str) -> list[dict[str, Any]]:
+        """Return a record of each locus."""
+        table = _curves(result.model, result.vary, result._sticks).curves
+        return [table.record(locus) for locus in result.loci]
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,12 +142,13 @@ class LocusDiagram(Result):
     """
 
     schema = "slipfold.locus/1"
+    title = "bifurcations of {0.model.name} over {0.vary[0]} and {0.vary[1]}"
 
     model: Model
     vary: tuple[str, str]
     window: Window
-    loci: tuple[Locus, ...]
-    regions: RegionMap | None
+    loci: Annotated[tuple[Locus, ...], Loci()]
+    regions: Annotated[RegionMap | None, Regions()]
     settings: Settings
     provenance: Provenance
     interrupted: bool = False
@@ -161,92 +211,20 @@ class LocusDiagram(Result):
             *super()._remarks(),
         ]
 
-    def _title(self) -> str:
-        return f"bifurcations of {self.model.name} over {' and '.join(self.vary)}"
-
-    def _given(self) -> dict[str, Any]:
-        return {
-            "vary": list(self.vary),
-            "window": [list(span) for span in self.window],
-            "settings": asdict(self.settings),
-            "regions": self.regions is not None,
-            "interrupted": self.interrupted,
-            "missing": list(self.missing),
-        }
-
-    def _attributes(self) -> dict[str, Any]:
-        window = np.array(self.window, dtype=float).ravel()
-        return {"vary": " ".join(self.vary), "window": window}
-
-    def _variables(self) -> dict[str, Variable]:
-        model, points = self.model, [point for _, point in self.special]
-        axes = axes_of(model, self.vary)
-        described = [model.parameter(name) for name in self.vary]
-        variables = names("state", model.states) | names("parameter", described)
-        variables |= _curves(model, self.vary, self._sticks).variables(self.loci, model, self.vary)
-        # As many as a point has, one after the other.
-        forms = [(row, *item) for row, p in enumerate(points) for item in p.coefficients.items()]
-        variables |= FORMS.variables(forms, axes, [row for row, _, _ in forms])
-        if self.regions is not None:
-            variables |= region_variables(self.regions, model, self.vary, axes)
-        return variables
-
     def _record(self) -> dict[str, Any]:
-        table = _curves(self.model, self.vary, self._sticks).curves
         return {
             "plane": self.vary,
             "window": self.window,
             "interrupted": self.interrupted,
             **({"missing": self.missing} if self.missing else {}),
-            "loci": [table.record(locus) for locus in self.loci],
-            "regions": region_records(self.regions),
+            "loci": Loci().record(self, "loci"),
+            "regions": Regions().record(self, "regions"),
         }
 
-    def _csv(self) -> str:
-        heads = {
-            "id": "locus",
-            "type": "type",
-            "period": "period",
-            "special": "special",
-            "criticality": "criticality",
-            "values": "",
-            "state": "",
-            "multipliers": "multiplier",
-            "coefficient": "coefficient",
-            "named": "coefficients",
-            "stuck_fraction": "stuck fraction",
-            "residual": "residual",
-            "arclength": "arclength",
-        }
-        return _curves(self.model, self.vary, self._sticks).csv(
-            self.loci,
-            heads,
-            axes_of(self.model, self.vary),
-            lambda locus: {"id": locus.id, "type": locus.type, "period": locus.period},
-            lambda locus: {
-                "criticality": [point_criticality(locus, point) or "" for point in locus.special]
-            },
-        )
-
-    @classmethod
-    def _read(cls, saved: SavedTable) -> LocusDiagram:
-        given = saved.given
-        first, second = (saved.model.parameter(name).name for name in given["vary"])
-        (a, b), (c, d) = given["window"]
-        vary = (first, second)
-        axes = axes_of(saved.model, vary)
-        return cls(
-            saved.model,
-            vary,
-            ((float(a), float(b)), (float(c), float(d))),
-            _loci(saved, vary, axes),
-            read_regions(saved, vary, axes) if given["regions"] else None,
-            saved.settings,
-            saved.provenance,
-            bool(given["interrupted"]),
-            saved.checked,
-            tuple(given.get("missing", ())),
-        )
+    def _frame(self) -> Frame:
+        curves = _curves(self.model, self.vary, self._sticks)
+        first = ("locus", "type", "period", "special", "criticality", *self.vary)
+        return curves.frame(self._variables(), self.loci, ("type", "period"), first)
 
 
 FORMS = Table(
@@ -261,12 +239,18 @@ FORMS = Table(
 """Coefficients of normal forms of all special points."""
 
 
-def _curves(model: Model, vary: tuple[str, str], sticks: bool) -> Curves:
+def _curves(
+    model: Model,
+    vary: tuple[str, str],
+    sticks: bool,
+    words: Mapping[int, str] = MappingProxyType({}),
+) -> Curves:
+    """Return what is said of loci; `words` are those of criticality, by the `id` of points."""
     meaning = "; ".join(meaning_of(model.parameter(name)) for name in vary)
     pair = ("parameter",)
     eigenvalues = Column(
         "eigenvalues", COMPLEX, "of equilibria; NaN: a cycle", "1/s", ("multiplier",),
-        get=_eigenvalues, derived=True,
+        get=_eigenvalues, derived=True, head=None,
     )  # fmt: skip
     return Curves.of(
         "locus",
@@ -287,33 +271,38 @@ def _curves(model: Model, vary: tuple[str, str], sticks: bool) -> Curves:
             Column("eigenvalues", record=True),
         ),
         ends=("values", "where", None, pair),
-        points=(Column("values", REAL, meaning, None, pair, name="value"),),
+        points=(Column("values", REAL, meaning, None, pair, name="value", head=""),),
         along=(
-            Column("coefficient", REAL, "of the normal form of the bifurcation, NaN: not defined",
-                   optional=True),
+            Column("coefficient", REAL, "of the normal form of the bifurcation, NaN: not defined"),
             Column("criticality", TEXT, "empty: no meaning, or not known", derived=True,
                    get=lambda locus: [word or "" for word in criticalities(locus)]),
             *(() if model.forced else (eigenvalues,)),
             *sticking(sticks, lambda locus: locus.stuck_fraction, point=False),
         ),
         special=(
-            Column("name", TEXT, "what the type means", record=True),
-            Column("kind", TEXT, "what it is a point of"),
-            Column("values", REAL, meaning, None, pair, name="special_value", record=True),
+            Column("name", TEXT, "what the type means", record=True, head=None),
+            Column("kind", TEXT, "what it is a point of", head=None),
+            Column("values", REAL, meaning, None, pair, name="special_value", record=True,
+                   head=""),
             Column("uncertainty", REAL, "computed uncertainty of special_value", None, pair,
-                   record=True),
+                   record=True, head=None),
+            Column("criticality", TEXT, "empty: no meaning, or not known", derived=True,
+                   get=lambda point: words[id(point)]),
         ),
         at=(
             Column("eigenvalues", record=True),
             Column("duration", record=True),
             Column("coefficients", record=True),
-            Column("named", TEXT, get=_named_coefficients),
-            Column("coefficient", record=True, slot="",
+            Column("named", TEXT, "coefficients by name", get=_named_coefficients, derived=True,
+                   name="special_coefficients", head="coefficients"),
+            Column("coefficient", record=True,
                    get=lambda point: next(iter(point.coefficients.values()), None)),
-            Column("leads_to", WHOLE, "loci begun here, 0: no more", None, ("start",), record=True),
+            Column("leads_to", WHOLE, "loci begun here, 0: no more", None, ("start",), record=True,
+                   head=None),
             *sticking(sticks, lambda point: point.stuck_fraction, point=True),
         ),
         lasting=LASTING,
+        head="special",
     )  # fmt: skip
 
 
@@ -335,19 +324,6 @@ def _cycle_durations(locus: Locus) -> Any:
 def _eigenvalues(locus: Locus) -> NDArray[np.complex128]:
     found = locus.eigenvalues
     return np.full(locus.multipliers.shape, np.nan + 0j) if found is None else found
-
-
-def _loci(saved: SavedTable, vary: tuple[str, str], axes: Axes) -> tuple[Locus, ...]:
-    forms, loci = FORMS.rows(saved), []
-    curves = _curves(saved.model, vary, "stuck_fraction" in saved.columns)
-    for fields, found in curves.read(saved, axes):
-        special = []
-        for row, own in found:
-            pairs = [FORMS.read(saved, axes, each) for each in forms[row]]
-            own["coefficients"] = {pair["name"]: pair["value"] for pair in pairs}
-            special.append(_point(saved.model, vary, own))
-        loci.append(_locus(saved.model, vary, fields | {"special": tuple(special)}))
-    return tuple(loci)
 
 
 def _locus(model: Model, vary: tuple[str, str], fields: dict[str, Any]) -> Locus:

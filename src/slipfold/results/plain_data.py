@@ -47,7 +47,7 @@ def decoded(kind: Any, value: Any) -> Any:
         (kind,) = (each for each in inner if each is not NoneType)
         return decoded(kind, value)
     if origin is np.ndarray:
-        return np.array(value, inner[1])
+        return np.array(value, get_args(inner[1])[0])
     if origin is tuple:
         kinds = inner[:1] * len(value) if inner[1:] == (...,) else inner
         return tuple(decoded(each, item) for each, item in zip(kinds, value, strict=True))

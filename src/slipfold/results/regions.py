@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 from slipfold.loci.region_map import Region, RegionCheck, RegionMap, RegionMotion
 from slipfold.models.model import Model
-from slipfold.results.column import TEXT, TRUTH, WHOLE, Axes, Column
+from slipfold.results.column import TEXT, TRUTH, WHOLE, Column
 from slipfold.results.labelled_table import Variable
 from slipfold.results.saved_table import SavedTable
-from slipfold.results.table import Table, meaning_of
+from slipfold.results.table import Table, axes_of, meaning_of
 
-__all__ = ["read_regions", "region_records", "region_variables"]
+__all__ = ["Regions"]
 
 CHECKS = Table(
     ("check",),
@@ -81,38 +82,49 @@ def _cells(model: Model, vary: tuple[str, str]) -> tuple[Table, ...]:
     return *axes, Table(("second", "first"), (labels,), joined=True)
 
 
-def region_variables(
-    regions: RegionMap, model: Model, vary: tuple[str, str], axes: Axes
-) -> dict[str, Variable]:
-    """Return the regions with their names, units and meanings."""
-    variables: dict[str, Variable] = {}
-    for table in _cells(model, vary):
-        variables |= table.variables([regions], axes)
-    variables |= REGIONS.variables(regions.regions, axes)
-    for table, key in ((CHECKS, "checks"), (MOTIONS, "motions")):
-        rows = [(item.id, own) for item in regions.regions for own in getattr(item, key)]
-        variables |= table.variables([own for _, own in rows], axes, [at for at, _ in rows])
-    return variables
+@dataclass(frozen=True)
+class Regions:
+    """The regions of a plane as an attribute, which may be None."""
 
+    def names(self, key: str) -> set[str]:
+        """Return nothing: no array is named for a parameter."""
+        return set()
 
-def region_records(regions: RegionMap | None) -> list[dict[str, Any]] | None:
-    """Return what records hold of regions; None if they were not asked for."""
-    return None if regions is None else [REGIONS.record(region) for region in regions.regions]
+    def variables(self, result: Any, key: str) -> dict[str, Variable]:
+        """Return the regions with their names, units and meanings."""
+        regions: RegionMap | None = getattr(result, key)
+        if regions is None:
+            return {}
+        axes, variables = axes_of(result.model, result.vary), dict[str, Variable]()
+        for table in _cells(result.model, result.vary):
+            variables |= table.variables([regions], axes)
+        variables |= REGIONS.variables(regions.regions, axes)
+        for table, name in ((CHECKS, "checks"), (MOTIONS, "motions")):
+            rows = [(item.id, own) for item in regions.regions for own in getattr(item, name)]
+            variables |= table.variables([own for _, own in rows], axes, [at for at, _ in rows])
+        return variables
 
+    def record(self, result: Any, key: str) -> list[dict[str, Any]] | None:
+        """Return a record of each region; None if they were not asked for."""
+        regions: RegionMap | None = getattr(result, key)
+        return None if regions is None else [REGIONS.record(item) for item in regions.regions]
 
-def read_regions(saved: SavedTable, vary: tuple[str, str], axes: Axes) -> RegionMap:
-    """Make the regions again from their arrays."""
-    first, second, cells = _cells(saved.model, vary)
-    fields = first.read(saved, axes, ...) | second.read(saved, axes, ...)
-    fields |= cells.read(saved, {**axes, **fields}, ...)
-    labels, checks, motions = fields["labels"], CHECKS.rows(saved), MOTIONS.rows(saved)
-    numbers = saved.columns["region"].tolist()
-    if labels.size and not 0 <= labels.min() <= labels.max() <= len(numbers):
-        raise ValueError("region_of_cell names a region that there is not")
-    regions = []
-    for row, number in enumerate(numbers):
-        own = [RegionCheck(**CHECKS.read(saved, axes, each)) for each in checks[number]]
-        seen = [RegionMotion(**MOTIONS.read(saved, axes, each)) for each in motions[number]]
-        told = REGIONS.read(saved, axes, row)
-        regions.append(Region(**told, checks=tuple(own), motions=tuple(seen)))
-    return RegionMap(**fields, regions=tuple(regions))
+    def read(self, saved: SavedTable, result: Any, key: str) -> RegionMap | None:
+        """Return the regions."""
+        if not {"region", "region_of_cell"} & set(saved.columns):
+            return None
+        axes = axes_of(saved.model, result.vary)
+        first, second, cells = _cells(saved.model, result.vary)
+        fields = first.read(saved, axes, ...) | second.read(saved, axes, ...)
+        fields |= cells.read(saved, {**axes, **fields}, ...)
+        labels, checks, motions = fields["labels"], CHECKS.rows(saved), MOTIONS.rows(saved)
+        numbers = saved.columns["region"].tolist()
+        if labels.size and not 0 <= labels.min() <= labels.max() <= len(numbers):
+            raise ValueError("region_of_cell names a region that there is not")
+        regions = []
+        for row, number in enumerate(numbers):
+            own = [RegionCheck(**CHECKS.read(saved, axes, each)) for each in checks[number]]
+            seen = [RegionMotion(**MOTIONS.read(saved, axes, each)) for each in motions[number]]
+            told = REGIONS.read(saved, axes, row)
+            regions.append(Region(**told, checks=tuple(own), motions=tuple(seen)))
+        return RegionMap(**fields, regions=tuple(regions))

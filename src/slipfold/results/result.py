@@ -95,7 +95,7 @@ class Result(OneLine, ReadOnly, ABC):
         pandas.DataFrame
             Units are in ``attrs["units"]``.
         """
-        if not self.rows:  # those whose fields are not declared yet
+        if type(self)._csv is not Result._csv:  # those whose fields are not declared yet
             import pandas
 
             found: pandas.DataFrame = pandas.read_csv(io.StringIO(self._csv()))

@@ -82,7 +82,7 @@ class Contacts:
 
     def read(self, saved: SavedTable, result: Declared, key: str) -> Sticking | None:
         """Return what contacts did."""
-        if "modes" not in saved.columns:
+        if not {"modes", "contact"} & set(saved.columns):
             return None
         contacts = tuple(str(name) for name in saved.columns["contact"])
         (modes,) = MODES.read(saved, {"contact": contacts}, ...).values()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -44,12 +44,14 @@ class Table:
             numbers = np.array(list(owners), np.int64)
             if self.joined:
                 numbers = np.repeat(numbers, [len(item) for item in rows])
-            owner = Column("", WHOLE, self.owner[1], label=True)
+            owner = Column("", WHOLE, self.owner[1], "", label=True, head=self.owner[0])
             found |= owner.variables(self._owner_name, self.dimensions, numbers)
         for column in self.columns:
             if column.meaning:
                 values = column.values(rows, axes, self.own)
-                found |= column.variables(self._name(column), self.dimensions, values)
+                head = None if column.head is None else column.head.format(column.key)
+                told = replace(column, head=head)
+                found |= told.variables(self._name(column), self.dimensions, values)
         return found
 
     def record(self, item: Any) -> dict[str, Any]:

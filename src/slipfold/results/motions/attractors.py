@@ -3,39 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.long_term.box import Box
-from slipfold.results.column import WHOLE, Column
-from slipfold.results.labelled_table import Variable
-from slipfold.results.motions.found_attractors import FoundAttractors, in_words
-from slipfold.results.saved_table import SavedTable
-from slipfold.results.sheet import Sheet
-from slipfold.results.table import Table, axes_of
+from slipfold.results.fields import Field
+from slipfold.results.motions.found_attractors import REACHED, FoundAttractors, in_words
 from slipfold.text.one_line import listed, number_text
 
 __all__ = ["Attractors"]
 
 Array = NDArray[np.float64]
-
-
-class _Start(NamedTuple):
-    state: Array
-    label: int
-
-
-STARTS = Table(
-    ("start",),
-    (
-        Column("state", meaning="starting state at phase zero", dimensions=("state",),
-               name="starting_states"),
-        Column("label", WHOLE, "number of the attractor that its motion came to; 0 undecided, "
-               "-1 ended before, -2 not finished", "", name="reached"),
-    ),
-)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -87,9 +67,16 @@ class Attractors(FoundAttractors):
 
     schema = "slipfold.attractors/1"
 
+    title = "attractors of {0.model.name}"
+    rows = "start"
+
     box: Box
     seed: int
-    starts: Array
+    starts: Annotated[
+        Array,
+        Field("start state", "starting state at phase zero", name="starting_states", head=""),
+    ]
+    labels: Annotated[NDArray[np.int64], Field("start", REACHED, name="reached")]
 
     def summary(self) -> str:
         """Return what was found, with shares, and what came to nothing."""
@@ -105,22 +92,6 @@ class Attractors(FoundAttractors):
         found = listed(in_words(item) for item in self.attractors)
         return f"Attractors of {self.model.name}: {found or 'none'}"
 
-    def _title(self) -> str:
-        return f"attractors of {self.model.name}"
-
-    def _given(self) -> dict[str, Any]:
-        return {
-            "box": [self.box.low.tolist(), self.box.high.tolist()],
-            "seed": self.seed,
-            "periods": self.asked,
-        }
-
-    def _variables(self) -> dict[str, Variable]:
-        return super()._variables() | STARTS.variables(self._starts(), axes_of(self.model))
-
-    def _starts(self) -> list[_Start]:
-        return [_Start(*pair) for pair in zip(self.starts, self.labels.tolist(), strict=True)]
-
     def _record(self) -> dict[str, Any]:
         return {
             "box": {"low": self.box.low, "high": self.box.high},
@@ -128,17 +99,3 @@ class Attractors(FoundAttractors):
             "seed": self.seed,
             **super()._record(),
         }
-
-    def _csv(self) -> str:
-        sheet = Sheet({"state": "", "label": "reached"}, (STARTS,), axes_of(self.model))
-        return sheet.text(sheet.rows(STARTS, self._starts(), {}))
-
-    @classmethod
-    def _read(cls, saved: SavedTable) -> Attractors:
-        low, high = (np.array(corner) for corner in saved.given["box"])
-        return cls(
-            box=Box(low, high),
-            seed=int(saved.given["seed"]),
-            starts=saved.columns["starting_states"],
-            **cls._fields(saved),
-        )

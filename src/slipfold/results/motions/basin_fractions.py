@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,15 +14,12 @@ from slipfold.long_term.attractor import Attractor
 from slipfold.long_term.box import Box
 from slipfold.long_term.search import ENDED, UNDECIDED, UNFINISHED, kind_of
 from slipfold.models.model import Model
-from slipfold.results.column import WHOLE, Column
-from slipfold.results.labelled_table import Variable
-from slipfold.results.motions.found_attractors import attractor_table, share_of
+from slipfold.results.fields import Field, Items, axis
+from slipfold.results.frame import Frame
+from slipfold.results.motions.found_attractors import COLUMNS, REACHED, share_of
 from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
-from slipfold.results.saved_table import SavedTable
-from slipfold.results.sheet import csv_text
-from slipfold.results.table import Table, axes_of, meaning_of, names
-from slipfold.text.one_line import headed, number_text
+from slipfold.text.one_line import number_text
 from slipfold.text.printed_table import PrintedTable
 
 __all__ = ["BasinFractions", "Shares"]
@@ -45,33 +41,6 @@ class Shares(NamedTuple):
     value: Array
     low: Array
     high: Array
-
-
-STARTS = Table(
-    ("start",),
-    (
-        Column("starts", meaning="starting state at phase zero", dimensions=("state",),
-               name="starting_states"),
-    ),
-    joined=True,
-)  # fmt: skip
-
-
-def _points(model: Model, vary: str) -> Table:
-    item = model.parameter(vary)
-    told = "number of the attractor that each start came to; 0 undecided, -1 ended before, "
-    return Table(
-        ("point",),
-        (
-            Column("values", meaning=meaning_of(item), unit=item.unit, name="value", label=True),
-            Column("labels", WHOLE, f"{told}-2 not finished", "", ("start",), name="reached"),
-        ),
-        joined=True,
-    )
-
-
-def _attractors(model: Model) -> Table:
-    return replace(attractor_table(model), owner=("point", "place of the value, from 0"))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -111,10 +80,11 @@ class BasinFractions(Result):
 
     Notes
     -----
-    In the dataset of `to_xarray`, along ``point`` (labelled by ``value``) and ``start``:
+    In the dataset of `to_xarray`, along a dimension named for the parameter and ``start``:
     ``reached``; along ``start``: ``starting_states``; along ``attractor``, of which
-    ``point_of_attractor`` tells the value: as of `slipfold.Attractors`. In the spreadsheet of
-    `to_csv` an attractor at a value is a row. In `to_json`, schema slipfold.basin_fractions/1.
+    ``value_of_attractor`` is the place of the value: as of `slipfold.Attractors`. In the
+    spreadsheet of `to_csv` an attractor at a value is a row. In `to_json`, schema
+    slipfold.basin_fractions/1.
 
     Examples
     --------
@@ -127,18 +97,31 @@ class BasinFractions(Result):
 
     schema = "slipfold.basin_fractions/1"
 
+    title = "shares of basins of {0.model.name} over {0.vary}"
+
     model: Model
     vary: str
-    values: Array
+    values: Annotated[Array, axis("{vary}")]
     box: Box
     seed: int
     asked: int | None
-    starts: Array
-    labels: NDArray[np.int64]
-    attractors: tuple[tuple[Attractor, ...], ...]
+    starts: Annotated[
+        Array, Field("start state", "starting state at phase zero", name="starting_states")
+    ]
+    labels: Annotated[NDArray[np.int64], Field("{vary} start", REACHED, name="reached")]
+    attractors: Annotated[
+        tuple[tuple[Attractor, ...], ...],
+        Items("attractor", Attractor, COLUMNS,
+              owner=("value", "place of the value, from 0", "values")),
+    ]  # fmt: skip
     ends: dict[str, int]
     interrupted: bool
     provenance: Provenance
+
+    @property
+    def per(self) -> str:
+        """What Lyapunov exponents are per: ``"forcing period"``, or ``"s"``."""
+        return "forcing period" if self.model.forced else "s"
 
     @property
     def numbers(self) -> tuple[int, ...]:
@@ -240,31 +223,8 @@ class BasinFractions(Result):
             rest.append(f"{unfinished} values not finished, the search was interrupted")
         return rest or ["Every start came to one of them"]
 
-    def _title(self) -> str:
-        return f"shares of basins of {self.model.name} over {self.vary}"
-
-    def _given(self) -> dict[str, Any]:
-        return {
-            "vary": self.vary,
-            "box": [self.box.low.tolist(), self.box.high.tolist()],
-            "seed": self.seed,
-            "periods": self.asked,
-        }
-
-    def _attributes(self) -> dict[str, Any]:
-        return {"ends": json.dumps(dict(self.ends)), "interrupted": int(self.interrupted)}
-
-    def _variables(self) -> dict[str, Variable]:
-        model, axes = self.model, axes_of(self.model)
-        found = names("state", model.states)
-        found |= names("output", [*model.states, *model.outputs()])
-        for table in (_points(model, self.vary), STARTS):
-            found |= table.variables([self], axes)
-        places, items = [place for place, _ in self._all()], [item for _, item in self._all()]
-        return found | _attractors(model).variables(items, axes, places)
-
     def _record(self) -> dict[str, Any]:
-        table = _attractors(self.model)
+        table = Items("attractor", Attractor, COLUMNS).table(self)
         shares = {number: self.share(number) for number in (UNDECIDED, ENDED, *self.numbers)}
         return {
             "vary": self.vary,
@@ -275,7 +235,6 @@ class BasinFractions(Result):
             "attractors": [
                 {
                     "value": self.values[place],
-                    "id": item.id,
                     **table.record(item),
                     "share": _at(shares[item.id], place),
                 }
@@ -287,41 +246,16 @@ class BasinFractions(Result):
             "interrupted": self.interrupted,
         }
 
-    def _csv(self) -> str:
-        heads = [headed(self.model.parameter(self.vary)), "attractor", "what", *Shares._fields]
+    def _frame(self) -> Frame:
         shares = {number: self.share(number) for number in self.numbers}
-        rows = [
-            [self.values[place], item.id, kind_of(item), *_at(shares[item.id], place).values()]
-            for place, item in self._all()
-        ]
-        return csv_text(heads, rows)
-
-    @classmethod
-    def _read(cls, saved: SavedTable) -> BasinFractions:
-        model, given = saved.model, saved.given
-        vary = model.parameter(str(given["vary"])).name
-        axes: dict[str, Any] = dict(axes_of(model))
-        table, starts = _attractors(model), STARTS.read(saved, axes, ...)
-        axes["start"] = starts["starts"]
-        points = _points(model, vary).read(saved, axes, ...)
-        rows = table.rows(saved)
-        low, high = (np.array(corner) for corner in given["box"])
-        return cls(
-            model=model,
-            vary=vary,
-            box=Box(low, high),
-            seed=int(given["seed"]),
-            asked=None if given["periods"] is None else int(given["periods"]),
-            attractors=tuple(
-                tuple(Attractor(**table.read(saved, axes, row)) for row in rows[place])
-                for place in range(len(points["values"]))
-            ),
-            ends=json.loads(str(saved.attributes["ends"])),
-            interrupted=bool(saved.attributes["interrupted"]),
-            provenance=saved.provenance,
-            **starts,
-            **points,
-        )
+        found = [(place, item, _at(shares[item.id], place)) for place, item in self._all()]
+        columns: dict[str, Any] = {
+            self.vary: self.values[[place for place, _, _ in found]],
+            "attractor": [item.id for _, item, _ in found],
+            "what": [kind_of(item) for _, item, _ in found],
+        }
+        columns |= {name: [share[name] for _, _, share in found] for name in Shares._fields}
+        return Frame(columns, {self.vary: self.model.parameter(self.vary).unit})
 
 
 def _at(shares: Shares, place: int) -> dict[str, float]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,23 +11,13 @@ from numpy.typing import NDArray
 from slipfold.drawing import draw
 from slipfold.long_term.basin_boundaries import WITHIN_CELL, WITHIN_ERROR
 from slipfold.models.parameter import State
-from slipfold.results.labelled_table import Variable
-from slipfold.results.motions.found_attractors import FoundAttractors, in_words
-from slipfold.results.saved_table import SavedTable
-from slipfold.results.sheet import csv_text
-from slipfold.text.one_line import headed, listed, number_text
+from slipfold.results.fields import Field, axis
+from slipfold.results.motions.found_attractors import REACHED, FoundAttractors, in_words
+from slipfold.text.one_line import listed, number_text
 
 __all__ = ["PHASE", "Basins"]
 
-TAKEN = {
-    "attractor", "kind", "period", "duration", "state", "states", "state_units", "state_long_name",
-    "output", "output_units", "output_long_name", "minimum", "maximum", "multiplier", "exponents",
-    "multipliers_real", "multipliers_imag", "reached", "uncertain", "starting_state",
-}  # fmt: skip
-"""Names of dimensions and variables that a state may have as well."""
-
 Array = NDArray[np.float64]
-
 
 PHASE = State("phase", "forcing period", "phase of the forcing at which the start is released")
 """The axis of a plane that is none of the states."""
@@ -86,11 +76,24 @@ class Basins(FoundAttractors):
 
     schema = "slipfold.basins/1"
 
+    title = "basins of attraction of {0.model.name} in {0.plane[0]} and {0.plane[1]}"
+    rows = "{axes[0]} {axes[1]}"
+    recorded = ("plane", "first", "second", "state", "labels", "uncertain")
+
     plane: tuple[str, str]
-    first: Array
-    second: Array
-    state: Array
-    uncertain: NDArray[np.int64]
+    first: Annotated[Array, axis("{axes[0]}")]
+    second: Annotated[Array, axis("{axes[1]}")]
+    state: Annotated[
+        Array,
+        Field("state", "starting state whose other components all starts have",
+              name="starting_state"),
+    ]  # fmt: skip
+    labels: Annotated[NDArray[np.int64], Field("{axes[1]} {axes[0]}", REACHED, name="reached")]
+    uncertain: Annotated[
+        NDArray[np.int64],
+        Field("{axes[1]} {axes[0]}", "whether the label changes: 0 no, 1 within the cell, 2 within "
+              "the error of the integration"),
+    ]  # fmt: skip
 
     def uncertain_share(self, least: int = WITHIN_CELL) -> float:
         """Return the share of the cells whose label does not stand for the cell.
@@ -155,67 +158,9 @@ class Basins(FoundAttractors):
         found = listed(f"{in_words(item)} {self.share(item).value:.3f}" for item in self)
         return f"Basins of {self.model.name} in {' and '.join(self.plane)}: {found or 'none'}"
 
-    def _title(self) -> str:
-        return f"basins of attraction of {self.model.name} in {' and '.join(self.plane)}"
-
-    def _given(self) -> dict[str, Any]:
-        return {"plane": list(self.plane), "state": self.state.tolist(), "periods": self.asked}
-
     @property
     def axes(self) -> tuple[State, State]:
         """What spans the plane, with its units."""
         known = {state.name: state for state in (PHASE, *self.model.states)}
         first, second = (known[name] for name in self.plane)
         return first, second
-
-    def _variables(self) -> dict[str, Variable]:
-        found = super()._variables()
-        across, up = (_dimension(name) for name in self.plane)
-        for name, state, values in zip(
-            (across, up), self.axes, (self.first, self.second), strict=True
-        ):
-            attributes = {"long_name": f"{state.name}: {state.doc}", "units": state.unit or "1"}
-            found[name] = Variable((name,), values, attributes, True)
-        told = "number of the attractor that the motion came to; 0 undecided, -1 ended before, "
-        about = {"long_name": f"{told}-2 not finished", "units": "1"}
-        found["reached"] = Variable((up, across), self.labels, about, False)
-        told = "whether the label changes: 0 no, 1 within the cell, 2 within the error of the "
-        about = {"long_name": f"{told}integration", "units": "1"}
-        found["uncertain"] = Variable((up, across), self.uncertain, about, False)
-        about = {"long_name": "starting state whose other components all starts have"}
-        found["starting_state"] = Variable(("state",), self.state, about, False)
-        return found
-
-    def _record(self) -> dict[str, Any]:
-        return {
-            "plane": self.plane,
-            "first": self.first,
-            "second": self.second,
-            "state": self.state,
-            "labels": self.labels,
-            "uncertain": self.uncertain,
-            **super()._record(),
-        }
-
-    def _csv(self) -> str:
-        first, second = (values.ravel().tolist() for values in np.meshgrid(self.first, self.second))
-        heads = [*(headed(state) for state in self.axes), "reached", "uncertain"]
-        cells = (self.labels.ravel().tolist(), self.uncertain.ravel().tolist())
-        return csv_text(heads, zip(first, second, *cells, strict=True))
-
-    @classmethod
-    def _read(cls, saved: SavedTable) -> Basins:
-        first, second = saved.given["plane"]
-        return cls(
-            plane=(str(first), str(second)),
-            first=saved.columns[_dimension(str(first))],
-            second=saved.columns[_dimension(str(second))],
-            state=np.array(saved.given["state"]),
-            uncertain=saved.columns["uncertain"],
-            **cls._fields(saved),
-        )
-
-
-def _dimension(name: str) -> str:
-    """Return the name of the dimension of a state, which no other variable has."""
-    return f"{name}_value" if name in TAKEN else name

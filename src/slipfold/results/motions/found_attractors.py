@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import sqrt
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,15 +14,13 @@ from slipfold.long_term.attractor import Attractor
 from slipfold.long_term.search import UNDECIDED, UNFINISHED
 from slipfold.models.model import Model
 from slipfold.results.column import COMPLEX, TEXT, WHOLE, Column
-from slipfold.results.labelled_table import Variable
+from slipfold.results.fields import Items
 from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
-from slipfold.results.saved_table import SavedTable
-from slipfold.results.table import Table, axes_of, names
 from slipfold.text.one_line import number_text
 from slipfold.text.printed_table import PrintedTable
 
-__all__ = ["FoundAttractors", "Share", "attractor_table", "in_words", "share_of"]
+__all__ = ["COLUMNS", "REACHED", "FoundAttractors", "Share", "in_words", "share_of"]
 
 SURE = 1.96
 """Standard deviations of a normal distribution within which 95 of a hundred lie."""
@@ -56,28 +53,28 @@ def share_of(hits: int, count: int) -> Share:
     return Share(share, max(low, 0.0), min(high, 1.0))
 
 
-def attractor_table(model: Model) -> Table:
-    """What motions settle on."""
-    per = "1/forcing period" if model.forced else "1/s"
-    output, multiplier = ("output",), ("multiplier",)
-    return Table(
-        ("attractor",),
-        (
-            Column("id", WHOLE, "number of the attractor", label=True, name="attractor"),
-            Column("kind", TEXT, "what it is", record=True),
-            Column("period", WHOLE, "period in forcing periods, 0 for none", "", optional=True,
-                   record=True),
-            Column("duration", meaning="period of a cycle", unit="s", optional=True, record=True),
-            Column("state", meaning="a state on it, at phase zero", dimensions=("state",),
-                   name="states", record=True),
-            Column("minimum", meaning="least values of outputs", dimensions=output, record=True),
-            Column("maximum", meaning="largest values of outputs", dimensions=output, record=True),
-            Column("multipliers", COMPLEX, "Floquet multipliers; of an equilibrium eigenvalues",
-                   dimensions=multiplier, record=True),
-            Column("exponents", meaning="Lyapunov exponents of a torus or chaos", unit=per,
-                   dimensions=multiplier, record=True),
-        ),
-    )  # fmt: skip
+COLUMNS = (
+    Column("id", WHOLE, "number of the attractor", label=True, name="attractor", record=True),
+    Column("kind", TEXT, "what it is", record=True),
+    Column("period", WHOLE, "period in forcing periods, 0 for none", "", optional=True,
+           record=True),
+    Column("duration", meaning="period of a cycle", unit="s", optional=True, record=True),
+    Column("state", meaning="a state on it, at phase zero", dimensions=("state",), name="states",
+           record=True),
+    Column("minimum", meaning="least values of outputs", dimensions=("output",), record=True),
+    Column("maximum", meaning="largest values of outputs", dimensions=("output",), record=True),
+    Column("multipliers", COMPLEX, "Floquet multipliers; of an equilibrium eigenvalues in 1/s",
+           dimensions=("multiplier",), record=True),
+    Column("exponents", meaning="Lyapunov exponents of a torus or chaos", unit="1/{per}",
+           dimensions=("multiplier",), record=True),
+)  # fmt: skip
+"""What is said of an attractor."""
+
+ATTRACTORS = Items("attractor", Attractor, COLUMNS)
+
+REACHED = (
+    "number of the attractor that the motion came to; 0 undecided, -1 ended before, -2 not finished"
+)
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -86,7 +83,7 @@ class FoundAttractors(Result):
 
     model: Model
     labels: NDArray[np.int64]  # of each start, any shape
-    attractors: tuple[Attractor, ...]
+    attractors: Annotated[tuple[Attractor, ...], ATTRACTORS]
     ends: dict[str, int]
     asked: int | None
     interrupted: bool
@@ -103,6 +100,11 @@ class FoundAttractors(Result):
     def __getitem__(self, place: int) -> Attractor:
         """Return one of them."""
         return self.attractors[place]
+
+    @property
+    def per(self) -> str:
+        """What Lyapunov exponents are per: ``"forcing period"``, or ``"s"``."""
+        return "forcing period" if self.model.forced else "s"
 
     def share(self, attractor: Attractor | int) -> Share:
         """Return the share of the starts that came to an attractor.
@@ -155,45 +157,17 @@ class FoundAttractors(Result):
         heads = ["", "what", "starts", "share", "95 %", *ends, "largest"]
         return PrintedTable(heads, rows, words=("what", "largest"))
 
-    def _attributes(self) -> dict[str, Any]:
-        return {"ends": json.dumps(dict(self.ends)), "interrupted": int(self.interrupted)}
-
-    def _variables(self) -> dict[str, Variable]:
-        model = self.model
-        labels = names("state", model.states)
-        labels |= names("output", [*model.states, *model.outputs()])
-        return labels | attractor_table(model).variables(self.attractors, axes_of(model))
-
     def _record(self) -> dict[str, Any]:
-        table = attractor_table(self.model)
+        records = ATTRACTORS.record(self, "attractors")
+        for item, record in zip(self.attractors, records, strict=True):
+            record["starts"] = int((self.labels == item.id).sum())
+            record["share"] = self.share(item)._asdict()
         return {
-            "attractors": [
-                {
-                    "id": item.id,
-                    **table.record(item),
-                    "starts": int((self.labels == item.id).sum()),
-                    "share": self.share(item)._asdict(),
-                }
-                for item in self.attractors
-            ],
+            **super()._record(),
+            "attractors": records,
             "undecided": int((self.labels == UNDECIDED).sum()),
             "ended": self.ends,
             "interrupted": self.interrupted,
-        }
-
-    @staticmethod
-    def _fields(saved: SavedTable) -> dict[str, Any]:
-        """Return what a file holds of all this."""
-        table, axes = attractor_table(saved.model), axes_of(saved.model)
-        count, asked = len(saved.columns["attractor"]), saved.given["periods"]
-        return {
-            "model": saved.model,
-            "labels": saved.columns["reached"],
-            "attractors": tuple(Attractor(**table.read(saved, axes, row)) for row in range(count)),
-            "ends": json.loads(str(saved.attributes["ends"])),
-            "asked": None if asked is None else int(asked),
-            "interrupted": bool(saved.attributes["interrupted"]),
-            "provenance": saved.provenance,
         }
 
 

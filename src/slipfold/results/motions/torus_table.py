@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
@@ -18,27 +19,11 @@ from slipfold.results.table import Table, axes_of, meaning_of
 from slipfold.text.printed_table import with_unit
 from slipfold.tori.torus_branch import Locked, TorusBranch
 
-__all__ = [
-    "TORUS_HEADS",
-    "read_tori",
-    "torus_points",
-    "torus_record",
-    "torus_sentence",
-    "torus_variables",
-]
+__all__ = ["Tori", "torus_sentence"]
 
 LASTING = "duration of a round, after which the circle lies on itself"
 
 OWNER = ("torus", "branch of tori it lies on")
-
-TORUS_HEADS = {
-    "rotation": "rotation",
-    "frequency": "modulation (Hz)",
-    "growth": "growth across",
-    "growth_error": "error of growth",
-    "truncation": "truncation",
-}
-"""Columns of a spreadsheet that only tori fill."""
 
 
 def _tori(vary: str, unit: str, *, forced: bool) -> Table:
@@ -76,29 +61,34 @@ def _tori(vary: str, unit: str, *, forced: bool) -> Table:
     )  # fmt: skip
 
 
-def torus_points(model: Model, vary: str) -> Table:
+def _points(model: Model, vary: str) -> Table:
     """Return what is said of each torus on a branch."""
     parameter = model.parameter(vary)
     return Table(
         ("torus_point",),
         (
             Column("parameter", REAL, meaning_of(parameter), parameter.unit, label=True,
-                   slot="value"),
+                   head=vary),
             Column("rotation", REAL, "turns of the circle over the period", ""),
-            Column("frequency", REAL, "modulation frequency", "Hz", derived=True),
-            *(() if model.forced else (Column("durations", REAL, LASTING, "s"),)),
+            Column("frequency", REAL, "modulation frequency", "Hz", derived=True,
+                   head="modulation"),
+            *(() if model.forced else (Column("durations", REAL, LASTING, "s", head=None),)),
             Column("circles", REAL, "states at phase zero at equal angles of the circle", None,
-                   ("angle", "state")),
-            Column("stable", TRUTH, "whether the torus attracts for certain", derived=True),
-            Column("growth", REAL, "largest exponent across the torus over the period", ""),
-            Column("growth_error", REAL, "estimated error of torus_growth", ""),
+                   ("angle", "state"), head=None),
+            Column("stable", TRUTH, "whether the torus attracts for certain", derived=True,
+                   head=None),
+            Column("growth", REAL, "largest exponent across the torus over the period", "",
+                   head="growth across"),
+            Column("growth_error", REAL, "estimated error of torus_growth", "",
+                   head="error of growth"),
             Column("truncation", REAL, "how far circles fail to be invariant, in scaled states",
                    ""),
-            Column("omitted", WHOLE, "circles left out after it, which fail to be invariant", ""),
+            Column("omitted", WHOLE, "circles left out after it, which fail to be invariant", "",
+                   head=None),
             Column("extrema.minimum", REAL, "minimum over the whole torus", None, ("output",),
-                   name="torus_minimum", slot="minimum"),
+                   name="torus_minimum", head="min"),
             Column("extrema.maximum", REAL, "maximum over the whole torus", None, ("output",),
-                   name="torus_maximum", slot="maximum"),
+                   name="torus_maximum", head="max"),
         ),
         "torus_",
         OWNER,
@@ -126,62 +116,66 @@ def _resonances(vary: str, unit: str) -> Table:
     )
 
 
-def torus_variables(model: Model, vary: str, tori: Sequence[TorusBranch]) -> dict[str, Variable]:
-    """Return the arrays of tori; none if there are no tori."""
-    if not tori:
-        return {}
-    unit, ids = model.parameter(vary).unit, [each.id for each in tori]
-    axes = {**axes_of(model), "angle": [""] * max(each.circles.shape[1] for each in tori)}
-    folds = [value for each in tori for value in each.folds]
-    locked = [item for each in tori for item in each.locked]
-    return {
-        **_tori(vary, unit, forced=model.forced).variables(tori, axes),
-        **torus_points(model, vary).variables(tori, axes, ids),
-        **_turns(vary, unit).variables(folds, axes, [each.id for each in tori for _ in each.folds]),
-        **_resonances(vary, unit).variables(
-            locked, axes, [each.id for each in tori for _ in each.locked]
-        ),
-    }
+@dataclass(frozen=True)
+class Tori:
+    """Branches of tori as an attribute of a diagram."""
 
+    def names(self, key: str) -> set[str]:
+        """Return nothing: no array is named for a parameter."""
+        return set()
 
-def read_tori(saved: SavedTable, vary: str) -> tuple[TorusBranch, ...]:
-    """Return the tori in a file; none if there are none."""
-    if "torus" not in saved.columns:
-        return ()
-    model, axes = saved.model, axes_of(saved.model)
-    unit, names = model.parameter(vary).unit, tuple(saved.columns["output"].tolist())
-    points, turns, resonances = (
-        torus_points(model, vary),
-        _turns(vary, unit),
-        _resonances(vary, unit),
-    )
-    found = []
-    for row, number in enumerate(saved.columns["torus"].tolist()):
-        fields = _tori(vary, unit, forced=model.forced).read(saved, axes, row)
-        fields |= points.read(saved, axes, points.rows(saved)[number])
-        fields["extrema"] = Extrema(names, **fields["extrema"])
-        fields["stopped"] = End(*fields["stopped"].values())
-        most = int(np.isfinite(fields["circles"][:, :, 0]).sum(axis=1).max())
-        fields["circles"] = fields["circles"][:, :most]
-        folds = [turns.read(saved, axes, at)["value"] for at in turns.rows(saved)[number]]
-        locked = [resonances.read(saved, axes, at) for at in resonances.rows(saved)[number]]
-        found.append(
-            TorusBranch(
-                model=model,
-                vary=vary,
-                folds=tuple(folds),
-                locked=tuple(
-                    Locked(**item | {"ratio": Fraction(item["ratio"])}) for item in locked
-                ),
-                **fields,
-            )
+    def variables(self, result: Any, key: str) -> dict[str, Variable]:
+        """Return the arrays of tori; none if there are no tori."""
+        tori: Sequence[TorusBranch] = getattr(result, key)
+        if not tori:
+            return {}
+        model, vary = result.model, result.vary
+        unit, ids = model.parameter(vary).unit, [each.id for each in tori]
+        axes = {**axes_of(model), "angle": [""] * max(each.circles.shape[1] for each in tori)}
+        folds = [value for each in tori for value in each.folds]
+        locked = [item for each in tori for item in each.locked]
+        return {
+            **_tori(vary, unit, forced=model.forced).variables(tori, axes),
+            **_points(model, vary).variables(tori, axes, ids),
+            **_turns(vary, unit).variables(
+                folds, axes, [each.id for each in tori for _ in each.folds]
+            ),
+            **_resonances(vary, unit).variables(
+                locked, axes, [each.id for each in tori for _ in each.locked]
+            ),
+        }
+
+    def read(self, saved: SavedTable, result: Any, key: str) -> tuple[TorusBranch, ...]:
+        """Return the tori; none if there are none."""
+        if not {"torus", "torus_period"} & set(saved.columns):
+            return ()
+        model, vary, axes = saved.model, result.vary, axes_of(saved.model)
+        unit, outputs = model.parameter(vary).unit, tuple(saved.columns["output"].tolist())
+        tori = _tori(vary, unit, forced=model.forced)
+        points, turns, resonances = (
+            _points(model, vary),
+            _turns(vary, unit),
+            _resonances(vary, unit),
         )
-    return tuple(found)
+        found = []
+        for row, number in enumerate(saved.columns["torus"].tolist()):
+            fields = tori.read(saved, axes, row)
+            fields |= points.read(saved, axes, points.rows(saved)[number])
+            fields["extrema"] = Extrema(outputs, **fields["extrema"])
+            fields["stopped"] = End(*fields["stopped"].values())
+            most = int(np.isfinite(fields["circles"][:, :, 0]).sum(axis=1).max())
+            fields["circles"] = fields["circles"][:, :most]
+            folds = [turns.read(saved, axes, at)["value"] for at in turns.rows(saved)[number]]
+            locked = [resonances.read(saved, axes, at) for at in resonances.rows(saved)[number]]
+            ratios = [item | {"ratio": Fraction(item["ratio"])} for item in locked]
+            fields |= {"folds": tuple(folds), "locked": tuple(Locked(**each) for each in ratios)}
+            found.append(TorusBranch(model=model, vary=vary, **fields))
+        return tuple(found)
 
-
-def torus_record(tori: TorusBranch) -> dict[str, Any]:
-    """Return what records hold of a branch of tori."""
-    return _tori(tori.vary, "", forced=tori.model.forced).record(tori)
+    def record(self, result: Any, key: str) -> list[dict[str, Any]]:
+        """Return a record of each branch of tori."""
+        table = _tori(result.vary, "", forced=result.model.forced)
+        return [table.record(each) for each in getattr(result, key)]
 
 
 def torus_sentence(tori: TorusBranch) -> str:
