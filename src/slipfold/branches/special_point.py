@@ -137,7 +137,10 @@ class SpecialPoint(OneLine, ReadOnly):
         if self.several:
             return "criticality unknown: several multipliers are critical at once, as by a symmetry"
         if self.coefficient is None or not np.isfinite(self.coefficient):
-            return "criticality unknown: derivatives of third order do not exist or overflow here"
+            return (
+                "criticality unknown: derivatives of the map overflow, or its digits are lost to "
+                "growth round the orbit"
+            )
         return "neither soft nor hard: the coefficient is zero within rounding"
 
     @property

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.normal_forms.jet_map import JetMap
+from slipfold.normal_forms.return_chain import ReturnChain
 from slipfold.normal_forms.return_map import ReturnMap
 from slipfold.orbits.linearisation import Linearisation
 from slipfold.orbits.orbit_curve import Orbits
@@ -90,14 +91,20 @@ def normal_form(orbits: Orbits, point: OrbitPoint, kind: str) -> tuple[float, st
         else JetMap(orbits, point.z, orbits.constants(point.z))
     )
     matrix = map_.rescaled(linearisation.product)
+    # Scales that were found, or are those where the branch began, must not be seen in it.
+    ratios = orbits.scales / orbits.model_at(point.z).unit_scales()
     if not _DISTANCES[kind](np.linalg.eigvals(matrix).astype(complex)).min() < LOST:
-        raise np.linalg.LinAlgError(f"the map has lost the multiplier of its {kind}")
+        if not orbits.free_phase or kind not in ("PD", "NS"):
+            raise np.linalg.LinAlgError(f"the map has lost the multiplier of its {kind}")
+        multipliers = orbits.multipliers(point)
+        critical = complex(multipliers[np.argmin(_DISTANCES[kind](multipliers))])
+        chain = ReturnChain(orbits, point.z, orbits.scales)
+        coefficient, size = chain.form(kind, critical, ratios)
+        return declared(kind, coefficient, size), criticality_of(kind, coefficient)
     if kind == "LP":
         coefficient = fold_coefficient(map_, matrix, map_.carried(_parameter_pull(linearisation)))
     else:
         coefficient = critical_coefficient(map_, matrix, kind)
-    # Scales that were found, or are those where the branch began, must not be seen in it.
-    ratios = orbits.scales / orbits.model_at(point.z).unit_scales()
     if isinstance(map_, ReturnMap):
         size = _mean_length(map_, matrix, linearisation.product, kind, ratios)
     else:

@@ -68,8 +68,15 @@ class ReturnMap:
             self._constants,
             directions @ self._basis.T * self._scales,
         )
+        return self.across(jets, self._flow, self._basis)
+
+    def across(self, jets: Array, flow: Array, basis: Array) -> tuple[Array, Array]:
+        """Return B(v, v) and C(v, v, v) in the section across the flow where jets end.
+
+        Shapes: jets (r, 4, 4, n); flow (n,); basis (n, n - 1).
+        """
         y = np.moveaxis(jets / self._scales, 0, 2)  # order in s, order in time, direction, state
-        across = self._flow / (self._flow @ self._flow)
+        across = flow / (flow @ flow)
 
         def late(displacement: Array) -> Array:
             """Time that brings a displacement back into the section."""
@@ -80,7 +87,7 @@ class ReturnMap:
         b = late(second)
         third = y[3, 0] + 3 * a * y[2, 1] + 3 * a**2 * y[1, 2] + a**3 * y[0, 3]
         third = third + 3 * b * y[1, 1] + 3 * a * b * y[0, 2]
-        return second @ self._basis, third @ self._basis
+        return second @ basis, third @ basis
 
     def second(self, pairs: list[tuple[Vector, Vector]]) -> list[Vector]:
         """Return B(u, v) for complex vectors, by polarisation. Shapes: pairs (n - 1,)."""
@@ -95,30 +102,42 @@ class ReturnMap:
 
         Shapes: q (n - 1,); monodromy (n, n); ratios (n,).
         """
-        orbits, f = self._orbits, self._flow
+        f = self._flow
         vector = self._basis @ q
         if abs(multiplier - 1) > OFF_ONE:
             along = f @ (self._in_scales(monodromy) @ vector) / (f @ f)
             vector = vector + f * along / (multiplier - 1)
-        edges = np.linspace(orbits.phase, orbits.phase + orbits.period, len(self._nodes) + 1)
-        nodes, total = self._nodes, 0.0
-        blocks = self._blocks(edges[:-1], edges[1:])[1]
         starts = [vector]
-        for block in blocks[:-1]:
+        for block in self._blocks(*self._edges())[1][:-1]:
             starts.append(block @ starts[-1])
+        return self.mean_length(np.array(starts), ratios, at_one=abs(multiplier - 1) <= OFF_ONE)
+
+    def mean_length(self, starts: Vector, ratios: Array, *, at_one: bool = False) -> float:
+        """Return the root mean square, round the cycle, of a vector that is known at its nodes.
+
+        Shapes: starts (m, n); ratios (n,).
+        """
+        orbits, nodes, total = self._orbits, self._nodes, 0.0
+        begin, end = self._edges()
         for k in range(SAMPLES):
-            ends = edges[:-1] + (edges[1:] - edges[:-1]) * k / SAMPLES
-            states, matrices = (nodes, None) if k == 0 else self._blocks(edges[:-1], ends)
-            moved = np.array(starts)
+            ends = begin + (end - begin) * k / SAMPLES
+            states, matrices = (nodes, None) if k == 0 else self._blocks(begin, ends)
+            moved = starts
             if matrices is not None:
                 moved = np.einsum("jab,jb->ja", matrices, moved)
             moved = moved * ratios
-            if abs(multiplier - 1) <= OFF_ONE:
+            if at_one:
                 rates = orbits.flow.rates(states, ends, self._constants) / self._scales * ratios
                 share = np.sum(moved * rates, axis=1) / np.sum(rates**2, axis=1)
                 moved = moved - share[:, None] * rates
             total += float(np.mean(np.sum(np.abs(moved) ** 2, axis=1)))
         return float(np.sqrt(total / SAMPLES))
+
+    def _edges(self) -> tuple[Array, Array]:
+        """Phases at which the segments begin and end."""
+        orbits = self._orbits
+        edges = np.linspace(orbits.phase, orbits.phase + orbits.period, len(self._nodes) + 1)
+        return edges[:-1], edges[1:]
 
     def _in_scales(self, matrix: Array) -> Array:
         return matrix * self._rescaling[:, None] / self._rescaling
