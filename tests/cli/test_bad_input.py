@@ -128,6 +128,7 @@ CASES = {
         "no response exists",
     ),
     "label of a model": ([*LOCUS, "--label", "2"], "--label 2", "sliding is a model"),
+    "only of a model": ([*LOCUS, "--only"], "--only is for a saved response", "or --type"),
     "locus of a file that is not there": (
         ["locus", "no.nc", "--vary", "f=12:13", "--vary", "Nd=0:1"], "no.nc cannot be read",
     ),

@@ -273,12 +273,18 @@ def test_labels_are_those_of_the_printed_table(saved_response, tmp_path, monkeyp
     asked = {}
     module = importlib.import_module("slipfold.computations.locus")
     monkeypatch.setattr(
-        module, "locus", lambda points, *_, **__: asked.update(p=points) or made_locus_diagram()
+        module,
+        "locus",
+        lambda points, *_, switch, **__: (
+            asked.update(p=points, switch=switch) or made_locus_diagram()
+        ),
     )
     lines = load(saved_response).summary().splitlines()
     (label,) = [line.split()[4] for line in lines if line.split()[3:4] == ["PD"]]
     assert run("locus", saved_response, *WINDOW, "--label", label).exit_code == 0
-    assert [point.type for point in asked["p"]] == ["PD"]
+    assert ([point.type for point in asked["p"]], asked["switch"]) == (["PD"], True)
+    assert run("locus", saved_response, *WINDOW, "--label", label, "--only").exit_code == 0
+    assert ([point.type for point in asked["p"]], asked["switch"]) == (["PD"], False)
     path = str(tmp_path / "x.nc")
     made_diagram().save(path)
     wide = ("--vary", "f=12:13", "--vary", "Nd=0:0.5")

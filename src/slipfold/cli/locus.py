@@ -74,6 +74,14 @@ Labels = Annotated[
         "printed table; all by default. Repeatable.",
     ),
 ]
+Only = Annotated[
+    bool,
+    typer.Option(
+        "--only",
+        help="With RESPONSE.nc, follow the loci through its special points alone, and none that "
+        "start at points of codimension two on them.",
+    ),
+]
 Regions = Annotated[
     bool,
     typer.Option(
@@ -98,6 +106,7 @@ def locus(
     set_: Sets = None,
     friction: Friction = None,
     label: Labels = None,
+    only: Only = False,
     type_: Types = None,
     period: Periods = None,
     regions: Regions = False,
@@ -136,7 +145,7 @@ def locus(
             points = labelled_points(response, model, label)
         else:
             points = matching_points(response, model, (plane, window), types, periods)
-        compute = partial(follow, points, plane, window)
+        compute = partial(follow, points, plane, window, switch=not only)
     else:
         from slipfold.computations.bifurcation_set import bifurcation_set
 
@@ -144,6 +153,11 @@ def locus(
             raise InputError(
                 f"--label {label[0]} is for a saved response, but {model} is a model; give a file "
                 "that slipfold response --out wrote, or leave out --label"
+            )
+        if only:
+            raise InputError(
+                f"--only is for a saved response, but {model} is a model, whose loci are looked "
+                "for; give a file that slipfold response --out wrote, or --type"
             )
         if regimes is not None and not regions:
             raise InputError(f"--regimes {regimes} needs --regions; give both")
