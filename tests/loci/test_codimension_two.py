@@ -12,6 +12,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import slipfold as sf
+from slipfold.loci import fan
 
 WHOLE = sf.Settings(largest_period=1)
 QUIET = sf.Settings(largest_period=1, largest_duration=1.2)
@@ -98,6 +99,26 @@ def named(loci, kind):
 
 def of_type(found, kind, orbits="periodic"):
     return [locus for locus in found.loci if (locus.type, locus.kind) == (kind, orbits)]
+
+
+def test_hopf_points_alone_need_no_cycles(monkeypatch):
+    # Cycles of the circuit snake to homoclinic orbits: a minute for a window, and three seconds
+    # without them.
+    followed = []
+    follow = fan.trace_response
+
+    def seen(*args, **options):
+        branches = follow(*args, **options)
+        followed.extend(branch.kind for branch in branches)
+        return branches
+
+    monkeypatch.setattr(fan, "trace_response", seen)
+    found = sf.locus(CIRCUIT, ("nu", "beta"), ((-0.65, -0.55), (0.4, 0.65)), type="HB")
+    assert set(followed) == {"equilibrium"}
+    assert {locus.type for locus in found.loci} == {"HB"}
+    assert (-0.6, 0.6) in [
+        tuple(np.round(values, 9).tolist()) for values in named(found.loci, "ZH")
+    ]
 
 
 def test_folds_of_the_reaction_end_at_its_bautin_point():

@@ -23,7 +23,8 @@ class Settings(Stepping):
     steps
         How far a branch goes from one point to the next.
     largest_period
-        Doubled branches are followed up to this period, in forcing periods.
+        Doubled branches are followed up to this period, in forcing periods. With zero no cycles
+        of an autonomous model are followed, but equilibria alone.
     largest_duration
         A branch of cycles ends where one round lasts this many times as long as at its first point.
         Near a homoclinic orbit the duration grows without bound; then eight segments of equal time
@@ -59,8 +60,8 @@ class Settings(Stepping):
                 f"largest_duration = {self.largest_duration:g} leaves no branch of cycles; give "
                 "more than 1, in units of the first cycle's duration"
             )
-        if self.largest_period < 1:
+        if self.largest_period < 0:
             raise InputError(
-                f"largest_period = {self.largest_period} is below 1; give 1 to follow the response "
-                "alone, 8 for its doublings"
+                f"largest_period = {self.largest_period} is below 0; give 1 to follow the response "
+                "alone, 8 for its doublings, 0 for equilibria without their cycles"
             )

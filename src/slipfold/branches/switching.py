@@ -62,7 +62,8 @@ def junctions_on(chart: Chart[OrbitPoint], settings: Settings) -> list[Junction]
 def _birth(orbits: Orbits, found: Found, settings: Settings) -> Birth | None:
     if found.type == "BP" and found.other is not None:
         return Birth(orbits, _other_branch(found, found.other))
-    if isinstance(orbits, Equilibria) and found.type == "HB":
+    cycles = settings.largest_period > 0
+    if isinstance(orbits, Equilibria) and found.type == "HB" and cycles:
         method = partial(method_for, settings)
         return _born(cycle_of_no_amplitude(orbits, found.point.z, method), found.point)
     if found.type == "PD" and 2 * orbits.period <= settings.largest_period:

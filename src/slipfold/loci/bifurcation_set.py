@@ -77,7 +77,9 @@ def find_bifurcation_set(
             f"regions need the loci of all types ({', '.join(possible_types(model))}) and both "
             "periods (1, 2); ask for all of them or for no regions"
         )
-    settings = largest_period(settings or Settings(), periods)
+    # Of Hopf points alone no cycles are needed.
+    followed = (0,) if types == ("HB",) else periods
+    settings = largest_period(settings or Settings(), followed)
     if model.found_sizes is None:
         model = measured_across(model, plane, window)
     lines: list[FanLine] = []

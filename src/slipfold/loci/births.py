@@ -82,7 +82,7 @@ def starts_at(
     yield from passing(curve, found, types, settings)
     crossed = crossing_gap(orbits, point.z) < CROSSED
     if found.type == "ZH" and crossed and "HB" in types:
-        yield from _leaving_along(orbits, "HB", point, "ZH", settings)
+        yield from _leaving_along(orbits, "HB", point, "", settings)
     born = [] if (found.type, condition) == ("R2", "NS") else [*BORN.get(found.type, ())]
     if found.type == "ZH":  # of a symmetry, other cycles branch off; without it, tori begin
         born = [item for item in born if (item[0] == "BP") == crossed]
