@@ -11,6 +11,7 @@ import pytest
 
 import slipfold as sf
 from helpers.command_line import run
+from slipfold.errors import InputError
 from slipfold.flow.flow import flow_of
 from slipfold.lines.of_tori import torus_stretches
 from slipfold.paper.cases import read_cases
@@ -296,3 +297,57 @@ def test_figures_2_and_3_of_the_paper_get_them(monkeypatch, tmp_path):
         for figure in cases.figures:
             found = {asked[curve.model, curve.vary] for curve in figure.curves}
             assert found == {tori and figure.number in (2, 3)}
+
+
+def test_a_torus_that_a_motion_settles_on_leads_to_both_ends_of_its_branch():
+    # At the Neimark-Sacker point it ends where the same tori are born.
+    found = sf.response(
+        sf.SlidingOscillator(f=12.5),
+        "Nd",
+        (0.152, 0.2),
+        start={"Nd": 0.155},
+        settled=True,
+        tori=True,
+    )
+    assert found.branches == ()
+    up, down = found.tori
+    assert up.begun.kind == down.begun.kind == "settled"
+    assert up.stopped.kind == "birth"
+    assert up.stopped.value == pytest.approx(0.1664381671, abs=1e-8)
+    assert up.rotation[-1] == pytest.approx(0.11315204, abs=1e-7)
+    assert down.stopped.kind == "span"
+    assert up.stable[:-3].all()
+    assert "begin where a motion settles, at Nd = 0.155 N" in found.summary()
+    # Over two periods a simulation leads along the circle by the rotation number.
+    model, circle = sf.SlidingOscillator(f=12.5, Nd=0.155), up.circle(0)
+    motion = sf.simulate(model, 2, circle[0])
+    turned = np.fft.irfft(
+        np.fft.rfft(circle, axis=0)
+        * np.exp(2j * np.pi * up.rotation[0] * np.arange(len(circle) // 2 + 1))[:, None],
+        len(circle), axis=0,
+    )  # fmt: skip
+    assert motion.strobe[-1] == pytest.approx(turned[0], abs=1e-8)
+
+
+def test_a_torus_of_a_forced_van_der_pol_oscillator_is_begun_from_a_motion(tmp_path):
+    # Far from resonance it has two frequencies: that of the forcing and nearly the own one.
+    forced = sf.System(
+        name="forced",
+        parameters={"mu": 0.3, "A": 0.2, "W": 1.6},
+        states={"x": "v", "v": "mu*(1 - x^2)*v - x + A*cos(W*t)"},
+        forcing={"period": "2*pi/W"},
+    )
+    found = sf.response(forced, "A", (0.1, 0.3), start={"x": 2.0}, settled=True, tori=True)
+    (tori, _) = found.tori
+    own = 1 - 0.3**2 / 16  # of the free cycle, to second order in mu
+    assert abs(tori.rotation[0]) == pytest.approx(1 - own / 1.6, abs=2e-3)
+    assert tori.stable.all()
+    found.save(tmp_path / "tori.nc")
+    assert sf.load(tmp_path / "tori.nc").to_json() == found.to_json()
+    assert len(found.plot().lines)
+
+
+def test_a_motion_on_no_torus_says_what_it_does():
+    chaotic = sf.SlidingOscillator(f=12.5)
+    with pytest.raises(InputError, match="does not settle on what could be followed"):
+        sf.response(chaotic, "Nd", (0.1, 0.2), start={"Nd": 0.11}, settled=True, tori=True)

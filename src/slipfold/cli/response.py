@@ -80,7 +80,8 @@ Tori = Annotated[
     bool,
     typer.Option(
         "--tori",
-        help="Follow the quasi-periodic tori born at Neimark-Sacker points, too.",
+        help="Follow the quasi-periodic tori born at Neimark-Sacker points, too; with --settled "
+        "the one that a motion settles on.",
     ),
 ]
 Settled = Annotated[

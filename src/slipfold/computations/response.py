@@ -30,6 +30,7 @@ from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
 from slipfold.results.diagram import Diagram
 from slipfold.results.provenance import provenance
+from slipfold.tori.of_response import tori_from, tori_of
 from slipfold.tori.torus_branch import TorusBranch
 
 __all__ = ["response"]
@@ -70,7 +71,8 @@ def response(
         model near a cycle or an equilibrium. With a value of the varied parameter among them the
         branch begins there, and goes in both directions. What is not given is the model's start.
     settled
-        Whether what a motion from there settles on is followed instead.
+        Whether what a motion from there settles on is followed instead; a torus if `tori` are
+        wanted, too.
     gradients
         Whether special points are told with their `gradients`: how each moves with every other
         parameter, see `slipfold.gradients`.
@@ -81,7 +83,8 @@ def response(
         as large as the branches, or in one that is given, as for `slipfold.attractors`.
     tori
         Whether the quasi-periodic tori are followed, too, that are born at Neimark-Sacker points of
-        responses or cycles: `Diagram.tori`.
+        responses or cycles: `Diagram.tori`. With `settled` also the one that the motion settles on,
+        in both directions.
     settings
         Options of continuation; the defaults of `slipfold.Settings` if None.
     events
@@ -137,9 +140,18 @@ def response(
         check_followed(changed)
     watched = (*events, *own_events(changed, vary))
     ends = changed.values[vary], last
+    found: tuple[TorusBranch, ...] = ()
     begin = None if orbit is None else Begin(orbit.model.values[vary], orbit)
     if orbit is None and (start is not None or settled or at_rest):
-        begin = _begin(changed, vary, ends, start or {}, settled, observer)
+        there, state = _start(changed, vary, ends, start or {})
+        try:
+            begin = _begin(there, vary, state, settled, observer)
+        except InputError:
+            if not (settled and tori and may_slip(there)):
+                raise
+            found = tori_from(there, vary, state, ends, chosen, observer)
+            if not found:
+                raise
     # An orbit through stick has its own sizes.
     if begin is None or not isinstance(begin.orbit, StickSlipOrbit):
         changed = measured_over(changed, vary, ends, begin)
@@ -153,7 +165,7 @@ def response(
         observer=observer,
         through_stick=True,
     )
-    branches, searched = follow(begin=begin), None
+    branches, searched = () if found else follow(begin=begin), None
     if search:  # which takes more to import than to follow a branch
         from slipfold.long_term.box import checked_box
         from slipfold.long_term.coexisting import find_coexisting
@@ -167,10 +179,7 @@ def response(
         from slipfold.computations.gradients import with_gradients
 
         branches, whole = with_gradients(branches, chosen, observer)
-    found: tuple[TorusBranch, ...] = ()
-    if tori and whole and not stopped:
-        from slipfold.tori.of_response import tori_of
-
+    if tori and whole and not stopped and not found:
         found = tori_of(branches, ends, chosen, observer)
         whole = not any(item.interrupted for item in found)
     checked = check_branches(branches, observer) if whole else Checked((), interrupted=True)
@@ -212,18 +221,10 @@ def _model_of(
     return model
 
 
-def _begin(
-    model: Model,
-    vary: str,
-    span: tuple[float, float],
-    start: Mapping[str, float | str],
-    settled: bool,
-    observer: Observer | None,
-) -> Begin:
-    """Return where the first branch begins: near a state, or at what a motion from it settles on.
-
-    The state may have a value of the parameter; else it is at the first one.
-    """
+def _start(
+    model: Model, vary: str, span: tuple[float, float], start: Mapping[str, float | str]
+) -> tuple[Model, dict[str, float]]:
+    """Return the model at a start, and its states; it may have a value of the parameter."""
     units = {item.name: item.unit for item in model.states}
     at, state = model.values[vary], {}
     for name, value in start.items():
@@ -237,7 +238,14 @@ def _begin(
             f"the start at {vary} = {at:g} is outside the span from {span[0]:g} to {span[1]:g}; "
             "give one inside it"
         )
-    there = model.replace(**{vary: at})
+    return model.replace(**{vary: at}), state
+
+
+def _begin(
+    there: Model, vary: str, state: dict[str, float], settled: bool, observer: Observer | None
+) -> Begin:
+    """Return where the first branch begins: near a state, or where a motion from it settles."""
+    at = there.values[vary]
     if there.forced and not may_slip(there):
         try:
             return Begin(at, periodic_orbit(there, state=state or None))

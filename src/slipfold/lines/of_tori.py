@@ -33,7 +33,10 @@ def torus_stretches(tori: TorusBranch, output: str, measure: str = "max") -> tup
     places = np.arange(PIECES * (len(s) - 1) + 1) / PIECES
     at = np.interp(places, np.arange(len(s)), s)
     along, reached = (_grown(item, s, at) for item in (parameter, value))
-    along[: PIECES + 1] = parameter[0] + (parameter[1] - parameter[0]) * places[: PIECES + 1] ** 2
+    if tori.parent:
+        along[: PIECES + 1] = (
+            parameter[0] + (parameter[1] - parameter[0]) * places[: PIECES + 1] ** 2
+        )
     kinds = np.where(tori.stable[1:], STABLE, OTHER)
     kinds[tori.omitted[:-1] > 0] = GAP
     lines = []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -69,7 +69,8 @@ def draw_response(
     if handles:
         ax.legend(handles=handles)
     if measured is not None:
-        vary = diagram.branches[0].vary
+        curves: list[Any] = [*diagram.branches, *diagram.tori]
+        vary = curves[0].vary
         if measured.vary != vary:
             raise InputError(
                 f"{measured.vary} was varied in the measurement but the diagram is over {vary}; "
@@ -90,7 +91,7 @@ def draw_family(
     colours: Sequence[str] | None = None,
 ) -> Axes:
     """Draw several response diagrams into one picture; `name_family` then names what is in it."""
-    branches = [branch for diagram in diagrams for branch in diagram.branches]
+    branches: list[Any] = [item for each in diagrams for item in (*each.branches, *each.tori)]
     if not branches:
         raise InputError("the diagram has 0 branches, so there is nothing to draw; give at least 1")
     ax = axes_or_new(ax)

@@ -1,12 +1,12 @@
-"""The tori that are born along a response."""
+"""The tori that are born along a response, and those that a motion settles on."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from slipfold.branches.branch import Branch
 from slipfold.branches.progress import Observer, Progress
@@ -21,11 +21,12 @@ from slipfold.orbits.extrema import Extrema
 from slipfold.tori.birth import born
 from slipfold.tori.circles import CirclePoint
 from slipfold.tori.one_torus_branch import Tori, follow_tori
+from slipfold.tori.settled import reversed_circle, settled_circle
 from slipfold.tori.stability import growth_across
 from slipfold.tori.surface import surface_of
 from slipfold.tori.torus_branch import Locked, TorusBranch
 
-__all__ = ["INVARIANT", "tori_of"]
+__all__ = ["INVARIANT", "tori_from", "tori_of"]
 
 Array = NDArray[np.float64]
 
@@ -60,11 +61,44 @@ def tori_of(
         if any(_ends_at(each, point, span) for each in found):
             continue
         number = len(branches) + len(found) + 1
-        teller = _Teller(observer, number, point, done, len(places))
-        found.append(_tori_from(branch, point, span, settings, teller))
+        origin = _Origin(branch.model, point.vary, point.period, branch.id, number)
+        teller = _Teller(observer, origin, done, len(places))
+        found.append(_tori_from(point, span, settings, origin, teller))
         if found[-1].interrupted:
             break
     return tuple(found)
+
+
+def tori_from(
+    model: Model,
+    vary: str,
+    state: ArrayLike | Mapping[str, float],
+    span: tuple[float, float],
+    settings: Settings,
+    observer: Observer | None = None,
+) -> tuple[TorusBranch, ...]:
+    """Follow the torus that a motion from a state settles on, in both directions; none if none."""
+    start = settled_circle(model, vary, abs(span[1] - span[0]), state)
+    if start is None:
+        return ()
+    found: list[TorusBranch] = []
+    for circle in (start, reversed_circle(start)):
+        origin = _Origin(model, vary, start.curve.period, 0, len(found) + 1)
+        found.append(_followed([], circle, span, settings, origin, _Teller(observer, origin, 0, 1)))
+        if found[-1].interrupted:
+            break
+    return tuple(found)
+
+
+@dataclass(frozen=True)
+class _Origin:
+    """Where tori begin."""
+
+    model: Model
+    vary: str
+    period: int
+    parent: int
+    number: int
 
 
 @dataclass(frozen=True)
@@ -72,8 +106,7 @@ class _Teller:
     """Tells whoever watches how far tori have come."""
 
     observer: Observer | None
-    number: int
-    point: SpecialPoint
+    origin: _Origin
     done: int
     total: int
 
@@ -82,7 +115,7 @@ class _Teller:
             return
         last = trail.points[-1]
         value, names = last.curve.value(last.z), tuple(item.type for item in trail.found)
-        at = Progress(self.number, self.point.period, len(trail.points), value, names)
+        at = Progress(self.origin.number, self.origin.period, len(trail.points), value, names)
         self.observer(replace(at, stage="tori", done=self.done, total=self.total))
 
 
@@ -93,33 +126,45 @@ def _ends_at(tori: TorusBranch, point: SpecialPoint, span: tuple[float, float]) 
 
 
 def _tori_from(
-    branch: Branch,
     point: SpecialPoint,
     span: tuple[float, float],
     settings: Settings,
+    origin: _Origin,
     teller: _Teller,
 ) -> TorusBranch:
     model, vary = point.model, point.vary
     at_birth = _at_birth(point)
     if not np.isnan(point.stuck_fraction):
-        return _branch_of([at_birth], branch, point, teller, End("contacts", CHANGES, point.value))
+        return _branch_of([at_birth], origin, End("contacts", CHANGES, point.value))
     start = born(model, vary, abs(span[1] - span[0]), point.state, point.period)
     if start is None:
         reason = (
             "no circle was found beside the Neimark-Sacker point, which turns by "
             f"{at_birth.rotation:.6g} of a turn; look whether it is at a strong resonance"
         )
-        return _branch_of([at_birth], branch, point, teller, End("failed", reason, point.value))
+        return _branch_of([at_birth], origin, End("failed", reason, point.value))
+    return _followed([at_birth], start, span, settings, origin, teller)
+
+
+def _followed(
+    rows: list[_Row],
+    start: CirclePoint,
+    span: tuple[float, float],
+    settings: Settings,
+    origin: _Origin,
+    teller: _Teller,
+) -> TorusBranch:
+    """Follow tori from a circle; describe them behind the rows that are known."""
     tori = follow_tori(start, span, settings, teller.tell)
-    rows, end = [at_birth], tori.trail.end
+    end = tori.trail.end
     assert end is not None
     try:
         for each in tori.trail.points:
             row, broken = _described(each)
-            if broken:
+            if broken and rows:
                 end = End("limit", broken, rows[-1].value)
                 break
-            if row.truncation <= INVARIANT:
+            if row.truncation <= INVARIANT or not rows:
                 rows.append(row)
             else:
                 rows[-1] = replace(rows[-1], omitted=rows[-1].omitted + 1)
@@ -129,7 +174,7 @@ def _tori_from(
             end = End(end.kind, end.reason, rows[-1].value)
     except KeyboardInterrupt:
         end = End("interrupted", "interrupted; what was found before is kept", rows[-1].value)
-    return _branch_of(rows, branch, point, teller, end, tori)
+    return _branch_of(rows, origin, end, tori)
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,14 +234,12 @@ def _described(point: CirclePoint) -> tuple[_Row, str]:
 
 def _branch_of(
     rows: Sequence[_Row],
-    branch: Branch,
-    point: SpecialPoint,
-    teller: _Teller,
+    origin: _Origin,
     end: End,
     tori: Tori | None = None,
 ) -> TorusBranch:
     count = max(len(row.circle) for row in rows)
-    circles = np.full((len(rows), count, len(point.state)), np.nan)
+    circles = np.full((len(rows), count, rows[-1].circle.shape[1]), np.nan)
     for own, row in zip(circles, rows, strict=True):
         own[: len(row.circle)] = row.circle
 
@@ -213,15 +256,15 @@ def _branch_of(
         places = {each.curve.value(each.z): each.arclength for each in tori.trail.points[::-1]}
         locked = tuple(item for item in tori.locked if places[item.last] <= last)
     return TorusBranch(
-        id=teller.number,
-        period=point.period,
-        parent=branch.id,
-        model=branch.model,
-        vary=point.vary,
+        id=origin.number,
+        period=origin.period,
+        parent=origin.parent,
+        model=origin.model,
+        vary=origin.vary,
         parameter=values,
         rotation=column("rotation"),
         circles=circles,
-        extrema=Extrema(flow_of(point.model).output_names, column("low"), column("high")),
+        extrema=Extrema(flow_of(origin.model).output_names, column("low"), column("high")),
         growth=column("growth"),
         growth_error=column("growth_error"),
         truncation=column("truncation"),
@@ -229,5 +272,5 @@ def _branch_of(
         folds=folds,
         locked=locked,
         stopped=end,
-        durations=None if point.model.forced else column("duration"),
+        durations=None if origin.model.forced else column("duration"),
     )

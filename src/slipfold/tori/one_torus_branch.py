@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 
+import numpy as np
+
 from slipfold.continuation.end import End
 from slipfold.continuation.follow import Endings, follow
 from slipfold.continuation.monitor import Zeros
@@ -32,6 +34,12 @@ SLOWS = "turns ever more slowly at one value of the parameter, as beside a homoc
 
 BESIDE = 1e-2
 """Distance of a rotation number from a strong resonance at which circles may break by it."""
+
+POINT = 3e-5
+"""Extent of a circle in scaled states below which it is an orbit: the parameter is off by its
+square, and smaller circles are rounding."""
+
+SHRINKS = "shrinks to a periodic orbit, at a Neimark-Sacker point of it"
 
 FOLD = 1e-6
 """Part of the tangent along the parameter that is left where a fold is located."""
@@ -118,8 +126,7 @@ def _end_at(found: Found[CirclePoint]) -> End | None:
     """Return why tori end at what was found, None if they go on."""
     place = found.point.curve.place(found.point.z)
     if found.type == "size":
-        reason = "shrinks to a periodic orbit, at a Neimark-Sacker point of it"
-        return End("birth", reason, place)
+        return End("birth", SHRINKS, place)
     if found.type != "LP" and Fraction(found.type).denominator <= STRONG:
         reason = f"comes to the strong resonance {found.type} and is not followed past it"
         return End("resonance", reason, place)
@@ -127,13 +134,16 @@ def _end_at(found: Found[CirclePoint]) -> End | None:
 
 
 class _Resolved:
-    """Ends tori whose circles have more harmonics than can be computed: they may break up."""
+    """Ends tori whose circles are points, or have more harmonics than can be computed."""
 
     def watch(self, stretch: Stretch[CirclePoint]) -> Sight[CirclePoint]:
         """Look at how smooth the circle is that was come to."""
         point = stretch.point
         circles = point.curve
-        size = tail(circles.states(point.z))
+        states = circles.states(point.z)
+        if np.ptp(states / circles.model.state_scales(), axis=0).max() < POINT:
+            return Sight(stop=Stop(point, End("birth", SHRINKS, circles.place(point.z))))
+        size = tail(states)
         if circles.count < MOST or size < BROKEN:
             return Sight()
         harmonics = circles.count // 2

@@ -55,7 +55,8 @@ class Locked(OneLine):
 class TorusBranch(OneLine, ReadOnly):
     """Quasi-periodic tori followed in one parameter; frozen, one row a torus.
 
-    The first row is the Neimark-Sacker point at which they are born: a torus without thickness.
+    The first row is the Neimark-Sacker point at which they are born: a torus without thickness. Or
+    it is the torus that a motion settles on.
 
     Parameters
     ----------
@@ -65,7 +66,7 @@ class TorusBranch(OneLine, ReadOnly):
         Forcing periods after which the circle is mapped onto itself: the period of the orbit that
         the tori are born from. Of an autonomous model rounds, which last `durations`.
     parent
-        Id of the branch with the Neimark-Sacker point.
+        Id of the branch with the Neimark-Sacker point; 0 if they begin where a motion settles.
     model
         The model; the value of `vary` is replaced by `parameter`.
     vary
@@ -146,7 +147,10 @@ class TorusBranch(OneLine, ReadOnly):
 
     @property
     def begun(self) -> End:
-        """Where it begins: at a Neimark-Sacker point."""
+        """Where it begins: at a Neimark-Sacker point, or at the torus that a motion settles on."""
+        if not self.parent:
+            reason = "begins at the torus that a motion settles on"
+            return End("settled", reason, float(self.parameter[0]))
         reason = f"born at a Neimark-Sacker point of branch {self.parent}"
         return End("born", reason, float(self.parameter[0]))
 

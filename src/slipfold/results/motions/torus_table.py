@@ -186,7 +186,8 @@ def torus_sentence(tori: TorusBranch) -> str:
         return with_unit(f"{vary} = {value:.8g}", unit)
 
     head = f"Tori {tori.id} (period {tori.period}, {len(tori)} points)"
-    parts = [f"{head} are born on branch {tori.parent} at {at(tori.parameter[0])}"]
+    origin = f"are born on branch {tori.parent}" if tori.parent else "begin where a motion settles"
+    parts = [f"{head} {origin}, at {at(tori.parameter[0])}"]
     if len(tori) > 1:
         hertz = np.abs(tori.frequency)
         low, high = hertz.min(), hertz.max()

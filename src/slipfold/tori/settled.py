@@ -1,0 +1,86 @@
+"""The torus that a motion settles on, as a circle to follow tori from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from slipfold.continuation.newton import correct
+from slipfold.errors import BREAKDOWNS
+from slipfold.flow.simulate import Motion, initial_state
+from slipfold.long_term.birkhoff import bump
+from slipfold.long_term.rotation import rotation_of
+from slipfold.models.model import Model
+from slipfold.models.turns import without_turns
+from slipfold.tori.circles import FEWEST, MOST, TAIL, CirclePoint, Circles
+from slipfold.tori.harmonics import tail
+
+__all__ = ["reversed_circle", "settled_circle"]
+
+Array = NDArray[np.float64]
+
+PERIODS = (2_000, 6_000, 18_000)
+"""Forcing periods of a motion, the last half of which is taken to lie on the torus: more if no
+circle is found from fewer."""
+
+
+def settled_circle(
+    model: Model, vary: str, width: float, state: ArrayLike | Mapping[str, float]
+) -> CirclePoint | None:
+    """Return the circle on which a motion from a state passes phase zero; None if there is none.
+
+    Its harmonics are averages along the motion; Newton's method makes them exact.
+    """
+    motion = Motion(model, initial_state(model, state))
+    for periods in PERIODS:
+        motion.go_on(periods - motion.periods)
+        if motion.stopped is not None:
+            return None
+        strobe = motion.strobe[periods // 2 :]
+        rotation = rotation_of(strobe, motion.model.state_scales(), model.whole_turns)
+        if rotation is None or rotation.error > TAIL**0.5:
+            continue
+        strobe = strobe[:: rotation.period]
+        for circle in _circles(strobe, rotation.number, model.whole_turns):
+            found = _corrected(motion.model, vary, width, rotation.period, circle, rotation.number)
+            if found is not None:
+                return found
+    return None
+
+
+def _circles(states: Array, rotation: float, turns: Array) -> Iterator[Array]:
+    """Yield closed curves through states, with more and more harmonics. Shapes: states (k, n)."""
+    base = states[0]
+    states = base + without_turns(states - base, turns)
+    weights, times = bump(len(states))[:, None] * states, np.arange(len(states))
+    count = FEWEST
+    while count <= MOST:
+        orders = np.arange(count // 2 + 1)
+        waves = np.exp(-2j * np.pi * np.outer(orders, times) * rotation)
+        yield np.fft.irfft(waves @ weights * count, count, axis=0)
+        count = 2 * count | 1
+
+
+def _corrected(
+    model: Model, vary: str, width: float, period: int, circle: Array, rotation: float
+) -> CirclePoint | None:
+    """Return the invariant circle near a curve at the same parameter, if it is resolved."""
+    circles = Circles(model, vary, width, period, circle)
+    guess = circles.join(circle, circles.others(rotation, model))
+    row = np.zeros(len(guess))
+    row[-1] = 1.0
+    try:
+        correction = correct(circles, guess, row)
+    except BREAKDOWNS:
+        return None
+    if not correction.converged or tail(circles.states(correction.z)) > TAIL:
+        return None
+    return circles.point(correction, 0.0)
+
+
+def reversed_circle(point: CirclePoint) -> CirclePoint:
+    """Return a circle from which tori are followed the other way."""
+    return replace(point, tangent=-point.tangent, orientation=-point.orientation)
