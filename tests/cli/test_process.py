@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from helpers.command_line import run as run_here
+from slipfold.cli.progress import live_line
 from slipfold.results.load import load
 
 PROGRAM = [sys.executable, "-m", "slipfold.cli"]
@@ -301,6 +302,15 @@ def test_interrupt_is_heeded_where_the_shell_ignores_it(number):
     assert status == 130
     assert "interrupted" in output  # the table says where
     assert "--out FILE.nc would keep it" in " ".join(terminal.text.split())
+
+
+def test_a_terminal_that_cannot_rewrite_a_line_gets_lines(monkeypatch, capsys):
+    monkeypatch.setenv("TERM", "dumb")
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    with live_line() as show:
+        show("3 points")
+        show("4 points")  # too soon for another line
+    assert capsys.readouterr().err == "0 s  3 points\n"
 
 
 def test_silent_where_standard_error_is_no_terminal():
