@@ -1,0 +1,19 @@
+"""How sentences begin that summaries show."""
+
+import pytest
+
+from slipfold.models.parameter import Parameter
+from slipfold.text.one_line import capitalised
+
+NAMED = [Parameter("c", 1.0, "N s/m", "damping"), Parameter("mu", 0.3, "", "friction")]
+
+
+@pytest.mark.parametrize(("text", "expected"), [
+    ("c is at its bound", "c is at its bound"),
+    ("mu is at its bound", "mu is at its bound"),
+    ("correlated parameters", "Correlated parameters"),
+    ("settled on a cycle", "Settled on a cycle"),
+    ("", ""),
+])  # fmt: skip
+def test_the_name_of_a_parameter_is_not_capitalised(text, expected):
+    assert capitalised(text, NAMED) == expected
