@@ -71,9 +71,14 @@ def test_a_point_that_vanishes_is_lost(sliding):
     gone = found.samples[:, 0] < np.radians(58.5)
     assert 0 < found.lost == gone.sum() < 4
     assert np.isnan(found.thresholds[gone]).all()
-    assert f"No threshold at {found.lost} samples" in found.summary()
+    assert f"No threshold at {found.lost} of 4 samples" in found.summary()
     assert "which bands and probabilities leave out" in found.summary()
     assert found.quiet(0.0) == 1.0
+    # Lost samples may be loud or quiet.
+    low, high = found.quiet_between(0.0)
+    assert low < 1 - found.lost / 4
+    assert high == 1.0
+    assert found.to_json()["lost"] == found.lost
     labels = found.plot(ax=Figure().add_subplot()).get_legend_handles_labels()[1]
     assert f"by samples, {found.lost} left out" in labels
 
@@ -250,6 +255,65 @@ def test_cut_scatter_is_saved(doubling, tmp_path):
     assert "normal 0.025 from 0.4 to 0.52" in found.summary()
 
 
+def test_probabilities_have_intervals(small):
+    load = small.value
+    for way in ("samples", "gradients"):
+        low, high = small.quiet_between(load, way)
+        assert low < small.quiet(load, way) < high
+    # Wilson's interval of k of n in closed form, with the normal quantile z.
+    n, z, share = 64, 1.959963985, small.quiet(load)
+    middle, half = share + z**2 / (2 * n), z * np.sqrt(share * (1 - share) / n + (z / (2 * n)) ** 2)
+    assert small.quiet_between(load) == pytest.approx(
+        [(middle - half) / (1 + z**2 / n), (middle + half) / (1 + z**2 / n)], rel=1e-6
+    )
+    assert f"({small.quiet_between(0.0435)[0]:.1%} to " in small.summary()
+    ends = small.to_json()["by_samples"]["quiet_between"][0]
+    assert ends == [0.0435, *small.quiet_between(0.0435)]
+    with pytest.raises(sf.InputError, match="the load Nd = nan is not finite"):
+        small.quiet(np.nan)
+
+
+def test_correlated_parameters_are_drawn_so():
+    scatters = [Scatter("a", "normal", 1.0, 0.1), Scatter("b", "lognormal", 2.0, 0.3)]
+    matrix = np.array([[1.0, -0.6], [-0.6, 1.0]])
+    values = drawn("sobol", 2**12, 1, scatters, correlation=matrix)
+    scores = np.column_stack([(values[:, 0] - 1) / 0.1, np.log(values[:, 1] / 2) / 0.3])
+    assert np.cov(scores.T) == pytest.approx(matrix, abs=5e-3)
+
+
+def test_deviations_of_correlated_parameters(doubling, tmp_path):
+    # Of two that together always change, effects add up, or cancel.
+    scatter = {"Vd": "normal 0.2%", "mu": "normal 0.002"}
+    parts = np.multiply([-0.041609200963, -0.01021911064], [0.002 * 0.6, 0.002])
+    for correlation in (0.5, "-0.5"):
+        found = sf.uncertainty(doubling, scatter, samples=64, correlation={"mu, Vd": correlation})
+        width = np.sqrt(parts @ parts + 2 * float(correlation) * np.prod(parts))
+        assert found.deviation("gradients") == pytest.approx(width, rel=1e-9)
+        assert found.deviation() == pytest.approx(width, rel=0.03)
+        assert found.shares.sum() == pytest.approx(1.0)
+    found.save(tmp_path / "u.nc")
+    assert np.array_equal(sf.load(tmp_path / "u.nc").correlation, [[1, -0.5], [-0.5, 1]])
+
+
+@pytest.mark.parametrize(
+    ("correlation", "said"),
+    [
+        ({"mu,Vd": 0.9, "mu,alpha": 0.9, "Vd,alpha": -0.9}, "e.g. 0.55 times what they are"),
+        ({"mu,Vd": 1}, "contradict each other"),
+        ({"mu,L": 0.5}, "no parameter that scatters is named 'L'"),
+        ({"mu": 0.5}, "does not name two different parameters"),
+        ({"mu,Vd": 0.5, "Vd,mu": 0.4}, "is given twice"),
+        ({"mu,Vd": "nan"}, "finite and symmetric"),
+        (np.eye(2), "is not 3 by 3"),
+        ("strong", "give pairs"),
+    ],
+)
+def test_correlations_that_cannot_be(doubling, correlation, said):
+    scatter = {"mu": "normal 1%", "Vd": "normal 1%", "alpha": "normal 1deg"}
+    with pytest.raises(sf.InputError, match=said):
+        sf.uncertainty(doubling, scatter, samples=4, correlation=correlation)
+
+
 @pytest.mark.parametrize(
     ("scatter", "options", "said"),
     [
@@ -270,6 +334,13 @@ def test_cut_scatter_is_saved(doubling, tmp_path):
         ({"mu": "normal 0%"}, {}, "has the size 0 about mu = 0.5"),
         ({"Nd": "normal 5%"}, {}, "Nd cannot scatter, since the threshold is a value of Nd"),
         ({"m": "normal 5%"}, {}, "no parameter 'm'"),
+        ({"mu": "normal nan"}, {}, "has the size nan|no finite size|not a finite"),
+        ({"mu": "normal 5%"}, {"loads": ["nan"]}, "the load Nd = 'nan' is not finite"),
+        (
+            {"mu": "normal 5%", "Vd": "normal 1%"},
+            {"indices": True, "correlation": {"mu,Vd": 0.1}},
+            "scatter independently; leave out correlation or indices",
+        ),
         ({"mu": "normal 5%"}, {"samples": 100}, "samples = 100 is not a power of 2"),
     ],
 )
@@ -288,7 +359,8 @@ def test_gradients_that_are_not_those_of_the_mean_are_said_to_be(doubling, small
 def test_command():
     result = run(
         "uncertainty", "sliding", "--vary", "Nd=0:0.05", "--set", "f=12.5",
-        "--scatter", "mu=normal:5%", "--samples", "8", "--quiet", "43mN",
+        "--scatter", "mu=normal:5%", "--scatter", "Vd=normal:1%", "--correlation", "mu,Vd=0.5",
+        "--samples", "8", "--quiet", "43mN",
     )  # fmt: skip
     assert result.exit_code == 0
     assert "scatter of PD of sliding at Nd = 0.0435789 N, 8 samples" in result.stdout

@@ -77,6 +77,14 @@ def test_scatter_is_written_in_words_as_well():
     assert (one.rows == two.rows).all()
 
 
+def test_scatter_may_be_correlated():
+    scatter = {"mu": "normal 1%", "Vd": "normal 1%"}
+    sample = {"sample": "sobol", "count": 1024, "scatter": scatter, "correlation": {"mu,Vd": 0.5}}
+    cases = plan(cases=sample).cases
+    assert np.corrcoef(cases.rows.T)[0, 1] == pytest.approx(0.5, abs=0.01)
+    assert cases.record()["correlation"] == [[1.0, 0.5], [0.5, 1.0]]
+
+
 def test_a_normal_distribution_may_be_cut_off():
     cut = {"distribution": "normal", "mean": 0.5, "deviation": 0.2, "from": 0.4}
     sample = {"sample": "random", "count": 500, "scatter": {"mu": cut}}
@@ -102,7 +110,12 @@ def test_a_normal_distribution_may_be_cut_off():
         ({"what": "simulation", "start": {"z": 1}}, GRID, "sliding has no state 'z'"),
         (THRESHOLD, {}, "cases has none of grid, list and sample"),
         (THRESHOLD, {**GRID, "list": []}, "cases has grid and list; give one of"),
-        (THRESHOLD, {**GRID, "count": 3}, "cases.grid is no sample; leave out scatter and count"),
+        (THRESHOLD, {**GRID, "count": 3}, "cases.grid is no sample; leave out scatter"),
+        (THRESHOLD, {**GRID, "correlation": {"mu,Vd": 0.5}}, "leave out scatter, correlation and"),
+        (THRESHOLD,
+         {"sample": "saltelli", "count": 4, "scatter": {"mu": "normal 1%", "Vd": "normal 1%"},
+          "correlation": {"mu,Vd": 0.5}},
+         "of parameters that scatter independently; leave out cases.correlation"),
         (THRESHOLD, {"gird": {}}, "cases.gird is unknown; leave it out"),
         (THRESHOLD, {"grid": {}}, "cases.grid names no parameter"),
         (THRESHOLD, {"grid": {"Nd": [1]}}, "Nd is varied by each case itself"),

@@ -7,10 +7,11 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from slipfold.branches.special_point import SpecialPoint, sensitive_to
 from slipfold.computations.given import checked_count, checked_point
+from slipfold.design_space.correlation import parse_correlation
 from slipfold.design_space.drawn import drawn
 from slipfold.design_space.placed_point import PlacedPoint
 from slipfold.design_space.sampling import (
@@ -23,6 +24,7 @@ from slipfold.design_space.scatter_given import parse_scatter
 from slipfold.design_space.sobol_indices import index_design, indices_of, names_of
 from slipfold.errors import InputError
 from slipfold.models.model import Model
+from slipfold.models.parameter import Parameter
 from slipfold.models.quantity import parse_quantity
 from slipfold.results.design_space.threshold_uncertainty import ThresholdUncertainty
 from slipfold.results.diagram import Labelled
@@ -35,7 +37,8 @@ def uncertainty(
     point: SpecialPoint | Labelled,
     scatter: Mapping[str, str | Mapping[str, Any]],
     *,
-    samples: int = 256,
+    correlation: Mapping[Any, float | str] | ArrayLike | None = None,
+    samples: int = 1024,
     seed: int = 0,
     loads: Sequence[float | str] = (),
     indices: bool = False,
@@ -45,17 +48,21 @@ def uncertainty(
 
     Each sample is the same special point, located at its own parameter values: whether another
     bifurcation comes before it there is not asked. Samples where it has vanished or is not found
-    are left out of bands and probabilities, and counted.
+    are left out of bands, and counted; probabilities have an interval that holds them either way.
 
     Parameters
     ----------
     point
         The threshold: a special point of a branch, LP, PD, NS, HB, GRAZE or LIFT.
     scatter
-        How parameters scatter about their values at the point, by name and independently:
+        How parameters scatter about their values at the point, by name:
         ``"normal 5%"`` (standard deviation), ``"uniform 2deg"`` (half the width), ``"uniform
         0.4:0.6"``, ``"lognormal 5%"`` or ``"normal 5%:0.4:0.6"`` (cut off); sizes in percent of the
         value, with a unit, or in the SI unit. Or a table as studies have it.
+    correlation
+        Correlations of pairs of parameters, e.g. ``{"mu,Vd": 0.5}``, or their matrix in the order
+        of `scatter`; of normal scores (a Gaussian copula), so that they are those of the parameters
+        where these are normal. Without it they scatter independently.
     samples
         How many samples (Sobol's, scrambled); a power of 2.
     seed
@@ -78,8 +85,8 @@ def uncertainty(
     Raises
     ------
     InputError
-        If a scatter cannot be understood, the point has no gradients or is not found again, or
-        SALib is missing.
+        If a scatter or correlation cannot be used, the point has no gradients or is not found
+        again, or SALib is missing.
 
     Examples
     --------
@@ -97,10 +104,16 @@ def uncertainty(
     start = checked_count(seed, "seed", least=0)
     scatters = _scatters(point, scatter)
     parameter = model.parameter(point.vary)
-    known = tuple(parse_quantity(value, parameter.unit, parameter.name) for value in loads)
+    known = tuple(_load(value, parameter) for value in loads)
+    matrix = parse_correlation(correlation, names_of(scatters))
+    if indices and not np.array_equal(matrix, np.eye(len(scatters))):
+        raise InputError(
+            "Sobol indices are of parameters that scatter independently; leave out correlation or "
+            "indices"
+        )
     started = perf_counter()
     placed = PlacedPoint.at(point, tuple(item.name for item in scatters))
-    places = drawn("sobol", count, start, scatters)
+    places = drawn("sobol", count, start, scatters, correlation=matrix)
     more = index_design(scatters, count, start) if indices else np.empty((0, len(scatters)))
     total = len(places) + len(more)
 
@@ -125,11 +138,19 @@ def uncertainty(
         reasons=reasons[:count],
         seed=start,
         loads=known,
+        correlation=matrix,
         indices=told,
         no_indices=missing,
         interrupted=bool((reasons == INTERRUPTED).any()),
         provenance=provenance(perf_counter() - started),
     )
+
+
+def _load(value: float | str, parameter: Parameter) -> float:
+    load = parse_quantity(value, parameter.unit, parameter.name)
+    if not np.isfinite(load):
+        raise InputError(f"the load {parameter.name} = {value!r} is not finite; give a number")
+    return load
 
 
 def _scatters(

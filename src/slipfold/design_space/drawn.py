@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.design_space.correlation import correlated
 from slipfold.design_space.scatter import Scatter
 from slipfold.errors import InputError
 
@@ -16,12 +17,17 @@ Array = NDArray[np.float64]
 
 
 def drawn(
-    method: str, count: int, seed: int, scatters: Sequence[Scatter], asked: str = "samples"
+    method: str,
+    count: int,
+    seed: int,
+    scatters: Sequence[Scatter],
+    asked: str = "samples",
+    correlation: Array | None = None,
 ) -> Array:
     """Return values of each parameter, shape (count, d): the same ones for the same seed.
 
     `method` is "latin hypercube", "sobol" or "random"; `asked` is what the count is called where
-    it was given.
+    it was given; `correlation` is that of normal scores, shape (d, d).
 
     >>> half = Scatter("mu", "uniform", 0.25, 0.25)
     >>> bool(drawn("latin hypercube", 4, 1, [half]).max() < 0.5)
@@ -32,10 +38,12 @@ def drawn(
     size = len(scatters)
     if method == "sobol":
         check_power(count, asked)
-        return quantiles(scatters, qmc.Sobol(size, seed=seed).random(count))
-    if method == "latin hypercube":
-        return quantiles(scatters, qmc.LatinHypercube(size, seed=seed).random(count))
-    return quantiles(scatters, np.random.default_rng(seed).random((count, size)))
+        shares = qmc.Sobol(size, seed=seed).random(count)
+    elif method == "latin hypercube":
+        shares = qmc.LatinHypercube(size, seed=seed).random(count)
+    else:
+        shares = np.random.default_rng(seed).random((count, size))
+    return quantiles(scatters, shares if correlation is None else correlated(shares, correlation))
 
 
 def check_power(count: int, asked: str) -> None:

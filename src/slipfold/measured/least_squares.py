@@ -283,7 +283,9 @@ class _Fit:
                     f"the readings say nothing about {item.name}" if len(self.names) == 1 else
                     f"the readings cannot tell {item.name} from the others"
                 )  # fmt: skip
-            elif item.high - item.low > WIDER * 2 * self.reach * item.error:
+            elif item.high - item.low > WIDER * 2 * self.reach * item.error and (
+                self.readings.known or self.scatter > EXACT
+            ):
                 said.append(
                     f"the sum of squares is not a parabola over {item.name}, so that its error "
                     "says little: use its interval"

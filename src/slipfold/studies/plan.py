@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
+from slipfold.design_space.correlation import parse_correlation
 from slipfold.design_space.drawn import check_power, drawn
 from slipfold.design_space.scatter_given import parse_scatter
 from slipfold.design_space.sobol_indices import SALTELLI, index_design
@@ -62,6 +63,7 @@ class _Given(BaseModel):
     count: int | None = Field(None, ge=1)
     seed: int = Field(0, ge=0)
     scatter: dict[str, Any] = Field(default_factory=dict)
+    correlation: dict[str, float | str] = Field(default_factory=dict)
 
 
 def read_plan(given: str | Path | Mapping[str, Any]) -> Plan:
@@ -116,8 +118,10 @@ def _cases(given: _Given, model: Model) -> Cases:
             f"cases has {' and '.join(chosen) or 'none of grid, list and sample'}; give one of "
             "grid, list and sample"
         )
-    if given.sample is None and (given.scatter or given.count is not None):
-        raise InputError(f"cases.{chosen[0]} is no sample; leave out scatter and count")
+    if given.sample is None and (given.scatter or given.correlation or given.count is not None):
+        raise InputError(
+            f"cases.{chosen[0]} is no sample; leave out scatter, correlation and count"
+        )
     if given.grid is not None:
         return _grid(given.grid, model)
     if given.rows is not None:
@@ -186,12 +190,20 @@ def _drawn(given: _Given, model: Model) -> Rows:
         )
         for name, item in given.scatter.items()
     ]
+    matrix = parse_correlation(given.correlation, tuple(given.scatter))
     if given.sample == SALTELLI:
+        if given.correlation:
+            raise InputError(
+                'sample = "saltelli" is of parameters that scatter independently; leave out '
+                "cases.correlation, or take another sample"
+            )
         check_power(given.count, "cases.count")
         rows = index_design(scatters, given.count, given.seed, "cases.count")
     else:
-        rows = drawn(given.sample, given.count, given.seed, scatters, "cases.count")
+        rows = drawn(given.sample, given.count, given.seed, scatters, "cases.count", matrix)
     how = {"sample": given.sample, "count": given.count, "seed": given.seed}
+    if given.correlation:
+        how["correlation"] = matrix.tolist()
     scattered = {item.name: item.record() for item in scatters}
     return Rows(tuple(given.scatter), rows, {**how, "scatter": scattered})
 

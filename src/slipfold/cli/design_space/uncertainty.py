@@ -23,6 +23,14 @@ Scatters = Annotated[
         "FROM:TO) or lognormal, e.g. mu=normal:5% or alpha=uniform:58deg:62deg. Repeatable.",
     ),
 ]
+Correlations = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--correlation",
+        metavar="NAME,NAME=R",
+        help="Correlation of two parameters that scatter, e.g. mu,Vd=0.5. Repeatable.",
+    ),
+]
 Samples = Annotated[str, typer.Option(metavar="N", help="Number of samples, a power of 2.")]
 Loads = Annotated[
     list[str] | None,
@@ -39,9 +47,10 @@ def uncertainty(
     model: ModelName,
     vary: Vary,
     scatter: Scatters,
+    correlation: Correlations = None,
     type_: Type = None,
     period: Period = None,
-    samples: Samples = "256",
+    samples: Samples = "1024",
     seed: Seed = "0",
     quiet: Loads = None,
     indices: Indices = False,
@@ -61,6 +70,7 @@ def uncertainty(
     outputs = Outputs(json, out, csv).checked()
     of = find_varied(model, vary, set_, friction)
     known = parse_assignments(scatter, "--scatter")
+    pairs = parse_assignments(correlation, "--correlation")
     count, start = parse_whole(samples, "--samples"), parse_whole(seed, "--seed", least=0)
     rounds = parse_whole_if_given(period, "--period")
     found = carry_out_on_response(
@@ -68,6 +78,7 @@ def uncertainty(
         lambda diagram, observer: compute(
             first_point(diagram, type_, rounds),
             known,
+            correlation=pairs,
             samples=count,
             seed=start,
             loads=quiet or (),

@@ -84,6 +84,8 @@ class ThresholdUncertainty(Result):
         Seed of the samples.
     loads
         Values of `vary` of which summaries tell the probability of being quiet.
+    correlation
+        Correlation matrix of the parameters' normal scores, shape (d, d).
     indices
         Sobol's indices; None if they were not asked for or cannot be told.
     no_indices
@@ -122,6 +124,7 @@ class ThresholdUncertainty(Result):
     reasons: NDArray[np.str_]
     seed: int
     loads: tuple[float, ...]
+    correlation: Array
     indices: SobolIndices | None
     no_indices: str
     interrupted: bool
@@ -140,9 +143,12 @@ class ThresholdUncertainty(Result):
 
     @property
     def shares(self) -> Array:
-        """Share of the variance that each parameter accounts for by the gradients, shape (d,)."""
-        parts = (self.gradient * [item.deviation for item in self.scatters]) ** 2
-        return np.asarray(parts / parts.sum())
+        """Share of the variance that each parameter accounts for by the gradients, shape (d,).
+
+        Of correlated parameters a covariance counts half to each, so that a share may be negative.
+        """
+        parts = self.gradient * [item.deviation for item in self.scatters]
+        return np.asarray(parts * (self.correlation @ parts) / (parts @ self.correlation @ parts))
 
     def deviation(self, by: str = "samples") -> float:
         """Return the standard deviation of the threshold, in its unit.
@@ -153,7 +159,8 @@ class ThresholdUncertainty(Result):
             ``"samples"`` or ``"gradients"``.
         """
         if _checked(by) == "gradients":
-            return float(np.linalg.norm(self.gradient * [item.deviation for item in self.scatters]))
+            parts = self.gradient * [item.deviation for item in self.scatters]
+            return float(np.sqrt(parts @ self.correlation @ parts))
         return float(np.nanstd(self.thresholds, ddof=1))
 
     def band(self, level: float = LEVEL, by: str = "samples") -> tuple[float, float]:
@@ -202,8 +209,50 @@ class ThresholdUncertainty(Result):
             it (see `lost`) are left out, since they may be quiet at any load or at none. Whether
             another bifurcation comes before the threshold is not asked.
         """
+        self._check_load(load)
         values = self._known(by)
         return float((values > load).mean()) if len(values) else np.nan
+
+    def quiet_between(self, load: float, by: str = "samples") -> tuple[float, float]:
+        """Return the interval of 95 % confidence of the probability of being quiet.
+
+        It is Wilson's, as for samples drawn at random; Sobol's are spread more evenly. Samples
+        without the threshold count as loud for its lower end and as quiet for its upper one, and
+        of the gradients those too that `thresholds` contradict.
+
+        Parameters
+        ----------
+        load
+            The value, in SI units.
+        by
+            ``"samples"`` or ``"gradients"``.
+
+        Returns
+        -------
+        tuple of float
+            Its ends.
+        """
+        from scipy.stats import binomtest
+
+        self._check_load(load)
+        done = self.reasons != INTERRUPTED
+        exact = self.thresholds[done]
+        ways = [exact > load, np.isnan(exact)]
+        if _checked(by) == "gradients":
+            linear = self.linear[done] > load
+            ways = [linear & ways[0], (linear != ways[0]) | ways[1]]
+        if not len(exact):
+            return 0.0, 1.0
+        sure, unsure = (int(way.sum()) for way in ways)
+        low, high = (
+            binomtest(count, len(exact)).proportion_ci(LEVEL, "wilson")
+            for count in (sure, sure + unsure)
+        )
+        return float(low.low), float(high.high)
+
+    def _check_load(self, load: float) -> None:
+        if not np.isfinite(load):
+            raise InputError(f"the load {self.vary} = {load!r} is not finite; give a number")
 
     def _known(self, by: str) -> Array:
         values = self.linear if _checked(by) == "gradients" else self.thresholds
@@ -254,11 +303,15 @@ class ThresholdUncertainty(Result):
             [
                 f"by {way}",
                 *(f"{value:.6g}" for value in (self.deviation(way), *self.band(by=way))),
-                *(f"{self.quiet(load, way):.2%}" for load in self.loads),
+                *(self._quiet_text(load, way) for load in self.loads),
             ]
             for way in WAYS
         ]
         return PrintedTable(heads, rows, words=("",))
+
+    def _quiet_text(self, load: float, way: str) -> str:
+        low, high = self.quiet_between(load, way)
+        return f"{self.quiet(load, way):.1%} ({low:.1%} to {high:.1%})"
 
     def _rows(self) -> PrintedTable:
         heads = ["parameter", "scatter", "gradient", "share"]
@@ -285,8 +338,9 @@ class ThresholdUncertainty(Result):
             said.append(f"Interrupted: {missing} samples are missing.")
         if lost:
             said.append(
-                f"No threshold at {len(lost)} samples, which bands and probabilities leave out; "
-                f"first: {lost[0]}"
+                f"No threshold at {len(lost)} of {len(self.samples)} samples, which bands and "
+                "probabilities leave out and intervals of probabilities count either way; first: "
+                f"{lost[0]}"
             )
         if away := scattered_away(self.scatters, self.model.values):
             said.append(
@@ -310,7 +364,11 @@ class ThresholdUncertainty(Result):
         return f"scatter of {self.type} of {self.model.name} at {at}"
 
     def _given(self) -> dict[str, Any]:
-        return {"seed": self.seed, "loads": list(self.loads)}
+        return {
+            "seed": self.seed,
+            "loads": list(self.loads),
+            "correlation": self.correlation.tolist(),
+        }
 
     def _attributes(self) -> dict[str, Any]:
         return {
@@ -360,9 +418,13 @@ class ThresholdUncertainty(Result):
                     "deviation": self.deviation(way),
                     "band": self.band(by=way),
                     "quiet": [[load, self.quiet(load, way)] for load in self.loads],
+                    "quiet_between": [
+                        [load, *self.quiet_between(load, way)] for load in self.loads
+                    ],
                 }
                 for way in WAYS
             },
+            "correlation": self.correlation,
             "scatter": {
                 item.name: {
                     "kind": item.kind,
@@ -412,6 +474,7 @@ class ThresholdUncertainty(Result):
             gradient=np.array([item["gradient"] for item in items]),
             seed=int(saved.given["seed"]),
             loads=tuple(float(load) for load in saved.given["loads"]),
+            correlation=np.array(saved.given.get("correlation", np.eye(len(names)))),
             indices=SobolIndices(names, **found) if indexed else None,
             no_indices=str(attributes.get("no_indices", "")),
             interrupted=bool(attributes["interrupted"]),
