@@ -20,7 +20,7 @@ from slipfold.models.parameter import DURATION
 from slipfold.orbits.extrema import Extrema
 from slipfold.tori.birth import born
 from slipfold.tori.circles import CirclePoint
-from slipfold.tori.one_torus_branch import Tori, follow_tori
+from slipfold.tori.one_torus_branch import POINT, Tori, follow_tori
 from slipfold.tori.settled import reversed_circle, settled_circle
 from slipfold.tori.stability import growth_across
 from slipfold.tori.surface import surface_of
@@ -170,7 +170,9 @@ def _followed(
                 rows[-1] = replace(rows[-1], omitted=rows[-1].omitted + 1)
             if end.kind != "interrupted":  # whoever watches would interrupt again
                 teller.tell(tori.trail)
-        if end.kind in ("broken", "homoclinic"):  # where they are last known
+        if end.kind == "birth":
+            _shrunk(rows, origin.model.state_scales())
+        if end.kind in ("birth", "broken", "homoclinic"):  # where they are last known
             end = End(end.kind, end.reason, rows[-1].value)
     except KeyboardInterrupt:
         end = End("interrupted", "interrupted; what was found before is kept", rows[-1].value)
@@ -192,6 +194,27 @@ class _Row:
     truncation: float
     duration: float
     omitted: int = 0
+
+
+def _shrunk(rows: list[_Row], scales: Array) -> None:
+    """Put the orbit to which tori shrink at their end.
+
+    Parameter and rotation number are linear in the square of their size; of a circle without size
+    these are free, and rounding decides.
+    """
+    squares = [float(np.ptp(row.circle / scales, axis=0).max()) ** 2 for row in rows]
+    sized = [place for place, square in enumerate(squares) if square > POINT**2][-2:]
+    if len(sized) < 2:
+        return
+    one, other = sized
+    share = squares[other] / (squares[one] - squares[other])
+    value, rotation = (
+        getattr(rows[other], name) - share * (getattr(rows[one], name) - getattr(rows[other], name))
+        for name in ("value", "rotation")
+    )
+    last = rows[min(other + 1, len(rows) - 1)]
+    del rows[other + 1 :]
+    rows.append(replace(last, value=value, rotation=rotation))
 
 
 def _at_birth(point: SpecialPoint) -> _Row:

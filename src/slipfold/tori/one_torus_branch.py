@@ -21,7 +21,7 @@ from slipfold.tori.harmonics import tail
 from slipfold.tori.past_resonance import past_resonance
 from slipfold.tori.torus_branch import Locked
 
-__all__ = ["Tori", "follow_tori"]
+__all__ = ["POINT", "Tori", "follow_tori"]
 
 BROKEN = 1e-8
 """Size of the last harmonics, of the largest, at which a circle is no longer resolved."""
