@@ -1,13 +1,8 @@
 """Files with something wrong in them, and what must come of any: a model or one clear message."""
 
-from time import perf_counter
-
 from hypothesis import strategies as st
 
 from slipfold.errors import InputError
-
-SECONDS = 5.0
-"""More than any input may take; they take milliseconds."""
 
 
 @st.composite
@@ -22,8 +17,7 @@ def spoilt_files(draw, texts, pieces):
 
 
 def check_made(make, use):
-    """What is made is of use, or there is a message; either soon."""
-    begun = perf_counter()
+    """What is made is of use, or there is a message."""
     try:
         found = make()
     except InputError as error:
@@ -33,4 +27,3 @@ def check_made(make, use):
         assert len(found) < 5000
     else:
         use(found)
-    assert perf_counter() - begun < SECONDS

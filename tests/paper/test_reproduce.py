@@ -6,7 +6,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -232,11 +231,9 @@ def test_ctrl_c_in_the_terminal(tmp_path):
     )
     for _ in range(4):
         assert process.stdout.readline() == "one\n"
-    started = time.perf_counter()
     os.killpg(process.pid, signal.SIGINT)  # as the terminal does: to all processes of the group
     output, errors = process.communicate(timeout=60)
     assert errors == ""
-    assert time.perf_counter() - started < 30
     interrupted, written, missing = json.loads(output.splitlines()[-1])
     assert interrupted
     assert written >= 4

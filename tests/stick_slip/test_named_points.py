@@ -90,7 +90,7 @@ def test_longest_steps_find_where_turns_begin_to_stick_too(span):
     assert point.value == pytest.approx(brentq(left, 0.11, 0.14, xtol=1e-15), abs=1e-10)
 
 
-@pytest.mark.parametrize("friction", [0.1, 0.2])
+@pytest.mark.parametrize("friction", [pytest.param(0.1, marks=pytest.mark.long), 0.2])
 def test_stops_that_vanish_are_passed_in_both_directions(friction):
     # The first orbit beyond lies on in the frequency, but back in the velocity.
     found = []
