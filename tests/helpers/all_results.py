@@ -49,6 +49,9 @@ MADE = {
     "tori": with_tori,
     "loci": made_locus_diagram,
     "loci without regions": lambda: made_locus_diagram(regions=None),
+    "responses": lambda: sf.responses(
+        SLIDING(f=12.5), "Nd", (0, 0.1), over=[{"Vd": 0.5}, {"Vd": "600mm/s"}, {"Vd": -1}]
+    ),
     "threshold map": made_map,
     "simulation": lambda: sf.simulate(SLIDING(), 600, f=12.2, Nd=0.15),
     "stopped simulation": lambda: sf.simulate(SLIDING(), 20, {"y": -0.99995}),

@@ -158,8 +158,8 @@ def test_names_of_parameters_may_be_those_of_columns():
     )
     over = {"case": [1.0, 2.0], "special": [0.1, 0.2]}
     dataset = sf.responses(model, "F", (0.1, 0.2), over=over).to_xarray()
-    assert dataset.given_case.values.tolist() == [1, 2]
-    assert dataset.given_special.values.tolist() == [0.1, 0.2]
+    assert dataset.case_value.values.tolist() == [1, 2]
+    assert dataset.special_value_value.values.tolist() == [0.1, 0.2]
     assert dataset.special_value.dims == ("special",)
 
 

@@ -169,15 +169,6 @@ def test_a_drawn_sample_is_saved_with_its_values(tmp_path):
     assert content(loaded, tmp_path) == saved
 
 
-def test_a_file_older_than_some_quantities_is_read_without_them(cheap, tmp_path):
-    cheap.save(tmp_path / "new.nc")
-    dataset = xr.load_dataset(tmp_path / "new.nc")
-    dataset.drop_vars(["min_x", "max_x"]).to_netcdf(tmp_path / "old.nc")
-    loaded = sf.load(tmp_path / "old.nc")
-    assert np.isnan(loaded.values["max_x"]).all()
-    np.testing.assert_array_equal(loaded.values["max_y"], cheap.values["max_y"])
-
-
 @pytest.mark.parametrize("method", ["sobol", "latin hypercube", "random"])
 def test_a_store_with_other_draws_of_the_same_seed_is_not_gone_on_with(
     method, tmp_path, monkeypatch

@@ -20,7 +20,16 @@ from slipfold.results.plain_data import types_of
 from slipfold.results.saved_table import SavedTable
 from slipfold.results.table import Table, axes_of, meaning_of
 
-__all__ = ["Declared", "Field", "Items", "Labels", "Part", "axis", "bound", "parts_of"]
+__all__ = [
+    "Declared",
+    "Field",
+    "Items",
+    "Labels",
+    "Part",
+    "axis",
+    "bound",
+    "parts_of",
+]
 
 REFERENCE = re.compile(r"\{(\w+)(?:\[(\d)\])?\}")
 """Reference to a parameter or state by the attribute that names it: ``{vary}``, ``{axes[0]}``."""
@@ -145,7 +154,9 @@ def axis(reference: str) -> Field:
 
 @dataclass(frozen=True)
 class Labels:
-    """An attribute with the values of two parameters by name, along dimensions named for them."""
+    """An attribute with values of parameters by name, along dimensions named for them or one."""
+
+    dimension: str | None = None
 
     def variables(self, result: Declared, key: str) -> dict[str, Variable]:
         """Return the values as labels."""
@@ -154,12 +165,16 @@ class Labels:
             item = result.model.parameter(name)
             label = result._variable_name(item)
             column = Column(label, REAL, meaning_of(item), item.unit, label=True)
-            found |= column.variables(label, (label,), values)
+            found |= column.variables(label, (self.dimension or label,), values)
         return found
 
     def names(self, key: str) -> set[str]:
-        """Return nothing: all are named for parameters."""
-        return set()
+        """Return the dimension, if it is not named for a parameter."""
+        return set() if self.dimension is None else {self.dimension}
+
+    def attributes(self, result: Declared, key: str) -> dict[str, Any]:
+        """Return the names of the parameters."""
+        return {key: " ".join(getattr(result, key))}
 
     def read(self, saved: SavedTable, result: Declared, key: str) -> dict[str, NDArray[Any]]:
         """Return the values by name."""
@@ -221,6 +236,7 @@ def _without_empty(value: Any) -> Any:
 
 
 def _bound_column(column: Column, result: Declared) -> Column:
+    """Return a column with the references in its meaning and unit replaced."""
     unit = column.unit
     if unit is not None:
         unit = bound(unit, result, lambda item: item.unit)

@@ -66,6 +66,8 @@ class LabelledTable:
     variables: Mapping[str, Variable]
     attributes: Mapping[str, Any]
     """Of the whole; text, numbers or arrays of numbers."""
+    groups: Mapping[str, LabelledTable] = field(default_factory=dict)
+    """Tables of their own in the same file."""
 
     def to_xarray(self) -> xarray.Dataset:
         """Return it as a dataset."""
@@ -98,18 +100,24 @@ class LabelledTable:
 
         with h5py.File(target, "w", track_order=True) as store:
             file = h5netcdf.File(store, "w")
-            labels = []
-            for name, item in self.real():
-                for dimension, size in zip(item.dimensions, item.values.shape, strict=True):
-                    if dimension not in file.dimensions:
-                        file.dimensions[dimension] = size
-                _write_variable(file, name, item)
-                labels += [name] * item.label
-            plain = [name for name in labels if name not in file.dimensions]
-            file.attrs["coordinates"] = " ".join(plain)
-            for key, value in self.attributes.items():
-                file.attrs[key] = value
+            self._write(file)
             file.close()
+
+    def _write(self, file: Any) -> None:
+        """Write to a file or to a group in it."""
+        labels = []
+        for name, item in self.real():
+            for dimension, size in zip(item.dimensions, item.values.shape, strict=True):
+                if dimension not in file.dimensions:
+                    file.dimensions[dimension] = size
+            _write_variable(file, name, item)
+            labels += [name] * item.label
+        plain = [name for name in labels if name not in file.dimensions]
+        file.attrs["coordinates"] = " ".join(plain)
+        for key, value in self.attributes.items():
+            file.attrs[key] = value
+        for name, table in self.groups.items():
+            table._write(file.create_group(name))
 
 
 def _write_variable(file: Any, name: str, item: Variable) -> None:
@@ -147,19 +155,25 @@ def read_netcdf(path: str | Path) -> LabelledTable:
         import h5py
 
         with h5py.File(io.BytesIO(content)) as store, h5netcdf.File(store) as file:
-            attributes = {key: _plain(value) for key, value in file.attrs.items()}
-            labels = str(attributes.pop("coordinates", "")).split()
-            # h5netcdf looks an array up in the file a dozen times before it reads it.
-            variables = {
-                name: _read_variable(item, store[name][...], name in labels)
-                for name, item in file.variables.items()
-            }
+            return _read_table(file, store)
     # A damaged file makes HDF5 fail in many ways.
     except (OSError, RuntimeError, KeyError, ValueError, TypeError, AttributeError) as error:
         raise InputError(
             f"{path} is not a netCDF-4 file, or is damaged; give a file that slipfold saved"
         ) from error
-    return LabelledTable(variables, attributes)
+
+
+def _read_table(file: Any, store: Any) -> LabelledTable:
+    """Read a file, or a group in it."""
+    attributes = {key: _plain(value) for key, value in file.attrs.items()}
+    labels = str(attributes.pop("coordinates", "")).split()
+    # h5netcdf looks an array up in the file a dozen times before it reads it.
+    variables = {
+        name: _read_variable(item, store[name][...], name in labels)
+        for name, item in file.variables.items()
+    }
+    groups = {name: _read_table(group, store[name]) for name, group in file.groups.items()}
+    return LabelledTable(variables, attributes, groups)
 
 
 def _read_variable(item: Any, values: NDArray[Any], label: bool) -> Variable:

@@ -29,6 +29,7 @@ KINDS = {
     "orbit": "orbit.SavedOrbit",
     "regimes": "motions.regime_map.RegimeMap",
     "response": "diagram.Diagram",
+    "responses": "responses.Responses",
     "simulation": "simulation.Simulation",
     "study": "studies.study_result.StudyResult",
     "sweep": "motions.sweep.Sweep",

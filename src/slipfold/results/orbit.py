@@ -13,13 +13,12 @@ from slipfold.models.parameter import State
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
 from slipfold.results.column import COMPLEX, Column
+from slipfold.results.frame import frame_of
 from slipfold.results.labelled_table import LabelledTable
 from slipfold.results.provenance import provenance
 from slipfold.results.result import described
 from slipfold.results.saved_table import SavedTable
-from slipfold.results.sheet import Sheet
 from slipfold.results.table import Table, axes_of, names
-from slipfold.text.one_line import headed
 
 __all__ = ["SCHEMA", "SavedOrbit", "orbit_csv", "orbit_table"]
 
@@ -50,11 +49,7 @@ def _motion(model: Model) -> Table:
 
 def orbit_csv(orbit: PeriodicOrbit) -> str:
     """Return time, states and outputs over one period, one row an instant."""
-    quantities = {item.name: headed(item) for item in _quantities(orbit.model)}
-    heads = {"time": "time (s)", **quantities}
-    table = _motion(orbit.model)
-    sheet = Sheet(heads, (table,), {})
-    return sheet.text(sheet.rows(table, [_sampled(orbit)], {}))
+    return frame_of(_motion(orbit.model).variables([_sampled(orbit)], {}), ["time"]).to_csv()
 
 
 def orbit_table(orbit: PeriodicOrbit) -> LabelledTable:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING, NamedTuple, overload
+from typing import Annotated, Any, NamedTuple, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,25 +14,20 @@ from numpy.typing import NDArray
 from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.models.model import Model
-from slipfold.read_only import ReadOnly
 from slipfold.results.column import REAL, TEXT, WHOLE, Column
 from slipfold.results.diagram import Diagram
-from slipfold.results.labelled_table import LabelledTable
+from slipfold.results.fields import Field, Items, Labels
+from slipfold.results.frame import Frame, frame_of
+from slipfold.results.labelled_table import LabelledTable, Variable
 from slipfold.results.provenance import Provenance
-from slipfold.results.result import described
-from slipfold.results.table import Table, meaning_of
+from slipfold.results.result import Result
+from slipfold.results.saved_table import SavedTable, open_table
 from slipfold.text.one_line import listed
 from slipfold.text.printed_table import PrintedTable, html_list
-
-if TYPE_CHECKING:
-    import xarray
 
 __all__ = ["INTERRUPTED", "Responses"]
 
 INTERRUPTED = "interrupted before this case was reached"
-
-TAKEN = {"branches", "reason", "case_of_special"}
-"""Names that a parameter of the same name must not take from a column."""
 
 
 class Found(NamedTuple):
@@ -43,11 +38,37 @@ class Found(NamedTuple):
     point: SpecialPoint
 
 
+@dataclass(frozen=True)
+class Diagrams:
+    """Diagrams of many cases, each in a group of the file."""
+
+    def names(self, key: str) -> set[str]:
+        """Return nothing: groups have names of their own."""
+        return set()
+
+    def variables(self, result: Any, key: str) -> dict[str, Variable]:
+        """Return nothing: diagrams are in groups."""
+        return {}
+
+    def read(self, saved: SavedTable, result: Any, key: str) -> tuple[Diagram | None, ...]:
+        """Return the diagrams."""
+        groups = saved.table.groups
+        kind = type(result.model)
+        return tuple(
+            None if reason else Diagram._read(open_table(groups[f"case_{case}"], kind))
+            for case, reason in enumerate(saved.columns["reason"].tolist())
+        )
+
+    def record(self, result: Any, key: str) -> None:
+        """Return nothing: records are made of all cases."""
+
+
 @dataclass(frozen=True, eq=False, repr=False)
-class Responses(ReadOnly, Sequence["Diagram | None"]):
+class Responses(Result, Sequence["Diagram | None"]):
     """The periodic responses of a model for many cases; frozen, a sequence of diagrams.
 
-    Made by `slipfold.responses`. Each diagram is what `slipfold.response` gives for its case alone.
+    Made by `slipfold.responses` and `slipfold.load`. Each diagram is what `slipfold.response`
+    gives for its case alone.
 
     Parameters
     ----------
@@ -70,7 +91,9 @@ class Responses(ReadOnly, Sequence["Diagram | None"]):
     -----
     In the dataset of `to_xarray`, along ``case``: the values given, how many branches were found
     and why there are none; along ``special``: the special points of all cases, one after the
-    other, with ``case_of_special``.
+    other, with ``case_of_special``. A file has the diagram of each case as a group. In the
+    spreadsheet of `to_csv` a special point is a row, with the values of its case. In `to_json`,
+    schema slipfold.responses/1.
 
     Examples
     --------
@@ -81,18 +104,34 @@ class Responses(ReadOnly, Sequence["Diagram | None"]):
     [0.048761, 0.044159]
     """
 
+    schema = "slipfold.responses/1"
+    title = "periodic responses of {0.model.name} over {0.vary}, many cases"
+    arrays = MappingProxyType({
+        "branches": Field("case", "number of branches", "", WHOLE),
+        "special": Items("special", Found, (
+            Column("case", WHOLE, "case it belongs to, from 0", "", name="case_of_special",
+                   label=True),
+            Column("point.type", TEXT, "type of special point", name="special_type", head="type"),
+            Column("point.period", WHOLE, "in forcing periods", "", name="special_period",
+                   head="period"),
+            Column("point.value", REAL, "{vary}", "{vary}", name="special_value", label=True,
+                   head="value"),
+            Column("point.uncertainty", REAL, "computed uncertainty of special_value", "{vary}",
+                   name="special_uncertainty", head="uncertainty"),
+            Column("point.criticality", TEXT, "empty: none", optional=True,
+                   name="special_criticality", head="criticality"),
+            Column("point.coefficient", REAL, "of the normal form", optional=True,
+                   name="special_coefficient", head="coefficient"),
+        )),
+    })  # fmt: skip
+
     model: Model
     vary: str
     span: tuple[float, float]
-    over: Mapping[str, NDArray[np.float64]]
-    diagrams: tuple[Diagram | None, ...]
-    reasons: tuple[str, ...]
+    over: Annotated[Mapping[str, NDArray[np.float64]], Labels("case")]
+    diagrams: Annotated[tuple[Diagram | None, ...], Diagrams()]
+    reasons: Annotated[tuple[str, ...], Field("case", "why there is no diagram", name="reason")]
     provenance: Provenance
-
-    def __post_init__(self) -> None:
-        """Lock the arrays, and the mapping of parameters."""
-        object.__setattr__(self, "over", MappingProxyType(dict(self.over)))
-        super().__post_init__()
 
     def __len__(self) -> int:
         return len(self.diagrams)
@@ -108,6 +147,11 @@ class Responses(ReadOnly, Sequence["Diagram | None"]):
 
     def __iter__(self) -> Iterator[Diagram | None]:
         return iter(self.diagrams)
+
+    @property
+    def branches(self) -> list[int]:
+        """How many branches each case has, 0 where there is no diagram."""
+        return [0 if each is None else len(each.branches) for each in self.diagrams]
 
     @property
     def special(self) -> tuple[Found, ...]:
@@ -143,26 +187,29 @@ class Responses(ReadOnly, Sequence["Diagram | None"]):
         """Return how many cases have which special points, and why others have no diagram."""
         return "\n".join([repr(self)[1:-1], *self._rows().text(), *self._missing()])
 
-    def to_xarray(self) -> xarray.Dataset:
-        """Return cases and special points as one labelled dataset; the notes say along what.
+    def _table(self) -> LabelledTable:
+        """Return cases and special points; each diagram is a group of its own."""
+        known = enumerate(self.diagrams)
+        return replace(
+            super()._table(),
+            groups={f"case_{case}": each._table() for case, each in known if each is not None},
+        )
 
-        Returns
-        -------
-        xarray.Dataset
-            Units and meanings are in the attributes, as is the full input.
-        """
-        cases, special = _case_table(self), _special_table(self.model, self.vary)
-        points = [point for _, _, point in self.special]
-        variables = cases.variables(range(len(self)), {})
-        variables |= special.variables(points, {}, [case for case, _, _ in self.special])
-        given = {
-            "vary": self.vary,
-            "span": list(self.span),
-            "over": {name: values.tolist() for name, values in self.over.items()},
-        }
-        title = f"periodic responses of {self.model.name} over {self.vary}, {len(self)} cases"
-        attributes = described("slipfold.responses/1", title, self.model, given, self.provenance)
-        return LabelledTable(variables, attributes).to_xarray()
+    def _record(self) -> dict[str, Any]:
+        cases = [
+            {"given": self.case(case), "reason": self.reasons[case] or None}
+            | {"branches": None if each is None else each._record()["branches"]}
+            for case, each in enumerate(self.diagrams)
+        ]
+        return {"vary": self.vary, "span": self.span, "cases": cases}
+
+    def _frame(self) -> Frame:
+        found = frame_of(self._variables(), ["special"])
+        cases = np.array(found.columns["case"], int)
+        given = {name: values[cases] for name, values in self.over.items()}
+        units = {name: self.model.parameter(name).unit for name in (*self.over, self.vary)}
+        units |= dict.fromkeys(("value", "uncertainty"), units[self.vary])
+        return Frame({"case": cases, **given} | {**found.columns}, units)
 
     def __repr__(self) -> str:
         """One line: what was followed for how many cases, over what, and how many failed."""
@@ -194,37 +241,3 @@ class Responses(ReadOnly, Sequence["Diagram | None"]):
     def _missing(self) -> list[str]:
         counts = Counter(reason for reason in self.reasons if reason)
         return [f"{count} without a diagram: {reason}" for reason, count in counts.most_common()]
-
-
-def _column_name(parameter: str) -> str:
-    """Return the name of the column of a parameter, no other column's or dimension's."""
-    taken = parameter in TAKEN or parameter.partition("_")[0] in ("case", "special")
-    return f"given_{parameter}" if taken else parameter
-
-
-def _case_table(found: Responses) -> Table:
-    columns = [
-        Column(name, REAL, meaning_of(item), item.unit, get=values.__getitem__,
-               name=_column_name(name), label=True)
-        for name, values in found.over.items()
-        for item in (found.model.parameter(name),)
-    ]  # fmt: skip
-    branches = [0 if item is None else len(item.branches) for item in found.diagrams]
-    columns += [
-        Column("branches", WHOLE, "number of branches", "", get=branches.__getitem__),
-        Column("reason", TEXT, "why there is no diagram", get=found.reasons.__getitem__),
-    ]
-    return Table(("case",), tuple(columns))
-
-
-def _special_table(model: Model, vary: str) -> Table:
-    parameter = model.parameter(vary)
-    columns = (
-        Column("type", TEXT, "type of special point"),
-        Column("period", WHOLE, "in forcing periods", ""),
-        Column("value", REAL, meaning_of(parameter), parameter.unit, label=True),
-        Column("uncertainty", REAL, "computed uncertainty of special_value", parameter.unit),
-        Column("criticality", TEXT, "empty: none", optional=True),
-        Column("coefficient", REAL, "of the normal form", optional=True),
-    )
-    return Table(("special",), columns, "special_", ("case", "case it belongs to, from 0"))

@@ -17,7 +17,7 @@ from slipfold.models.model import Model
 from slipfold.models.output import Output
 from slipfold.models.parameter import Parameter, State
 from slipfold.read_only import ReadOnly
-from slipfold.results.fields import Labels, Part, bound, parts_of
+from slipfold.results.fields import Part, bound, parts_of
 from slipfold.results.frame import Frame, frame_of
 from slipfold.results.labelled_table import LabelledTable, Variable
 from slipfold.results.model_record import scales_record, structure_record
@@ -158,7 +158,10 @@ class Result(OneLine, ReadOnly, ABC):
 
     def _variable_name(self, item: Parameter | State) -> str:
         """Return the name of the variable of a parameter or state, which is no other's."""
-        return f"{item.name}_value" if item.name in _taken(type(self)) else item.name
+        name = item.name
+        while name in _taken(type(self)):
+            name += "_value"
+        return name
 
     def _given(self) -> dict[str, Any]:
         """Return the input besides the model, as plain data."""
@@ -176,8 +179,7 @@ class Result(OneLine, ReadOnly, ABC):
                 value = json.dumps(encoded(value))
             found[name] = value
         for name, each in parts_of(type(self)).items():
-            if isinstance(each, Labels):
-                found[name] = " ".join(getattr(self, name))
+            found |= each.attributes(self, name) if hasattr(each, "attributes") else {}
         return found
 
     def _variables(self) -> Mapping[str, Variable]:

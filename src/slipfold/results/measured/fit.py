@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+import json
+from dataclasses import dataclass, replace
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,14 +12,15 @@ from numpy.typing import NDArray
 from slipfold.drawing import draw
 from slipfold.measured.least_squares import Estimate
 from slipfold.measured.measurement import Measurement
-from slipfold.measured.quantity import headed_quantities, parse_measured
+from slipfold.measured.quantity import Quantity
 from slipfold.models.model import Model
-from slipfold.results.column import REAL, TEXT, TRUTH, WHOLE, Column
+from slipfold.results.column import REAL, TEXT, Column
+from slipfold.results.fields import Field, Items
 from slipfold.results.labelled_table import Variable
+from slipfold.results.measured.measurement_plan import QUANTITIES
 from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
 from slipfold.results.saved_table import SavedTable
-from slipfold.results.sheet import Sheet
 from slipfold.results.table import Table
 from slipfold.text.one_line import capitalised, headed, listed, number_text
 from slipfold.text.printed_table import PrintedTable, with_unit
@@ -28,47 +30,7 @@ __all__ = ["Fit"]
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
-class _Row:
-    """A row of the measurement with what explains it."""
-
-    value: float
-    readings: Array
-    errors: Array
-    sweep: str
-    predicted: Array
-    period: int
-    used: bool
-
-
-def _rows_table(measurement: Measurement) -> Table:
-    quantity = ("quantity",)
-    return Table(
-        ("row",),
-        (
-            Column("value", REAL, f"value of {measurement.vary}", measurement.unit, label=True),
-            Column("readings", REAL, "what was measured, in quantity_units", None, quantity),
-            Column("errors", REAL, "standard deviations of the readings", None, quantity),
-            Column("predicted", REAL, "what the fitted model predicts", None, quantity),
-            Column("period", WHOLE, "of the stable response, in forcing periods, 0: none", ""),
-            Column("used", TRUTH, "whether the row was used", ""),
-            Column("sweep", TEXT, "how the parameter came to its value"),
-        ),
-    )  # fmt: skip
-
-
-_QUANTITIES = Table(
-    ("quantity",),
-    (
-        Column("text", TEXT, "what was measured of which output", name="quantity", label=True,
-               get=str),
-        Column("unit", TEXT, "its unit, empty for a number", name="quantity_units", label=True),
-    ),
-)  # fmt: skip
-
-_ESTIMATES = Table(
-    ("fitted",),
-    (
+ESTIMATES = Items("fitted", Estimate, (
         Column("name", TEXT, "name of the parameter", name="fitted", label=True, record=True),
         Column("unit", TEXT, "its unit, empty for a number", name="fitted_units", label=True,
                record=True),
@@ -81,8 +43,53 @@ _ESTIMATES = Table(
         Column("most", REAL, "upper bound that was given", name="fitted_most", record=True),
         Column("correlation", REAL, "with each of the other parameters", "",
                ("other",), name="fitted_correlation", record=True),
-    ),
+))  # fmt: skip
+
+ROWS = (
+    Column("values", REAL, "value of the parameter", name="value", label=True),
+    Column("readings", REAL, "what was measured", None, ("quantity",), head="read"),
+    Column("errors", REAL, "standard deviations of the readings", None, ("quantity",),
+           head="error of"),
+    Column("sweep", TEXT, "how the parameter came to its value"),
 )  # fmt: skip
+"""What was measured."""
+
+
+@dataclass(frozen=True)
+class Readings:
+    """A measurement as an attribute."""
+
+    def names(self, key: str) -> set[str]:
+        """Return the names of its arrays."""
+        return {"row", "quantity", "value", "readings", "errors", "sweep"}
+
+    def variables(self, result: Any, key: str) -> dict[str, Variable]:
+        """Return what was measured."""
+        seen: Measurement = getattr(result, key)
+        values = replace(ROWS[0], unit=seen.unit, head=seen.vary)
+        table = Table(("row",), (values, *ROWS[1:]), joined=True)
+        quantities = QUANTITIES.table(result).variables(seen.quantities, {})
+        return quantities | table.variables([seen], {})
+
+    def attributes(self, result: Any, key: str) -> dict[str, Any]:
+        """Return over what it was measured, and why it ended."""
+        seen: Measurement = getattr(result, key)
+        return {"vary": seen.vary, "measurement_stopped": json.dumps(seen.stopped)}
+
+    def read(self, saved: SavedTable, result: Any, key: str) -> Measurement:
+        """Return the measurement."""
+        table = QUANTITIES.table(result)
+        quantities = [Quantity(**table.read(saved, {}, row)) for row in range(table.count(saved))]
+        fields = Table(("row",), ROWS, joined=True).read(saved, {}, ...)
+        fields["sweep"] = tuple(fields["sweep"].tolist())
+        vary = result.model.parameter(str(saved.attributes["vary"]))
+        stopped = json.loads(saved.attributes["measurement_stopped"])
+        return Measurement(
+            vary=vary.name, unit=vary.unit, quantities=tuple(quantities), stopped=stopped, **fields
+        )
+
+    def record(self, result: Any, key: str) -> None:
+        """Return nothing: records hold its parts."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -135,12 +142,19 @@ class Fit(Result):
 
     schema = "slipfold.fit/1"
 
+    title = "parameters of {0.model.name} fitted to a measured response"
+    rows = "row"
+    recorded = ("scatter", "converged", "message", "predicted", "period", "used")
+
     model: Model
-    measurement: Measurement
-    estimates: tuple[Estimate, ...]
-    predicted: Array
-    period: NDArray[np.int64]
-    used: NDArray[np.bool_]
+    measurement: Annotated[Measurement, Readings()]
+    estimates: Annotated[tuple[Estimate, ...], ESTIMATES]
+    predicted: Annotated[Array, Field("row quantity", "what the fitted model predicts")]
+    period: Annotated[
+        NDArray[np.int64],
+        Field("row", "of the stable response, in forcing periods, 0: none"),
+    ]
+    used: Annotated[NDArray[np.bool_], Field("row", "whether the row was used")]
     scatter: float
     converged: bool
     message: str
@@ -206,96 +220,16 @@ class Fit(Result):
         heads = ["parameter", "value", "error", "95 % interval", "correlations"]
         return PrintedTable(heads, rows, ("parameter",))
 
-    def _title(self) -> str:
-        return f"parameters of {self.model.name} fitted to a measured response"
-
-    def _given(self) -> dict[str, Any]:
-        measured = self.measurement
-        return {"vary": measured.vary, "quantities": [str(item) for item in measured.quantities]}
-
-    def _attributes(self) -> dict[str, Any]:
-        return {
-            "scatter": self.scatter,
-            "converged": int(self.converged),
-            "message": self.message,
-        }
-
-    @property
-    def _each(self) -> list[_Row]:
-        measured = self.measurement
-        columns = (measured.values, measured.readings, measured.errors, measured.sweep)
-        return [
-            _Row(*row) for row in zip(*columns, self.predicted, self.period, self.used, strict=True)
-        ]
-
-    def _axes(self) -> dict[str, list[str]]:
-        heads = headed_quantities(self.measurement.quantities)
-        return {"quantity": heads, "other": [item.name for item in self.estimates]}
-
-    def _variables(self) -> dict[str, Variable]:
-        axes = self._axes()
-        quantities = _QUANTITIES.variables(self.measurement.quantities, axes)
-        estimates = _ESTIMATES.variables(self.estimates, axes)
-        return quantities | estimates | _rows_table(self.measurement).variables(self._each, axes)
-
     def _record(self) -> dict[str, Any]:
-        measured = self.measurement
+        seen = self.measurement
         return {
-            "vary": measured.vary,
-            "quantities": [str(item) for item in measured.quantities],
-            "fitted": [_ESTIMATES.record(item) for item in self.estimates],
-            "scatter": self.scatter,
-            "converged": self.converged,
-            "message": self.message,
-            "values": measured.values,
-            "readings": measured.readings,
-            "predicted": self.predicted,
-            "period": self.period,
-            "used": self.used,
+            "vary": seen.vary,
+            "quantities": [str(item) for item in seen.quantities],
+            "fitted": ESTIMATES.record(self, "estimates"),
+            "values": seen.values,
+            "readings": seen.readings,
+            **super()._record(),
         }
-
-    def _csv(self) -> str:
-        table = _rows_table(self.measurement)
-        heads = {
-            "value": f"{self.measurement.vary} ({self.measurement.unit or '1'})",
-            "readings": "read",
-            "errors": "error of",
-            "predicted": "predicted",
-            "period": "period",
-            "used": "used",
-            "sweep": "sweep",
-        }
-        sheet = Sheet(heads, (table,), self._axes())
-        return sheet.text(sheet.rows(table, self._each, {}))
-
-    @classmethod
-    def _read(cls, saved: SavedTable) -> Fit:
-        model, vary = saved.model, str(saved.given["vary"])
-        quantities = tuple(parse_measured(text, model) for text in saved.given["quantities"])
-        columns = saved.columns
-        measurement = Measurement(
-            vary,
-            model.parameter(vary).unit,
-            columns["value"],
-            quantities,
-            columns["readings"],
-            columns["errors"],
-            tuple(str(item) for item in columns["sweep"]),
-        )
-        count = len(columns["fitted"])
-        axes = {"other": [str(item) for item in columns["fitted"]]}
-        return cls(
-            model=model,
-            measurement=measurement,
-            estimates=tuple(Estimate(**_ESTIMATES.read(saved, axes, row)) for row in range(count)),
-            predicted=columns["predicted"],
-            period=columns["period"],
-            used=columns["used"].astype(bool),
-            scatter=float(saved.attributes["scatter"]),
-            converged=bool(saved.attributes["converged"]),
-            message=str(saved.attributes["message"]),
-            provenance=saved.provenance,
-        )
 
 
 def _open(item: Estimate) -> str:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -17,6 +15,7 @@ from slipfold.design_space.sobol_indices import SobolIndices
 from slipfold.drawing import draw
 from slipfold.models.model import Model
 from slipfold.results.column import REAL, TEXT, WHOLE, Column
+from slipfold.results.frame import Frame
 from slipfold.results.labelled_table import Variable
 from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
@@ -327,18 +326,15 @@ class StudyResult(Result):
             records.append(record)
         return records
 
-    def _csv(self) -> str:
-        parameters = [headed(self.model.parameter(name)) for name in self.cases.names]
-        heads = [headed(item) for item in self.quantities]
-        text = io.StringIO()
-        sheet = csv.writer(text, lineterminator="\n")
-        sheet.writerow(["case", *parameters, *heads, "failed"])
-        columns = [self.values[item.name] for item in self.quantities]
-        for number in range(len(self)):
-            found = [column[number] for column in columns]
-            given = self.case(number).values()
-            sheet.writerow([number, *map(_cell, (*given, *found)), self.reasons[number]])
-        return text.getvalue()
+    def _frame(self) -> Frame:
+        items = [self.model.parameter(name) for name in self.cases.names]
+        given = self.cases.values(np.arange(len(self))).T
+        columns: dict[str, Any] = {"case": np.arange(len(self))}
+        columns |= {self._column(item.name): row for item, row in zip(items, given, strict=True)}
+        columns |= {item.name: self.values[item.name] for item in self.quantities}
+        units = {self._column(item.name): item.unit for item in items}
+        units |= {item.name: item.unit for item in self.quantities}
+        return Frame({**columns, "failed": self.reasons}, units)
 
     @classmethod
     def _read(cls, saved: SavedTable) -> StudyResult:
@@ -351,15 +347,12 @@ class StudyResult(Result):
             named = [name for name in names if name != f"case_of_{work.listed}"]
             rows = np.stack([columns[name] for name in named], axis=1)
             cases = Rows(cases.names, rows, cases.record() if "sample" in cases.record() else None)
-        # Files that are older than a quantity do not have it.
         values = {
             item.name: columns[item.name].ravel().astype(type_of(item))
-            if item.name in columns
-            else _empty(item, total(cases))
             for item in work.quantities(model)
         }
         listed = {}
-        if f"case_of_{work.listed}" in columns:
+        if work.lists(model):
             listed["case"] = columns[f"case_of_{work.listed}"]
             for item in work.lists(model):
                 listed[item.name] = columns[f"{work.listed}_{item.name}"].astype(type_of(item))
@@ -415,17 +408,6 @@ def _cases_of(record: Mapping[str, Any]) -> Cases:
     return Rows(tuple(record["scatter"]), np.empty((0, 0)), record)
 
 
-def _empty(item: Quantity, count: int) -> NDArray[Any]:
-    return np.full(count, KINDS[item.kind].missing, type_of(item))
-
-
 def _column(item: Quantity) -> Column:
     unit = None if item.kind == "text" else item.unit
     return Column(item.name, KINDS[item.kind], item.meaning, unit)
-
-
-def _cell(value: Any) -> Any:
-    """Return what a cell of a spreadsheet holds: every digit of a number, nothing for NaN."""
-    if isinstance(value, float):
-        return "" if value != value else repr(float(value))
-    return value
