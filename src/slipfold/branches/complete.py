@@ -8,6 +8,7 @@ import numpy as np
 
 from slipfold.branches.branch import Branch
 from slipfold.flow.flow import flow_of
+from slipfold.flow.precision import LANES
 from slipfold.orbits.extrema import TOGETHER, Extrema, find_extrema
 from slipfold.orbits.uncertainty import multiplier_uncertainty
 
@@ -34,10 +35,11 @@ def complete_branches(branches: Sequence[Branch], tell: Tell) -> bool:
                 some = range(len(branch))[first : first + TOGETHER]
                 tell(done, total)
                 _find_extrema(branch, slice(some.start, some.stop))
-                for index in some:
+                for begin in some[::LANES]:
                     tell(done, total)
-                    _find_uncertainty(branch, slice(index, index + 1))
-                    done += 1
+                    end = min(begin + LANES, some.stop)
+                    _find_uncertainty(branch, slice(begin, end))
+                    done += end - begin
     except KeyboardInterrupt:
         pass
     return done == total

@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 from slipfold.continuation.newton import correct
 from slipfold.continuation.whole_matrix import SquareMatrix
 from slipfold.errors import BREAKDOWNS
+from slipfold.flow import flow_of
+from slipfold.flow.scaled import power_of_two
 from slipfold.models.model import Model
-from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.orbits.orbit_curve import OrbitCurve
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.spectrum.floquet import floquet_multipliers, match_multipliers
@@ -101,18 +102,21 @@ def multiplier_uncertainty(
     Shapes: parameters (n_orbits, n_parameters); nodes (n_orbits, m, n_states); multipliers
     (n_orbits, n_states); returns (n_orbits, n_states).
     """
-    names = [item.name for item in model.parameters]
-    result = np.empty((len(nodes), nodes.shape[2]))
-    for i, (vector, orbit) in enumerate(zip(parameters, nodes, strict=True)):
-        vary = names[0]
-        exact = model.replace(**dict(zip(names, vector, strict=True)))
-        orbits = ForcedOrbits(exact, {vary: 1.0}, period, len(orbit))
-        z = orbits.pack(orbit, vector[0])
-        fixed = np.zeros(len(z))
-        fixed[-1] = 1.0
-        values = multipliers[i]
-        other, moved, _ = orbits.shifted(z, fixed)
-        again = other.linearise(moved)
-        others = floquet_multipliers(again.monodromy)
-        result[i] = multiplier_change(values, others, again.monodromy)
+    flow, scales = flow_of(model), model.state_scales()
+    constants = flow.constants(parameters, power_of_two(scales))
+    # The same segment of all orbits side by side: lanes take about as many steps each.
+    segments, orbits = (index.ravel() for index in np.indices(nodes.shape[1::-1]))
+    own, length = constants.rows(orbits), period / nodes.shape[1]
+    start = segments * length
+    states = flow.advance(nodes[orbits, segments], start, start + length / 2, own)
+    still = np.zeros((constants.values.shape[1], 1))
+    blocks = flow.linearise(states, start + length / 2, start + 1.5 * length, own, still)[1]
+    blocks = blocks.reshape(nodes.shape[1], *nodes.shape[::2], -1) * (scales / scales[:, None])
+    monodromies = blocks[0]
+    for block in blocks[1:]:
+        monodromies = block @ monodromies
+    result = np.full((len(nodes), nodes.shape[2]), np.inf)
+    for row in np.flatnonzero(np.isfinite(monodromies).all(axis=(1, 2))):
+        others = floquet_multipliers(monodromies[row])
+        result[row] = multiplier_change(multipliers[row], others, monodromies[row])
     return result
