@@ -351,3 +351,17 @@ def test_a_motion_on_no_torus_says_what_it_does():
     chaotic = sf.SlidingOscillator(f=12.5)
     with pytest.raises(InputError, match="does not settle on what could be followed"):
         sf.response(chaotic, "Nd", (0.1, 0.2), start={"Nd": 0.11}, settled=True, tori=True)
+
+
+def test_motion_is_locked_between_the_folds_of_orbits():
+    # A branch of orbits of period 20 that is followed by continuation closes on itself, with folds
+    # at 0.145216792900 and 0.145283732788 N; one of period 22 at 0.135606464722 and 0.136221017107.
+    found = sf.response(sf.SlidingOscillator(), vary="Nd", span=(0, 0.2), f=12.5, tori=True)
+    locked = {str(item.ratio): item for item in found.tori[-1].locked}
+    ends = [(locked[ratio].low, locked[ratio].high) for ratio in ("1/10", "1/11")]
+    assert np.array(ends) == pytest.approx(
+        np.array([(0.145216792900, 0.145283732788), (0.135606464722, 0.136221017107)]), abs=1e-11
+    )
+    assert "locked from 0.1452167929 to 0.1452837328" in found.summary()
+    # Beside a weaker resonance the interval is as narrow as rounding allows to see.
+    assert 0 <= locked["1/9"].high - locked["1/9"].low < 1e-6

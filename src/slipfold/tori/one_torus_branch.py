@@ -18,6 +18,7 @@ from slipfold.continuation.trail import Sight, Stop, Stretch, Trail
 from slipfold.continuation.walk import Failure
 from slipfold.tori.circles import MOST, RESONANCES, STRONG, TAIL, CirclePoint
 from slipfold.tori.harmonics import tail
+from slipfold.tori.locked import locked_interval
 from slipfold.tori.past_resonance import past_resonance
 from slipfold.tori.torus_branch import Locked
 
@@ -96,12 +97,15 @@ def _beside_strong(trail: Trail[CirclePoint]) -> End | None:
 
 def _passed(points: Sequence[CirclePoint]) -> Iterator[Locked]:
     """Yield the resonances between circles, whether or not they were noticed there."""
-    places = [(point.curve.rotation(point.z), point.curve.value(point.z)) for point in points]
-    for (before, first), (after, last) in pairwise(places):
+    for one, other in pairwise(points):
+        (before, first), (after, last) = (
+            (point.curve.rotation(point.z), point.curve.value(point.z)) for point in (one, other)
+        )
         low, high = min(before, after), max(before, after)
         between = [ratio for ratio in RESONANCES if low < ratio < high]
         for ratio in between if before < after else between[::-1]:
-            yield Locked(ratio, first, last)
+            ends = locked_interval(one, other, ratio) or (np.nan, np.nan)
+            yield Locked(ratio, first, last, *ends)
 
 
 class _Special(Zeros[CirclePoint]):

@@ -33,13 +33,17 @@ class Locked(OneLine):
     ratio
         The rotation number p/q: a locked orbit closes after q returns of the map.
     first, last
-        Values of the parameter at the last torus before it and at the first one after it. If motion
-        is locked, then in an interval between them, which may be much too narrow to be seen.
+        Values of the parameter at the last torus before it and at the first one after it.
+    low, high
+        Ends of the interval in which locked orbits exist: their folds, between which the resonance
+        tongue lies. NaN if these were not found, and of autonomous models.
     """
 
     ratio: Fraction
     first: float
     last: float
+    low: float = np.nan
+    high: float = np.nan
 
     def _line(self) -> str:
         return (
@@ -47,8 +51,9 @@ class Locked(OneLine):
         )
 
     def _rows(self) -> PrintedTable:
-        row = [str(self.ratio), number_text(self.first), number_text(self.last)]
-        return PrintedTable(["rotation", "from", "to"], [row])
+        ends = (self.first, self.last, self.low, self.high)
+        row = [str(self.ratio), *(number_text(value, 10) for value in ends)]
+        return PrintedTable(["rotation", "from", "to", "locked from", "to"], [row])
 
 
 @dataclass(frozen=True, eq=False, repr=False)

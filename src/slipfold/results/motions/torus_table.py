@@ -110,6 +110,8 @@ def _resonances(vary: str, unit: str) -> Table:
             Column("ratio", TEXT, "rotation number", get=lambda item: str(item.ratio)),
             Column("first", REAL, f"{vary} at the last torus before it", unit),
             Column("last", REAL, f"{vary} at the first torus after it", unit),
+            Column("low", REAL, f"{vary} from which motion is locked", unit),
+            Column("high", REAL, f"{vary} up to which motion is locked", unit),
         ),
         "resonance_",
         OWNER,
@@ -198,11 +200,18 @@ def torus_sentence(tori: TorusBranch) -> str:
         parts.append(f"they are modulated at {low:.4g} to {high:.4g} Hz")
     parts += [f"they turn round at {at(value)}" for value in tori.folds]
     if tori.locked:
-        parts.append(f"they pass the resonances {', '.join(str(i.ratio) for i in tori.locked)}")
+        parts.append(f"they pass the resonances {', '.join(map(_resonance, tori.locked))}")
     if tori.omitted.any():
         left = tori.omitted.sum()
         parts.append(f"circles left out, which fail to be invariant by more than 1e-8: {left}")
     return f"{'; '.join(parts)}; they stop at {at(tori.stopped.value)}: {tori.stopped.reason}"
+
+
+def _resonance(item: Locked) -> str:
+    """Say where motion is locked."""
+    if not item.low < item.high:
+        return str(item.ratio)
+    return f"{item.ratio} (locked from {item.low:.10g} to {item.high:.10g})"
 
 
 def _by_name(extrema: Extrema, side: int) -> dict[str, Any]:
@@ -215,7 +224,14 @@ def _folds(tori: TorusBranch) -> list[dict[str, Any]]:
 
 def _locked(tori: TorusBranch) -> list[dict[str, Any]]:
     return [
-        {"ratio": str(item.ratio), "first": item.first, "last": item.last} for item in tori.locked
+        {
+            "ratio": str(item.ratio),
+            "first": item.first,
+            "last": item.last,
+            "low": item.low,
+            "high": item.high,
+        }
+        for item in tori.locked
     ]
 
 
