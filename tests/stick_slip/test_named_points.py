@@ -72,6 +72,22 @@ def test_a_response_on_a_floor_begins_where_a_motion_settles():
         sf.response(model, "Ns_x", (6.0, 4.5), settings=SINGLE)
 
 
+def test_turns_on_a_floor_begin_to_stick_along_a_locus():
+    # Den Hartog's largest friction without stops, over load and frequency, from the model alone.
+    model = shaken(0.8, x=3.5)
+    plane, window = ("Ns_x", "f"), ((3.3, 3.9), (0.11, 0.125))
+    (locus,) = sf.locus(model, plane, window, type="STICK").loci
+    load, rate = locus.values.T * np.array([[1.0], [2 * math.pi]])
+    unforced = np.sin(math.pi / rate) / (1 + np.cos(math.pi / rate)) / rate
+    most = np.abs(1 / (1 - rate**2)) / np.hypot(unforced, rate**-2) / MU
+    assert load == pytest.approx(most, abs=1e-9)
+    assert {locus.begun.kind, locus.stopped.kind} == {"window"}
+    with pytest.raises(sf.InputError, match=r"contact x of .* sticks for good"):
+        sf.locus(model, plane, ((9, 13.5), (0.11, 0.13)), type="STICK")
+    with pytest.raises(sf.InputError, match="Vd_x must be > 0"):
+        sf.bifurcation_set(model, plane, window)
+
+
 @pytest.mark.parametrize("span", [(0.14, 0.05), (0.05, 0.14), (0.115, 0.13), (0.13, 0.115)])
 def test_longest_steps_find_where_turns_begin_to_stick_too(span):
     # The closed form above, over the frequency: the load is the largest without stops there.

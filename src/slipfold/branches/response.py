@@ -27,7 +27,7 @@ from slipfold.flow.switched.mode_equations import contacts_of
 from slipfold.models.model import Model
 from slipfold.orbits.by_collocation import by_collocation
 from slipfold.orbits.discretisations.collocation import Collocation
-from slipfold.orbits.find import periodic_orbit
+from slipfold.orbits.find import may_slip, periodic_orbit
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
@@ -76,13 +76,18 @@ def trace_response(
 
 
 def _stuck(model: Model, value: float) -> Begin | None:
-    """Return the orbit that sticks with which a branch begins, None if none is found."""
+    """Return the orbit that sticks with which a branch begins, None if none is found.
+
+    Where there are no orbits in slip either, it is said why there is none that sticks.
+    """
     if not model.forced or not contacts_of(model):
         return None
     try:
         orbit = periodic_orbit(model)
     except InputError:
-        return None
+        if may_slip(model):
+            return None
+        raise
     return Begin(value, orbit) if isinstance(orbit, StickSlipOrbit) else None
 
 

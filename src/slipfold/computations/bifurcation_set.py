@@ -22,6 +22,7 @@ from slipfold.loci.bifurcation_set import find_bifurcation_set
 from slipfold.loci.progress import LocusObserver
 from slipfold.loci.window import measured_across
 from slipfold.long_term.region_motions import resolve_regions
+from slipfold.models.followed import check_followed
 from slipfold.models.model import Model
 from slipfold.results.locus_diagram import LocusDiagram
 from slipfold.results.provenance import provenance
@@ -104,6 +105,8 @@ def bifurcation_set(
     refuse_varied(names, parameters, "the window")
     kinds, wanted = None if types is None else _types(types), _periods(periods)
     base = corner_model(model, names, spans, parameters)
+    if regions:  # their labels are those of orbits in slip
+        check_followed(base)
     chosen = checked_settings(settings)
     grid = _grid(regimes, regions)
     started = perf_counter()

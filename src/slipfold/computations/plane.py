@@ -12,6 +12,7 @@ from slipfold.loci.window import Window, check_window
 from slipfold.models.followed import check_followed
 from slipfold.models.model import Model
 from slipfold.models.quantity import parse_quantity
+from slipfold.orbits.find import may_slip
 
 __all__ = ["Ends", "GivenWindow", "corner_model", "parse_plane"]
 
@@ -116,7 +117,9 @@ def _first_allowed(model: AnyModel, candidates: Sequence[dict[str, float | str]]
     for candidate in candidates:
         try:
             changed = model.replace(**candidate)
-            check_followed(changed)
+            # Where a counter-body is at rest nothing slides all the time: motions lead to orbits.
+            if not changed.forced or may_slip(changed):
+                check_followed(changed)
             return changed
         except InputError as error:
             refused = refused or error

@@ -72,7 +72,8 @@ def follow_sticking(
             model, line.vary, along, line.fixed, line.value, settings, through_stick=True
         )
         sticking = tuple(item for item in found.branches if item.stuck_fraction is not None)
-        lines[number] = replace(line, sticking=sticking)
+        failure = found.failure or line.failure
+        lines[number] = replace(line, sticking=sticking, failure=failure)
         yield from sticking
         if lines[number].interrupted:
             return
