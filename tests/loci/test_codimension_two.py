@@ -10,6 +10,7 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.optimize import fsolve
 
 import slipfold as sf
 from slipfold.loci import fan
@@ -166,6 +167,38 @@ def test_equilibria_of_the_oxidation():
     doubles = sorted(named(found.loci, "BT"))
     assert doubles[0] == pytest.approx((1.161199, 0.7223392), abs=1e-6)
     assert doubles[1] == pytest.approx((1.417628, 0.971397), abs=1e-6)
+
+
+def test_double_zero_of_bazykins_predators():
+    # Kuznetsov, Elements of Applied Bifurcation Theory, section 8.4.4, with gamma = 1: where both
+    # rates, trace and determinant of the Jacobian vanish, by SciPy.
+    model = sf.System(
+        name="bazykin",
+        parameters={"alpha": 0.2, "delta": 0.5, "epsilon": 0.01},
+        states={
+            "x": {"rate": "x - x*y/(1 + alpha*x) - epsilon*x^2", "start": 1.5},
+            "y": {"rate": "-y + x*y/(1 + alpha*x) - delta*y^2", "start": 1.2},
+        },
+    )
+
+    def conditions(q):
+        x, y, alpha, delta = q
+        eaten, slope = x / (1 + alpha * x), 1 / (1 + alpha * x) ** 2
+        jacobian = [[1 - y * slope - 0.02 * x, -eaten], [y * slope, -1 + eaten - 2 * delta * y]]
+        field = [1 - eaten * y / x - 0.01 * x, -1 + eaten - delta * y]
+        return [*field, np.trace(jacobian), np.linalg.det(jacobian)]
+
+    expected = fsolve(conditions, [4.0, 2.5, 0.45, 0.175], xtol=1e-13)
+    assert conditions(expected) == pytest.approx([0] * 4, abs=1e-10)
+    hopf = points_of(model, "delta", (0.5, 0.05), "HB")
+    loci = sf.locus(hopf, ("alpha", "delta"), ((0.1, 0.6), (0.05, 0.4))).loci
+    assert [(locus.type, locus.kind) for locus in loci] == [
+        ("HB", "equilibrium"),
+        ("LP", "equilibrium"),
+    ]
+    assert named(loci, "BT") == [pytest.approx(tuple(expected[2:]), abs=1e-9)] * 2
+    # It is not defined at BT itself.
+    assert loci[0].supercritical[np.isfinite(loci[0].coefficient)].all()
 
 
 def test_equilibria_of_the_atmosphere():
