@@ -79,6 +79,13 @@ def where_stick_begins(name: str) -> list[list[float]]:
     return locus.values.tolist()
 
 
+def computed_regimes() -> sf.RegimeMap:
+    """Return what motions do over speed and pulsation under Coulomb friction."""
+    oscillator = sf.SlidingOscillator(friction=LAWS["coulomb"], f=FREQUENCY)
+    plane = {"Vd": (0.02, 0.2), "Nd": (0.02, 0.96)}
+    return sf.regimes(oscillator, plane, points=(25, 20), transient=150)
+
+
 def key(speed: float, pulsation: float) -> str:
     """Return the name of a place."""
     return f"Vd={speed:.4g} Nd={pulsation:.4g}"
