@@ -83,7 +83,7 @@ KERNELS := Nehalem Sandybridge Haswell \
 	$(shell grep -qs avx512f /proc/cpuinfo && echo SkylakeX)
 NUMERICS := src $(filter-out $(addsuffix /,$(addprefix tests/,bench cli docs explorer helpers \
 	interface paper plots results studies)),$(wildcard tests/[a-z]*/))
-# Linear algebra answers as another LAPACK might (tests/helpers/perturbed_kernels.py).
+# Linear algebra answers as another LAPACK might (tests/portable/perturbed_kernels.py).
 SEEDS ?= 20
 COMMIT = $(shell git rev-parse HEAD 2>/dev/null || echo none)
 

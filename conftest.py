@@ -63,7 +63,7 @@ def perturb(config):
     seed = config.getoption("perturb_kernels")
     if seed is None:
         return
-    from helpers.perturbed_kernels import perturbed
+    from portable.perturbed_kernels import perturbed
 
     kernels = ExitStack()
     config.stash[FREE_CHOICES] = kernels.enter_context(perturbed(seed))

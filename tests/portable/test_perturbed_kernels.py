@@ -6,7 +6,7 @@ import scipy.linalg
 from hypothesis import given
 from hypothesis import strategies as st
 
-from helpers.perturbed_kernels import EPS, perturbed
+from portable.perturbed_kernels import EPS, perturbed
 
 SEEDS = range(5)
 ROUNDED = 100 * EPS
