@@ -60,6 +60,8 @@ def test_responses_of_one_period_are_told_apart():
     assert set(found.names("up").ravel()) == {"period 1"}
     assert not column[0]
     assert column.any()
+    texts = [text.get_text() for text in found.plot().get_legend().get_texts()]
+    assert texts == ["period 1", "coexisting, of the same kind"]
 
 
 def test_motions_of_one_cell_are_continued_to_all_beside_it():

@@ -122,6 +122,8 @@ def _hysteresis(figure: HysteresisFigure, found: Mapping[Any, Any], measure: str
         Patch(facecolor=colour, label=f"basin of {in_words(item)}")
         for item, colour in zip(most, BASINS, strict=False)
     ]
+    if any((found[case].uncertain > 0).any() for case in figure.basins):
+        patches.append(Patch(facecolor="0.92", edgecolor="0.55", label="crossed by a boundary"))
     more = [*_more(found[figure.curve].tori), *patches]
     draw_legend(canvas, [found[figure.curve]], measure, more)
     _name(canvas, naming)

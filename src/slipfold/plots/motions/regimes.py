@@ -64,11 +64,12 @@ def draw_regimes(
     if legend:
         shown = [name for name in order if (named == name).any() or name in hatched]
         handles: list[Artist] = [Patch(**_ground(name), label=name) for name in shown]
-        if hatched:
-            handles.append(
-                Patch(facecolor="white", edgecolor=DARK, hatch="////", linewidth=0.4,
-                      label="coexisting, in the other's colour")
-            )  # fmt: skip
+        beside = {"coexisting, in the other's colour": "////"} if hatched - {""} else {}
+        beside |= {"coexisting, of the same kind": SAME_PERIOD} if "" in hatched else {}
+        handles += [
+            Patch(facecolor="white", edgecolor=DARK, hatch=hatch, linewidth=0.4, label=name)
+            for name, hatch in beside.items()
+        ]
         handles += [] if over is None else _lines(over)
         ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.01, 1.0))
     return ax
