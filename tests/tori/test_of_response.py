@@ -365,3 +365,12 @@ def test_motion_is_locked_between_the_folds_of_orbits():
     assert "locked from 0.1452167929 to 0.1452837328" in found.summary()
     # Beside a weaker resonance the interval is as narrow as rounding allows to see.
     assert 0 <= locked["1/9"].high - locked["1/9"].low < 1e-6
+
+
+def test_tori_that_turn_round_unseen_say_so(monkeypatch):
+    special = importlib.import_module("slipfold.tori.one_torus_branch")._Special
+    monkeypatch.setattr(special, "located", lambda self, known, a, b: [])
+    tori, diagram = coupled((-0.5, 0.1), w=0.83, c=0.05, b=1, q=1)
+    assert tori.folds == ()
+    assert tori.stopped.kind == "contradiction"
+    assert diagram.failed

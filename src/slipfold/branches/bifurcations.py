@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,7 +14,7 @@ from slipfold.continuation.contraction import contracts_between
 from slipfold.continuation.end import End
 from slipfold.continuation.follow import EDGE
 from slipfold.continuation.interpolation import hermite
-from slipfold.continuation.locate import locate
+from slipfold.continuation.locate import LostCurveError, locate
 from slipfold.continuation.monitor import Zeros
 from slipfold.continuation.search import Found, locate_test, search_between
 from slipfold.continuation.trail import Sight, Stop, Stretch
@@ -51,6 +54,9 @@ direction the parameter goes: a fold there is none, and points there are no ends
 
 TURNING = 1e-5
 """Component of the tangent along the parameter that counts as none."""
+
+VANISHED = 1e-3
+"""The same at a fold, over that at the points beside it."""
 
 REAL = 1e-7
 """A multiplier whose imaginary part is below this counts as real: pairs part as a square root."""
@@ -139,7 +145,11 @@ class Bifurcations(Zeros[OrbitPoint]):
             if kind != "fold" and not (turns and kind == "LP") and self.changes_sign(kind, a, b):
                 test = "fold" if kind == "LP" and _stands(a, b) else kind
                 found.append(locate_test(self._orbits, known, a, b, kind, test))
-        return [item for item in found if self.is_genuine(item) and not _undamped(item, a, b)]
+        return [
+            item
+            for item in found
+            if (self.is_genuine(item) or _is_seen(item, a, b)) and not _undamped(item, a, b)
+        ]
 
     def _branch_point(self, known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint) -> Found:
         """Locate the branch point where the bordered determinant changes its sign.
@@ -152,7 +162,12 @@ class Bifurcations(Zeros[OrbitPoint]):
                 return 0.0
             return point.orientation * float(np.exp(point.volume - a.volume))
 
-        point = locate(self._orbits, known, a, b, determinant, LOCATED)
+        try:
+            point = locate(self._orbits, known, a, b, determinant, LOCATED)
+        except LostCurveError:  # so near to it that Newton's method is singular along the branch
+            a, b = _narrowest(known, a, b)
+            z, _ = hermite([a, b], 0.5 * (a.arclength + b.arclength))
+            point = replace(a, z=z, arclength=0.5 * (a.arclength + b.arclength))
         along = hermite([a, b], point.arclength)[1]
         crossing = find_crossing(self._orbits, point, along)
         if crossing is None:
@@ -170,7 +185,7 @@ class Bifurcations(Zeros[OrbitPoint]):
         pairs = sum(item.type in PAIRED for item in found)
         single = len(found) - pairs - turning
         turned = (a.tests["LP"] > 0) != (b.tests["LP"] > 0)
-        if turning and turned != (folds % 2 == 1):
+        if (turning or not _stands(a, b)) and turned != (folds % 2 == 1):
             return False
         return change <= single + 2 * pairs and (change - single) % 2 == 0
 
@@ -290,9 +305,40 @@ def _crossing(values: NDArray[np.complex128], place: int, count: int) -> bool:
     return bool((on_circle & (np.abs(critical.imag) > REAL)).all())
 
 
+def _narrowest(known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint) -> list[OrbitPoint]:
+    """Return the first two neighbours between two points between which there is a branch point."""
+    between = [item for item in known if a.arclength <= item.arclength <= b.arclength]
+    pairs = map(list, pairwise(between))
+    return next(pair for pair in pairs if pair[0].orientation != pair[1].orientation)
+
+
+def _is_seen(found: Found, a: OrbitPoint, b: OrbitPoint) -> bool:
+    """Whether the branch shows what was found between two points, whatever multipliers are there.
+
+    Near a homoclinic orbit they pass the unit circle within 1e-6 of arclength, so that rounding
+    keeps located ones from it. But the parameter turns there, or branches cross, or the largest
+    one, which is known best, changes its sign.
+    """
+    if found.type == "BP":
+        return found.other is not None
+    if found.type == "PD":
+        first, last = (point.multipliers[0] for point in (a, b))
+        return min(abs(first), abs(last)) > 1 and bool(first.real * last.real < 0)
+    steepest = max(abs(a.tests["LP"]), abs(b.tests["LP"]))
+    vanished = abs(found.point.tests["LP"]) < VANISHED * steepest
+    return found.type == "LP" and vanished and not _stands(a, b)
+
+
 def _turns(found: Found) -> bool:
-    """Whether a branch turns at a branch point: its multiplier touches one and goes back."""
-    return found.type == "BP" and abs(found.point.tangent[-1]) < TURNING
+    """Whether a branch turns at a branch point: its multiplier touches one and goes back.
+
+    If less of the other branch's direction is along the parameter, it is that one which turns, and
+    this one has a fold nearby.
+    """
+    if found.type != "BP":
+        return False
+    own, other = abs(found.point.tangent[-1]), found.other
+    return bool(own < TURNING and (other is None or own <= abs(other[-1])))
 
 
 def is_torus(values: NDArray[np.complex128]) -> bool:

@@ -132,7 +132,7 @@ class SpecialPoint(OneLine, ReadOnly):
             return "interrupted before its normal form was computed"
         if self.criticality is not None or meaningless:
             return None
-        if self.type == "BP" and self.coefficient is None:
+        if self.type == "BP" and self.coefficient is None and self.name != "pitchfork":
             return "no other branch was found to cross here"
         if self.several:
             return "criticality unknown: several multipliers are critical at once, as by a symmetry"

@@ -22,8 +22,9 @@ class End:
     kind
         One word for programs: ``"span"``, ``"window"``, ``"limit"``, ``"closed"``, ``"event"``,
         ``"failed"``, ``"unresolved"``, ``"points"``, ``"interrupted"``, ``"born"``,
-        ``"codimension-2"``, ``"homoclinic"``, ``"duration"``, ``"family"``; of tori also
-        ``"birth"``, ``"resonance"``, ``"broken"``, ``"contacts"``.
+        ``"codimension-2"``, ``"homoclinic"``, ``"duration"``, ``"family"``,
+        ``"contradiction"`` where a parameter turns on the way and nothing was located there; of
+        tori also ``"birth"``, ``"resonance"``, ``"broken"``, ``"contacts"``.
     reason
         A sentence that says what happened and what can be done.
     values
@@ -55,5 +56,5 @@ class End:
 
     @property
     def early(self) -> bool:
-        """Whether the curve was given up, rather than having come to an end of its own."""
-        return self.kind in ("failed", "points")
+        """Whether the curve was given up or contradicts what was found on it."""
+        return self.kind in ("failed", "points", "contradiction")

@@ -7,9 +7,10 @@ from typing import Any, Generic
 
 from slipfold.continuation.curve import Curve
 from slipfold.continuation.end import End
-from slipfold.continuation.locate import lost_reason
+from slipfold.continuation.locate import LostCurveError, lost_reason
 from slipfold.continuation.monitor import Monitor
 from slipfold.continuation.point import P
+from slipfold.continuation.reversals import goes_back, unexplained_reversal
 from slipfold.continuation.search import Found
 from slipfold.continuation.settings import Stepping
 from slipfold.continuation.trail import Stop, Stretch, Trail
@@ -48,6 +49,16 @@ class Endings(Generic[P]):
     def interrupted(self, trail: Trail[P]) -> End:
         """Return the end of a curve that whoever watches stopped."""
         return self._end(trail, "interrupted", "interrupted; what was found before is kept")
+
+    def contradicted(self, trail: Trail[P], extremum: P) -> End:
+        """Return the end of a curve along which a parameter turns and nothing was found there."""
+        assert trail.end is not None
+        place = ", ".join(f"{value:.9g}" for value in trail.curve.place(extremum.z))
+        reason = (
+            f"{trail.end.reason}; but at {place} the direction of a parameter changes and nothing "
+            "was located, so other special points may be missing as well; limit the step"
+        )
+        return End("contradiction", reason, trail.end.values)
 
     def _end(self, trail: Trail[P], kind: str, reason: str) -> End:
         return End(kind, reason, trail.curve.place(trail.points[-1].z))
@@ -91,6 +102,10 @@ def follow(
                 step = BIRTH if departs and len(trail.points) == 1 else FIRST
     except KeyboardInterrupt:
         trail.end = endings.interrupted(trail)
+        return trail
+    extremum = unexplained_reversal(trail) if monitors else None
+    if extremum is not None:
+        trail.end = endings.contradicted(trail, extremum)
     return trail
 
 
@@ -183,6 +198,9 @@ def _extend(trail: Trail[P], point: P, monitors: Sequence[Monitor[P]]) -> None:
     # Nothing is kept unless all of it was found.
     last = stretch.point.arclength
     within = [item for item in found if item.point.arclength <= last]
+    directions = 0 if stretch.leaves or not monitors else len(trail.curve.odd)
+    if goes_back(stretch.before, stretch.point, within, directions):
+        raise LostCurveError("the curve goes back from one point to the next")
     trail.found += sorted(within, key=lambda item: item.point.arclength)
     if not stretch.empty:
         trail.points.append(stretch.point)

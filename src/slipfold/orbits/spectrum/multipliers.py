@@ -43,10 +43,10 @@ class Multipliers:
     def values(self, part: Linearisation) -> Values:
         """Return the eigenvalues of the matrix that is watched, largest modulus first.
 
-        Of many factors beside a large one the product keeps no digits of the others.
+        Beside a large one the product keeps no digits of the others.
         """
         values = floquet_multipliers(part.monodromy)
-        if len(part.blocks) > MANY and len(values) > 1 and not abs(values[0]) < LARGE:
+        if len(values) > 1 and not abs(values[0]) < LARGE:
             return product_eigenvalues(self.factors(part))
         return values
 
