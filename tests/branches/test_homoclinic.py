@@ -117,3 +117,65 @@ def test_cycles_that_cannot_be_followed_any_nearer_say_where_they_lead():
     assert [end.kind for end in ends] == ["homoclinic"] * 2
     assert not diagram.failed
     assert ends[0].value == pytest.approx(13.926557, abs=1e-3)
+
+
+CHUA = {
+    "name": "Chua",
+    "parameters": {"alpha": 6.5, "beta": 14.3, "K": 10, "a0": -1 / 7, "a1": 2 / 7},
+    "formulas": {
+        "up": "2*(x + 1)*atan(K*(x + 1))/pi",
+        "down": "2*(x - 1)*atan(K*(x - 1))/pi",
+        "h": "a1*x + (a0 - a1)*(up - down)/2",
+    },
+    "states": {
+        "x": {"rate": "alpha*(y - h)", "start": 1.5},
+        "y": "x - y + z",
+        "z": {"rate": "-beta*y", "start": -1.5},
+    },
+}
+"""Chua's circuit as in AUTO-07p's demo chu."""
+
+
+def assert_each_turn_is_a_fold(branch):
+    values = branch.parameter
+    steps = np.diff(values)
+    turns = np.flatnonzero(steps[:-1] * steps[1:] < 0) + 1
+    folds = [item.value for item in branch.special if item.type == "LP"]
+    for i in turns:  # of the same side of the swing, and no farther out than the fold
+        assert any(
+            min(abs(values[i] - fold), 1e-9) <= 1e-9 + abs(values[i + 1] - values[i - 1])
+            and (fold - values[i]) * (values[i] - values[i - 1]) >= 0
+            for fold in folds
+        )
+    assert len(folds) >= len(turns)
+
+
+def test_every_turn_of_a_branch_that_snakes_is_a_fold():
+    settings = sf.Settings(largest_period=1)
+    diagram = sf.response(sf.System(CHUA), vary="alpha", span=(6.5, 16), settings=settings)
+    cycles = diagram.branches[1]
+    assert_each_turn_is_a_fold(cycles)
+    folds = [item.value for item in cycles.special if item.type == "LP"]
+    apart = np.abs(np.diff(folds))
+    assert len(folds) >= 6
+    # Each turn is shorter by the same factor (Kuznetsov, section 6.4).
+    assert apart[2:] / apart[1:-1] == pytest.approx(apart[-1] / apart[-2], abs=0.05)
+    assert cycles.stopped.kind == "homoclinic"
+    assert "is not followed" in cycles.stopped.reason
+    assert len(cycles) < 150
+
+
+@pytest.mark.long
+def test_the_symmetric_branch_of_a_circuit_turns_nine_times():
+    # AUTO-07p on its demo tor: LP at nu = -0.796906, where a branch point lies 5e-4 away.
+    circuit = sf.built_in_models()["freire"]()
+    settings = sf.Settings(largest_period=1)
+    diagram = sf.response(circuit, vary="n", span=(-0.9, -0.55), settings=settings)
+    cycles = diagram.branches[1]
+    assert_each_turn_is_a_fold(cycles)
+    folds = [item.value for item in cycles.special if item.type == "LP"]
+    assert len(folds) >= 1 + 9
+    assert folds[4] == pytest.approx(-0.796906, abs=5e-6)
+    crossings = [item.value for item in cycles.special if item.type == "BP"]
+    assert crossings[1:] == pytest.approx(folds[1:], abs=1e-4)
+    assert not diagram.failed

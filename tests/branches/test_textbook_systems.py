@@ -71,8 +71,9 @@ def test_doubling_of_the_damped_mathieu_equation(w, h, g):
     assert child.period == 2
     assert child.parent == 1
     assert main.special[0].leads_to == child.id
-    # The cubic term decides to which side the doubled orbits go.
-    side = np.sign(child.parameter[3] - h)
+    # The cubic term decides to which side the doubled orbits go, at first: where it nearly
+    # vanishes they turn round after 5e-3 of arclength.
+    side = np.sign(child.parameter[1] - h)
     assert (main.special[0].criticality == "supercritical") == (side > 0)
 
 

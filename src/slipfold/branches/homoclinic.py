@@ -9,11 +9,12 @@ from numpy.typing import NDArray
 
 from slipfold.branches.stops import STANDS_STILL
 from slipfold.continuation.end import End
+from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Sight, Stop, Stretch
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
-__all__ = ["Homoclinic", "nears_homoclinic"]
+__all__ = ["Homoclinic", "nears_homoclinic", "snakes_about"]
 
 Array = NDArray[np.float64]
 
@@ -38,6 +39,10 @@ APPROACHES = 20
 STANDS = 1e-3
 """Change of the parameter, in spans, over that of the duration, in first durations, below which the
 parameter has as good as come to its end."""
+
+SNAKES = 1e-5
+"""Distance of two folds in a row, in spans, below which a branch has as good as come to its end:
+beside a saddle-focus there is one fold after the other, each nearer than the last."""
 
 
 class Homoclinic:
@@ -64,6 +69,14 @@ class Homoclinic:
                 f"at {value:.9g}: the cycle nears a homoclinic orbit",
                 (value,),
             )
+        elif self._snakes(stretch) and _passes_saddle(points[-1]):
+            end = End(
+                "homoclinic",
+                f"the last two folds lie within {SNAKES:g} of the span of each other, at "
+                f"{orbits.vary} = {value:.7g}: the cycle nears a homoclinic orbit, about which the "
+                "branch turns without end",
+                (value,),
+            )
         elif growth > self._largest and (appear := _saddle_node(points)) is not None:
             end = End(
                 "homoclinic",
@@ -82,6 +95,34 @@ class Homoclinic:
         else:
             return Sight()
         return Sight(stop=Stop(stretch.point, end))
+
+    def _snakes(self, stretch: Stretch[OrbitPoint]) -> bool:
+        """Whether folds of ever longer cycles lie ever closer together."""
+        folds = [item.point for item in stretch.trail.found if item.type == "LP"][-2:]
+        if not self._orbits.free_phase or len(folds) < 2:
+            return False
+        before, last = (point.z[-2] * point.curve.units[-2] for point in folds)
+        return bool(before < last and abs(folds[1].z[-1] - folds[0].z[-1]) < SNAKES)
+
+
+def snakes_about(
+    found: Sequence[Found[OrbitPoint]], begun: End | None, stopped: End | None
+) -> list[float]:
+    """Return about which values, in spans, a branch turns at its ends, each time by less.
+
+    Beside a saddle-focus it does so without end (Shilnikov; Kuznetsov, section 6.4).
+    """
+    folds = [float(item.point.z[-1]) for item in found if item.type == "LP"]
+    return (
+        [
+            last
+            for end, (last, before, *rest) in ((begun, folds[:3]), (stopped, folds[:-4:-1]))
+            if end is not None and end.kind == "homoclinic"
+            if rest and abs(last - before) < abs(before - rest[0])
+        ]
+        if len(folds) > 2
+        else []
+    )
 
 
 def nears_homoclinic(orbits: Orbits, points: Sequence[OrbitPoint]) -> str:

@@ -25,6 +25,9 @@ class Settings(Stepping):
     largest_period
         Doubled branches are followed up to this period, in forcing periods. With zero no cycles
         of an autonomous model are followed, but equilibria alone.
+    snaking_period
+        The same for branches that leave one which snakes towards a homoclinic orbit, and so has
+        infinitely many doublings.
     largest_duration
         A branch of cycles ends where one round lasts this many times as long as at its first point.
         Near a homoclinic orbit the duration grows without bound; then eight segments of equal time
@@ -45,6 +48,7 @@ class Settings(Stepping):
     """
 
     largest_period: int = 8
+    snaking_period: int = 2
     largest_duration: float = 100.0
     discretisation: str = "automatic"
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.closed_branches import SAME_ORBIT, Birth
+from slipfold.branches.homoclinic import snakes_about
 from slipfold.branches.method import method_for
 from slipfold.branches.settings import Settings
 from slipfold.continuation.atlas import Chart, Start
@@ -26,6 +27,11 @@ SAME_VALUE = 1e-7
 """Two branch points this close in the parameter, in spans, may be one."""
 
 
+TAIL = 0.01
+"""Distance, in spans, from the value about which a branch snakes, within which nothing is followed
+that begins on it: at every turn the same branches begin, on an ever smaller scale."""
+
+
 @dataclass(frozen=True, eq=False)
 class Junction(Start[OrbitPoint]):
     """A special point of a known branch at which another branch begins."""
@@ -38,13 +44,18 @@ def junctions_on(chart: Chart[OrbitPoint], settings: Settings) -> list[Junction]
     """Return the places of a branch at which others begin.
 
     What may end at a place of birth is followed once those are known: equilibria before cycles,
-    orbits before those of longer period.
+    orbits before those of longer period. Of a branch that snakes to a homoclinic orbit, which has
+    infinitely many, those near its end are left out, and so are longer periods.
     """
-    junctions = []
-    for found in chart.trail.found:
-        orbits = found.point.curve
+    junctions, trail = [], chart.trail
+    about = snakes_about(trail.found, chart.begun, trail.end)
+    largest = min(settings.largest_period, settings.snaking_period if about else np.inf)
+    for found in trail.found:
+        orbits, left = found.point.curve, [abs(found.point.z[-1] - value) for value in about]
+        if min(left, default=np.inf) < TAIL:
+            continue
         try:
-            birth = _birth(orbits, found, settings)
+            birth = _birth(orbits, found, settings, largest)
         except BREAKDOWNS:  # nothing can be followed from there; the point itself is kept
             continue
         if birth is None:
@@ -56,17 +67,24 @@ def junctions_on(chart: Chart[OrbitPoint], settings: Settings) -> list[Junction]
         junctions.append(
             Junction(curve, both, rank, True, chart.number, found, orbits=orbits, birth=birth)
         )
+    if about and trail.end is not None:
+        reason = (
+            f"{trail.end.reason}; what begins within {TAIL:g} of the span of that value, at one "
+            f"turn after the other, is not followed (a narrower span shows it), and no period "
+            f"above {largest:g}"
+        )
+        trail.end = replace(trail.end, reason=reason)
     return junctions
 
 
-def _birth(orbits: Orbits, found: Found, settings: Settings) -> Birth | None:
+def _birth(orbits: Orbits, found: Found, settings: Settings, largest: float) -> Birth | None:
     if found.type == "BP" and found.other is not None:
         return Birth(orbits, _other_branch(found, found.other))
     cycles = settings.largest_period > 0
     if isinstance(orbits, Equilibria) and found.type == "HB" and cycles:
         method = partial(method_for, settings)
         return _born(cycle_of_no_amplitude(orbits, found.point.z, method), found.point)
-    if found.type == "PD" and 2 * orbits.period <= settings.largest_period:
+    if found.type == "PD" and 2 * orbits.period <= largest:
         return _born(passed_twice(orbits, found.point.z), found.point)
     return None
 

@@ -36,7 +36,7 @@ def parse_settings(
         steps = replace(steps, points=parse_whole(max_points, "--max-points"))
     if largest_period is not None:
         whole = parse_whole(largest_period, "--largest-period")
-        settings = replace(settings, largest_period=whole)
+        settings = replace(settings, largest_period=whole, snaking_period=whole)
     if discretisation is not None:
         settings = replace(settings, discretisation=discretisation)
     return replace(settings, newton=newton, steps=steps)

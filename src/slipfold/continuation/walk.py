@@ -218,6 +218,9 @@ def _measure(
     known = values, point.values, curve.noise, coarse
     drifted = 0.0 if len(recent) == 1 else float(drift(errors, *known))  # of one nothing is known
     measures = Measures.of(correction.distance, angle, drifted, settings.steps.turn, coarse)
+    if measures.follows_tests and measures.error < STRAIGHT:
+        errors = _without_jumps(errors, values, point.values)
+        measures = replace(measures, drift=float(drift(errors, *known)))
     if not measures.follows_tests:
         return measures
     # How they are foreseen better, and whether they matter, takes longer to see.
@@ -227,3 +230,16 @@ def _measure(
         lines = LINES * min(1.0, measures.error / STRAIGHT)
         drifted = max(float(drift(errors, *known)), lines * drifted)
     return replace(measures, drift=min(drifted, contraction_drift(recent, point) / coarse))
+
+
+def _without_jumps(errors: Array, values: Array, actual: Array) -> Array:
+    """Return the errors of expected test functions, of those that jump from sign to sign none.
+
+    Where the curve is as good as straight, but multipliers pass the unit circle within a small part
+    of a step, no shorter step foresees that. The jump is located anyway, as all changes of sign
+    are; after it what was there before tells nothing.
+    """
+    last = values[-1]
+    jumped = ((values > 0) != (last > 0)).any(axis=0)
+    errors = np.where(jumped, np.abs(actual - last), errors)
+    return np.where((last > 0) != (actual > 0), 0.0, errors)
