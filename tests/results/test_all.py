@@ -14,10 +14,8 @@ from slipfold.results import load as load_module
 from slipfold.results.labelled_table import LabelledTable, read_netcdf
 from slipfold.results.load import load
 
-LATER = {"uncertainty"}
 
-
-@pytest.fixture(scope="module", params=[name for name in MADE if name not in LATER])
+@pytest.fixture(scope="module", params=list(MADE))
 def result(request):
     return MADE[request.param]()
 

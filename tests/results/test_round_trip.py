@@ -1,5 +1,7 @@
 """What is saved is what is loaded, number for number; what slipfold did not save is refused."""
 
+import sys
+
 import h5netcdf
 import numpy as np
 import pytest
@@ -131,6 +133,20 @@ def test_any_numbers_and_words(tmp_path_factory, branch, last, largest_period):
     path = tmp_path_factory.mktemp("any") / "result.nc"
     diagram.save(path)
     assert_same_diagram(diagram, load(path))
+
+
+def test_what_is_loaded_integrates_nothing_for_summaries_and_files(tmp_path, monkeypatch):
+    path = saved(tmp_path, made_diagram())
+
+    def refuse(*given):
+        raise AssertionError("a loaded result integrated an orbit")
+
+    for module in ("slipfold.branches.branch", "slipfold.orbits.periodic_orbit"):
+        monkeypatch.setattr(sys.modules[module], "find_extrema", refuse)
+    copy = load(path)
+    copy.summary()
+    copy.save(path)
+    copy.to_csv(tmp_path / "x.csv")
 
 
 def test_dataset_is_labelled():

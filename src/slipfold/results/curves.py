@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 
 from slipfold.continuation.end import End
 from slipfold.models.model import Model
-from slipfold.results.column import COMPLEX, REAL, TEXT, WHOLE, Axes, Column
+from slipfold.results.fields import COMPLEX, REAL, TEXT, WHOLE, Axes, Column, Table, axes_of
 from slipfold.results.frame import Frame, frame_of, joined
 from slipfold.results.labelled_table import Variable
 from slipfold.results.saved_table import SavedTable
-from slipfold.results.table import Table, axes_of
 
 __all__ = ["LASTING", "Curves", "sticking"]
 

@@ -19,16 +19,15 @@ from slipfold.drawing import draw
 from slipfold.long_term.branch_search import BranchSearch
 from slipfold.models.model import Model
 from slipfold.orbits.extrema import Extrema
-from slipfold.results.column import REAL, TEXT, WHOLE, Column
 from slipfold.results.curves import Curves, sticking
 from slipfold.results.diagram_summary import DiagramSummary
+from slipfold.results.fields import REAL, TEXT, WHOLE, Column, axes_of, meaning_of
 from slipfold.results.frame import Frame
 from slipfold.results.labelled_table import Variable
 from slipfold.results.motions.torus_table import Tori, torus_sentence
 from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
 from slipfold.results.saved_table import SavedTable
-from slipfold.results.table import axes_of, meaning_of
 from slipfold.text.one_line import listed
 from slipfold.text.stability import outside
 from slipfold.tori.torus_branch import TorusBranch
@@ -89,7 +88,7 @@ class Branches:
         )
         branches = []
         for fields, found in curves.read(saved, axes_of(model)):
-            special = tuple(_special(model, vary, own) for _, own in found)
+            special = tuple(_special(model, vary, outputs, own) for _, own in found)
             branches.append(_branch(model, vary, outputs, fields | {"special": special}))
         return tuple(branches)
 
@@ -309,8 +308,8 @@ def _curves(model: Model, vary: str, *, sticks: bool, differentiated: bool) -> C
             Column("leads_to", WHOLE, "branch begun, 0: none", optional=True, record=True,
                    head=None),
             *(
-                Column(which, REAL, about, None, ("output",), get=partial(_reached, which),
-                       derived=True, head=which[:3])
+                Column(f"extrema.{which}", REAL, about, None, ("output",), head=which[:3],
+                       get=partial(_reached, which), name=f"special_{which}")
                 for which, about in reached.items()
             ),
             *sticking(sticks, lambda point: point.stuck_fraction, point=True),
@@ -373,7 +372,10 @@ def _branch(model: Model, vary: str, names: tuple[str, ...], fields: dict[str, A
     return branch
 
 
-def _special(model: Model, vary: str, fields: dict[str, Any]) -> SpecialPoint:
+def _special(
+    model: Model, vary: str, names: tuple[str, ...], fields: dict[str, Any]
+) -> SpecialPoint:
+    reached = {which: values[None] for which, values in fields.pop("extrema").items()}
     if "gradients" in fields:
         found = {
             name: float(fields["gradients"][model.parameter_index(name)])
@@ -383,4 +385,6 @@ def _special(model: Model, vary: str, fields: dict[str, Any]) -> SpecialPoint:
     changes = {vary: fields["value"]}
     if not model.forced:
         changes["duration"] = fields.pop("model_duration")
-    return SpecialPoint(model=model.replace(**changes), vary=vary, **fields)
+    point = SpecialPoint(model=model.replace(**changes), vary=vary, **fields)
+    vars(point.orbit)["extrema"] = Extrema(names, **reached)
+    return point

@@ -4,32 +4,258 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
+from operator import attrgetter
 from typing import Any, ClassVar, Protocol, cast, get_args, get_origin, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.models.model import Model
+from slipfold.models.output import Output
 from slipfold.models.parameter import Parameter, State
-from slipfold.results.column import COMPLEX, REAL, TEXT, TRUTH, WHOLE, Column, Kind
 from slipfold.results.labelled_table import Variable
 from slipfold.results.plain_data import types_of
 from slipfold.results.saved_table import SavedTable
-from slipfold.results.table import Table, axes_of, meaning_of
+from slipfold.text.one_line import headed
 
 __all__ = [
-    "Declared",
-    "Field",
-    "Items",
-    "Labels",
-    "Part",
-    "axis",
-    "bound",
+    "COMPLEX", "REAL", "TEXT", "TRUTH", "WHOLE", "Axes", "Column", "Declared", "Field", "Items",
+    "Kind", "Labels", "Part", "Table", "axes_of", "axis", "bound", "meaning_of", "names",
     "parts_of",
-]
+]  # fmt: skip
+
+Axes = Mapping[str, Sequence[str]]
+"""What stands along each dimension, in words with units."""
+
+
+WITH_UNITS = frozenset({
+    "state", "output", "parameter", "by_parameter", "quantity", "fitted", "chosen", "scattered",
+})  # fmt: skip
+"""Dimensions whose labels have units, in a variable of their own."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What values are, and what stands where there is none."""
+
+    type: type
+    missing: Any
+
+
+TEXT, WHOLE, TRUTH = Kind(np.str_, ""), Kind(np.int64, 0), Kind(np.bool_, False)
+REAL, COMPLEX = Kind(np.float64, np.nan), Kind(np.complex128, np.nan)
+
+
+@dataclass(frozen=True)
+class Column:
+    """A field of the items of a table."""
+
+    key: str
+    """Attribute of an item, argument of its class, and key in records; dots lead inside."""
+    kind: Kind = REAL
+    meaning: str = ""
+    """What it is; without one, it is not among the arrays."""
+    unit: str | None = None
+    """Empty for a number; None where other columns say the unit, or there can be none."""
+    dimensions: tuple[str, ...] = ()
+    """Those of one value."""
+    get: Callable[[Any], Any] | None = None
+    """Returns the value from an item, instead of the attribute."""
+    name: str | None = None
+    """Name of the variable, instead of the key behind the prefix of the table."""
+    label: bool = False
+    """Whether it labels rows rather than holds results."""
+    derived: bool = False
+    """Whether it follows from others, so that nothing is made from it."""
+    optional: bool = False
+    """Whether what is missing is None."""
+    record: bool = False
+    """Whether it is in records."""
+    head: str | None = "{}"
+    """Heading in tables, where ``{}`` is the name of the variable; None: not there."""
+
+    def of(self, item: Any) -> Any:
+        """Return the value of an item."""
+        return (self.get or attrgetter(self.key))(item)
+
+    def values(self, items: Sequence[Any], axes: Axes, own: int = 0) -> NDArray[Any]:
+        """Return the values of all items, one behind the other; shorter ones are filled up.
+
+        Shapes: values (n_rows, ...). An item has `own` axes of rows itself, or is a row.
+        """
+        missing = self.kind.missing
+        found = [missing if (value := self.of(item)) is None else value for item in items]
+        parts: list[NDArray[Any]] = [np.asarray(value, self.kind.type) for value in found]
+        if not own:
+            parts, own = [part[None] for part in parts], 1
+        shape = [
+            max([len(axes.get(name, ())), *(part.shape[axis] for part in parts)])
+            for axis, name in enumerate(self.dimensions, own)
+        ]
+        if not parts:
+            return np.empty((0, *shape), self.kind.type)
+        return np.concatenate([_filled(part, own, shape, missing) for part in parts])
+
+    def variables(
+        self, name: str, dimensions: tuple[str, ...], values: NDArray[Any]
+    ) -> dict[str, Variable]:
+        """Return its variable by name."""
+        along = (*dimensions, *self.dimensions)
+        unit = self.unit
+        if unit is None and self.kind in (REAL, COMPLEX) and WITH_UNITS & {*along[-1:]}:
+            unit = f"see {along[-1]}_units"
+        attributes = {"long_name": self.meaning, "units": unit or "1"}
+        head = None if self.head is None else self.head.format(name)
+        return {name: Variable(along, values, attributes, self.label, head)}
+
+    def stored(
+        self, name: str, dimensions: tuple[str, ...], saved: SavedTable, axes: Axes
+    ) -> NDArray[Any]:
+        """Return all values in a file, in the shape that they should have."""
+        values = saved.complex(name) if self.kind is COMPLEX else saved.columns[name]
+        along = (*dimensions, *self.dimensions)
+        known = {axis: len(axes[each]) for axis, each in enumerate(along) if each in axes}
+        if len(along) != values.ndim or any(values.shape[k] != n for k, n in known.items()):
+            raise ValueError(f"{name} has the shape {values.shape}")
+        return values
+
+    def item(self, value: Any) -> Any:
+        """Return one value out of a file as items hold it."""
+        if not self.dimensions:
+            single = value.item()
+            empty = single == self.kind.missing or single != single
+            return None if self.optional and empty else single
+        if self.dimensions in (("parameter",), ("bound",)):
+            return tuple(value.tolist())
+        return tuple(value[value != 0].tolist()) if self.kind is WHOLE else value
+
+
+def _filled(part: NDArray[Any], own: int, shape: Sequence[int], missing: Any) -> NDArray[Any]:
+    """Fill up a part along all axes but its own."""
+    short = [(0, size - had) for size, had in zip(shape, part.shape[own:], strict=True)]
+    if not any(after for _, after in short):
+        return part
+    return np.pad(part, [(0, 0)] * own + short, constant_values=missing)
+
+
+@dataclass(frozen=True)
+class Table:
+    """What is said of items of one kind."""
+
+    dimensions: tuple[str, ...]
+    """Along which the items stand, e.g. ``("point",)``."""
+    columns: tuple[Column, ...]
+    prefix: str = ""
+    """What names of variables begin with."""
+    owner: tuple[str, str] | None = None
+    """What the items belong to, and how: a column of its numbers goes in front."""
+    joined: bool = False
+    """Whether an item has many rows, such as the points of a branch."""
+
+    def variables(
+        self, items: Iterable[Any], axes: Axes, owners: Iterable[int] = ()
+    ) -> dict[str, Variable]:
+        """Return the arrays of items, and which belongs to what."""
+        rows = list(items)
+        found: dict[str, Variable] = {}
+        if self.owner is not None:
+            numbers = np.array(list(owners), np.int64)
+            if self.joined:
+                numbers = np.repeat(numbers, [len(item) for item in rows])
+            owner = Column("", WHOLE, self.owner[1], "", label=True, head=self.owner[0])
+            found |= owner.variables(self._owner_name, self.dimensions, numbers)
+        for column in self.columns:
+            if column.meaning:
+                values = column.values(rows, axes, self.own)
+                head = None if column.head is None else column.head.format(column.key)
+                told = replace(column, head=head)
+                found |= told.variables(self._name(column), self.dimensions, values)
+        return found
+
+    def record(self, item: Any) -> dict[str, Any]:
+        """Return what records hold of an item."""
+        return nested({column.key: column.of(item) for column in self.columns if column.record})
+
+    def count(self, saved: SavedTable) -> int:
+        """Return how many items there are in a file."""
+        name = next(self._name(column) for column in self.columns if column.meaning)
+        return len(saved.columns[name])
+
+    def rows(self, saved: SavedTable) -> Mapping[int, NDArray[np.int64]]:
+        """Return which rows in a file belong to what."""
+        return saved.rows(self.dimensions[0], self._owner_name)
+
+    def read(self, saved: SavedTable, axes: Axes, rows: Any) -> dict[str, Any]:
+        """Return the fields of the item in a row of a file, or in many rows if `joined`."""
+        found = {}
+        for column in self.columns:
+            if column.meaning and not column.derived:
+                values = column.stored(self._name(column), self.dimensions, saved, axes)[rows]
+                found[column.key] = values if self.joined else column.item(values)
+        return nested(found)
+
+    def _name(self, column: Column) -> str:
+        return column.name or self.prefix + column.key
+
+    @property
+    def own(self) -> int:
+        """Axes of rows that an item itself has."""
+        return len(self.dimensions) if self.joined else 0
+
+    @property
+    def _owner_name(self) -> str:
+        assert self.owner is not None
+        return f"{self.owner[0]}_of_{self.dimensions[0]}"
+
+
+def nested(flat: dict[str, Any]) -> dict[str, Any]:
+    """Return values by keys with dots as dictionaries inside of each other.
+
+    >>> nested({"id": 1, "begun.kind": "span", "begun.value": 0.5})
+    {'id': 1, 'begun': {'kind': 'span', 'value': 0.5}}
+    """
+    found: dict[str, Any] = {}
+    for key, value in flat.items():
+        *outer, last = key.split(".")
+        place = found
+        for name in outer:
+            place = place.setdefault(name, {})
+        place[last] = value
+    return found
+
+
+def names(dimension: str, items: Iterable[Parameter | State | Output]) -> dict[str, Variable]:
+    """Return the labels of a dimension along which quantities stand: name, unit, meaning."""
+    columns = (
+        Column("name", TEXT, f"name of the {dimension}", name=dimension, label=True),
+        Column("unit", TEXT, f"unit of the {dimension}, empty for a number",
+               name=f"{dimension}_units", label=True),
+        Column("doc", TEXT, f"meaning of the {dimension}",
+               name=f"{dimension}_long_name", label=True),
+    )  # fmt: skip
+    return Table((dimension,), columns).variables(items, {})
+
+
+def axes_of(model: Model, vary: Sequence[str] = (), nodes: int = 0) -> dict[str, list[str]]:
+    """Return what stands along the dimensions that results share."""
+    states = [headed(item) for item in model.states]
+    found = {
+        "state": states,
+        "output": [*states, *(headed(item) for item in model.outputs())],
+        "multiplier": [str(number) for number in range(1, len(states) + 1)],
+        "by_parameter": [headed(item) for item in model.parameters],
+        "parameter": [headed(model.parameter(name)) for name in vary],
+    }
+    return found | ({"node": [""] * nodes} if nodes else {})
+
+
+def meaning_of(parameter: Parameter) -> str:
+    """Return what the values of a parameter are."""
+    return f"{parameter.name}: {parameter.doc}" if parameter.doc else parameter.name
+
 
 REFERENCE = re.compile(r"\{(\w+)(?:\[(\d)\])?\}")
 """Reference to a parameter or state by the attribute that names it: ``{vary}``, ``{axes[0]}``."""

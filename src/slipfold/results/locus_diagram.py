@@ -18,9 +18,19 @@ from slipfold.loci.locus import Locus, LocusPoint, hopf_duration
 from slipfold.loci.region_map import RegionMap
 from slipfold.loci.window import Window
 from slipfold.models.model import Model
-from slipfold.results.column import COMPLEX, REAL, TEXT, WHOLE, Column
 from slipfold.results.criticality import criticalities, point_criticality
 from slipfold.results.curves import LASTING, Curves, sticking
+from slipfold.results.fields import (
+    COMPLEX,
+    REAL,
+    TEXT,
+    WHOLE,
+    Column,
+    Table,
+    axes_of,
+    meaning_of,
+    names,
+)
 from slipfold.results.frame import Frame
 from slipfold.results.labelled_table import Variable
 from slipfold.results.locus_summary import LocusSummary
@@ -28,7 +38,6 @@ from slipfold.results.provenance import Provenance
 from slipfold.results.regions import Regions
 from slipfold.results.result import Result
 from slipfold.results.saved_table import SavedTable
-from slipfold.results.table import Table, axes_of, meaning_of, names
 from slipfold.text.one_line import capitalised, listed
 
 __all__ = ["LabelledLocus", "LocusDiagram"]

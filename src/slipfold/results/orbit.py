@@ -12,13 +12,12 @@ from slipfold.models.output import Output
 from slipfold.models.parameter import State
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
-from slipfold.results.column import COMPLEX, Column
+from slipfold.results.fields import COMPLEX, Column, Table, axes_of, names
 from slipfold.results.frame import frame_of
 from slipfold.results.labelled_table import LabelledTable
 from slipfold.results.provenance import provenance
 from slipfold.results.result import described
 from slipfold.results.saved_table import SavedTable
-from slipfold.results.table import Table, axes_of, names
 
 __all__ = ["SCHEMA", "SavedOrbit", "orbit_csv", "orbit_table"]
 

@@ -7,10 +7,9 @@ from typing import Any
 
 from slipfold.loci.region_map import Region, RegionCheck, RegionMap, RegionMotion
 from slipfold.models.model import Model
-from slipfold.results.column import TEXT, TRUTH, WHOLE, Column
+from slipfold.results.fields import TEXT, TRUTH, WHOLE, Column, Table, axes_of, meaning_of
 from slipfold.results.labelled_table import Variable
 from slipfold.results.saved_table import SavedTable
-from slipfold.results.table import Table, axes_of, meaning_of
 
 __all__ = ["Regions"]
 
@@ -50,9 +49,9 @@ REGIONS = Table(
         Column("stable", WHOLE, "periods of the stable responses, 0: no more", "", ("stable",),
                record=True),
         Column("sticking", WHOLE, "periods of those that stick, 0: no more", "", ("sticking",),
-               late=True, record=True),
+               record=True),
         Column("stuck", meaning="least and largest share of the time in which those stick", unit="",
-               dimensions=("bound",), late=True, record=True),
+               dimensions=("bound",), record=True),
         Column("name", TEXT, record=True),
         Column("known", TRUTH, record=True),
         Column("share", meaning="share of the area of the window", unit="", record=True),

@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.models.model import Model
-from slipfold.results.column import REAL, TEXT, WHOLE, Column
 from slipfold.results.diagram import Diagram
-from slipfold.results.fields import Field, Items, Labels
+from slipfold.results.fields import REAL, TEXT, WHOLE, Column, Field, Items, Labels
 from slipfold.results.frame import Frame, frame_of
 from slipfold.results.labelled_table import LabelledTable, Variable
 from slipfold.results.provenance import Provenance

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
@@ -17,14 +16,13 @@ from slipfold.models.model import Model
 from slipfold.models.output import Output
 from slipfold.models.parameter import Parameter, State
 from slipfold.read_only import ReadOnly
-from slipfold.results.fields import Part, bound, parts_of
+from slipfold.results.fields import Part, bound, names, parts_of
 from slipfold.results.frame import Frame, frame_of
 from slipfold.results.labelled_table import LabelledTable, Variable
 from slipfold.results.model_record import scales_record, structure_record
 from slipfold.results.plain_data import decoded, encoded, finite, types_of
 from slipfold.results.provenance import Provenance
 from slipfold.results.saved_table import SavedTable
-from slipfold.results.table import names
 from slipfold.results.writing import write_file
 from slipfold.text.one_line import OneLine
 
@@ -95,11 +93,6 @@ class Result(OneLine, ReadOnly, ABC):
         pandas.DataFrame
             Units are in ``attrs["units"]``.
         """
-        if type(self)._csv is not Result._csv:  # those whose fields are not declared yet
-            import pandas
-
-            found: pandas.DataFrame = pandas.read_csv(io.StringIO(self._csv()))
-            return found
         return self._frame().to_dataframe()
 
     def save(self, path: str | Path) -> None:

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.settings import Newton, Settings, Steps
 from slipfold.checks.checked import Checked
 from slipfold.models.model import Model
 from slipfold.results.labelled_table import LabelledTable
@@ -51,13 +50,6 @@ class SavedTable:
         """What was computed again; files of earlier versions lack it."""
         text = self.attributes.get("checked")
         return None if text is None else Checked.from_json(json.loads(str(text)))
-
-    @property
-    def settings(self) -> Settings:
-        """Options of continuation."""
-        rest = dict(self.given["settings"])
-        newton, steps = Newton(**rest.pop("newton")), Steps(**rest.pop("steps"))
-        return Settings(newton=newton, steps=steps, **rest)
 
     def rows(self, dimension: str, owner: str) -> Mapping[int, NDArray[np.int64]]:
         """Return which rows along a dimension belong to what; some have none."""

@@ -17,8 +17,7 @@ from slipfold.flow.switched.mode_equations import contacts_of
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
-from slipfold.results.column import WHOLE
-from slipfold.results.fields import Field
+from slipfold.results.fields import WHOLE, Field
 from slipfold.results.frame import Frame
 from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result

@@ -12,11 +12,9 @@ from slipfold.flow.switched.history import Interval
 from slipfold.flow.switched.mode import Status
 from slipfold.flow.trajectory import Sticking
 from slipfold.models.model import Model
-from slipfold.results.column import REAL, TEXT, WHOLE, Axes, Column
-from slipfold.results.fields import Declared
+from slipfold.results.fields import REAL, TEXT, WHOLE, Axes, Column, Declared, Table
 from slipfold.results.labelled_table import Variable
 from slipfold.results.saved_table import SavedTable
-from slipfold.results.table import Table
 
 __all__ = ["Contacts", "stick_columns", "stick_record", "stick_text"]
 

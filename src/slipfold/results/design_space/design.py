@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from slipfold.drawing import draw
 from slipfold.models.model import Model
-from slipfold.results.column import TEXT
-from slipfold.results.fields import Field
+from slipfold.results.fields import TEXT, Field
 from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
 from slipfold.text.one_line import headed, parameter_text

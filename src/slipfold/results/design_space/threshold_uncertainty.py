@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,14 +15,11 @@ from slipfold.design_space.sobol_indices import SobolIndices
 from slipfold.drawing import draw
 from slipfold.errors import InputError
 from slipfold.models.model import Model
-from slipfold.results.column import REAL, TEXT, Column
-from slipfold.results.design_space.parameter_table import ENDS, INDICES, parameter_table
+from slipfold.results.fields import REAL, TEXT, Column, Field, Items, Table
 from slipfold.results.labelled_table import Variable
 from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
 from slipfold.results.saved_table import SavedTable
-from slipfold.results.sheet import Sheet
-from slipfold.results.table import Table
 from slipfold.text.one_line import headed, parameter_text
 from slipfold.text.printed_table import PrintedTable, with_unit
 
@@ -35,20 +33,52 @@ LEVEL = 0.95
 WAYS = ("samples", "gradients")
 
 
-def _of_samples(model: Model, vary: str) -> Table:
-    """What is said of each sample."""
-    unit = model.parameter(vary).unit
-    columns = (
-        Column("samples", REAL, "values of the parameters", None, ("scattered",),
-               name="sample_values"),
-        Column("thresholds", REAL, "the same special point, even if another bifurcation comes "
-               "before it; NaN: vanished or not found, left out of probabilities",
-               unit, name="threshold"),
-        Column("linear", REAL, "threshold from the gradients", unit, name="linear_threshold",
-               derived=True),
-        Column("reasons", TEXT, "why there is no threshold", name="reason"),
-    )  # fmt: skip
-    return Table(("sample",), columns, joined=True)
+INDICES = {
+    "first": "share of the variance that the parameter accounts for by itself",
+    "total": "share of the variance that the parameter takes part in",
+    "first_error": "half the interval of 95 % confidence of the first index",
+    "total_error": "half the interval of 95 % confidence of the total index",
+}
+
+ENDS = ("low", "high")
+
+SCATTERS = Items("scattered", Scatter, (
+    Column("name", TEXT, "scattered parameter", name="scattered", label=True),
+    Column("kind", TEXT, "normal, uniform or lognormal"),
+    Column("mean", REAL, "value about which it scatters; the median if lognormal"),
+    Column("size", REAL, "standard deviation if normal, half the width if uniform, deviation of "
+           "the logarithm if lognormal"),
+    Column("low", REAL, "least value of it, where it is cut off"),
+    Column("high", REAL, "largest value of it, likewise"),
+), "scatter_")  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Indices:
+    """Sobol's indices as an attribute, which may be None."""
+
+    def names(self, key: str) -> set[str]:
+        """Return the names of the arrays."""
+        return {f"scatter_{name}" for name in INDICES}
+
+    def variables(self, result: Any, key: str) -> dict[str, Variable]:
+        """Return an array for each index."""
+        found: SobolIndices | None = getattr(result, key)
+        columns = (
+            [] if found is None else [Column(name, REAL, INDICES[name], "") for name in INDICES]
+        )
+        return Table(("scattered",), tuple(columns), "scatter_", joined=True).variables([found], {})
+
+    def read(self, saved: SavedTable, result: Any, key: str) -> SobolIndices | None:
+        """Return the indices."""
+        names = [f"scatter_{name}" for name in INDICES]
+        if not set(names) & set(saved.columns):
+            return None
+        values = [saved.columns[name] for name in names]
+        return SobolIndices(tuple(item.name for item in result.scatters), *values)
+
+    def record(self, result: Any, key: str) -> None:
+        """Return nothing: records have them with the parameters."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -112,23 +142,54 @@ class ThresholdUncertainty(Result):
 
     schema = "slipfold.uncertainty/1"
 
+    rows = "sample"
+    recorded = ("type", "vary", "value", "period", "lost", "interrupted", "correlation")
+    arrays = MappingProxyType({
+        "_units": Field("scattered", "unit of the parameter", kind=TEXT, name="scattered_units",
+                        label=True),
+        "linear": Field("sample", "threshold from the gradients", "{vary}",
+                        name="linear_threshold", head="{vary} by gradients"),
+    })  # fmt: skip
+
     model: Model
     type: str
     vary: str
     value: float
     period: int
-    scatters: tuple[Scatter, ...]
-    gradient: Array
-    samples: Array
-    thresholds: Array
-    reasons: NDArray[np.str_]
+    scatters: Annotated[tuple[Scatter, ...], SCATTERS]
+    gradient: Annotated[
+        Array,
+        Field("scattered", "derivative of the threshold by it, in units of the threshold over its",
+              "see scattered_units", name="scatter_gradient"),
+    ]  # fmt: skip
+    correlation: Annotated[
+        Array,
+        Field("scattered other", "correlation with each of the other parameters", "",
+              name="scatter_correlation"),
+    ]  # fmt: skip
+    samples: Annotated[
+        Array, Field("sample scattered", "values of the parameters", name="sample_values", head="")
+    ]
+    thresholds: Annotated[
+        Array,
+        Field("sample", "the same special point, even if another bifurcation comes before it; NaN: "
+              "vanished or not found, left out of probabilities", "{vary}", name="threshold",
+              head="{vary}"),
+    ]  # fmt: skip
+    reasons: Annotated[
+        NDArray[np.str_],
+        Field("sample", "why there is no threshold", name="reason", head="no threshold"),
+    ]
     seed: int
     loads: tuple[float, ...]
-    correlation: Array
-    indices: SobolIndices | None
+    indices: Annotated[SobolIndices | None, Indices()]
     no_indices: str
     interrupted: bool
     provenance: Provenance
+
+    @property
+    def _units(self) -> list[str]:
+        return [self.model.parameter(item.name).unit for item in self.scatters]
 
     @property
     def linear(self) -> Array:
@@ -363,54 +424,15 @@ class ThresholdUncertainty(Result):
         at = parameter_text(self.model.parameter(self.vary), self.value)
         return f"scatter of {self.type} of {self.model.name} at {at}"
 
-    def _given(self) -> dict[str, Any]:
-        return {
-            "seed": self.seed,
-            "loads": list(self.loads),
-            "correlation": self.correlation.tolist(),
-        }
-
-    def _attributes(self) -> dict[str, Any]:
-        return {
-            "type": self.type,
-            "vary": self.vary,
-            "value": self.value,
-            "period": self.period,
-            "no_indices": self.no_indices,
-            "interrupted": int(self.interrupted),
-        }
-
-    def _items(self) -> list[Any]:
-        """What is known of each parameter."""
-        return [
-            _Scattered(
-                **asdict(item),
-                gradient=float(self.gradient[place]),
-                **self._indices(place),
-            )
-            for place, item in enumerate(self.scatters)
-        ]
-
     def _indices(self, place: int) -> dict[str, Any]:
         """What indices say of a parameter."""
         found = self.indices
         return {} if found is None else {key: float(getattr(found, key)[place]) for key in INDICES}
 
-    def _variables(self) -> dict[str, Variable]:
-        axes = {"scattered": [item.name for item in self.scatters]}
-        table = parameter_table(self.indices is not None, self._cut)
-        rows = _of_samples(self.model, self.vary)
-        return table.variables(self._items(), axes) | rows.variables([self], axes)
-
     def _record(self) -> dict[str, Any]:
         return {
-            "type": self.type,
-            "vary": self.vary,
-            "value": self.value,
-            "period": self.period,
+            **super()._record(),
             "samples": len(self.samples),
-            "lost": self.lost,
-            "interrupted": self.interrupted,
             "no_indices": self.no_indices or None,
             "level": LEVEL,
             **{
@@ -424,7 +446,6 @@ class ThresholdUncertainty(Result):
                 }
                 for way in WAYS
             },
-            "correlation": self.correlation,
             "scatter": {
                 item.name: {
                     "kind": item.kind,
@@ -438,60 +459,6 @@ class ThresholdUncertainty(Result):
                 for place, item in enumerate(self.scatters)
             },
         }
-
-    def _csv(self) -> str:
-        axes = {"scattered": [headed(self.model.parameter(item.name)) for item in self.scatters]}
-        unit = headed(self.model.parameter(self.vary))
-        heads = {
-            "samples": "",
-            "thresholds": unit,
-            "linear": f"{unit} by gradients",
-            "reasons": "no threshold",
-        }
-        table = _of_samples(self.model, self.vary)
-        sheet = Sheet(heads, (table,), axes)
-        return sheet.text(sheet.rows(table, [self], {}))
-
-    @classmethod
-    def _read(cls, saved: SavedTable) -> ThresholdUncertainty:
-        names = tuple(saved.columns["scattered"].tolist())
-        axes = {"scattered": names}
-        indexed = "scatter_first" in saved.columns
-        cut = "scatter_low" in saved.columns
-        table, attributes = parameter_table(indexed, cut), saved.attributes
-        items = [table.read(saved, axes, row) for row in range(len(names))]
-        fields = ("name", "kind", "mean", "size", *(ENDS if cut else ()))
-        scatters = tuple(Scatter(*(item[key] for key in fields)) for item in items)
-        found = {key: np.array([item[key] for item in items]) for key in INDICES if indexed}
-        vary = saved.model.parameter(str(attributes["vary"])).name
-        return cls(
-            model=saved.model,
-            type=str(attributes["type"]),
-            vary=vary,
-            value=float(attributes["value"]),
-            period=int(attributes["period"]),
-            scatters=scatters,
-            gradient=np.array([item["gradient"] for item in items]),
-            seed=int(saved.given["seed"]),
-            loads=tuple(float(load) for load in saved.given["loads"]),
-            correlation=np.array(saved.given.get("correlation", np.eye(len(names)))),
-            indices=SobolIndices(names, **found) if indexed else None,
-            no_indices=str(attributes.get("no_indices", "")),
-            interrupted=bool(attributes["interrupted"]),
-            provenance=saved.provenance,
-            **_of_samples(saved.model, vary).read(saved, axes, ...),
-        )
-
-
-@dataclass(frozen=True)
-class _Scattered(Scatter):
-    """A scattered parameter with what is known of the threshold."""
-
-    gradient: float = np.nan
-    first: float = np.nan
-    total: float = np.nan
-    first_error: float = np.nan
-    total_error: float = np.nan
 
 
 def _checked(by: str) -> str:

@@ -14,14 +14,12 @@ from slipfold.measured.least_squares import Estimate
 from slipfold.measured.measurement import Measurement
 from slipfold.measured.quantity import Quantity
 from slipfold.models.model import Model
-from slipfold.results.column import REAL, TEXT, Column
-from slipfold.results.fields import Field, Items
+from slipfold.results.fields import REAL, TEXT, Column, Field, Items, Table
 from slipfold.results.labelled_table import Variable
 from slipfold.results.measured.measurement_plan import QUANTITIES
 from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
 from slipfold.results.saved_table import SavedTable
-from slipfold.results.table import Table
 from slipfold.text.one_line import capitalised, headed, listed, number_text
 from slipfold.text.printed_table import PrintedTable, with_unit
 

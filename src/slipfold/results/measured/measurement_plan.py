@@ -15,8 +15,7 @@ from slipfold.errors import InputError
 from slipfold.measured.information import Planned, best_rows, expected
 from slipfold.measured.quantity import Quantity
 from slipfold.models.model import Model
-from slipfold.results.column import TEXT, Column
-from slipfold.results.fields import Field, Items
+from slipfold.results.fields import TEXT, Column, Field, Items
 from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
 from slipfold.text.one_line import headed, listed

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from slipfold.long_term.attractor import Attractor
 from slipfold.long_term.search import UNDECIDED, UNFINISHED
 from slipfold.models.model import Model
-from slipfold.results.column import COMPLEX, TEXT, WHOLE, Column
-from slipfold.results.fields import Items
+from slipfold.results.fields import COMPLEX, TEXT, WHOLE, Column, Items
 from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
 from slipfold.text.one_line import number_text

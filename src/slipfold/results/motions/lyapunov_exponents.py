@@ -12,8 +12,7 @@ from slipfold.long_term.exponents import Estimate
 from slipfold.long_term.verdict import Verdict
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
-from slipfold.results.column import REAL, WHOLE, Column
-from slipfold.results.fields import Field, Items
+from slipfold.results.fields import REAL, WHOLE, Column, Field, Items
 from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
 from slipfold.text.one_line import capitalised

@@ -19,8 +19,7 @@ from slipfold.long_term.open_motions import CHAOS, PERIODIC, STICKS, TORUS, UNDE
 from slipfold.long_term.places import NOT_DONE
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
-from slipfold.results.column import TRUTH
-from slipfold.results.fields import Field, Labels
+from slipfold.results.fields import TRUTH, Field, Labels
 from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
 from slipfold.text.one_line import number_text

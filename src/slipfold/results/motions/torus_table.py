@@ -12,10 +12,9 @@ import numpy as np
 from slipfold.continuation.end import End
 from slipfold.models.model import Model
 from slipfold.orbits.extrema import Extrema
-from slipfold.results.column import REAL, TEXT, TRUTH, WHOLE, Column
+from slipfold.results.fields import REAL, TEXT, TRUTH, WHOLE, Column, Table, axes_of, meaning_of
 from slipfold.results.labelled_table import Variable
 from slipfold.results.saved_table import SavedTable
-from slipfold.results.table import Table, axes_of, meaning_of
 from slipfold.text.printed_table import with_unit
 from slipfold.tori.torus_branch import Locked, TorusBranch
 

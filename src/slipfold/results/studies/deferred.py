@@ -7,7 +7,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from slipfold.results.column import Column
+from slipfold.results.fields import Column
 from slipfold.results.labelled_table import Variable
 
 __all__ = ["Deferred"]

@@ -10,7 +10,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.results.column import REAL, TEXT, WHOLE, Kind
+from slipfold.results.fields import REAL, TEXT, WHOLE, Kind
 from slipfold.studies.work.work import Quantity
 
 __all__ = ["KINDS", "Gathered", "type_of"]

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from slipfold.design_space.sobol_indices import SobolIndices
 from slipfold.drawing import draw
 from slipfold.models.model import Model
-from slipfold.results.column import REAL, TEXT, WHOLE, Column
+from slipfold.results.fields import REAL, TEXT, WHOLE, Column, meaning_of
 from slipfold.results.frame import Frame
 from slipfold.results.labelled_table import Variable
 from slipfold.results.provenance import Provenance
@@ -28,7 +28,6 @@ from slipfold.results.studies.study_indices import (
     index_records,
     indices_in,
 )
-from slipfold.results.table import meaning_of
 from slipfold.studies.cases import Cases, Grid, Rows, total
 from slipfold.studies.plan import Plan
 from slipfold.studies.task import Record
