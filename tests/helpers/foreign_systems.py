@@ -42,7 +42,9 @@ class Case:
             **steps,
         )
         vary, span, start = self.table["vary"], self.table["span"], self.table.get("start")
-        return sf.response(self.model, vary=vary, span=span, start=start, settings=settings)
+        settled = self.table.get("settled", False)
+        given = {"vary": vary, "span": span, "start": start, "settled": settled}
+        return sf.response(self.model, **given, settings=settings)
 
     def __str__(self):
         return f"{self.system}-{self.number}"
