@@ -1,4 +1,4 @@
-"""The project stays small: lines in all, of a file and of a function, files of a folder."""
+"""The project stays small enough to be read."""
 
 import ast
 import subprocess
