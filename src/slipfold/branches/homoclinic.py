@@ -108,7 +108,7 @@ class Homoclinic:
 def snakes_about(
     found: Sequence[Found[OrbitPoint]], begun: End | None, stopped: End | None
 ) -> list[float]:
-    """Return about which values, in spans, a branch turns at its ends, each time by less.
+    """Return about which values, in spans, a branch turns several times at its ends.
 
     Beside a saddle-focus it does so without end (Shilnikov; Kuznetsov, section 6.4).
     """
@@ -118,7 +118,7 @@ def snakes_about(
             last
             for end, (last, before, *rest) in ((begun, folds[:3]), (stopped, folds[:-4:-1]))
             if end is not None and end.kind == "homoclinic"
-            if rest and abs(last - before) < abs(before - rest[0])
+            if rest
         ]
         if len(folds) > 2
         else []
