@@ -126,16 +126,14 @@ def _said(variables: Mapping[str, Variable], places: Mapping[str, int]) -> tuple
 def joined(frames: Sequence[Frame]) -> Frame:
     """Return frames one below the other; a column that one of them lacks is empty there."""
     heads = dict.fromkeys(head for each in frames for head in each.columns)
-    columns = {
-        head: [
-            value
-            for each in frames
-            for value in (
-                _values(each.columns[head]) if head in each.columns else [None] * len(each)
-            )
-        ]
-        for head in heads
-    }
+    columns = {}
+    for head in heads:
+        known = [_values(each.columns[head]) if head in each.columns else None for each in frames]
+        text = any(own and isinstance(own[0], str) for own in known)
+        lacking = ["" if text else None]
+        pairs = zip(known, frames, strict=True)
+        parts = [lacking * len(each) if own is None else own for own, each in pairs]
+        columns[head] = [value for part in parts for value in part]
     units = {head: unit for each in frames for head, unit in each.units.items()}
     return Frame(columns, units)
 
