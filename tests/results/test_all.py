@@ -47,7 +47,9 @@ def test_xarray_reads_the_file_as_the_same_dataset(result, file):
 
 
 def test_it_is_pickled(result):
-    assert_same(pickle.loads(pickle.dumps(result)), result)
+    copy = pickle.loads(pickle.dumps(result))
+    assert_same(copy, result)
+    assert_locked(copy)
 
 
 def test_all_variables_have_units_and_meanings(result):
@@ -81,7 +83,12 @@ def test_spreadsheets_hold_exact_numbers_and_are_tables_of_pandas(result, tmp_pa
             np.testing.assert_array_equal(read, column.to_numpy(), err_msg=name)
 
 
-def test_arrays_and_mappings_are_locked(result):
+def test_arrays_and_mappings_are_locked(result, file):
+    assert_locked(result)
+    assert_locked(load(file))
+
+
+def assert_locked(result):
     for value in vars(result).values():
         assert not isinstance(value, dict)
         assert not (isinstance(value, np.ndarray) and value.flags.writeable)

@@ -45,15 +45,6 @@ def saved(tmp_path, diagram):
     return path
 
 
-def test_diagram_made_by_hand(tmp_path):
-    diagram = made_locus_diagram()
-    copy = load(saved(tmp_path, diagram))
-    assert_same(diagram, copy)
-    assert copy.regions.regions == diagram.regions.regions
-    assert copy.to_json() == diagram.to_json()
-    assert copy.summary() == diagram.summary()
-
-
 @pytest.mark.parametrize(
     "changes",
     [

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from helpers.diagrams import assert_same_diagram
 from slipfold.branches.event import Event
 from slipfold.branches.settings import Settings
 from slipfold.computations.response import response
@@ -28,11 +27,6 @@ def test_reference_values(diagram):
     assert diagram.branches[1].parent == 1
     assert not diagram.interrupted
     assert not diagram.failed
-
-
-def test_round_trip(diagram, tmp_path):
-    diagram.save(tmp_path / "x.nc")
-    assert_same_diagram(diagram, load(tmp_path / "x.nc"))
 
 
 def test_loaded_diagram_can_be_computed_with(diagram, tmp_path):

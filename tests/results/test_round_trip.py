@@ -44,14 +44,6 @@ def saved(tmp_path, result):
     return path
 
 
-def test_diagram_made_by_hand(tmp_path):
-    diagram = made_diagram()
-    copy = load(saved(tmp_path, diagram))
-    assert_same_diagram(diagram, copy)
-    assert copy.to_json() == diagram.to_json()
-    assert copy.summary() == diagram.summary()
-
-
 @pytest.mark.parametrize(
     "changes",
     [
@@ -67,13 +59,6 @@ def test_diagram_made_by_hand(tmp_path):
 def test_diagrams_that_lack_something(tmp_path, changes):
     diagram = made_diagram(**changes)
     assert_same_diagram(diagram, load(saved(tmp_path, diagram)))
-
-
-def test_an_interrupted_diagram_says_so_when_loaded(tmp_path):
-    stopped = End("interrupted", "interrupted at Nd = 0.1", 0.1)
-    diagram = made_diagram(branches=(response_branch(stopped=stopped),))
-    assert diagram.interrupted
-    assert load(saved(tmp_path, diagram)).interrupted
 
 
 finite = st.floats(-1e300, 1e300)

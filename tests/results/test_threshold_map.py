@@ -3,11 +3,9 @@
 import csv
 import dataclasses
 import json
-import pickle
 
 import numpy as np
 import pytest
-import xarray
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -65,13 +63,6 @@ def test_text_with_units_is_understood(computed):
     assert computed.span == (0.0, 0.05)
     assert computed.values[1, 0] == pytest.approx(0.043578911491, abs=1e-11)
     assert computed.provenance.seconds > 0
-
-
-def test_a_computed_map_survives(tmp_path, computed):
-    copy = sf.load(saved(tmp_path, computed))
-    assert_same(computed, copy)
-    assert copy.summary() == computed.summary()
-    assert copy.model_at(1, 0) == computed.model_at(1, 0)
 
 
 GOOD = {"Vd": [0.5, 0.6], "alpha": [1.0, 1.1]}
@@ -265,28 +256,3 @@ def test_any_numbers_survive(tmp_path_factory, data, rows, columns):
     path = tmp_path_factory.mktemp("any") / "x.nc"
     found.save(path)
     assert_same(found, load(path))
-
-
-def test_xarray_reads_the_file_as_the_same_dataset(tmp_path):
-    found = made_map()
-    with xarray.open_dataset(saved(tmp_path, found), engine="h5netcdf") as dataset:
-        xarray.testing.assert_identical(dataset.load(), found.to_xarray())
-
-
-def test_loaded_arrays_are_locked(tmp_path):
-    copy = load(saved(tmp_path, made_map()))
-    for values in (copy.values, copy.states, copy.multipliers, copy.kinds, copy.over["Vd"]):
-        with pytest.raises(ValueError, match="read-only"):
-            values[0] = 0
-    with pytest.raises(TypeError):
-        copy.over["Vd"] = 0
-
-
-def test_copies_for_other_processes_are_the_same_and_locked():
-    found = made_map()
-    copy = pickle.loads(pickle.dumps(found))
-    assert_same(found, copy)
-    with pytest.raises(ValueError, match="read-only"):
-        copy.values[0] = 0
-    with pytest.raises(TypeError):
-        copy.over["Vd"] = 0
