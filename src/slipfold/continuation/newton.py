@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 __all__ = [
     "SINGULAR",
+    "EXACT",
     "Bordered",
     "Correction",
     "Equations",

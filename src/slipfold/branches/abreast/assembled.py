@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.abreast.limits import AtLimit, orbits_at_limits
-from slipfold.branches.abreast.located import placed
+from slipfold.branches.abreast.located import settled_zeros, tests_of
 from slipfold.branches.abreast.own_branch import Case, OwnBranch
 from slipfold.branches.abreast.walk import Walk
 from slipfold.branches.bifurcations import span_end
@@ -17,6 +17,7 @@ from slipfold.branches.make_branch import assemble
 from slipfold.branches.response import span_begin
 from slipfold.continuation.atlas import Chart, Start
 from slipfold.continuation.end import End
+from slipfold.continuation.locate import CLOSE
 from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Trail
 from slipfold.errors import BREAKDOWNS
@@ -27,24 +28,32 @@ from slipfold.orbits.orbit_batch import OrbitBatch, Settled
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.spectrum.floquet import floquet_multipliers
 
-__all__ = ["assembled", "placed_on", "settle"]
+__all__ = ["assembled", "placed_on", "settle", "settle_special"]
 
 Array = NDArray[np.float64]
 
 
-def placed_on(
-    case: Case, branch: OwnBranch, vary: str, width: float
-) -> list[Found[OrbitPoint]] | None:
-    """Return the special points of a branch as the flow itself has them; None if one is lost."""
-    orbits, found = ForcedOrbits(case.model, {vary: width}, branch.period), []
-    try:
-        for item in branch.special:
-            point = placed(orbits, item)
-            if point is None:
-                return None
-            found.append(Found(item.bracket.kind, point, item.slope))
-    except BREAKDOWNS:
-        return None
+def settle_special(
+    orbits: OrbitBatch, cases: Sequence[Case], branches: Sequence[OwnBranch], tolerance: float
+) -> None:
+    """Add the orbits at the special points of branches, as the flow itself has them."""
+    items = [item for branch in branches for item in branch.special if not cases[item.case].lost]
+    zeros = settled_zeros(orbits, items, tests_of, CLOSE, tolerance)
+    for item, zero in zip(items, zeros, strict=True):
+        if zero is None:
+            cases[item.case].lost = "special point not located"
+    known = {item: zero[0] for item, zero in zip(items, zeros, strict=True) if zero is not None}
+    for branch in branches:
+        branch.placed = [known[item] for item in branch.special if item in known]
+
+
+def placed_on(case: Case, branch: OwnBranch, vary: str, width: float) -> list[Found[OrbitPoint]]:
+    """Return the special points of a branch."""
+    orbits = ForcedOrbits(case.model, {vary: width}, branch.period)
+    found = []
+    for item, at in zip(branch.special, branch.placed, strict=True):
+        known = at.z[0], at.tangents[0], item.arclength, at.monodromies[0], float(at.residuals[0])
+        found.append(Found(item.bracket.kind, orbits.known_point(*known), item.slope))
     return found
 
 
@@ -106,8 +115,6 @@ def assembled(case: Case, vary: str, span: tuple[float, float]) -> tuple[Branch,
     width = abs(span[1] - span[0])
     for number, branch in enumerate(case.branches, 1):
         found = placed_on(case, branch, vary, width)
-        if found is None:
-            return None
         orbits = ForcedOrbits(case.model, {vary: width}, branch.period)
         try:
             chart = _chart(orbits, branch, number, charts, found)

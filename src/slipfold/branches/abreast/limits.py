@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.abreast.located import EXACT, SECANTS, Approached, approach
+from slipfold.branches.abreast.located import EXACT, Approached, approach, settled_zeros
 from slipfold.branches.abreast.walk import Bracket, Walk
 from slipfold.branches.stops import LIMIT_CLOSE
 from slipfold.orbits.orbit_batch import Corrected, OrbitBatch, Settled
@@ -65,36 +65,16 @@ def orbits_at_limits(orbits: OrbitBatch, walk: Walk, tolerance: float) -> dict[i
 
     items = approach(orbits, brackets, margins, LIMIT_CLOSE)
     near = [item for item in items if item is not None]
-    return found | {item.bracket.branch: at for item, at in _settled(orbits, near, tolerance)}
 
+    def left(which: Sequence[Approached], now: Settled) -> Array:
+        return _margins(orbits, [item.bracket for item in which], now.z)
 
-def _settled(
-    orbits: OrbitBatch, items: Sequence[Approached], tolerance: float
-) -> list[tuple[Approached, AtLimit]]:
-    """Return orbits at limits as they are told, by secants."""
-    done = list[tuple[Approached, AtLimit]]()
-    going = list(items)
-    z = np.array([item.z for item in going])
-    rows = np.array([item.tangent for item in going])
-    for last in range(SECANTS):
-        if not going:
-            break
-        cases = np.array([item.bracket.case for item in going])
-        found = orbits.settled(cases, z, rows, tolerance)
-        left = _margins(orbits, [item.bracket for item in going], found.z)
-        slopes = np.array([item.slope for item in going])
-        met = np.abs(left) <= LIMIT_CLOSE * np.abs(slopes)
-        if last == SECANTS - 1:  # what is left is rounding
-            met = np.isfinite(left)
-        for row in np.flatnonzero(met).tolist():
-            item, one = going[row], found.of(slice(row, row + 1))
-            limit = _limit(orbits, item.bracket)
-            done.append((item, AtLimit(one, item.arclength, limit, float(left[row]))))
-        more = np.flatnonzero(~met & np.isfinite(left))
-        going = [going[row] for row in more.tolist()]
-        z = (found.z - (left / slopes)[:, None] * found.tangents)[more]
-        rows = found.tangents[more]
-    return done
+    zeros = settled_zeros(orbits, near, left, LIMIT_CLOSE, tolerance)
+    for item, zero in zip(near, zeros, strict=True):
+        if zero is not None:
+            at = AtLimit(zero[0], item.arclength, _limit(orbits, item.bracket), zero[1])
+            found[item.bracket.branch] = at
+    return found
 
 
 def _bracket(

@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from slipfold.branches.abreast.walk import Bracket
 from slipfold.continuation.interpolation import hermite_each
-from slipfold.continuation.locate import CLOSE, Enclosed
-from slipfold.continuation.newton import correct
-from slipfold.orbits.orbit_batch import TESTS, Corrected, OrbitBatch
-from slipfold.orbits.orbit_curve import Orbits
-from slipfold.orbits.orbit_point import OrbitPoint
+from slipfold.continuation.locate import Enclosed
+from slipfold.continuation.newton import EXACT as SOLVED
+from slipfold.orbits.orbit_batch import EXACTLY, TESTS, Corrected, OrbitBatch, Settled
+from slipfold.orbits.spectrum.floquet import floquet_multipliers
+from slipfold.orbits.spectrum.test_functions import evaluate_each
 
-__all__ = ["EXACT", "SECANTS", "Approached", "approach", "placed"]
+__all__ = ["EXACT", "Approached", "approach", "settled_zeros", "tests_of"]
 
 Array = NDArray[np.float64]
 
@@ -31,6 +31,9 @@ EXACT = 1e-6
 SECANTS = 4
 """Steps of the flow itself to a zero, of which one or two are needed."""
 
+CONTRACTS = 0.5
+"""What may be left of a function after a step that tells its slope: more may be rounding."""
+
 
 @dataclass(frozen=True, eq=False)
 class Approached:
@@ -43,6 +46,11 @@ class Approached:
     blocks: Array  # transition matrices in scaled states, shape (m, n, n)
     slope: float  # of the test function along the branch
     arclength: float
+
+    @property
+    def case(self) -> int:
+        """Number of the case whose branch it is on."""
+        return self.bracket.case
 
 
 def approach(
@@ -110,18 +118,55 @@ def _tests(brackets: Sequence[Bracket], found: Corrected) -> Array:
     return np.asarray(found.tests[np.arange(len(brackets)), kinds])
 
 
-def placed(orbits: Orbits, item: Approached) -> OrbitPoint | None:
-    """Return a zero as the flow itself has it; None where it does not come to it."""
-    guess, row, slope = item.z, item.tangent, item.slope
-    kind, before, expected = item.bracket.kind, np.inf, None
-    for _ in range(SECANTS):
-        correction = correct(orbits, guess, row, expected=expected)
-        if not correction.converged:
-            return None
-        point = orbits.point(correction, item.arclength)
-        value = point.tests[kind]
-        if abs(value) <= CLOSE * abs(slope) or abs(value) >= before:  # what is left is rounding
+def settled_zeros(
+    orbits: OrbitBatch,
+    items: Sequence[Approached],
+    function: Callable[[Sequence[Approached], Settled], Array],
+    close: float,
+    tolerance: float,
+) -> list[tuple[Settled, float] | None]:
+    """Return zeros by the flow itself, each with what is left there; None where that fails.
+
+    The steps are secants along the branch, which end within an arclength `close` of the zero; what
+    is left after the last of them is rounding.
+    """
+    found: list[tuple[Settled, float] | None] = [None] * len(items)
+    cases, slopes = (
+        np.array([getattr(item, name) for item in items]) for name in ("case", "slope")
+    )
+    z, rows = (np.array([getattr(item, name) for item in items]) for name in ("z", "tangent"))
+    going, before = np.arange(len(items)), np.full(len(items), np.nan)
+    for last in range(SECANTS):
+        if not len(going):
             break
-        guess, row = point.z - value / slope * point.tangent, point.tangent
-        before, expected = abs(value), correction.linearisation
-    return point
+        own = cases[going]
+        now = orbits.correct(own, z[going], rows[going], SOLVED, np.inf, EXACTLY)
+        missed = orbits.residuals(own, now.z)
+        here = Settled(now.z, now.tangents, now.monodromies, missed)
+        left = function([items[i] for i in going.tolist()], here)
+        fails = ~(np.isfinite(left) & (here.residuals <= tolerance))
+        ratio = left / before[going]
+        slopes[going] *= np.where(np.abs(ratio) < CONTRACTS, 1 - ratio, 1.0)  # of the last step
+        before[going] = left
+        done = (np.abs(left) <= close * np.abs(slopes[going])) | (last == SECANTS - 1)
+        for row in np.flatnonzero(done & ~fails).tolist():
+            found[going[row]] = here.of(slice(row, row + 1)), float(left[row])
+        more = np.flatnonzero(~done & ~fails)
+        going = going[more]
+        rows[going] = here.tangents[more]
+        steps = left[more] / slopes[going]
+        z[going] = here.z[more] - steps[:, None] * here.tangents[more]
+    return found
+
+
+def tests_of(items: Sequence[Approached], found: Settled) -> Array:
+    """Return the test functions whose zeros are special points, shape (k,)."""
+    tests = np.full((len(items), len(TESTS)), np.nan)
+    known = np.isfinite(found.monodromies).all(axis=(1, 2))
+    multipliers = floquet_multipliers(found.monodromies[known])
+    tests[known, :-1], tests[known, -1] = (
+        evaluate_each(multipliers, TESTS[:-1]),
+        found.tangents[known, -1],
+    )
+    kinds = [TESTS.index(item.bracket.kind) for item in items]
+    return np.asarray(tests[np.arange(len(items)), kinds])

@@ -24,6 +24,7 @@ class OwnBranch:
     fate: str  # how it ends: ``"span"`` or ``"limit"``
     special: list[Approached]  # the bifurcations on it, in order
     parent: tuple[int, int] | None  # place of its parent, and of its birth among what is on that
+    placed: list[Settled] = field(default_factory=list)  # the orbits there, by the flow itself
     orbits: Settled | None = None  # if asked for: all orbits but those where it is born or ends
     arclengths: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))  # of these
     limit: AtLimit | None = None  # if asked for: its last orbit, if it ends at a limit

@@ -16,7 +16,12 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.abreast.assembled import assembled, placed_on, settle
+from slipfold.branches.abreast.assembled import (
+    assembled,
+    placed_on,
+    settle,
+    settle_special,
+)
 from slipfold.branches.abreast.located import Approached, approach
 from slipfold.branches.abreast.own_branch import Case, OwnBranch
 from slipfold.branches.abreast.walk import MOST, SMALLEST, Start, Walk
@@ -167,6 +172,7 @@ def _followed(
             stable = bool(walk.stable[place])
             fresh.append(OwnBranch(orbits.period, stable, fate, genuine, parents[place]))
             case.branches.append(fresh[-1])
+        settle_special(orbits, cases, fresh, settings.newton.tolerance)
         if whole:
             tell(stage, 0.5)
             settle(orbits, walk, cases, fresh, settings.newton.tolerance)
@@ -300,8 +306,6 @@ def _described(case: Case, vary: str, width: float) -> FollowedResponse | None:
     branches = []
     for branch in case.branches:
         found = placed_on(case, branch, vary, width)
-        if found is None:
-            return None
         special = tuple(describe(item) for item in found)
         unstable = tuple(item.bracket.unstable for item in branch.special)
         branches.append(
