@@ -81,7 +81,7 @@ def test_a_fold_that_is_not_listed_is_a_contradiction(halves):
 def test_what_only_rounding_changes_is_no_contradiction():
     curve = Polynomials([0.0])
     trail = followed(curve, [Sees()], 0.05)
-    noise = np.random.default_rng(0).uniform(-4e-10, 4e-10, len(trail.points))
+    noise = np.random.default_rng(0).uniform(-4e-8, 4e-8, len(trail.points))
     for point, error in zip(trail.points, noise, strict=True):
         point.z[1] += error
     assert unexplained_reversal(trail) is None
