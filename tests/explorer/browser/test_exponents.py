@@ -22,7 +22,7 @@ def test_a_torus_tells_how_far_it_is_known_and_is_forgotten_when_the_point_moves
     explorer.open("model=sliding&p.Nd=0.06&span=0~0.07")
     told = judged(explorer)
     stop = explorer.page.get_by_role("button", name="Stop judging")
-    expect(told).to_have_text(re.compile(r"^After \d+ of at most 32000 periods"))
+    expect(told).to_have_text(re.compile(r"^After \d+ of at most 128000 periods"))
     expect(stop).to_be_visible()
     expect(told).to_have_text(
         "Torus: quasi-periodic, on a torus of 2 frequencies. "
