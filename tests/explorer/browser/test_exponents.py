@@ -25,8 +25,11 @@ def test_a_torus_tells_how_far_it_is_known_and_is_forgotten_when_the_point_moves
     expect(told).to_have_text(re.compile(r"^After \d+ of at most 128000 periods"))
     expect(stop).to_be_visible()
     expect(told).to_have_text(
-        "Torus: quasi-periodic, on a torus of 2 frequencies. "
-        "Exponents per forcing period: 0, −0.005012, −0.1171, −0.2698."
+        re.compile(
+            r"^Torus: quasi-periodic, on a torus of 2 frequencies; "
+            r"its rotation number is 0\.495939 .*"
+            r"Exponents per forcing period: 0, −0\.005012, −0\.1171, −0\.2698\.$"
+        )
     )
     expect(stop).to_be_hidden()
     explorer.type("Nd", 0.061)
