@@ -182,7 +182,7 @@ def specials(result: Any) -> list[tuple[str, float]]:
 def rerun(built: Path) -> tuple[float, float]:
     """Run a built branch again in a fresh directory: wall seconds, and those AUTO prints."""
     with tempfile.TemporaryDirectory() as folder:
-        for name in ("fort.2", "fort.3", "model_exe"):
+        for name in ("fort.2", "fort.3", "bifpy.dat", "model_exe"):
             if (built / name).exists():
                 shutil.copy(built / name, folder)
         begun = time.perf_counter()

@@ -99,7 +99,7 @@ class Comparison:
     def __iter__(self) -> Iterator[Row]:
         return iter(self.rows)
 
-    def _cells(self) -> list[tuple[str, str, str, str, str]]:
+    def _cells(self) -> list[tuple[str, ...]]:
         head = ("quantity", "ours", "published", "difference", "source")
         return [
             head,
@@ -117,7 +117,7 @@ class Comparison:
 
     def __str__(self) -> str:
         cells = self._cells()
-        widths = [max(len(row[i]) for row in cells) for i in range(5)]
+        widths = [max(len(row[i]) for row in cells) for i in range(len(cells[0]))]
         return "\n".join(
             "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
             for row in cells
