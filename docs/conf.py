@@ -28,7 +28,7 @@ sphinx_gallery_conf = {
     "examples_dirs": "gallery",
     "gallery_dirs": "gallery_pages",
     "filename_pattern": r".*",
-    "ignore_pattern": r"(comparison|demos)\.py$",
+    "ignore_pattern": r"(^|/)(comparison|demos)\.py$",
     "within_subsection_order": "FileNameSortKey",
     "abort_on_example_error": True,
     "download_all_examples": False,
