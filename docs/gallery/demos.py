@@ -40,14 +40,9 @@ ONE = {"largest_period": 1}
 
 DEMOS = {
     "ab": Demo("p", (0, 0.25)),
-    "tor": Demo("n", (-0.4, -0.9), options=ONE | {"largest_duration": 5.0}),
+    "tor": Demo("n", (-0.4, -0.9), options=ONE),
     "plp": Demo("rho", (2.021628, 6), options=ONE),
-    "chu": Demo(
-        "alpha",
-        (5, 16),
-        {"x": 1.4994, "y": 0, "z": -1.4994},
-        options=ONE | {"largest_duration": 4.5},
-    ),
+    "chu": Demo("alpha", (5, 16), {"x": 1.4994, "y": 0, "z": -1.4994}, options=ONE),
     "pen": Demo("I", (0.4, 0.12), settled=True, options={"largest_period": 2}),
     "kpr": Demo(
         "lambda",
@@ -94,8 +89,7 @@ def command(name: str) -> str:
         words += ["--start", f"{state}={value:g}"]
     words += ["--settled"] * demo.settled
     for option, value in demo.options.items():
-        if option != "largest_duration":
-            words += [f"--{option.replace('_', '-')}", f"{value}"]
+        words += [f"--{option.replace('_', '-')}", f"{value}"]
     return shlex.join(words)
 
 

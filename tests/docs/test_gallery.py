@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import runpy
 from pathlib import Path
 
@@ -9,7 +10,8 @@ import matplotlib as mpl
 import pytest
 
 GALLERY = Path(__file__).parents[2] / "docs" / "gallery"
-PAGES = sorted(path for path in GALLERY.rglob("*.py") if path.stem not in ("comparison", "demos"))
+HELPERS = runpy.run_path(str(GALLERY.parent / "conf.py"))["sphinx_gallery_conf"]["ignore_pattern"]
+PAGES = sorted(path for path in GALLERY.rglob("*.py") if not re.search(HELPERS, path.name))
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
