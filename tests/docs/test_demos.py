@@ -54,3 +54,18 @@ def test_a_point_that_is_not_found_does_not_agree(demos, monkeypatch):
     monkeypatch.setattr(demos, "measured", lambda: {"systems": {"ab": measured}})
     demos.compare(table, "ab")
     assert [row.agrees for row in table] == [True, False]
+
+
+def test_branches_across_a_line_of_equilibria_are_found(demos):
+    """AUTO's demo chu starts at alpha = -1; at 0 each state (x, 0, -x) is an equilibrium."""
+    import slipfold as sf
+
+    diagram = sf.response(
+        demos.model("chu"), vary="alpha", span=(-1, 4), settings=sf.Settings(largest_period=0)
+    )
+    assert diagram.branches[0].special[0].orbit.extrema.maximum[0] == pytest.approx(0, abs=1e-9)
+    crossings = [point for branch in diagram.branches[:2] for point in branch.special]
+    assert sorted(point.orbit.extrema.maximum[0, 0] for point in crossings) == pytest.approx(
+        [-1.4994, 0, 0, 1.4994], abs=1e-4
+    )
+    assert len(diagram.branches) == 4

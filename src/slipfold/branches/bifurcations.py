@@ -165,9 +165,10 @@ class Bifurcations(Zeros[OrbitPoint]):
         try:
             point = locate(self._orbits, known, a, b, determinant, LOCATED)
         except LostCurveError:  # so near to it that Newton's method is singular along the branch
-            a, b = _narrowest(known, a, b)
-            z, _ = hermite([a, b], 0.5 * (a.arclength + b.arclength))
-            point = replace(a, z=z, arclength=0.5 * (a.arclength + b.arclength))
+            near = _narrowest(known, a, b)
+            arclength = 0.5 * (near[0].arclength + near[1].arclength)
+            point = replace(a, z=hermite(near, arclength)[0], arclength=arclength)
+        # Of the points between, one may lie on the other branch; a and b lie on this one.
         along = hermite([a, b], point.arclength)[1]
         crossing = find_crossing(self._orbits, point, along)
         if crossing is None:
