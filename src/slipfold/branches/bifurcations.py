@@ -166,6 +166,8 @@ class Bifurcations(Zeros[OrbitPoint]):
             point = locate(self._orbits, known, a, b, determinant, LOCATED)
         except LostCurveError:  # so near to it that Newton's method is singular along the branch
             near = _narrowest(known, a, b)
+            if near is None:
+                raise
             arclength = 0.5 * (near[0].arclength + near[1].arclength)
             point = replace(a, z=hermite(near, arclength)[0], arclength=arclength)
         # Of the points between, one may lie on the other branch; a and b lie on this one.
@@ -306,11 +308,14 @@ def _crossing(values: NDArray[np.complex128], place: int, count: int) -> bool:
     return bool((on_circle & (np.abs(critical.imag) > REAL)).all())
 
 
-def _narrowest(known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint) -> list[OrbitPoint]:
-    """Return the first two neighbours between two points between which there is a branch point."""
+def _narrowest(known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint) -> list[OrbitPoint] | None:
+    """Return the first two neighbours between two points between which there is a branch point.
+
+    None where one of the two was lost, as beside a branch point at the end of the span.
+    """
     between = [item for item in known if a.arclength <= item.arclength <= b.arclength]
     pairs = map(list, pairwise(between))
-    return next(pair for pair in pairs if pair[0].orientation != pair[1].orientation)
+    return next((pair for pair in pairs if pair[0].orientation != pair[1].orientation), None)
 
 
 def _is_seen(found: Found, a: OrbitPoint, b: OrbitPoint) -> bool:
