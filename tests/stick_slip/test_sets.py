@@ -109,12 +109,6 @@ def test_regions_that_stick_are_saved_named_and_drawn(found, tmp_path):
     assert f"stable: {beyond.name}" in [text.get_text() for text in legend.get_texts()]
 
 
-def test_files_from_before_regions_said_so_are_read(found, tmp_path):
-    dataset = found.to_xarray().drop_vars(["region_sticking", "region_stuck"])
-    dataset.to_netcdf(tmp_path / "old.nc")
-    assert {region.sticking for region in sf.load(tmp_path / "old.nc").regions.regions} == {()}
-
-
 def test_a_law_without_stick_has_no_such_loci():
     smooth = sf.Regularised(sf.Coulomb(mu_s=1.0, mu_k=1.0), "sqrt", e=0.01)
     with pytest.raises(sf.InputError, match="none of whose contacts sticks"):

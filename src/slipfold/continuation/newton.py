@@ -231,7 +231,10 @@ def _chord_steps(
         for one, next_one in zip(turned, steps[1:], strict=False):
             step = step + (one @ step) * next_one
         if steps:
-            step = step / (1 - turned[-1] @ step)
+            gained = 1 - turned[-1] @ step
+            if gained == 0:  # the last step changed nothing: the updated matrix is singular
+                break
+            step = step / gained
         left = length = length_of(step)
         if not 0 < length <= CHORD_GAIN * moved:  # nothing is left to do where it is zero
             break
