@@ -152,3 +152,37 @@ def test_isolas_of_cycles_are_found_beside_states_that_die_out():
     (isola,) = (branch for branch in diagram.branches if branch.kind == "periodic")
     assert [item.type for item in isola.special] == ["LP", "LP"]
     assert isola.stopped.kind == "closed"
+
+
+# Rosenzweig and MacArthur's food chain: prey, predator, and a predator of that.
+FOOD_CHAIN = """
+name = "food chain"
+parameters = { K = 0.5 }
+[states]
+x = { rate = "x*(1 - x/K) - 5*x*y/(1 + 3*x)", start = 0.4 }
+y = { rate = "5*x*y/(1 + 3*x) - 0.4*y - 0.1*y*z/(1 + 2*y)", start = 0.1 }
+z = { rate = "0.1*y*z/(1 + 2*y) - 0.01*z", start = 5 }
+"""
+
+
+def test_an_orbit_far_from_the_start_is_found_at_the_value_asked_for():
+    start = {"x": -0.2, "y": 0.125, "z": -35}
+    diagram = sf.response(system(FOOD_CHAIN), "K", (0.3, 1), start=start)
+    branch = diagram.branches[0]
+    for value in (0.5625, 0.7375, 0.9125):
+        (orbit,) = coexisting._orbits_at(branch, value)
+        x = min(np.roots([-3 / value, 3 - 1 / value, 1 - 5 / 8]))  # of (1 - x/K)(1 + 3 x) = 5/8
+        assert abs(orbit.state[0] - x) < 1e-9
+
+
+@pytest.mark.long
+def test_a_doubled_cycle_found_again_is_on_the_branch_that_is_known():
+    model = system(FOOD_CHAIN)
+    start = {"K": 0.8, "x": 0.6, "y": 0.13, "z": 8.7}
+    settings = sf.Settings(largest_period=2)
+    diagram = sf.response(
+        model, "K", (0.8, 0.93), start=start, settled=True, search=True, settings=settings
+    )
+    cycles = [branch for branch in diagram.branches if branch.kind == "periodic"]
+    with_predator = [branch for branch in cycles if branch.nodes[0, 0, 2] > 1]
+    assert sorted(branch.period for branch in with_predator) == [1, 2]

@@ -19,7 +19,8 @@ AT_ORBIT = 1e-6
 """A place this near to a known orbit, over the length of the branch, is that orbit."""
 
 BESIDE = 0.1
-"""An orbit farther away than this, in scaled variables, is not the one beside the place."""
+"""An orbit farther away than this, in scaled variables, is not the one beside the place, unless the
+points around the place are farther apart."""
 
 Array = NDArray[np.float64]
 
@@ -45,11 +46,12 @@ def orbit_between(branch: Branch, arclength: float, value: float | None = None) 
     exact = abs(places[nearest] - arclength) <= AT_ORBIT * float(np.ptp(places))
     outside = not places[0] < arclength < places[-1]
     if exact or outside:
-        return _with_value(branch, known[nearest][1], value)
+        return _with_value(branch, known[nearest][1], value, BESIDE)
     after = int(np.searchsorted(places, arclength))
     share = (arclength - places[after - 1]) / (places[after] - places[after - 1])
     orbit = _corrected(branch, known[after - 1][1], known[after][1], float(share))
-    return _with_value(branch, orbit, value)
+    apart = float(places[after] - places[after - 1])
+    return _with_value(branch, orbit, value, max(BESIDE, apart))
 
 
 def _known(branch: Branch) -> list[tuple[float, PeriodicOrbit]]:
@@ -74,8 +76,10 @@ def _corrected(
     return _as_orbit(orbits, found)
 
 
-def _with_value(branch: Branch, orbit: PeriodicOrbit, value: float | None) -> PeriodicOrbit:
-    """Return the orbit beside one that has a value of the parameter, where there is one."""
+def _with_value(
+    branch: Branch, orbit: PeriodicOrbit, value: float | None, reach: float
+) -> PeriodicOrbit:
+    """Return the orbit within reach of one that has a value of the parameter, if there is one."""
     if value is None or value == orbit.model.values[branch.vary]:
         return orbit
     orbits = _orbits(branch, orbit)
@@ -84,7 +88,7 @@ def _with_value(branch: Branch, orbit: PeriodicOrbit, value: float | None) -> Pe
     keep = np.zeros(len(guess))
     keep[-1] = 1.0
     found = correct(orbits, guess, keep)
-    return _as_orbit(orbits, found) if found.converged and found.distance < BESIDE else orbit
+    return _as_orbit(orbits, found) if found.converged and found.distance < reach else orbit
 
 
 def _orbits(branch: Branch, orbit: PeriodicOrbit) -> Orbits:

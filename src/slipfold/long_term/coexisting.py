@@ -196,9 +196,9 @@ def _is_one(begin: Begin, orbit: PeriodicOrbit, branch: Branch) -> bool:
             return False
         apart = without_turns(begin.state - orbit.state, model.whole_turns)
         return bool(np.abs(apart / model.state_scales()).max() < ONE)
-    if orbit.period != begin.orbit.period:
-        return False
     if model.forced:
+        if orbit.period != begin.orbit.period:
+            return False
         apart = without_turns(strobes_of(begin.orbit) - orbit.state, model.whole_turns)
         return bool(np.abs(apart / model.state_scales()).max(axis=1).min() < ONE)
     same = abs(orbit.duration / begin.orbit.duration - 1) < ONE
