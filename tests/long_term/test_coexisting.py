@@ -186,3 +186,21 @@ def test_a_doubled_cycle_found_again_is_on_the_branch_that_is_known():
     cycles = [branch for branch in diagram.branches if branch.kind == "periodic"]
     with_predator = [branch for branch in cycles if branch.nodes[0, 0, 2] > 1]
     assert sorted(branch.period for branch in with_predator) == [1, 2]
+
+
+def test_an_isola_is_found_where_nothing_exists_at_the_first_value():
+    # Equilibria on the circle p^2 + (x - 2)^2 = 1/4 alone: folds at p = +-1/2.
+    isola = system("""
+name = "circle"
+parameters = { p = 0.0 }
+[states]
+x = { rate = "0.25 - p^2 - (x - 2)^2", start = 2.2 }
+y = "x - y"
+""")
+    diagram = sf.response(isola, vary="p", span=(-1, 1), search=True)
+    (branch,) = diagram.branches
+    assert branch.stopped.kind == "closed"
+    assert sorted(point.value for point in branch.special) == pytest.approx([-0.5, 0.5])
+    nothing = system('name = "nothing"\nparameters = { p = 1.0 }\n[states]\nx = "1 + p^2 + x^2"\n')
+    with pytest.raises(sf.InputError, match="no equilibrium of nothing was found"):
+        sf.response(nothing, vary="p", span=(-1, 1), search=True)

@@ -165,13 +165,21 @@ def response(
         observer=observer,
         through_stick=True,
     )
-    branches, searched = () if found else follow(begin=begin), None
+    searched, failure = None, None
+    try:
+        branches = () if found else follow(begin=begin)
+    except InputError as error:
+        if not search or begin is not None:
+            raise
+        branches, failure = (), error  # a search may find what exists elsewhere in the span
     if search:  # which takes more to import than to follow a branch
         from slipfold.long_term.box import checked_box
         from slipfold.long_term.coexisting import find_coexisting
 
         box = None if search is True else checked_box(changed, search)
         branches, searched = find_coexisting(changed, vary, ends, branches, follow, box, observer)
+        if failure is not None and not branches:
+            raise failure
     stopped = any(branch.interrupted for branch in branches)
     stopped |= searched is not None and searched.interrupted
     whole = True
