@@ -69,7 +69,7 @@ CASES = {
     "tolerance zero": ([*RESPONSE, "--tolerance", "0"], "tolerance = 0", "1e-10"),
     "points none": ([*RESPONSE, "--max-points", "0"], "--max-points 0", "at least 1"),
     "points no whole number": ([*RESPONSE, "--max-points", "1.5"], "--max-points 1.5", "whole"),
-    "period none": ([*RESPONSE, "--largest-period", "0"], "--largest-period 0"),
+    "period below none": ([*RESPONSE, "--largest-period", "-1"], "--largest-period -1"),
     "event of nothing": ([*RESPONSE, "--event", "velocity=1"], "no output 'velocity'", "Vrel"),
     "event without value": ([*RESPONSE, "--event", "x"], "event 'x'", "MEASURE(NAME)=VALUE"),
     "event of unknown measure": ([*RESPONSE, "--event", "mean(x)=1"], "'mean'", "peak_to_peak"),

@@ -35,7 +35,7 @@ def parse_settings(
     if max_points is not None:
         steps = replace(steps, points=parse_whole(max_points, "--max-points"))
     if largest_period is not None:
-        whole = parse_whole(largest_period, "--largest-period")
+        whole = parse_whole(largest_period, "--largest-period", least=0)
         settings = replace(settings, largest_period=whole, snaking_period=whole)
     if discretisation is not None:
         settings = replace(settings, discretisation=discretisation)

@@ -146,7 +146,8 @@ class DiagramSummary:
             size = f"period {branch.period}, {len(branch)} points"
             size = ", ".join(filter(None, [size, turns_text(branch.turns), _stuck(branch)]))
             value = with_unit(f"{self.vary} = {certain(branch.stopped.value, noise):.8g}", unit)
-            if branch.parent is None and branch.begun.value != self.span[0]:
+            closed = branch.begun.reason == branch.stopped.reason  # it ends where it begins
+            if branch.parent is None and not closed and branch.begun.value != self.span[0]:
                 sentences.append(f"Branch {branch.id}: {branch.begun.reason}")
             if branch.parent is not None and branch.begun.kind != "born":
                 begun = certain(branch.begun.value, noise)
