@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from slipfold import SlidingOscillator, System, periodic_orbit, response
+from slipfold import Settings, SlidingOscillator, System, periodic_orbit, response
 from slipfold.checks import orbit_difference as checks
+from slipfold.checks.checked import Check, Checked
 from slipfold.checks.of_motion import check_motion
 from slipfold.checks.orbit_difference import (
     ALLOWED,
@@ -180,3 +181,83 @@ def test_large_motions_agree_relative_to_their_size():
     checked = check_motion(simulate(model, 100, [1e9, 0]))
     assert checked.agree, str(checked)
     assert check_motion(simulate(model, 100, [1, 0])).agree
+
+
+@pytest.fixture(scope="module")
+def beside_homoclinic():
+    """Folds of Chua's circuit (AUTO-07p's demo chu) on the way to a homoclinic orbit."""
+    model = System(
+        name="Chua",
+        parameters={"alpha": 6.5, "beta": 14.3, "K": 10, "a0": -1 / 7, "a1": 2 / 7},
+        formulas={
+            "up": "2*(x + 1)*atan(K*(x + 1))/pi",
+            "down": "2*(x - 1)*atan(K*(x - 1))/pi",
+            "h": "a1*x + (a0 - a1)*(up - down)/2",
+        },
+        states={
+            "x": {"rate": "alpha*(y - h)", "start": 1.5},
+            "y": "x - y + z",
+            "z": {"rate": "-beta*y", "start": -1.5},
+        },
+    )
+    diagram = response(model, vary="alpha", span=(6.5, 16), settings=Settings(largest_period=1))
+    assert diagram.checked.agree, str(diagram.checked)
+    folds = [point.orbit for point in diagram.branches[1].special if point.type == "LP"]
+    assert len(folds) >= 6
+    return folds
+
+
+def test_sensitive_multipliers_agree_as_far_as_they_can_be_known(beside_homoclinic):
+    allowed = [difference(fold).allowed for fold in beside_homoclinic]
+    assert all(difference(fold).excess <= 1 for fold in beside_homoclinic)
+    assert allowed[0] < 1e-6
+
+
+@pytest.mark.parametrize(("index", "error"), [(0, 1e-5), (0, 0.01), (5, 0.1)])
+def test_wrong_states_and_critical_multipliers_do_not(beside_homoclinic, index, error):
+    fold = beside_homoclinic[index]
+    nodes = fold.nodes * (1 + 1e-6 * np.arange(1, 4))
+    assert difference(replace(fold, nodes=nodes)).excess > 1
+    critical = np.argsort(np.abs(fold.multipliers - 1))[1]
+    wrong = fold.multipliers.copy()
+    wrong[critical] += error
+    found = difference(replace(fold, multipliers=wrong))
+    assert found.excess > 1
+    assert found.what == "multipliers"
+    assert found.unknown == 0
+
+
+@pytest.mark.parametrize(
+    ("value", "allowed", "agrees"), [(2e-3, 0.1, True), (0.2, 0.1, False), (0.9, 100.0, False)]
+)
+def test_multipliers_that_cannot_be_known_leave_the_states(
+    orbit, monkeypatch, value, allowed, agrees
+):
+    def tried(orbit, pieces, free):
+        return Difference(1e-13, ALLOWED), Difference(value, allowed, what="multipliers")
+
+    monkeypatch.setattr(checks, "_differences", tried)
+    found = difference(orbit)
+    check = Check("LP", "collocation", found.value, found.allowed, found.what, found.unknown)
+    assert check.agrees == agrees
+    assert found.unknown == (value if agrees else 0)
+    text = str(Checked((check,)))
+    assert ("multipliers of 1 are known to 2e-03 only" in text) == agrees
+    assert Checked.from_json(Checked((check,)).to_json()) == Checked((check,))
+
+
+def test_sensitivities_of_eigenvalues_are_those_of_differences():
+    rng = np.random.default_rng(3)
+    factors = rng.normal(size=(4, 3, 3)) + 2 * np.eye(3)
+    values, moved = checks._sensitive_eigenvalues(factors)
+    for _ in range(20):
+        change = rng.normal(size=factors.shape)
+        change *= (
+            1e-7
+            * np.linalg.norm(factors, 2, axis=(1, 2))[:, None, None]
+            / np.linalg.norm(change, 2, axis=(1, 2))[:, None, None]
+        )
+        others = checks._sensitive_eigenvalues(factors + change)[0]
+        apart = np.abs(values[:, None] - others).min(axis=1)
+        assert (apart <= 1.001e-7 * moved).all()
+        assert (apart >= 1e-10 * moved).any()

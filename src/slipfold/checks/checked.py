@@ -44,6 +44,9 @@ class Check(OneLine):
         What its uncertainty allows, 1e-3 at most.
     what
         What differs: ``"states"``, ``"multipliers"``, or ``"forces"`` of contacts.
+    unknown
+        Difference of multipliers that cannot be known better, since errors as small as those of
+        the states change them as much; 0 where multipliers are compared.
     """
 
     name: str
@@ -51,6 +54,7 @@ class Check(OneLine):
     difference: float
     allowed: float
     what: str = "states"
+    unknown: float = 0.0
 
     def __post_init__(self) -> None:
         """Allow no difference that leaves hardly a digit."""
@@ -135,6 +139,11 @@ class Checked(OneLine):
         found = f"checked: {self.agreeing} of {self.count} agree"
         if self.agreeing:
             found += f" to {self.to:.0e}"
+        unknown = [check.unknown for check in self.checks if check.unknown]
+        if unknown:
+            found += (
+                f" (states; multipliers of {len(unknown)} are known to {max(unknown):.0e} only)"
+            )
         others = self.disagreeing
         more = f"; {len(others) - SHOWN} more do not agree" if len(others) > SHOWN else ""
         remark = f"; {self.remark}" if self.remark else ""
@@ -178,6 +187,7 @@ class Checked(OneLine):
                     math.inf if item["difference"] is None else float(item["difference"]),
                     float(item["allowed"]),
                     str(item.get("what", "states")),
+                    float(item.get("unknown", 0.0)),
                 )
                 for item in data["checks"]
             ),

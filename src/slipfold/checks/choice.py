@@ -106,4 +106,4 @@ def _check(candidate: Candidate, left: float, *, first: bool) -> tuple[float, Ch
 
 
 def _named(candidate: Candidate, method: str, found: Difference) -> Check:
-    return Check(candidate.name, method, found.value, found.allowed, found.what)
+    return Check(candidate.name, method, found.value, found.allowed, found.what, found.unknown)

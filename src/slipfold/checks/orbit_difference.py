@@ -7,19 +7,20 @@ those of collocation, and the step is what separates the two methods. That costs
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.checks.checked import LOOSEST as NOT_KNOWN
 from slipfold.checks.implicit_drift import implicit_drift
-from slipfold.checks.retraced import SMALL, Motion, Retraced, retrace
+from slipfold.checks.retraced import SMALL, SMALL_SLOPES, Motion, Retraced, retrace
 from slipfold.collocation.condensation import Condensed, Iterate, condense
 from slipfold.collocation.multipliers import multiplier_differences, product, without_motion
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow, flow_of
 from slipfold.models.model import Model
-from slipfold.orbits.check import is_singular, rests
+from slipfold.orbits.check import SINGULAR, is_singular, rests
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
 __all__ = [
@@ -63,6 +64,9 @@ FAR = 0.01
 """Share of its distance from the unit circle by which a multiplier may be as uncertain as it says:
 that decides nothing. Fast modes of a mesh that is made for a slow motion are."""
 
+NO_DIGIT = 0.5
+"""Difference of multipliers whose first digits differ: they do not agree, however sensitive."""
+
 CONVERGING = 0.01
 """What is left of a difference on the finest pieces that comes from the polynomials, not from the
 orbit: it falls by 4,000 on halved ones where they are good."""
@@ -76,6 +80,7 @@ class Difference:
     allowed: float
     method: str = "quadrature"
     what: str = "states"  # what differs
+    unknown: float = 0.0  # difference of multipliers that are too sensitive to be held against it
 
     @property
     def excess(self) -> float:
@@ -104,6 +109,8 @@ def orbit_difference(
 
     Allowed is what the orbit's residual and the errors of steps can do as its equations are
     conditioned, and of each multiplier its uncertainty, shape (n,), as far as that decides nothing.
+    Multipliers that errors of that size change in their third digit are not known: then only the
+    states decide, as long as a digit of the multipliers agrees.
     """
     free = np.zeros(len(orbit.multipliers)) if uncertainty is None else uncertainty
     free = np.minimum(free, np.maximum(LOOSEST, FAR * np.abs(np.abs(orbit.multipliers) - 1)))
@@ -120,6 +127,8 @@ def orbit_difference(
     place, multipliers = min(tried, key=_excess)
     if multipliers.excess > 1 and multipliers.value < CONVERGING * tried[0][1].value:
         return place
+    if NOT_KNOWN < multipliers.value <= min(multipliers.allowed, NO_DIGIT):
+        return replace(place, unknown=multipliers.value)
     return max(place, multipliers, key=lambda difference: difference.excess)
 
 
@@ -197,17 +206,25 @@ def _newton_step(
 ) -> tuple[Difference, Difference]:
     iterate = Iterate(retraced.edges, retraced.nodes, retraced.stages, 1.0)
     anchors = np.searchsorted(retraced.edges, phases[:-1])
-    matrices, pulls, defects = _between(anchors, condense(field, iterate))
-    rates = None if field.forced else field.rates(iterate.nodes[anchors], phases[:-1])
+    condensed = condense(field, iterate)
+    matrices, pulls, defects = _between(anchors, condensed)
+    rates = None if field.forced else field.rates(iterate.nodes, retraced.edges[:-1])
     own = 0 if field.forced else 1
-    singular = is_singular(orbit.multipliers, own)
-    values = _multipliers(matrices, rates)
+    # Each piece has errors of its own.
+    values, moved = _multipliers(condensed.matrices, rates)
+    rates = None if rates is None else rates[anchors]
+    # By either method: a wrong critical multiplier must not make the orbit seem less well known.
+    singular = is_singular(orbit.multipliers, own) or is_singular(values, own)
     off = float(np.abs(values[: len(values) - own] - 1).min(initial=np.inf))
     step, growth, along = _solved(matrices, pulls, defects, rates, off if singular else None)
     size = max(1.0, float(np.abs(orbit.multipliers).max()))
     apart = _finite(multiplier_differences(orbit.multipliers, values) / size)
     errors = orbit.residual / retraced.size + SMALL
-    allowed = np.maximum(max(ALLOWED, along * errors), free / size)
+    # The states by both methods are a step apart, and so are the matrices along them.
+    change = SMALL_SLOPES + max(step, float(np.abs(defects).max())) / retraced.size
+    near = np.abs(orbit.multipliers[:, None] - values) <= apart[:, None] * size + SINGULAR
+    sensitive = change * np.where(near, moved, 0.0).max(axis=1) / size
+    allowed = np.maximum(np.maximum(max(ALLOWED, along * errors), free / size), sensitive)
     # Where all agree the largest difference counts.
     worst = int((apart if np.all(apart <= allowed) else apart / allowed).argmax())
     return (
@@ -280,9 +297,30 @@ def _solved(
     return float(length), float(1 / values.min()), float(1 / least)
 
 
-def _multipliers(matrices: Array, rates: Array | None) -> Complex:
-    """Return those of an orbit, last that of a cycle's own direction."""
+def _multipliers(matrices: Array, rates: Array | None) -> tuple[Complex, Array]:
+    """Return those of an orbit, last that of a cycle's own direction, and their sensitivities."""
     if rates is None:
-        return np.linalg.eigvals(product(matrices)).astype(complex)
+        return _sensitive_eigenvalues(matrices)
     along, across = without_motion(matrices, rates)
-    return np.append(np.linalg.eigvals(product(across)), np.prod(along)).astype(complex)
+    values, moved = _sensitive_eigenvalues(across)
+    return np.append(values, np.prod(along)), np.append(moved, 0.0)
+
+
+def _sensitive_eigenvalues(matrices: Array) -> tuple[Complex, Array]:
+    r"""Return eigenvalues of a product, and by how much relative changes of its factors move them.
+
+    With the vectors r and l of an eigenvalue, each carried through the other factors, that is
+    :math:`\sum_j |l_j| |A_j| |r_j| / |l^* r|`. Where growth and decay along an orbit are as strong
+    as beside a saddle, it is large though no multiplier is.
+    """
+    values, right = np.linalg.eig(product(matrices))
+    carried = [right.astype(complex)]
+    for matrix in matrices[:-1]:
+        carried.append(matrix @ carried[-1])
+    left = np.linalg.inv(carried[0])  # rows; the columns on the right have unit length
+    moved = np.zeros(len(values))
+    for matrix, columns in zip(matrices[::-1], carried[::-1], strict=True):
+        lengths = np.linalg.norm(left, axis=1) * np.linalg.norm(columns, axis=0)
+        moved += np.linalg.norm(matrix, 2) * lengths
+        left = left @ matrix
+    return values.astype(complex), moved
