@@ -8,11 +8,8 @@ from functools import cache, cached_property
 
 import numpy as np
 from numpy.polynomial import Polynomial, legendre
-from numpy.typing import NDArray
 
-__all__ = ["CollocationPoints", "gauss_points", "radau_points"]
-
-Array = NDArray[np.float64]
+from slipfold.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)

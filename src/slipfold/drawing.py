@@ -6,8 +6,6 @@ from collections.abc import Callable
 from functools import singledispatch
 from typing import Any
 
-__all__ = ["draw"]
-
 
 def _nothing() -> None:
     """Register nothing."""

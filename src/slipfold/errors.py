@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["BREAKDOWNS", "InputError", "breakdown"]
-
 BREAKDOWNS = (ArithmeticError, ValueError, RuntimeError)
 """What linear algebra, SciPy and heyoka raise where numbers are beyond them."""
 

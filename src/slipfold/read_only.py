@@ -6,8 +6,6 @@ from collections.abc import Mapping
 
 import numpy as np
 
-__all__ = ["ReadOnly"]
-
 
 class ReadOnly:
     """Base of frozen data classes: arrays among their fields, and in mappings there, are locked."""

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import os
 
-__all__ = ["VARIABLES", "cores", "take_one_thread"]
-
 VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 

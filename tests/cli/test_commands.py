@@ -9,8 +9,8 @@ import pytest
 from helpers.command_line import run
 from helpers.diagrams import made_diagram, response_branch
 from helpers.locus_diagrams import doubling_locus, made_locus_diagram
-from slipfold.branches.branch import End
 from slipfold.cli.progress import locus_text
+from slipfold.continuation.end import End
 from slipfold.loci.locus import LocusEnd
 from slipfold.loci.progress import LocusProgress
 from slipfold.results.load import load

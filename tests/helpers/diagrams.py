@@ -4,10 +4,12 @@ import dataclasses
 
 import numpy as np
 
-from slipfold.branches.branch import Branch, End
+from slipfold.branches.branch import Branch
 from slipfold.branches.event import Event
-from slipfold.branches.settings import Settings, Steps
+from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
+from slipfold.continuation.end import End
+from slipfold.continuation.settings import Steps
 from slipfold.models import SlidingOscillator
 from slipfold.results.diagram import Diagram
 from slipfold.results.provenance import Provenance

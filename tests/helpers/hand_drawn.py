@@ -5,8 +5,9 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from slipfold.branches.branch import Branch, End
+from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import SpecialPoint
+from slipfold.continuation.end import End
 from slipfold.models import SlidingOscillator
 from slipfold.orbits.extrema import Extrema
 

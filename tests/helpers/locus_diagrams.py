@@ -5,7 +5,8 @@ import dataclasses
 import numpy as np
 
 from helpers.diagrams import STATES
-from slipfold.branches.settings import Settings, Steps
+from slipfold.branches.settings import Settings
+from slipfold.continuation.settings import Steps
 from slipfold.loci.locus import Locus, LocusEnd, LocusPoint
 from slipfold.loci.region_map import Region, RegionCheck, RegionMap, RegionMotion
 from slipfold.models import SlidingOscillator

@@ -11,7 +11,8 @@ from helpers.hand_drawn import (
     drawn_point,
     extrema_of,
 )
-from slipfold.branches.settings import Settings, Steps
+from slipfold.branches.settings import Settings
+from slipfold.continuation.settings import Steps
 from slipfold.errors import InputError
 from slipfold.lines.of_branches import MEASURES, measure_of, stretches_of
 

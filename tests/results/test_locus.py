@@ -5,10 +5,11 @@ import pytest
 
 from helpers.locus_diagrams import assert_same
 from slipfold.branches.event import Event
-from slipfold.branches.settings import Settings, Steps
+from slipfold.branches.settings import Settings
 from slipfold.computations.bifurcation_set import bifurcation_set
 from slipfold.computations.locus import locus
 from slipfold.computations.response import response
+from slipfold.continuation.settings import Steps
 from slipfold.errors import InputError
 from slipfold.loci import isolated
 from slipfold.models import SlidingOscillator

@@ -20,10 +20,11 @@ from helpers.diagrams import (
     special_point,
 )
 from helpers.dry_friction import den_hartog
-from slipfold.branches.branch import End
 from slipfold.branches.event import Event
-from slipfold.branches.settings import Newton, Settings, Steps
+from slipfold.branches.settings import Settings
 from slipfold.computations.simulate import simulate
+from slipfold.continuation.end import End
+from slipfold.continuation.settings import Newton, Steps
 from slipfold.errors import InputError
 from slipfold.models import SlidingOscillator
 from slipfold.orbits.extrema import Extrema

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.branches.branch_point import find_crossing
 from slipfold.branches.closed_branches import SAME_ORBIT, noise_beside_birth
 from slipfold.continuation.contraction import contracts_between
@@ -21,19 +22,6 @@ from slipfold.continuation.trail import Sight, Stop, Stretch
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.spectrum.degeneracy import PAIRED
-
-__all__ = [
-    "CLEAR",
-    "CLOSED",
-    "ON_CIRCLE",
-    "Bifurcations",
-    "count_on_circle",
-    "is_off_circle",
-    "is_torus",
-    "span_end",
-]
-
-Array = NDArray[np.float64]
 
 CLOSED = "the branch closed on itself"
 """How a closed curve ends."""

@@ -21,8 +21,6 @@ from slipfold.text.printed_table import PrintedTable
 from slipfold.text.stability import outside
 from slipfold.text.turns import turns_text
 
-__all__ = ["Branch", "End"]
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Branch(OneLine, ReadOnly):

@@ -5,16 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.orbits.linearisation import Linearisation
 from slipfold.orbits.orbit_curve import OrbitCurve
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.spectrum.floquet import floquet_multipliers
-
-__all__ = ["Crossing", "find_crossing"]
-
-Array = NDArray[np.float64]
 
 STEP = 1e-4
 """Half the distance over which first derivatives are differenced, in scaled variables: the error of

@@ -19,8 +19,6 @@ from slipfold.orbits.orbit_curve import OrbitCurve
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.stick_slip.through_stick import through_stick
 
-__all__ = ["Change", "Growing"]
-
 FARTHER = 1.02
 """A branch has come no farther until it is this many times as long."""
 

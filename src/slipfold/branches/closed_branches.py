@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.continuation.end import End
 from slipfold.continuation.follow import EDGE
 from slipfold.continuation.interpolation import POINTS, hermite, well_spaced
@@ -18,22 +18,6 @@ from slipfold.models.turns import without_turns
 from slipfold.orbits.discretisations.segments import Segments
 from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
-
-__all__ = [
-    "AROUND",
-    "BEFORE",
-    "SAME_ORBIT",
-    "Birth",
-    "MeetsCopy",
-    "Returns",
-    "asymmetry",
-    "close_on_parent",
-    "has_copy",
-    "noise_beside_birth",
-    "step_beside_parent",
-]
-
-Array = NDArray[np.float64]
 
 BEFORE = 3e-3
 """How far before the parent the last regular orbit of a closing branch lies, in arclength."""

@@ -12,8 +12,6 @@ from slipfold.flow.precision import LANES
 from slipfold.orbits.extrema import TOGETHER, Extrema, find_extrema
 from slipfold.orbits.uncertainty import multiplier_uncertainty
 
-__all__ = ["complete_branches"]
-
 Tell = Callable[[int, int], None]
 """Called with how many points are done, and how many there are."""
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.branches.bifurcations import TURNING
 from slipfold.branches.branch_point import Crossing, find_crossing
 from slipfold.branches.event import Event
@@ -24,10 +24,6 @@ from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.spectrum.floquet import floquet_multipliers, match_multipliers
 from slipfold.orbits.spectrum.test_functions import evaluate_tests
 from slipfold.orbits.uncertainty import SPREAD, computed_anew, multiplier_change
-
-__all__ = ["bare", "describe", "describe_bifurcation"]
-
-Array = NDArray[np.float64]
 
 DIFFERENCED = 1e-6
 """Arclength over which multipliers are differenced: six digits of their rates are left."""

@@ -31,8 +31,6 @@ from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.stick_slip.limit_ahead import limit_ahead
 
-__all__ = ["BranchEndings", "failure_reason"]
-
 NEAR_EDGE = 0.01
 """Distance from the end of the span, in spans, within which a failure may be due to it."""
 

@@ -8,8 +8,6 @@ from numbers import Real
 
 from slipfold.errors import InputError
 
-__all__ = ["Event"]
-
 MEASURES = ("max", "min", "peak_to_peak", "parameter")
 
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.branches.event import Event
 from slipfold.continuation.end import End
 from slipfold.continuation.locate import locate
@@ -18,10 +18,6 @@ from slipfold.continuation.trail import Sight, Stop, Stretch
 from slipfold.orbits.extrema import find_extrema
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
-
-__all__ = ["Events", "Happened"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

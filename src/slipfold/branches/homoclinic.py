@@ -5,18 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.branches.stops import STANDS_STILL
 from slipfold.continuation.end import End
 from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Sight, Stop, Stretch
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
-
-__all__ = ["Homoclinic", "nears_homoclinic", "snakes_about"]
-
-Array = NDArray[np.float64]
 
 GROWN = 2.0
 """A duration that has grown less since the branch began says nothing."""

@@ -17,8 +17,6 @@ from slipfold.continuation.search import Found
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.text.one_line import certain
 
-__all__ = ["assemble", "describe_in_turn", "evenly", "stuck_fractions"]
-
 Tell = Callable[[Chart[OrbitPoint], Found, int], None]
 """Called with what is described next, the chart that it is on, and how many are done."""
 

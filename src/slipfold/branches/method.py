@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.branches.settings import Settings
 from slipfold.flow import flow_of
 from slipfold.models.model import Model
@@ -16,10 +16,6 @@ from slipfold.orbits.discretisations.scheme import scheme_for
 from slipfold.orbits.discretisations.segments import Cut
 from slipfold.orbits.discretisations.shooting import SEGMENTS, Shooting
 from slipfold.orbits.forced_orbits import ForcedOrbits
-
-__all__ = ["forced_orbits", "method_for"]
-
-Array = NDArray[np.float64]
 
 STIFF = 200.0
 """Turns of the fastest vibration within a period from which on collocation is quicker: forty masses

@@ -32,8 +32,6 @@ from slipfold.continuation.walk import Failure, walk
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
-__all__ = ["trace_branch"]
-
 LEVEL = 1e-7
 """Share of the tangent along the parameter below which rounding may decide its sign, so near to
 where another branch passes and Newton's method is singular."""

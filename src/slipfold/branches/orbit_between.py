@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipfold.branches.branch import Branch
 from slipfold.continuation.newton import Correction, correct
@@ -13,16 +12,12 @@ from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.orbits.spectrum.floquet import floquet_multipliers
 
-__all__ = ["orbit_between"]
-
 AT_ORBIT = 1e-6
 """A place this near to a known orbit, over the length of the branch, is that orbit."""
 
 BESIDE = 0.1
 """An orbit farther away than this, in scaled variables, is not the one beside the place, unless the
 points around the place are farther apart."""
-
-Array = NDArray[np.float64]
 
 
 def orbit_between(branch: Branch, arclength: float, value: float | None = None) -> PeriodicOrbit:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-__all__ = ["SEARCHING", "Observer", "Progress", "searching"]
-
 SEARCHING = "periods before the first orbit"
 """Stage of a computation that has no orbit yet."""
 

@@ -32,8 +32,6 @@ from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
 
-__all__ = ["measured_over", "span_begin", "trace_response"]
-
 AT_END = 1e-12
 """Difference of two values of the parameter, in spans, that is rounding."""
 

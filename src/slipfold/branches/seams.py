@@ -30,8 +30,6 @@ from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.stick_slip.met_shooting import MetShooting
 from slipfold.orbits.stick_slip.touching_shooting import TouchingShooting
 
-__all__ = ["NAMES", "SEAM", "Seams", "beyond_seam"]
-
 SEAM = "seam"
 """Kind of an end that is none where an orbit exists beyond it: the branch goes on there."""
 

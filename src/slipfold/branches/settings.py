@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from slipfold.continuation.settings import Newton, Stepping, Steps
+from slipfold.continuation.settings import Stepping
 from slipfold.errors import InputError
-
-__all__ = ["Newton", "Settings", "Steps"]
 
 DISCRETISATIONS = ("automatic", "shooting", "collocation")
 
@@ -43,7 +41,8 @@ class Settings(Stepping):
 
     Examples
     --------
-    >>> Settings(steps=Steps(largest=0.05)).newton.tolerance
+    >>> import slipfold as sf
+    >>> sf.Settings(steps=sf.Steps(largest=0.05)).newton.tolerance
     1e-10
     """
 

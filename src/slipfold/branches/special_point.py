@@ -18,8 +18,6 @@ from slipfold.read_only import ReadOnly
 from slipfold.text.one_line import OneLine, certain, number_text, parameter_text
 from slipfold.text.printed_table import PrintedTable
 
-__all__ = ["ALIKE", "BIFURCATIONS", "LOCUS_TYPES", "SpecialPoint", "sensitive_to"]
-
 ALIKE = 1e-6
 """Multipliers this near to each other are one that is there more than once."""
 

@@ -13,8 +13,6 @@ from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
 from slipfold.text.stability import outside
 
-__all__ = ["StabilityStretch", "loss_of_stability", "stability_stretches"]
-
 Multipliers = NDArray[np.complex128]
 
 CRITICAL = {"PD": -1.0, "LP": 1.0, "BP": 1.0}

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import InputError
 from slipfold.models.equilibrium_search import search_equilibrium
@@ -27,10 +28,6 @@ from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.orbits.spectrum.eigenvalues import unit_of_time
 from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
-
-__all__ = ["Begin", "equilibrium_start", "orbit_start", "response_start"]
-
-Array = NDArray[np.float64]
 
 WORST = 1e8
 """Newton's method at a worse condition leaves half of all digits: the value held is that of a fold

@@ -15,8 +15,6 @@ from slipfold.orbits.limits import limit_margins
 from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
-__all__ = ["STANDS_STILL", "Families", "Limits", "Undetermined", "Unresolved"]
-
 FAMILY = 150
 """Orbits with one value of the parameter after which a family is followed no farther: round a
 centre they are thirty thousand times as large then, soon beyond what rounding lets be corrected."""

@@ -21,8 +21,6 @@ from slipfold.orbits.equilibria import Equilibria
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
-__all__ = ["Junction", "find_meeting", "junctions_on"]
-
 SAME_VALUE = 1e-7
 """Two branch points this close in the parameter, in spans, may be one."""
 

@@ -9,8 +9,6 @@ from typing import Any
 from slipfold.text.one_line import OneLine
 from slipfold.text.printed_table import PrintedTable
 
-__all__ = ["Check", "Checked"]
-
 ROUNDING = 1e-12
 """What agrees to less is said to agree to this: the digits below differ from one processor to the
 next."""

@@ -19,8 +19,6 @@ from slipfold.checks.switched_difference import switched_difference
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
 
-__all__ = ["Candidate", "check_some", "spread"]
-
 SHARE = 0.1
 """Share of the work for a result that goes into its checks."""
 

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
 from slipfold.flow.switched.mode import Mode, shown
 from slipfold.flow.switched.switched_flow import SwitchedFlow
 from slipfold.flow.switched.switched_motion import Broken, legs
-
-__all__ = ["elsewhere"]
-
-Array = NDArray[np.float64]
 
 FIRST = 0.0137
 """Share of a period after which it is begun anew, so that all steps but the first fall

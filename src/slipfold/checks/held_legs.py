@@ -12,8 +12,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.collocation_points import gauss_points
 from slipfold.flow.equations import Constants
 from slipfold.flow.switched.at_the_limit import at_rest
@@ -22,10 +22,6 @@ from slipfold.flow.switched.events import Ending
 from slipfold.flow.switched.mode import Status
 from slipfold.flow.switched.switched_flow import Leg, SwitchedFlow
 from slipfold.flow.switched.transition import friction_in
-
-__all__ = ["FORCES", "Held", "hold_legs"]
-
-Array = NDArray[np.float64]
 
 POINTS = 12
 """Gauss points a step of an integrator, which is a polynomial of degree 17 or so."""

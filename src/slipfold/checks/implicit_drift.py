@@ -10,8 +10,6 @@ from slipfold.flow.implicit.takeover import Takeover
 from slipfold.models.turns import without_turns
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
-__all__ = ["implicit_drift"]
-
 PARTS = 8
 """Parts of an orbit, each from a node of its own, so that errors do not grow on the way."""
 

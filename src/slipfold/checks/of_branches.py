@@ -14,8 +14,6 @@ from slipfold.checks.choice import Candidate, check_some
 from slipfold.flow.switched.mode_equations import contacts_of
 from slipfold.text.one_line import parameter_text
 
-__all__ = ["check_branches"]
-
 
 def check_branches(branches: Sequence[Branch], observer: Observer | None = None) -> Checked:
     """Check special points, those that come first on each branch first, then ends.

@@ -12,8 +12,6 @@ from slipfold.loci.progress import LocusObserver, LocusProgress
 from slipfold.orbits.stick_slip.touch import MET
 from slipfold.text.one_line import parameter_text
 
-__all__ = ["check_loci"]
-
 
 def check_loci(loci: Sequence[Locus], observer: LocusObserver | None = None) -> Checked:
     """Check the ends of each locus, then its special points, those that come first first.

@@ -21,8 +21,6 @@ from slipfold.flow.sizes.own_sizes import unfed_states
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.turns import without_turns
 
-__all__ = ["check_motion", "repeated"]
-
 AGAIN, ONE_IN = 48, 20
 """Forcing periods that are integrated again in any case, and one in how many of a long motion: in
 batches that takes a third of the time that the motion took."""

@@ -17,8 +17,6 @@ from slipfold.flow.switched.sampled import dense_legs
 from slipfold.flow.switched.switched_flow import switched_flow_of
 from slipfold.flow.trajectory import Trajectory
 
-__all__ = ["check_switched_motion"]
-
 ONE_IN, HELD_ONE_IN = 20, 200
 """Of so many periods one is carried again, and one is held against the equations, which takes the
 time of ten in the plane and of forty on a line; one of each in any case."""

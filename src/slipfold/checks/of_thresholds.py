@@ -13,8 +13,6 @@ from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.text.one_line import parameter_text
 from slipfold.thresholds.threshold_map import GridThresholds
 
-__all__ = ["check_thresholds"]
-
 COST, FOLLOWED = 0.1, 6.0
 """Work for a threshold, and for one whose whole response was followed, in points of a branch of
 period 1, as measured."""

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array, Complex
 from slipfold.checks.checked import LOOSEST as NOT_KNOWN
 from slipfold.checks.implicit_drift import implicit_drift
 from slipfold.checks.retraced import SMALL, SMALL_SLOPES, Motion, Retraced, retrace
@@ -22,19 +23,6 @@ from slipfold.flow.flow import Flow, flow_of
 from slipfold.models.model import Model
 from slipfold.orbits.check import SINGULAR, is_singular, rests
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
-
-__all__ = [
-    "ALLOWED",
-    "PIECES",
-    "Difference",
-    "motion_of",
-    "orbit_difference",
-    "pieces_of",
-    "retraced_difference",
-]
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 ALLOWED = 1e-8
 """Difference of states (scaled), duration and multipliers (relative) that is allowed."""

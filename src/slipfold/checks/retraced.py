@@ -10,17 +10,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array, Mask
 from slipfold.collocation_points import gauss_points
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow
 from slipfold.models.turns import NO_TURNS, without_turns
-
-__all__ = ["SMALL", "Motion", "Retraced", "retrace"]
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 DEGREE = 6
 """Gauss points a piece: the error falls with the 13th power of its length."""

@@ -7,15 +7,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.flow import flow_of
 from slipfold.flow.precision import LANES
 from slipfold.flow.sizes.own_sizes import own_sizes
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.turns import without_turns
-
-__all__ = ["sensitivity"]
-
-Array = NDArray[np.float64]
 
 LONG = 1000
 """Forcing periods below which there is no time to look."""

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.checks.elsewhere import elsewhere
 from slipfold.checks.held_legs import FORCES, hold_legs
 from slipfold.checks.orbit_difference import ALLOWED, Difference
@@ -17,10 +18,6 @@ from slipfold.flow.switched.sampled import dense_legs
 from slipfold.flow.switched.switched_flow import switched_flow_of
 from slipfold.models.turns import without_turns
 from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
-
-__all__ = ["switched_difference"]
-
-Array = NDArray[np.float64]
 
 STEP = 1e-6
 """Perturbation of scaled states: smaller ones leave fewer digits, larger ones are not small."""

@@ -26,8 +26,6 @@ from slipfold.cli.simulate import simulate
 from slipfold.cli.status import say
 from slipfold.cli.studies.study import study
 
-__all__ = ["app"]
-
 app = typer.Typer(
     name="slipfold",
     cls=Commands,

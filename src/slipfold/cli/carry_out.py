@@ -12,8 +12,6 @@ from slipfold.cli.progress import live_line
 if TYPE_CHECKING:
     from slipfold.results.result import Result
 
-__all__ = ["carry_out"]
-
 Progress = TypeVar("Progress")
 Found = TypeVar("Found", bound="Result")
 

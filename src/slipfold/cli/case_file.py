@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from slipfold.models.friction import FrictionLaw
     from slipfold.models.model import Model
 
-__all__ = ["equations_file", "find_model", "find_varied"]
-
 
 def find_model(given: str, changes: Mapping[str, str], friction: str | None = None) -> Model:
     """Make the model that a command names.

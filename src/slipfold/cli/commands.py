@@ -12,8 +12,6 @@ from typer.core import TyperGroup
 from slipfold.cli.status import BAD_INPUT, DONE, INTERRUPTED, note
 from slipfold.errors import InputError
 
-__all__ = ["Commands"]
-
 # The base of typer's own errors about arguments; where it lives depends on the version of typer.
 UsageError: Any = typer.BadParameter.__mro__[1]
 

@@ -14,8 +14,6 @@ from slipfold.errors import InputError
 if TYPE_CHECKING:
     from slipfold.results.studies.study_result import StudyResult
 
-__all__ = ["explore"]
-
 NEEDED = ("fastapi", "uvicorn", "websockets", "plotly")
 
 MOST_WORKERS = 64

@@ -10,8 +10,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-__all__ = ["deferred_interrupts"]
-
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 GRACE = 0.4

@@ -28,8 +28,6 @@ from slipfold.errors import InputError
 if TYPE_CHECKING:
     from slipfold.results.locus_diagram import LocusDiagram
 
-__all__ = ["locus"]
-
 Given = Annotated[
     str,
     typer.Argument(

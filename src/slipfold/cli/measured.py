@@ -23,8 +23,6 @@ from slipfold.cli.status import DONE, FAILED, INTERRUPTED, note, say
 if TYPE_CHECKING:
     from slipfold.models.model import Model
 
-__all__ = ["fit", "measure", "plan"]
-
 Vary = Annotated[
     list[str],
     typer.Option(metavar="NAME=FIRST:LAST", help="The parameter that is swept, e.g. f=11:14."),

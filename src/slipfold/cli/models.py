@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from slipfold.models.model import Model
     from slipfold.models.parameter import Parameter
 
-__all__ = ["models"]
-
 Name = Annotated[
     str | None,
     typer.Argument(metavar="[MODEL]", help="Show one model in detail, built-in or from a file."),

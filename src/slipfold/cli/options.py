@@ -6,26 +6,6 @@ from typing import Annotated
 
 import typer
 
-__all__ = [
-    "Box",
-    "Csv",
-    "Friction",
-    "Json",
-    "MaxPoints",
-    "MaxStep",
-    "ModelName",
-    "Out",
-    "PointsOfOne",
-    "SearchPeriods",
-    "Seed",
-    "Sets",
-    "Start",
-    "Starts",
-    "States",
-    "Tolerance",
-    "VaryOne",
-]
-
 ModelName = Annotated[
     str,
     typer.Argument(

@@ -14,8 +14,6 @@ from slipfold.errors import InputError
 if TYPE_CHECKING:
     from slipfold.results.result import Result
 
-__all__ = ["Outputs", "hand_over_json"]
-
 
 @dataclass(frozen=True)
 class Outputs:

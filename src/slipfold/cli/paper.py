@@ -11,8 +11,6 @@ from slipfold.cli.progress import live_line, paper_text
 from slipfold.cli.status import DONE, FAILED, INTERRUPTED, note, say
 from slipfold.threads import cores
 
-__all__ = ["paper"]
-
 Folder = Annotated[
     str, typer.Option("--out", metavar="DIR", help="Folder to write to; made if there is none.")
 ]

@@ -13,22 +13,6 @@ if TYPE_CHECKING:
     from slipfold.branches.event import Event
     from slipfold.models.model import Model
 
-__all__ = [
-    "parse_assignments",
-    "parse_box",
-    "parse_bounds",
-    "parse_event",
-    "parse_number",
-    "parse_points",
-    "parse_numbers",
-    "parse_span",
-    "parse_states",
-    "parse_whole",
-    "parse_whole_if_given",
-    "parse_window",
-    "refuse_varied",
-]
-
 _EVENT = re.compile(r"\s*(?:(\w+)\s*\(\s*(\w+)\s*\)|(\w+))\s*=(.*)", re.DOTALL)
 
 _NUMBER = re.compile(r"\s*[-+]?[\d.]+(?:[eE][-+]?\d+)?\s*")

@@ -12,8 +12,6 @@ import typer
 from slipfold.cli.status import note
 from slipfold.errors import InputError
 
-__all__ = ["plot"]
-
 FORMATS = ("png", "pdf", "svg")
 
 MEASURES = ("max", "min", "peak_to_peak", "modulus", "stuck_fraction", "strobe")

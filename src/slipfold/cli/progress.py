@@ -19,21 +19,6 @@ if TYPE_CHECKING:
     from slipfold.paper.reproduce import PaperProgress
     from slipfold.studies.run import StudyProgress
 
-__all__ = [
-    "done_text",
-    "duration_text",
-    "exponents_text",
-    "fit_text",
-    "live_line",
-    "locus_text",
-    "motion_text",
-    "paper_text",
-    "response_text",
-    "search_text",
-    "strobe_text",
-    "study_text",
-]
-
 
 INTERVAL = 5.0
 """Seconds between the lines on a terminal that cannot write a line again."""

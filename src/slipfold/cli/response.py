@@ -35,8 +35,6 @@ if TYPE_CHECKING:
     from slipfold.branches.progress import Progress
     from slipfold.results.diagram import Diagram
 
-__all__ = ["response"]
-
 Vary = Annotated[
     list[str],
     typer.Option(

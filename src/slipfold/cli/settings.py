@@ -10,8 +10,6 @@ from slipfold.cli.parsing import parse_number, parse_whole
 if TYPE_CHECKING:
     from slipfold.branches.settings import Settings
 
-__all__ = ["parse_settings"]
-
 
 def parse_settings(
     max_step: str | None = None,
@@ -25,7 +23,8 @@ def parse_settings(
     >>> parse_settings(max_step="0.2").steps.largest
     0.2
     """
-    from slipfold.branches.settings import Newton, Settings, Steps
+    from slipfold.branches.settings import Settings
+    from slipfold.continuation.settings import Newton, Steps
 
     newton, steps, settings = Newton(), Steps(), Settings()
     if tolerance is not None:

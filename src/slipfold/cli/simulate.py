@@ -17,8 +17,6 @@ from slipfold.cli.status import DONE, FAILED, INTERRUPTED, note
 if TYPE_CHECKING:
     from slipfold.results.simulation import Simulation
 
-__all__ = ["simulate"]
-
 Periods = Annotated[
     str | None,
     typer.Option(

@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from slipfold.branches.special_point import SpecialPoint
     from slipfold.results.diagram import Diagram
 
-__all__ = ["first_point", "labelled_points", "load_response", "matching_points"]
-
 
 def load_response(path: str) -> Diagram:
     """Read a saved response."""

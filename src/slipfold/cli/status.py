@@ -7,8 +7,6 @@ import sys
 
 from slipfold.errors import InputError
 
-__all__ = ["BAD_INPUT", "DONE", "FAILED", "INTERRUPTED", "note", "say"]
-
 DONE = 0
 BAD_INPUT = 2
 FAILED = 3

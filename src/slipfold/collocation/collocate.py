@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.collocation.collocated_orbit import CollocatedOrbit
 from slipfold.collocation.condensation import Iterate
 from slipfold.collocation.mesh import equidistribute, halve, uniform
@@ -21,10 +22,6 @@ from slipfold.collocation.vector_field import VectorField
 from slipfold.collocation_points import gauss_points
 from slipfold.models.model import Model
 from slipfold.models.turns import NO_TURNS, turns_between
-
-__all__ = ["Collocated", "Guess", "collocate", "on_mesh"]
-
-Array = NDArray[np.float64]
 
 DEGREE = 6
 """Gauss points an interval: errors at its ends fall with the 12th power of its length, so that

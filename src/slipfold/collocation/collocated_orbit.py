@@ -13,8 +13,6 @@ from slipfold.text.one_line import OneLine, number_text
 from slipfold.text.printed_table import PrintedTable
 from slipfold.text.stability import multipliers_text
 
-__all__ = ["CollocatedOrbit"]
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CollocatedOrbit(OneLine, ReadOnly):

@@ -5,15 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.collocation.vector_field import RightHandSide
 from slipfold.collocation_points import gauss_points
 from slipfold.models.turns import without_turns
-
-__all__ = ["Condensed", "Iterate", "condense"]
-
-Array = NDArray[np.float64]
 
 CHUNK = 4_000_000
 """Numbers in the matrices that are held at a time: 32 MB."""

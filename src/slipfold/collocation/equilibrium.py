@@ -9,8 +9,6 @@ from slipfold.collocation.collocated_orbit import CollocatedOrbit
 from slipfold.collocation.vector_field import VectorField
 from slipfold.models.model import Model
 
-__all__ = ["exact_equilibrium"]
-
 ITERATIONS = 20
 
 STILL = 1e-13

@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.collocation_points import CollocationPoints
-
-__all__ = ["equidistribute", "halve", "spread", "steepness", "uniform"]
-
-Array = NDArray[np.float64]
 
 FLOOR = 0.1
 """Density of the mesh where nothing happens, as a share of the mean: the estimate may miss what

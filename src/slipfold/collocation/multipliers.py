@@ -6,20 +6,8 @@ from functools import reduce
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-__all__ = [
-    "cycle_multipliers",
-    "motion_bases",
-    "multiplier_difference",
-    "multiplier_differences",
-    "product",
-    "product_eigenvalues",
-    "without_motion",
-]
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from slipfold.arrays import Array, Complex
 
 BLOCKS = 16
 """Factors that are kept apart. A product of more loses digits of small multipliers, one of fewer

@@ -6,15 +6,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.collocation.condensation import Condensed, Iterate, condense
 from slipfold.collocation.reference import Reference
 from slipfold.collocation.vector_field import VectorField
-
-__all__ = ["Solution", "solve"]
-
-Array = NDArray[np.float64]
 
 ITERATIONS = 12
 

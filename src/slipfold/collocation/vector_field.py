@@ -6,14 +6,10 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
-
-__all__ = ["RightHandSide", "VectorField"]
-
-Array = NDArray[np.float64]
 
 
 class RightHandSide(Protocol):

@@ -13,8 +13,6 @@ from slipfold.models.model import Model
 from slipfold.results.motions.attractors import Attractors
 from slipfold.results.provenance import provenance
 
-__all__ = ["attractors"]
-
 
 def attractors(
     model: Model,

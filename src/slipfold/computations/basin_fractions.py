@@ -19,8 +19,6 @@ from slipfold.models.model import Model
 from slipfold.results.motions.basin_fractions import BasinFractions
 from slipfold.results.provenance import provenance
 
-__all__ = ["basin_fractions"]
-
 
 def basin_fractions(
     model: Model,

@@ -7,8 +7,9 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from slipfold.arrays import Array
 from slipfold.computations.given import checked_count, checked_model
 from slipfold.errors import InputError
 from slipfold.flow.simulate import checked_periods, initial_state
@@ -19,10 +20,6 @@ from slipfold.long_term.search import SearchProgress
 from slipfold.models.model import Model
 from slipfold.results.motions.basins import PHASE, Basins
 from slipfold.results.provenance import provenance
-
-__all__ = ["basins"]
-
-Array = NDArray[np.float64]
 
 
 def basins(

@@ -27,8 +27,6 @@ from slipfold.models.model import Model
 from slipfold.results.locus_diagram import LocusDiagram
 from slipfold.results.provenance import provenance
 
-__all__ = ["bifurcation_set"]
-
 
 def bifurcation_set(
     model: Model,

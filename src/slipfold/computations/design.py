@@ -8,8 +8,8 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.branches.special_point import SpecialPoint, sensitive_to
 from slipfold.computations.given import checked_point
 from slipfold.design_space.confirmed import is_confirmed
@@ -24,9 +24,6 @@ from slipfold.results.design_space.design import Design
 from slipfold.results.diagram import Labelled
 from slipfold.results.provenance import provenance
 
-__all__ = ["DesignProgress", "design"]
-
-Array = NDArray[np.float64]
 Number = float | str
 
 STARTS = 4

@@ -15,8 +15,6 @@ from slipfold.models.model import Model
 from slipfold.results.measured.fit import Fit
 from slipfold.results.provenance import provenance
 
-__all__ = ["fit"]
-
 
 def fit(
     model: Model,

@@ -17,19 +17,6 @@ from slipfold.models.parameter import Parameter
 from slipfold.models.quantity import parse_quantity
 from slipfold.results.diagram import Labelled
 
-__all__ = [
-    "Values",
-    "checked_count",
-    "checked_model",
-    "checked_point",
-    "checked_settings",
-    "parse_ends",
-    "parse_values",
-    "refuse_varied",
-    "spread_values",
-    "starts_given",
-]
-
 Values = ArrayLike | Sequence[float | str]
 """Values of a parameter: numbers, or text with a unit."""
 

@@ -13,8 +13,6 @@ from slipfold.computations.given import checked_point
 from slipfold.loci.gradients import threshold_gradients
 from slipfold.results.diagram import Labelled
 
-__all__ = ["gradients", "with_gradients"]
-
 
 def gradients(point: SpecialPoint | Labelled) -> dict[str, float]:
     """Return how a special point moves with every parameter but the one that was followed.

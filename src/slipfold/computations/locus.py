@@ -20,8 +20,6 @@ from slipfold.results.diagram import Labelled
 from slipfold.results.locus_diagram import LocusDiagram
 from slipfold.results.provenance import provenance
 
-__all__ = ["Given", "locus"]
-
 Given = SpecialPoint | Labelled
 """A special point, alone or with its branch."""
 

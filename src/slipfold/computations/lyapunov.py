@@ -17,8 +17,6 @@ from slipfold.results.provenance import provenance
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-__all__ = ["lyapunov"]
-
 
 def lyapunov(
     model: Model,

@@ -15,8 +15,6 @@ from slipfold.measured.stand import StandProgress, swept
 from slipfold.models.model import Model
 from slipfold.models.parameter import Parameter
 
-__all__ = ["checked_errors", "checked_values", "measure"]
-
 DIRECTIONS = ("up", "down", "both")
 
 

@@ -14,8 +14,6 @@ from slipfold.models.model import Model
 from slipfold.results.measured.measurement_plan import MeasurementPlan
 from slipfold.results.provenance import provenance
 
-__all__ = ["plan_measurement"]
-
 
 def plan_measurement(
     model: Model,

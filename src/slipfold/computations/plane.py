@@ -14,8 +14,6 @@ from slipfold.models.model import Model
 from slipfold.models.quantity import parse_quantity
 from slipfold.orbits.find import may_slip
 
-__all__ = ["Ends", "GivenWindow", "corner_model", "parse_plane"]
-
 Ends = tuple[float | str, float | str]
 """Two values of a parameter: numbers in SI units, or text with a unit."""
 

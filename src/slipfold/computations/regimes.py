@@ -18,8 +18,6 @@ from slipfold.results.provenance import provenance
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-__all__ = ["regimes"]
-
 
 def regimes(
     model: Model,

@@ -33,8 +33,6 @@ from slipfold.results.provenance import provenance
 from slipfold.tori.of_response import tori_from, tori_of
 from slipfold.tori.torus_branch import TorusBranch
 
-__all__ = ["response"]
-
 
 def response(
     model: Model | PeriodicOrbit,

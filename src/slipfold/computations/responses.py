@@ -36,9 +36,6 @@ from slipfold.results.diagram import Diagram
 from slipfold.results.provenance import provenance
 from slipfold.results.responses import INTERRUPTED, Responses
 
-__all__ = ["CaseProgress", "responses"]
-
-
 AT_ONCE = 256
 """Cases that are followed side by side: of more each takes as long."""
 

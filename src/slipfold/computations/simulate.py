@@ -20,8 +20,6 @@ from slipfold.results.simulation import Simulation
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-__all__ = ["simulate"]
-
 
 def simulate(
     model: Model,

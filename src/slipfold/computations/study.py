@@ -19,8 +19,6 @@ from slipfold.studies.run import StudyObserver, run_cases
 from slipfold.studies.store import Store
 from slipfold.studies.task import versions
 
-__all__ = ["study"]
-
 
 def study(
     given: str | Path | Mapping[str, Any],

@@ -24,8 +24,6 @@ from slipfold.results.provenance import provenance
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-__all__ = ["sweep"]
-
 
 def sweep(
     model: Model,

@@ -20,8 +20,6 @@ from slipfold.results.provenance import provenance
 from slipfold.results.threshold_map import ThresholdMap
 from slipfold.thresholds.threshold_map import MapObserver, find_threshold_map
 
-__all__ = ["threshold_map"]
-
 
 def threshold_map(
     model: Model,

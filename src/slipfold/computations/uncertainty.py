@@ -30,8 +30,6 @@ from slipfold.results.design_space.threshold_uncertainty import ThresholdUncerta
 from slipfold.results.diagram import Labelled
 from slipfold.results.provenance import provenance
 
-__all__ = ["uncertainty"]
-
 
 def uncertainty(
     point: SpecialPoint | Labelled,

@@ -6,16 +6,12 @@ from abc import abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.continuation.curve import Curve
 from slipfold.continuation.newton import Correction, correct
 from slipfold.continuation.point import Point
 from slipfold.continuation.whole_matrix import WholeMatrix
-
-__all__ = ["AlgebraicCurve"]
-
-Array = NDArray[np.float64]
 
 
 class AlgebraicCurve(Curve[Point]):

@@ -12,8 +12,6 @@ from slipfold.continuation.point import P
 from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Trail, joined
 
-__all__ = ["Atlas", "Chart", "Start"]
-
 
 @dataclass(frozen=True, eq=False)
 class Start(Generic[P]):

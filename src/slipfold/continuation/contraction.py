@@ -9,8 +9,6 @@ import numpy as np
 from slipfold.continuation.interpolation import lagrange
 from slipfold.continuation.point import Point
 
-__all__ = ["contracts_between", "contraction_drift"]
-
 SHARE = 0.5
 """Share of its distance from zero by which the bound of the multipliers may change in one step."""
 

@@ -8,14 +8,10 @@ from dataclasses import replace
 from typing import Any, Generic
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.continuation.newton import Correction, Linearised
 from slipfold.continuation.point import P
-
-__all__ = ["Curve"]
-
-Array = NDArray[np.float64]
 
 
 class Curve(ABC, Generic[P]):

@@ -7,8 +7,6 @@ from textwrap import shorten
 
 from slipfold.text.one_line import number_text
 
-__all__ = ["End"]
-
 SHOWN = 95
 """Characters of a line that shows an end; its reason is a sentence of any length."""
 

@@ -17,8 +17,6 @@ from slipfold.continuation.trail import Stop, Stretch, Trail
 from slipfold.continuation.walk import Bound, Failure, reaches, walk
 from slipfold.errors import BREAKDOWNS
 
-__all__ = ["BIRTH", "EDGE", "FIRST", "Endings", "follow"]
-
 FIRST = 0.02
 """First step from a regular point, in scaled variables."""
 

@@ -10,26 +10,11 @@ from math import acos, sin
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.continuation.curve import Curve
 from slipfold.continuation.newton import Linearised, length_of
 from slipfold.continuation.point import P, Point
-
-__all__ = [
-    "angle_between",
-    "arc_between",
-    "arcs",
-    "derivatives",
-    "hermite",
-    "hermite_each",
-    "lagrange",
-    "polynomial",
-    "polynomial_weights",
-    "well_spaced",
-]
-
-Array = NDArray[np.float64]
 
 POINTS = 3
 """Points a curve is extrapolated from: more gain little and overshoot when steps change."""

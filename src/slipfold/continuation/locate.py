@@ -22,16 +22,6 @@ from slipfold.continuation.newton import correct
 from slipfold.continuation.point import P
 from slipfold.errors import breakdown
 
-__all__ = [
-    "ALONG",
-    "Enclosed",
-    "LostCurveError",
-    "insert",
-    "locate",
-    "lost_reason",
-    "point_at",
-]
-
 CLOSE = 1e-12
 """Arclength to which a zero is found; the parameter then is right to 1e-12 of the span."""
 

@@ -6,17 +6,11 @@ from collections.abc import Sequence
 from math import isfinite
 from typing import Protocol, TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
-
+from slipfold.arrays import Array
 from slipfold.continuation.curve import Curve
 from slipfold.continuation.point import P, Point
 from slipfold.continuation.search import Found, Watch, locate_test, search_between
 from slipfold.continuation.trail import Sight, Stretch
-
-__all__ = ["Monitor", "Zeros"]
-
-Array = NDArray[np.float64]
 
 Q = TypeVar("Q", bound=Point)
 

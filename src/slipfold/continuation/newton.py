@@ -10,23 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "SINGULAR",
-    "EXACT",
-    "Bordered",
-    "Correction",
-    "Equations",
-    "Linearised",
-    "Rule",
-    "Solved",
-    "correct",
-    "correct_many",
-    "length_of",
-    "solve_each",
-]
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from slipfold.arrays import Array, Indices
 
 STILL = 1e-10
 """Derivatives are those of the solution once it has moved by less than this since they were taken:

@@ -9,25 +9,13 @@ from dataclasses import dataclass, replace
 from typing import Generic
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.continuation.curve import Curve
 from slipfold.continuation.interpolation import POINTS, hermite, well_spaced
 from slipfold.continuation.locate import ALONG, LostCurveError, insert, point_at
 from slipfold.continuation.newton import correct
 from slipfold.continuation.point import P
-
-__all__ = [
-    "APART",
-    "Seam",
-    "ahead_of",
-    "locate_ahead",
-    "locate_fold",
-    "locate_loss",
-    "locate_seam",
-]
-
-Array = NDArray[np.float64]
 
 CLOSE = 1e-11
 """Arclength to which the end of a piece is found, by bisection: nothing is smooth across it."""

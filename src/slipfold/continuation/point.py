@@ -9,8 +9,6 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["P", "Point"]
-
 
 @dataclass(frozen=True, eq=False)
 class Point:

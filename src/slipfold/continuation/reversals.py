@@ -9,8 +9,6 @@ from slipfold.continuation.point import P
 from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Trail
 
-__all__ = ["goes_back", "unexplained_reversal"]
-
 FLAT = 1e-7
 """Change of a parameter from point to point, in spans, whose sign may be that of rounding: beside
 multipliers of 1e7 orbits are known to 1e-8 or so."""

@@ -8,17 +8,13 @@ from dataclasses import dataclass
 from typing import Generic
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.continuation.curve import Curve
 from slipfold.continuation.interpolation import well_spaced
 from slipfold.continuation.locate import insert, locate, point_at
 from slipfold.continuation.point import P
 from slipfold.continuation.unseen import Expected, expectation_weights, places_between
-
-__all__ = ["Found", "Watch", "locate_test", "search_between"]
-
-Array = NDArray[np.float64]
 
 DEPTH = 7
 """An interval is halved this often, to 1/128 of a step, before its account is left open."""

@@ -8,8 +8,6 @@ from typing import ClassVar
 from slipfold.errors import InputError
 from slipfold.text.one_line import call_text
 
-__all__ = ["Coarse", "Newton", "Stepping", "Steps"]
-
 
 @dataclass(frozen=True, repr=False)
 class Newton:

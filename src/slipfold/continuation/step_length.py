@@ -10,23 +10,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-__all__ = [
-    "ERROR",
-    "HARDER",
-    "LONGER",
-    "REACH",
-    "Measures",
-    "Number",
-    "drift",
-    "lengthened",
-    "place_of_bound",
-    "shortened",
-    "shortened_where_lost",
-]
-
-Array = NDArray[np.float64]
+from slipfold.arrays import Array
 
 Number = Any
 """A float, or an array of shape (k,)."""

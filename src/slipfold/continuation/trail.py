@@ -10,8 +10,6 @@ from slipfold.continuation.end import End
 from slipfold.continuation.point import P
 from slipfold.continuation.search import Found
 
-__all__ = ["Sight", "Stop", "Stretch", "Trail", "joined"]
-
 
 @dataclass(eq=False)
 class Trail(Generic[P]):

@@ -7,15 +7,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array, Mask
 from slipfold.continuation.interpolation import lagrange, polynomial_weights
 from slipfold.continuation.step_length import Number
-
-__all__ = ["TOUCH", "Expected", "expectation_weights", "places_between"]
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 PLACES = 16
 """Places between two points at which functions are expected."""

@@ -11,15 +11,11 @@ from dataclasses import dataclass, replace
 from typing import Generic
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.continuation.curve import Curve
 from slipfold.continuation.newton import correct
 from slipfold.continuation.point import P
-
-__all__ = ["Vanishing", "beyond_vanishing", "locate_vanishing"]
-
-Array = NDArray[np.float64]
 
 POWERS = np.array([0.0, 1.0, 1.5, 2.0])
 """Powers of what is left in which unknowns are expanded."""

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.continuation.contraction import contraction_drift
 from slipfold.continuation.curve import Curve
 from slipfold.continuation.interpolation import (
@@ -33,10 +33,6 @@ from slipfold.continuation.step_length import (
     shortened_where_lost,
 )
 from slipfold.errors import BREAKDOWNS, breakdown
-
-__all__ = ["Bound", "Failure", "reaches", "walk"]
-
-Array = NDArray[np.float64]
 
 Bound = tuple[int, float, float]
 """A component of the unknown, with the least and the largest value it may take."""

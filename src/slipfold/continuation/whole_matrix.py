@@ -8,13 +8,9 @@ from functools import cached_property
 from math import log
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.continuation.newton import length_of
-
-__all__ = ["FactoredMatrix", "LeastSquares", "SquareMatrix", "WholeMatrix"]
-
-Array = NDArray[np.float64]
 
 
 class SquareMatrix(ABC):

@@ -11,8 +11,6 @@ from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
 from slipfold.branches.stability import loss_of_stability
 from slipfold.errors import InputError
 
-__all__ = ["is_confirmed"]
-
 BEYOND = 0.05
 """Share of the threshold by which the response is followed past it."""
 

@@ -6,15 +6,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.suggestion import unknown
-
-__all__ = ["correlated", "parse_correlation"]
-
-Array = NDArray[np.float64]
 
 SINGULAR = 1e-10
 """Eigenvalue of a correlation matrix that is zero: some parameters then determine another."""

@@ -5,15 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.design_space.correlation import correlated
 from slipfold.design_space.scatter import Scatter
 from slipfold.errors import InputError
-
-__all__ = ["check_power", "drawn", "quantiles"]
-
-Array = NDArray[np.float64]
 
 
 def drawn(

@@ -7,15 +7,11 @@ from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.design_space.placed import Lost, Placed
 from slipfold.design_space.placed_orbit import PlacedOrbit
 from slipfold.design_space.placed_point import PlacedPoint
-
-__all__ = ["Choice", "Demand", "choose_least"]
-
-Array = NDArray[np.float64]
 
 EXACT = 1e-9
 """Changes of the level, over that at the start, at which it is the least."""

@@ -8,18 +8,14 @@ from functools import cached_property
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.branches.settings import Settings
 from slipfold.continuation.newton import Correction
 from slipfold.errors import BREAKDOWNS, InputError, breakdown
 from slipfold.loci.gradients import column_of, corrected
 from slipfold.models.model import Model
 from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
-
-__all__ = ["Lost", "Placed"]
-
-Array = NDArray[np.float64]
 
 FAR = 0.1
 """Correction of a guess, in scaled variables, beyond which it may have led to another solution."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.branches.settings import Settings
 from slipfold.continuation.newton import Correction
 from slipfold.design_space.placed import Placed
@@ -18,10 +18,6 @@ from slipfold.orbits.discretisations.shooting import SEGMENTS
 from slipfold.orbits.find import periodic_orbit
 from slipfold.orbits.kinds import orbits_of
 from slipfold.orbits.orbit_curve import Orbits
-
-__all__ = ["PlacedOrbit"]
-
-Array = NDArray[np.float64]
 
 PHASES = 64
 """Equidistant phases a forcing period over which a motion is averaged: of a smooth periodic one

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.continuation.newton import Correction
@@ -17,10 +17,6 @@ from slipfold.models.model import Model
 from slipfold.orbits.critical import Critical
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.spectrum.degeneracy import PAIRED, critical_pair
-
-__all__ = ["PlacedPoint"]
-
-Array = NDArray[np.float64]
 
 
 class PlacedPoint(Placed):

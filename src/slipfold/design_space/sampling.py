@@ -8,12 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.design_space.placed import Lost
 from slipfold.design_space.placed_point import PlacedPoint
-
-__all__ = ["INTERRUPTED", "SampleProgress", "thresholds_at"]
-
-Array = NDArray[np.float64]
 
 INTERRUPTED = "interrupted before this sample was reached"
 

@@ -8,11 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-__all__ = ["Scatter", "scatter_text", "scattered_away"]
-
-Array = NDArray[np.float64]
+from slipfold.arrays import Array
 
 SAME = 1e-9
 """Difference of a mean from a value, over its size, that is rounding."""

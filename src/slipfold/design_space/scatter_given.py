@@ -15,8 +15,6 @@ from slipfold.models.parameter import Parameter
 from slipfold.models.quantity import parse_quantity
 from slipfold.text.validated import validated
 
-__all__ = ["parse_scatter"]
-
 Number = float | str
 """A number in the SI unit of the parameter, or text with a unit or in percent of a value."""
 

@@ -7,15 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.design_space.drawn import quantiles
 from slipfold.design_space.scatter import Scatter
 from slipfold.errors import InputError
-
-__all__ = ["SALTELLI", "SobolIndices", "index_design", "indices_of", "names_of"]
-
-Array = NDArray[np.float64]
 
 CONFIDENCE = 0.95
 

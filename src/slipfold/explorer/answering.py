@@ -33,8 +33,6 @@ from slipfold.explorer.views.plane_progress import PlaneProgress
 from slipfold.explorer.views.regimes import tell_regimes
 from slipfold.explorer.views.simulation import stream_simulation
 
-__all__ = ["Answering"]
-
 Emit = Callable[[dict[str, Any]], None]
 
 

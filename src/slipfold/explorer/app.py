@@ -27,8 +27,6 @@ from slipfold.explorer.worker import Reply
 from slipfold.explorer.workers import Workers
 from slipfold.measured.csv_file import parse_measurement
 
-__all__ = ["make_app"]
-
 PAGE_TYPES = {
     ".css": "text/css",
     ".html": "text/html",

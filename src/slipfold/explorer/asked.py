@@ -12,8 +12,6 @@ from slipfold.explorer.messages import (
 )
 from slipfold.models.model import Model
 
-__all__ = ["asked_model", "varied"]
-
 
 def varied(request: ViewRequest) -> tuple[str, ...]:
     """Return the parameters that a request varies."""

@@ -20,8 +20,6 @@ from slipfold.models.quantity import units_of, wanted_text
 from slipfold.models.registry import built_in_models
 from slipfold.models.suggestion import suggest
 
-__all__ = ["Catalogue"]
-
 MARGIN = 1e-3
 """Distance of a slider from a bound that is excluded, over the value."""
 

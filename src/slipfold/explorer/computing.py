@@ -27,8 +27,6 @@ from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.results.diagram import Diagram
 from slipfold.results.locus_diagram import LocusDiagram
 
-__all__ = ["Computing"]
-
 KEPT = 16
 """Diagrams kept, each below a megabyte."""
 

@@ -11,8 +11,6 @@ from typing import Any
 from slipfold.models.model import Model
 from slipfold.models.registry import built_in_models
 
-__all__ = ["first_view"]
-
 
 def first_view(model: Model) -> dict[str, Any]:
     """Return what is known of the first view of a model.

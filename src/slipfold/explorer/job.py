@@ -9,8 +9,6 @@ from typing import Protocol
 from slipfold.explorer.messages import DiagramRequest, ExportRequest, ViewRequest
 from slipfold.explorer.worker import Reply
 
-__all__ = ["SLOW", "Job"]
-
 RANK = {
     "orbit": 0,
     "diagram": 1,

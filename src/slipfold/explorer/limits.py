@@ -7,8 +7,6 @@ from dataclasses import dataclass, field
 from time import monotonic
 from types import MappingProxyType
 
-__all__ = ["Allowance", "Limits"]
-
 
 @dataclass(frozen=True)
 class Limits:

@@ -15,31 +15,6 @@ from pydantic import (
     model_validator,
 )
 
-__all__ = [
-    "LONGEST_NAME",
-    "UNNAMED",
-    "BasinsRequest",
-    "CancelRequest",
-    "DiagramRequest",
-    "DrawnRequest",
-    "ExponentsRequest",
-    "ExportRequest",
-    "MotionRequest",
-    "OnBranch",
-    "OrbitRequest",
-    "OrbitThrough",
-    "PlaneAxis",
-    "PlaneRequest",
-    "ReadingsRequest",
-    "RegimesRequest",
-    "Request",
-    "SimulationRequest",
-    "ValuesRequest",
-    "ViewRequest",
-    "parse_request",
-    "refusal_of",
-]
-
 LARGEST = 1e100
 """Largest modulus of a number from a client: its cube is still one. Models know narrower bounds."""
 

@@ -15,8 +15,6 @@ from slipfold.explorer.job import Job
 from slipfold.explorer.worker import Reply, Task, run_worker
 from slipfold.models.model import Model
 
-__all__ = ["GRACE", "WorkerProcess"]
-
 GRACE = 2.0
 """Seconds that a worker has to drop what has taken too long, before it is ended."""
 

@@ -11,8 +11,6 @@ from urllib.parse import parse_qs, urlsplit
 
 from slipfold.explorer.limits import Limits
 
-__all__ = ["LOCAL", "Access", "Application", "Guard"]
-
 Scope = MutableMapping[str, Any]
 Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]
 Send = Callable[[MutableMapping[str, Any]], Awaitable[None]]

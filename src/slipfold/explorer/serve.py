@@ -23,8 +23,6 @@ from slipfold.models.model import Model
 from slipfold.results.studies.study_result import StudyResult
 from slipfold.threads import take_one_thread
 
-__all__ = ["default_workers", "listen", "serve", "settings_of_server"]
-
 MOST_WORKERS = 4
 """Processes by default; more gain one user nothing."""
 

@@ -15,8 +15,6 @@ from slipfold.explorer.messages import CancelRequest, ViewRequest, parse_request
 from slipfold.explorer.worker import Reply
 from slipfold.explorer.workers import Workers
 
-__all__ = ["Session"]
-
 POLICY_VIOLATION, TRY_AGAIN = 1008, 1013
 """Codes with which a WebSocket is closed (RFC 6455)."""
 

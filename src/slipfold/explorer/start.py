@@ -7,8 +7,6 @@ from slipfold.flow.pace import paced
 from slipfold.flow.simulate import initial_state
 from slipfold.models.model import Model
 
-__all__ = ["start_of", "timed"]
-
 
 def start_of(model: Model, request: MotionRequest) -> dict[str, float]:
     """Return the states that a motion starts from, nudged."""

@@ -16,8 +16,6 @@ from slipfold.explorer.catalogue import Catalogue
 from slipfold.explorer.messages import ExportRequest, ViewRequest
 from slipfold.models.model import Model
 
-__all__ = ["READY", "Reply", "Superseded", "Task", "run_worker"]
-
 READY = 0
 """Number of the reply that says that the worker is ready."""
 

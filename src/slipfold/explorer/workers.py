@@ -13,8 +13,6 @@ from slipfold.explorer.process import GRACE, WorkerProcess
 from slipfold.explorer.worker import READY, Reply
 from slipfold.models.model import Model
 
-__all__ = ["Workers"]
-
 FAILED_STARTS = 3
 """Workers in a row that end before they are ready, after which no more are started."""
 

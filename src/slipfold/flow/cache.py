@@ -15,8 +15,6 @@ from typing import Any
 
 import heyoka as hy
 
-__all__ = ["cache_directory", "cached"]
-
 _MAGIC = b"slipfold-flow-1\n"
 _DIGEST_SIZE = hashlib.sha256().digest_size
 

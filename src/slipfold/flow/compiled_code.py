@@ -21,8 +21,6 @@ from slipfold.flow.sharp_turns import VERSION, SharpTurns, sharp_turns
 from slipfold.models.compiled_function import compiled_function
 from slipfold.models.variations import COLUMNS
 
-__all__ = ["JET_ORDER", "CompiledCode"]
-
 JET_ORDER = 3
 
 JET_TOLERANCE = 1e-10

@@ -7,11 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-__all__ = ["DenseMotion", "StepPolynomials"]
-
-Array = NDArray[np.float64]
+from slipfold.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,8 +10,6 @@ import heyoka as hy
 from slipfold.flow.equations import Equations
 from slipfold.flow.scaled import Scaled
 
-__all__ = ["with_derivatives", "with_tangent"]
-
 
 def with_derivatives(
     equations: Equations, scaled: Scaled, starts: int, directions: int, first: int

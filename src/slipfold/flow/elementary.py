@@ -13,8 +13,6 @@ import heyoka as hy
 from slipfold.flow.equations import Equations
 from slipfold.models.output import Expression
 
-__all__ = ["COMPARED", "Operand", "Operation", "take_apart"]
-
 COMPARED = "?"
 """Name of all comparisons but ``"<"``."""
 

@@ -12,14 +12,11 @@ import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.lanes import by_lane
 from slipfold.models.formulas.values import as_symbol
 from slipfold.models.model import Model
 from slipfold.models.output import Expression, Symbols
-
-__all__ = ["Constants", "Equations", "Written", "build_equations", "written"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -5,16 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.sizes.own_sizes import unfed_states
 from slipfold.models.damped_newton import damped_newton
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
-
-__all__ = ["AT_REST", "PUSH", "Equilibrium", "equilibrium_near", "pushed_off"]
-
-Array = NDArray[np.float64]
 
 AT_REST = 1e-9
 """A state this near to an equilibrium, in scaled states, is there: Newton's method finds it to

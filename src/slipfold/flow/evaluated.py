@@ -7,12 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.compiled_code import CompiledCode
 from slipfold.flow.equations import Constants
-
-__all__ = ["Evaluated"]
-
-Array = NDArray[np.float64]
 
 
 class Evaluated:

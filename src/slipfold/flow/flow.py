@@ -8,8 +8,8 @@ from threading import Lock
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.flow.compiled_code import JET_ORDER, CompiledCode
 from slipfold.flow.dense_motion import DenseMotion
@@ -22,10 +22,6 @@ from slipfold.flow.precision import LANES, TOLERANCE
 from slipfold.flow.scaled import of_order_one, power_of_two
 from slipfold.models.model import Kind, Model
 from slipfold.models.variations import COLUMNS, carried_whole
-
-__all__ = ["Flow", "flow_of"]
-
-Array = NDArray[np.float64]
 
 MANY = 8_000
 """Steps of a motion that is not stiff in its first period, at most."""

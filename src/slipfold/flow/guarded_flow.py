@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 
 import heyoka as hy
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.cache import cached
 from slipfold.flow.equations import Constants, build_equations
 from slipfold.flow.flow import Flow, flow_of
@@ -25,10 +25,6 @@ from slipfold.flow.scaled import Scaled
 from slipfold.flow.sharp_turns import VERSION, sharp_turns
 from slipfold.models.model import Kind, Model
 from slipfold.models.turns import without_turns
-
-__all__ = ["GuardedFlow", "Stop", "guarded_flow_of"]
-
-Array = NDArray[np.float64]
 
 CHUNK = 16
 """Forcing periods per call: enough to hide its cost, and phases stay small, hence exact."""

@@ -7,14 +7,10 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.patience import arrive
 from slipfold.flow.precision import LANES
-
-__all__ = ["by_lane", "carried", "chunks", "forget", "joined", "padded", "set_out"]
-
-Array = NDArray[np.float64]
 
 
 @cache

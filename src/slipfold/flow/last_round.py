@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.flow import flow_of
 from slipfold.flow.switched.events import Ending
 from slipfold.flow.switched.mode import Mode, Status
@@ -18,10 +18,6 @@ from slipfold.flow.switched.switched_flow import Leg
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
-
-__all__ = ["LastRound", "StickTime", "last_round", "round_with_stick"]
-
-Array = NDArray[np.float64]
 
 SAME = 1e-12
 """Share of a step by which a root may lie beside it."""

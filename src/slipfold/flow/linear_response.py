@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow
 from slipfold.flow.mean_state import PHASES, mean_state
-
-__all__ = ["linear_response"]
-
-Array = NDArray[np.float64]
 
 HARMONICS = 8
 

@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow
 from slipfold.models.damped_newton import damped_newton
-
-__all__ = ["PHASES", "mean_state"]
-
-Array = NDArray[np.float64]
 
 PHASES = np.arange(32) / 32
 """Phases that average the forcing: exact for up to 31 harmonics."""

@@ -7,8 +7,6 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-__all__ = ["OwnCopies"]
-
 
 class OwnCopies:
     """Integrators by name, one of each a thread.

@@ -5,16 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.flow import flow_of
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
-
-__all__ = ["divided", "paced", "rounded_down"]
-
-Array = NDArray[np.float64]
 
 EXPLORED = 500
 """Steps of the integrator from which the pace of a motion is taken: ten rounds of a smooth one."""

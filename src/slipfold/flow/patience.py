@@ -8,18 +8,7 @@ import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "CALL",
-    "LONGEST",
-    "STEEP",
-    "STEP_LIMIT",
-    "arrive",
-    "go_on",
-    "pass_through",
-    "sampled",
-]
-
-Array = NDArray[np.float64]
+from slipfold.arrays import Array
 
 CALL = 500
 """Steps taken at a time, milliseconds: between them Ctrl-C is heard. A segment takes about 5, and

@@ -9,8 +9,6 @@ import heyoka as hy
 
 from slipfold.models.output import Expression
 
-__all__ = ["perturbed_system"]
-
 
 def perturbed_system(
     states: Sequence[Expression],

@@ -7,8 +7,6 @@ from __future__ import annotations
 
 import os
 
-__all__ = ["LANES", "OPTIMISATION", "TOLERANCE"]
-
 TOLERANCE = float(os.environ.get("SLIPFOLD_TOLERANCE", "1e-13"))
 """Local error a step may make: multipliers are then right to about 1e-13, for a tenth more time
 than 1e-12 takes."""

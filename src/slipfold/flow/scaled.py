@@ -7,14 +7,10 @@ from dataclasses import dataclass
 
 import heyoka as hy
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.equations import Equations
 from slipfold.models.output import Expression
-
-__all__ = ["Scaled", "of_order_one", "power_of_two"]
-
-Array = NDArray[np.float64]
 
 FAR = 16.0
 """Length of a direction beyond which its third power hides the first one from the tolerance."""

@@ -22,8 +22,6 @@ from slipfold.flow.scaled import Scaled
 from slipfold.flow.sizes.unfed import FASTER, relative_sizes
 from slipfold.models.output import Expression
 
-__all__ = ["VERSION", "SharpTurns", "sharp_turns"]
-
 FLAT = 36.0
 """exp(-36) is rounding: an exponential is not seen beside 1."""
 

@@ -7,8 +7,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.flow.equilibrium import AT_REST, PUSH, pushed_off
 from slipfold.flow.flow import flow_of
@@ -23,22 +24,6 @@ from slipfold.models.model import Model
 from slipfold.models.suggestion import unknown
 from slipfold.models.turns import turns_between, turns_by_name
 from slipfold.text.turns import turns_text
-
-__all__ = [
-    "LARGEST",
-    "PERIODS",
-    "Motion",
-    "checked_periods",
-    "checked_tolerance",
-    "cut_short",
-    "initial_state",
-    "integrated",
-    "interrupted_at",
-    "simulate",
-    "unbounded_at",
-]
-
-Array = NDArray[np.float64]
 
 PERIODS = 1000
 """Forcing periods of a motion by default."""

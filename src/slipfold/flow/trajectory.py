@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow, flow_of
@@ -20,10 +21,6 @@ from slipfold.flow.switched.sampled import Samples, sample_switched
 from slipfold.models.model import Model
 from slipfold.text.one_line import OneLine, headed, number_text
 from slipfold.text.printed_table import PrintedTable
-
-__all__ = ["Sticking", "Trajectory"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

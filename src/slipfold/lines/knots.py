@@ -9,8 +9,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Knot", "arranged", "runs"]
-
 
 class Knot(NamedTuple):
     """A point of a line: where on it, what is drawn, what it is, how things stand there."""

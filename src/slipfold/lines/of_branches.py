@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.branches.stability import stability_stretches
@@ -15,18 +16,6 @@ from slipfold.errors import InputError
 from slipfold.lines.knots import Knot, arranged, runs
 from slipfold.orbits.extrema import Extrema
 
-__all__ = [
-    "KINDS",
-    "MEASURES",
-    "STUCK",
-    "Stretch",
-    "measure_of",
-    "measured_along",
-    "measured_at",
-    "stretches_of",
-]
-
-Array = NDArray[np.float64]
 Line = Callable[[Array], Array]
 
 MEASURES = ("max", "min", "peak_to_peak", "modulus")

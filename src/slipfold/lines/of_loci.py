@@ -8,14 +8,10 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.lines.knots import Knot, arranged, runs
 from slipfold.loci.locus import Locus, LocusPoint
-
-__all__ = ["CRITICALITIES", "LocusStretch", "locus_stretches"]
-
-Array = NDArray[np.float64]
 
 SUPERCRITICAL, SUBCRITICAL, UNKNOWN = CRITICALITIES = ("supercritical", "subcritical", "")
 """What may happen beyond a bifurcation; empty where it is not defined, as for a fold."""

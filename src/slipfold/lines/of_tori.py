@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
+from slipfold.arrays import Array
 from slipfold.lines.knots import runs
 from slipfold.lines.of_branches import OTHER, PIECES, STABLE, STUCK, Stretch, measure_of
 from slipfold.tori.torus_branch import TorusBranch
-
-__all__ = ["torus_stretches"]
-
-Array = NDArray[np.float64]
 
 GAP = ""
 """Kind of a stretch that is not drawn."""

@@ -23,14 +23,6 @@ from slipfold.loci.window import Window, check_window, measured_across
 from slipfold.models.model import Model
 from slipfold.orbits.stick_slip.touch import MET
 
-__all__ = [
-    "BifurcationSet",
-    "check_asked",
-    "find_bifurcation_set",
-    "found_until_interrupted",
-    "possible_types",
-]
-
 LINES = (11, 5)
 """Responses across the window in either direction from which loci are started."""
 

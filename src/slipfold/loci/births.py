@@ -7,8 +7,8 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.branches.closed_branches import MeetsCopy, asymmetry
 from slipfold.branches.settings import Settings
 from slipfold.continuation.end import End
@@ -29,10 +29,6 @@ from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.spectrum.eigenvalues import Cayley
 from slipfold.orbits.spectrum.floquet import floquet_multipliers
-
-__all__ = ["CROSSED", "EndsAtParent", "ends_beside_parent", "parents_of", "starts_at"]
-
-Array = NDArray[np.float64]
 
 BORN = {
     "GH": (("LP", 0),),

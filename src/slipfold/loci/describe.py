@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipfold.branches.seams import NAMES as SEAMS
 from slipfold.continuation.search import Found
@@ -16,10 +15,6 @@ from slipfold.loci.special_points import TWO_PAIRS, tests_of
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.uncertainty import computed_anew
-
-__all__ = ["bare_point", "coefficient_at", "describe_point", "pair_of", "plane_of"]
-
-Array = NDArray[np.float64]
 
 
 def coefficient_at(curve: LocusEquations, point: OrbitPoint) -> float:

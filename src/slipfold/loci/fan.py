@@ -24,8 +24,6 @@ from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.orbits.orbit_near import settled_on
 
-__all__ = ["FanLine", "extended", "follow_fan", "follow_line", "follow_settled", "largest_period"]
-
 BEYOND = 0.25
 """How far a response is followed beyond the window, in its widths."""
 

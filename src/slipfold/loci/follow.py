@@ -32,8 +32,6 @@ from slipfold.orbits.check import rests
 from slipfold.orbits.crossing import crossing_gap
 from slipfold.orbits.orbit_point import OrbitPoint
 
-__all__ = ["follow_found", "follow_loci"]
-
 OWN = ("duration",)
 """Parameters that belong to an orbit of an autonomous model, not to the case."""
 

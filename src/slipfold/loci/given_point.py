@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.errors import InputError
@@ -24,10 +24,6 @@ from slipfold.orbits.spectrum.eigenvalues import Cayley
 from slipfold.orbits.stick_slip.crossing_shooting import CrossingShooting
 from slipfold.orbits.stick_slip.touch import TOUCHED
 from slipfold.orbits.stick_slip.touching_shooting import TouchingShooting
-
-__all__ = ["as_unknown", "on_a_mesh"]
-
-Array = NDArray[np.float64]
 
 GIVING_WAY = (0.0, 1e-4, -1e-4, 3e-4, -3e-4, 1e-3, -1e-3)
 """Shares by which a parameter is changed to leave slip in the plane."""

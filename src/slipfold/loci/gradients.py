@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import LOCUS_TYPES, SpecialPoint, sensitive_to
 from slipfold.continuation.newton import Correction, correct
@@ -19,10 +19,6 @@ from slipfold.orbits.critical import Critical
 from slipfold.orbits.crossing import crossing_gap
 from slipfold.orbits.linearisation import Linearisation
 from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
-
-__all__ = ["column_of", "corrected", "plane_of_scales", "solved", "threshold_gradients"]
-
-Array = NDArray[np.float64]
 
 OTHER, OWN = -2, -1
 """Places of a parameter and of the one followed in an unknown."""

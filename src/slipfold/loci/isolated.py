@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.branches.branch import Branch
 from slipfold.branches.response import trace_response
 from slipfold.branches.settings import Settings
@@ -24,10 +24,6 @@ from slipfold.orbits.find import periodic_orbit
 from slipfold.orbits.orbit_batch import orbits_from
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
-
-__all__ = ["PLACES", "Starts", "follow_isolated", "other_orbits"]
-
-Array = NDArray[np.float64]
 
 PLACES = 4
 """Places on a line, evenly spaced, at which motions are started."""

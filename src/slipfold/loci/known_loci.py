@@ -7,18 +7,14 @@ from dataclasses import replace
 from itertools import groupby
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.branches.closed_branches import asymmetry
 from slipfold.continuation.interpolation import arc_between, hermite
 from slipfold.continuation.newton import correct
 from slipfold.loci.locus_equations import LocusEquations
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
-
-__all__ = ["begins_or_ends_at", "lies_on"]
-
-Array = NDArray[np.float64]
 
 ABREAST = 0.02
 """Distance from the interpolated locus within which the locus itself is looked at."""

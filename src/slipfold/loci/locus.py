@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.continuation.end import End
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
@@ -18,17 +19,6 @@ from slipfold.read_only import ReadOnly
 from slipfold.text.one_line import OneLine, certain, headed, listed, number_text, parameter_text
 from slipfold.text.printed_table import PrintedTable
 
-__all__ = [
-    "CODIMENSION_TWO",
-    "COEFFICIENT",
-    "Locus",
-    "LocusEnd",
-    "LocusPoint",
-    "hopf_duration",
-    "locus_title",
-]
-
-Array = NDArray[np.float64]
 Multipliers = NDArray[np.complex128]
 
 CODIMENSION_TWO = {

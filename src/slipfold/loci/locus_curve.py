@@ -6,13 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.loci.locus import Locus
-
-__all__ = ["LocusCurve", "locus_curve"]
-
-Array = NDArray[np.float64]
 
 PIECES = 12
 """Straight pieces between neighbouring points."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.normal_forms.forms import forms_of
 from slipfold.orbits.critical import Critical
 from slipfold.orbits.linearisation import Linearisation
@@ -14,9 +15,6 @@ from slipfold.orbits.spectrum.degeneracy import PAIRED, critical_places
 from slipfold.orbits.stick_slip.met_shooting import MetShooting
 from slipfold.orbits.stick_slip.touch import MET
 
-__all__ = ["LocusEquations"]
-
-Array = NDArray[np.float64]
 Multipliers = NDArray[np.complex128]
 
 NO_SLOPE = 1e-12

@@ -16,8 +16,6 @@ from slipfold.loci.describe import bare_point, coefficient_at, describe_point, p
 from slipfold.loci.locus import CODIMENSION_TWO, Locus, LocusPoint
 from slipfold.orbits.orbit_point import OrbitPoint
 
-__all__ = ["as_loci", "describe_in_turn"]
-
 Leads = Mapping[Found, Sequence[int]]
 
 Tell = Callable[[Chart[OrbitPoint], OrbitPoint, int], None]

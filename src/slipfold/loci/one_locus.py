@@ -26,8 +26,6 @@ from slipfold.loci.window import Window
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.spectrum.degeneracy import PAIRED
 
-__all__ = ["trace_locus"]
-
 UNDAMPED = 1e-6
 """Distance from the unit circle within which multipliers beside the critical ones are on it."""
 

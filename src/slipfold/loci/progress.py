@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from slipfold.loci.locus import Locus
 
-__all__ = ["LocusLine", "LocusObserver", "LocusProgress"]
-
 
 @dataclass(frozen=True)
 class LocusLine:

@@ -8,13 +8,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.loci.window import Window
 from slipfold.models.model import Model
-
-__all__ = ["CELLS", "Raster", "model_exists", "where_models_exist"]
-
-Array = NDArray[np.float64]
 
 CELLS = 480
 """Cells in either direction: half a line's width in a figure."""

@@ -5,17 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.simulate import simulate
 from slipfold.flow.trajectory import Trajectory
 from slipfold.loci.isolated import other_orbits
 from slipfold.loci.region_map import Region, RegionCheck
 from slipfold.models.model import Model
-
-__all__ = ["check_region"]
-
-Array = NDArray[np.float64]
 
 FORCING_PERIODS = 3000
 """Forcing periods a motion is given: the slowest decay of the base case, 0.96 a period, needs a

@@ -12,8 +12,6 @@ from slipfold.read_only import ReadOnly
 from slipfold.text.one_line import OneLine, listed, number_text
 from slipfold.text.printed_table import PrintedTable
 
-__all__ = ["Region", "RegionCheck", "RegionMap", "RegionMotion"]
-
 
 @dataclass(frozen=True, repr=False)
 class RegionCheck(OneLine):

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.continuation.walk import Failure
 from slipfold.errors import InputError
 from slipfold.loci.fan import FanLine
@@ -19,10 +20,6 @@ from slipfold.orbits.carry_to import Straight, carry_to
 from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.orbits.limits import broken_limit
 from slipfold.orbits.orbit_point import OrbitPoint
-
-__all__ = ["Vote", "agree", "carried_orbits", "collect_votes"]
-
-Array = NDArray[np.float64]
 
 SEEDS = 3
 """Orbits tried, the nearest first, where one is to be carried to a place."""

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.loci.fan import FanLine
 from slipfold.loci.into_stick.motions import add_sticking, sticking_checks
@@ -29,10 +30,6 @@ from slipfold.models.model import Model
 from slipfold.orbits.spectrum.degeneracy import critical_places
 from slipfold.orbits.stick_slip.touch import MET
 
-__all__ = ["map_regions"]
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 Labels = NDArray[np.int64]
 
 NONE_TOUCH: Mapping[BranchEnd, SpecialPoint] = MappingProxyType({})

@@ -21,8 +21,6 @@ from slipfold.orbits.crossing import crossing_gap
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.spectrum.degeneracy import CRITICAL, PAIRED, critical_places
 
-__all__ = ["DOUBLED", "TWO_PAIRS", "SpecialPoints", "tests_of"]
-
 DOUBLED = ("R1", "R2", "BT")
 """Where a second multiplier joins a critical one, or a critical pair meets on the real axis."""
 

@@ -18,8 +18,6 @@ from slipfold.models.turns import without_turns
 from slipfold.orbits.carry_to import hold_parameter
 from slipfold.orbits.forced_orbits import ForcedOrbits
 
-__all__ = ["ONE_ORBIT", "StableSpan", "is_among", "stable_orbits", "stable_spans"]
-
 ONE_ORBIT = 1e-4
 """Two stable orbits this close in scaled states are one."""
 

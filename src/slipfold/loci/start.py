@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.branches.settings import Settings
 from slipfold.continuation.atlas import Start
 from slipfold.continuation.follow import BIRTH
@@ -20,10 +20,6 @@ from slipfold.loci.locus_equations import LocusEquations
 from slipfold.loci.special_points import DOUBLED
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.spectrum.degeneracy import PAIRED
-
-__all__ = ["LocusStart", "is_complex", "of_each_pair", "passing", "regular_start"]
-
-Array = NDArray[np.float64]
 
 UNDEFINED = 1e-9
 """Smallest singular value, over the largest, of a Jacobian that defines a curve."""

@@ -10,8 +10,6 @@ from slipfold.errors import BREAKDOWNS
 from slipfold.loci.locus_equations import LocusEquations
 from slipfold.orbits.orbit_point import OrbitPoint
 
-__all__ = ["turning_pitchfork"]
-
 STEP = 1e-3
 """First step along the branch points, in scaled variables."""
 

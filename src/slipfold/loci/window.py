@@ -8,8 +8,6 @@ from slipfold.errors import InputError
 from slipfold.flow.sizes.typical_sizes import measured_within
 from slipfold.models.model import Model
 
-__all__ = ["Window", "check_window", "measured_across"]
-
 Window = tuple[tuple[float, float], tuple[float, float]]
 """Least and largest value of each of two parameters."""
 

@@ -7,16 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.flow import flow_of
 from slipfold.flow.switched.simulate import simulate_smooth_or_switched
 from slipfold.long_term.exponents import Exponents
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
-
-__all__ = ["Attractor", "at_rest", "of_exponents", "of_orbit", "strobes_of"]
-
-Array = NDArray[np.float64]
 
 SHOWN, PER_PERIOD = 400, 64
 """Periods of a torus or of chaos whose outputs are seen, and samples in each."""

@@ -9,15 +9,12 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.long_term.attractor import Attractor
 from slipfold.long_term.released_search import search_released
 from slipfold.long_term.repeats import FLOOR
 from slipfold.long_term.search import UNFINISHED, Observer, Searched
 from slipfold.models.model import Model
-
-__all__ = ["KNOWN", "WITHIN_CELL", "WITHIN_ERROR", "FoundBasins", "find_basins"]
-
-Array = NDArray[np.float64]
 
 KNOWN, WITHIN_CELL, WITHIN_ERROR = 0, 1, 2
 """Whether a cell has one label: also at its corners; not there; nor where the start is moved by as

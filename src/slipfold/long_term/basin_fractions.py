@@ -9,13 +9,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.long_term.attractor import Attractor
 from slipfold.long_term.search import UNFINISHED, SearchProgress, search
 from slipfold.models.model import Model
 
-__all__ = ["Fractions", "find_fractions"]
-
-Array = NDArray[np.float64]
 Labels = NDArray[np.int64]
 
 

@@ -5,11 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-__all__ = ["Average", "average", "bump"]
-
-Array = NDArray[np.float64]
+from slipfold.arrays import Array
 
 
 class Average(NamedTuple):

@@ -7,16 +7,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.suggestion import unknown
-
-__all__ = ["Box", "box_around", "checked_box"]
-
-Array = NDArray[np.float64]
 
 REACH = 1.5
 """Of a box that nobody gives: times the typical size of each state, about the model's start."""

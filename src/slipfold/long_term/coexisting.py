@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.branches.branch import Branch
 from slipfold.branches.orbit_between import orbit_between
 from slipfold.branches.progress import Observer, Progress
@@ -24,10 +24,6 @@ from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.orbits.find import periodic_orbit
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
-
-__all__ = ["find_coexisting"]
-
-Array = NDArray[np.float64]
 
 PLACES = 4
 """Places on the span, evenly spaced, at which motions are started."""
@@ -50,7 +46,9 @@ ONE = 1e-4
 class Follow(Protocol):
     """What follows a branch, and all that leave it, from where it begins."""
 
-    def __call__(self, *, begin: Begin) -> tuple[Branch, ...]: ...
+    def __call__(self, *, begin: Begin) -> tuple[Branch, ...]:
+        """Return the branches that start there."""
+        ...
 
 
 def find_coexisting(

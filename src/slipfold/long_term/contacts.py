@@ -18,8 +18,6 @@ from slipfold.models.suggestion import unknown
 from slipfold.models.system import System
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
-__all__ = ["ShownContacts", "find_contacts"]
-
 UNSETTLED = 32
 """Periods at the end of a motion that has not settled, or has come to rest."""
 

@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.models.turns import without_turns
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
-
-__all__ = ["CycleLine"]
-
-Array = NDArray[np.float64]
 
 SAMPLES = 1024
 """Samples between which the line is straight."""

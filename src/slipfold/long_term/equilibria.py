@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.models.damped_newton import damped_newton
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
-
-__all__ = ["equilibria_in"]
-
-Array = NDArray[np.float64]
 
 ONE = 1e-8
 """Distance, in scaled states, of two equilibria that are one."""

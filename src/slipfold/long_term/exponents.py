@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.flow.switched.simulate import comes_to_rest
 from slipfold.long_term.birkhoff import average
@@ -17,16 +17,6 @@ from slipfold.long_term.rotation import rotation_of
 from slipfold.long_term.verdict import Verdict, verdict_of
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
-
-__all__ = [
-    "Estimate",
-    "Exponents",
-    "ExponentsProgress",
-    "find_exponents",
-    "follow_exponents",
-]
-
-Array = NDArray[np.float64]
 
 FIRST = 250
 """Periods after which exponents are estimated first; from then on each time it is twice as many."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import Stop
@@ -17,10 +17,6 @@ from slipfold.flow.switched.linearised_motion import linearised_motion
 from slipfold.flow.switched.simulate import begun, slips_at_first, trajectory_of
 from slipfold.flow.switched.switched_motion import SwitchedMotion, legs
 from slipfold.models.model import Model
-
-__all__ = ["Growth", "growth_from", "growth_through_stick"]
-
-Array = NDArray[np.float64]
 
 PILOT = 8
 """Periods from which it is seen how unequally perturbations grow."""

@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.long_term.attractor import Attractor
 from slipfold.long_term.cycle_line import CycleLine
 from slipfold.long_term.growth import growth_from, growth_through_stick
@@ -15,10 +16,6 @@ from slipfold.long_term.motions import Motions
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
-
-__all__ = ["Known", "KnownCloud", "KnownCycle", "KnownPoint"]
-
-Array = NDArray[np.float64]
 
 NEAR = 1e-4
 """Distance, in scaled states, that is tried first: what attracts should be linear there."""

@@ -7,14 +7,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import Stop
 from slipfold.flow.strobes import strobe_many
 from slipfold.models.model import Model
-
-__all__ = ["Motions"]
-
-Array = NDArray[np.float64]
 
 
 class Motions:

@@ -9,9 +9,6 @@ from slipfold.long_term.open_motions import CHAOS, PERIODIC, STICKS, TORUS, UNDE
 from slipfold.long_term.places import OPEN, TOGETHER, Judged, Places
 from slipfold.models.turns import without_turns
 
-__all__ = ["NONE", "SAME", "continue_to_neighbours"]
-
-Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
 SAME = 1e-2

@@ -8,26 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.strobes.crowd import Crowd
 from slipfold.long_term.birkhoff import average, bump
 from slipfold.long_term.repeats import NEAR, repeats_of
 from slipfold.long_term.verdict import SURE
 from slipfold.models.model import Model
 from slipfold.models.turns import mean_state, without_turns
-
-__all__ = [
-    "CHAOS",
-    "PERIODIC",
-    "PERIODS",
-    "STICKS",
-    "STOPPED",
-    "TORUS",
-    "UNDECIDED",
-    "Told",
-    "tell_open",
-]
-
-Array = NDArray[np.float64]
 
 PERIODIC, STICKS, STOPPED = "periodic", "sticks", "stopped"
 TORUS, CHAOS, UNDECIDED = "torus", "chaos", "undecided"

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.equilibrium import PUSH
 from slipfold.flow.strobes.crowd import Crowd
 from slipfold.flow.strobes.strobe_many import StrobeProgress, models_with
@@ -23,10 +24,6 @@ from slipfold.long_term.open_motions import (
 from slipfold.long_term.repeats import FLOOR, repeats_of
 from slipfold.models.model import Model
 from slipfold.models.turns import mean_state, without_turns
-
-__all__ = ["NOT_DONE", "OPEN", "TOGETHER", "Judged", "Places"]
-
-Array = NDArray[np.float64]
 
 NOT_DONE = "not done"
 

@@ -8,14 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.strobes.strobe_many import StrobeProgress
 from slipfold.long_term.neighbours import continue_to_neighbours
 from slipfold.long_term.places import Places
 from slipfold.models.model import Model
-
-__all__ = ["RUNS", "Plane", "find_regimes"]
-
-Array = NDArray[np.float64]
 
 RUNS = ("rest", "up", "down")
 """The first runs; those after them are motions continued from neighbouring cells."""

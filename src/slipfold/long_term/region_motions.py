@@ -15,8 +15,6 @@ from slipfold.long_term.open_motions import PERIODIC
 from slipfold.long_term.places import NOT_DONE, Places
 from slipfold.models.model import Model
 
-__all__ = ["resolve_regions"]
-
 Labels = NDArray[np.int64]
 
 TRANSIENT = 400

@@ -6,16 +6,12 @@ from collections import Counter
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.strobes.released import released
 from slipfold.long_term.known import Known
 from slipfold.long_term.search import ENDED, Observer, Searched, search
 from slipfold.models.model import Model
-
-__all__ = ["search_released"]
-
-Array = NDArray[np.float64]
 
 
 def search_released(

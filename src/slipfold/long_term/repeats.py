@@ -5,14 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.flow import flow_of
 from slipfold.flow.strobes.march import TOGETHER, March
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
-
-__all__ = ["FLOOR", "NEAR", "reached", "repeats_of", "sampled_outputs"]
-
-Array = NDArray[np.float64]
 
 FLOOR = 1e-8
 """Change in scales, from one response to the next, that errors of steps may make."""

@@ -6,13 +6,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.long_term.birkhoff import bump
-
-__all__ = ["Rotation", "rotation_of"]
-
-Array = NDArray[np.float64]
 
 STATES = 65536
 """The last states, of the second half, of which the spectrum is taken: lines beside a resonance lie

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.pace import paced
 from slipfold.flow.sizes.typical_sizes import measured
 from slipfold.long_term.attractor import Attractor
@@ -17,10 +18,6 @@ from slipfold.long_term.motions import Motions
 from slipfold.long_term.verified import Verified
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
-
-__all__ = ["ENDED", "UNDECIDED", "UNFINISHED", "SearchProgress", "Searched", "kind_of", "search"]
-
-Array = NDArray[np.float64]
 
 UNDECIDED, ENDED, UNFINISHED = 0, -1, -2
 """What a start came to that came to no attractor."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.trajectory import Trajectory
@@ -15,10 +16,6 @@ from slipfold.models.turns import TURN
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.text.one_line import OneLine, number_text
 from slipfold.text.printed_table import PrintedTable
-
-__all__ = ["SpectralLines", "Spectrum", "find_spectrum"]
-
-Array = NDArray[np.float64]
 
 SHOWN = 10
 """Lines that a notebook shows."""

@@ -8,14 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.flow import flow_of
 from slipfold.flow.strobes.own_motion import OwnMotion
 from slipfold.flow.strobes.strobe_many import StrobeProgress, models_with, strobe_many
 from slipfold.models.model import Model
-
-__all__ = ["DOWN", "NOT_DONE", "UP", "Swept", "find_sweep"]
-
-Array = NDArray[np.float64]
 
 UP, DOWN = "up", "down"
 

@@ -6,14 +6,10 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.settling.settlement import Settlement
 from slipfold.long_term.rotation import Rotation
-
-__all__ = ["Verdict", "verdict_of"]
-
-Array = NDArray[np.float64]
 
 SURE = 3.0
 """Errors by which an exponent differs from zero if it is said to."""

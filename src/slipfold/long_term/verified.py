@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.flow.equilibrium import equilibrium_near
 from slipfold.flow.flow import flow_of
@@ -17,10 +17,6 @@ from slipfold.orbits.find import may_slip, periodic_orbit
 from slipfold.orbits.orbit_batch import orbits_from
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.text.stability import stability_word
-
-__all__ = ["Verified"]
-
-Array = NDArray[np.float64]
 
 LONGEST = 16
 """Longest period, in forcing periods, that is tried where motions nearly repeat."""

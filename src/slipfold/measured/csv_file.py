@@ -17,8 +17,6 @@ from slipfold.measured.quantity import Quantity, parse_measured
 from slipfold.models.model import Model
 from slipfold.models.quantity import units_of
 
-__all__ = ["csv_of", "parse_measurement", "read_measurement"]
-
 _HEAD = re.compile(r"\s*(?P<name>[^\[\](){}]+?)\s*(?:[\[(]\s*(?P<unit>[^\])]*?)\s*[\])])?\s*")
 
 ERROR = "error of "

@@ -6,13 +6,10 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.measured.explanation import Explanation
 
-__all__ = ["best_of_rounds", "closest"]
-
-Array = NDArray[np.float64]
 Report = Callable[[Explanation], None]
 
 ROUNDS = 12

@@ -8,15 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.measured.measurement import Measurement
 from slipfold.measured.prediction import Prediction, sensitivities
 from slipfold.measured.stable_orbits import StableOrbit, stable_orbits
 from slipfold.models.model import Model
 
-__all__ = ["FAR", "Explanation", "Readings"]
-
-Array = NDArray[np.float64]
 Truth = NDArray[np.bool_]
 
 FAR = 6.0

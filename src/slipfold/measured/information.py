@@ -6,18 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.measured.least_squares import covariance_of
 from slipfold.measured.prediction import Prediction, sensitivities
 from slipfold.measured.quantity import Quantity
 from slipfold.measured.stable_orbits import StableOrbit, stable_orbits
 from slipfold.models.model import Model
-
-__all__ = ["Planned", "best_rows", "expected", "plan"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

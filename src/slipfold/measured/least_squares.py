@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.measured.descent import best_of_rounds
 from slipfold.measured.explanation import Explanation, Readings
@@ -16,9 +17,6 @@ from slipfold.measured.measurement import Measurement
 from slipfold.measured.profile import Better, Profile
 from slipfold.models.model import Model
 
-__all__ = ["Estimate", "FitProgress", "Fitted", "covariance_of", "find_fit"]
-
-Array = NDArray[np.float64]
 Truth = NDArray[np.bool_]
 
 CONFIDENCE = 0.95

@@ -6,17 +6,13 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.measured.quantity import Quantity
 from slipfold.read_only import ReadOnly
 from slipfold.text.one_line import OneLine, number_text
 from slipfold.text.printed_table import PrintedTable
-
-__all__ = ["SWEEPS", "Measurement"]
-
-Array = NDArray[np.float64]
 
 SWEEPS = ("up", "down", "")
 """How the parameter came to a value; the last: not said."""

@@ -6,16 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.measured.quantity import Quantity
 from slipfold.measured.stable_orbits import StableOrbit, orbits_at
 from slipfold.models.model import Model
-
-__all__ = ["Prediction", "sensitivities"]
-
-Array = NDArray[np.float64]
 
 STEP = 1e-4
 """Difference by which a parameter is moved, over its size: orbits are known to 1e-12, so that

@@ -6,14 +6,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.measured.descent import best_of_rounds, closest
 from slipfold.measured.explanation import Explanation
-
-__all__ = ["Better", "Profile"]
-
-Array = NDArray[np.float64]
 
 CLOSE = 1e-2
 """Error of an end where orbits vanish, over its distance from the fitted value."""

@@ -13,8 +13,6 @@ from slipfold.models.model import Model
 from slipfold.models.suggestion import unknown
 from slipfold.orbits.extrema import Extrema
 
-__all__ = ["MEASURES", "Quantity", "headed_quantities", "parse_measured", "read_off"]
-
 MEASURES = ("max", "min", "peak_to_peak", "modulus")
 """What of an output is measured over a period, as diagrams draw it."""
 

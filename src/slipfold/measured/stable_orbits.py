@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.branches.branch import Branch
 from slipfold.branches.response import measured_over, trace_response
 from slipfold.branches.settings import Settings
@@ -21,10 +22,6 @@ from slipfold.orbits.find import periodic_orbit
 from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.orbits.orbit_batch import correct_orbits
 from slipfold.text.stability import outside
-
-__all__ = ["StableOrbit", "orbits_at", "stable_orbits"]
-
-Array = NDArray[np.float64]
 
 FINE = 65
 """Places between two points of a branch among which a value of the parameter is looked for."""

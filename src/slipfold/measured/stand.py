@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.flow.switched.simulate import simulate_smooth_or_switched
 from slipfold.flow.trajectory import Trajectory
@@ -15,10 +15,6 @@ from slipfold.measured.measurement import Measurement
 from slipfold.measured.quantity import Quantity, read_off
 from slipfold.models.model import Model
 from slipfold.orbits.steady_extrema import steady_extrema
-
-__all__ = ["StandProgress", "swept"]
-
-Array = NDArray[np.float64]
 
 EACH = 500
 """Forcing periods after which a motion is looked at."""

@@ -17,8 +17,6 @@ from slipfold.models.structures import Structure
 from slipfold.models.suggestion import not_supported
 from slipfold.models.system import System
 
-__all__ = ["model_of_case", "model_of_file", "read_case_file", "with_law"]
-
 FORM = (
     'model = "sliding", or the name of a file with a system or structure, and a table '
     '[parameters] with lines such as f = 12.5 or alpha = "60deg", '

@@ -9,8 +9,6 @@ import heyoka as hy
 
 from slipfold.models.output import Expression
 
-__all__ = ["compiled_function"]
-
 
 def compiled_function(expressions: Iterable[Expression], symbols: Sequence[Expression]) -> Any:
     """Compile functions of symbols, for one place or, shape (n, m), for many at once.

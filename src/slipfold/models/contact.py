@@ -7,8 +7,6 @@ from dataclasses import dataclass
 
 from slipfold.models.output import Expression
 
-__all__ = ["Contact", "friction_name", "normal_name"]
-
 
 def normal_name(contact: str) -> str:
     """Return the name under which equations look for a normal force that is given."""

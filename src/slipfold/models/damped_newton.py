@@ -5,11 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-__all__ = ["damped_newton"]
-
-Array = NDArray[np.float64]
+from slipfold.arrays import Array
 
 ITERATIONS = 60
 HALVINGS = 30

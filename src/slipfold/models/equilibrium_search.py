@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.models.damped_newton import damped_newton
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
-
-__all__ = ["search_equilibrium"]
-
-Array = NDArray[np.float64]
 
 REACHES = (0.1, 1.0, 10.0, 100.0)
 """How far around the start is searched, in scaled states, one after the other."""

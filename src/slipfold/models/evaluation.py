@@ -10,14 +10,11 @@ import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.models.compiled_function import compiled_function
 from slipfold.models.formulas.values import as_symbol
 from slipfold.models.output import Expression, Output, Symbols
 from slipfold.models.parameter import Parameter, State
-
-__all__ = ["Evaluation", "evaluation_of"]
-
-Array = NDArray[np.float64]
 
 
 class Model(Protocol):

@@ -6,8 +6,6 @@ from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.models.system import System
 
-__all__ = ["check_followed"]
-
 
 def check_followed(model: Model) -> None:
     """Refuse values at which there is motion but no orbit in slip: no counter-body moves on.

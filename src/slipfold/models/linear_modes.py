@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from slipfold.text.one_line import OneLine, listed, number_text
 from slipfold.text.printed_table import PrintedTable
 
-__all__ = ["Modes", "find_modes"]
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Modes(OneLine):

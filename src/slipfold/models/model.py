@@ -21,8 +21,6 @@ from slipfold.models.quantity import parse_quantity
 from slipfold.models.suggestion import unknown
 from slipfold.models.turns import TURN
 
-__all__ = ["Kind", "Model"]
-
 
 class Model(ABC):
     """A periodically forced mechanical system, written in symbols; immutable.

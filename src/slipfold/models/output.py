@@ -6,8 +6,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-__all__ = ["Expression", "Limit", "Output", "Symbols"]
-
 Expression = Any
 """A symbolic expression (`heyoka.expression`)."""
 

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 
 from slipfold.errors import InputError
 
-__all__ = ["DURATION", "Parameter", "State"]
-
 
 @dataclass(frozen=True)
 class Parameter:

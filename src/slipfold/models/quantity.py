@@ -8,8 +8,6 @@ from collections.abc import Mapping
 
 from slipfold.errors import InputError
 
-__all__ = ["parse_quantity", "units_of", "wanted_text"]
-
 _FACTORS: dict[str, tuple[str, float]] = {
     "deg": ("rad", math.pi / 180),
     "°": ("rad", math.pi / 180),

@@ -17,8 +17,6 @@ from slipfold.models.structures import Structure
 from slipfold.models.suggestion import suggest
 from slipfold.models.system import System
 
-__all__ = ["built_in_models", "built_in_text", "model_named"]
-
 WITH_FRICTION = ("sliding", "steady-sliding")
 """Models that take a friction law as ``friction``."""
 

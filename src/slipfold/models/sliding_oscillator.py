@@ -31,8 +31,6 @@ from slipfold.models.static_point import find_static_point
 from slipfold.models.structures.components.trigonometry import cos_sin
 from slipfold.models.unforced import Unforced
 
-__all__ = ["SlidingOscillator"]
-
 
 class SlidingOscillator(Model):
     r"""Two-degree-of-freedom oscillator pressed on a moving plate by a pulsing normal force.

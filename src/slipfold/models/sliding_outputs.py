@@ -10,15 +10,6 @@ from slipfold.models.contact import friction_name, normal_name
 from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.output import Expression, Output, Symbols
 
-__all__ = [
-    "LAW_PREFIX",
-    "TIP",
-    "law_parameters",
-    "relative_velocity",
-    "sliding_outputs",
-    "spring_length_squared",
-]
-
 TIP = "tip"
 """The contact of tip and plate."""
 

@@ -11,10 +11,6 @@ from slipfold.models.evaluation import evaluation_of
 from slipfold.models.followed import check_followed
 from slipfold.models.model import Model
 
-__all__ = ["find_static_point"]
-
-Array = NDArray[np.float64]
-
 ROUNDING = 1e-12
 """A static point smaller than this, in scaled states, may be zero but for rounding."""
 

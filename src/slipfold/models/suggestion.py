@@ -8,8 +8,6 @@ from collections.abc import Collection, Iterable
 
 from slipfold.errors import InputError
 
-__all__ = ["not_supported", "suggest", "unknown"]
-
 _KINDS = {
     "maps, which are discrete in time,": re.compile(r"maps?|next|iterates?|difference_equations"),
     "delays": re.compile(r"delay(s|ed)?|lags?|history|dde"),

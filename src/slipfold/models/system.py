@@ -18,8 +18,6 @@ from slipfold.models.definitions.source import source_of_file, source_of_tables,
 from slipfold.models.model import Model
 from slipfold.models.output import Expression, Output, Symbols
 
-__all__ = ["System"]
-
 
 class System(Model):
     """A model made from equations that are written as text.

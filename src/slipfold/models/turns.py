@@ -5,13 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.models.parameter import State
-
-__all__ = ["NO_TURNS", "TURN", "mean_state", "turns_between", "turns_by_name", "without_turns"]
-
-Array = NDArray[np.float64]
 
 TURN = 2 * np.pi
 """Radians in a whole turn."""

@@ -19,8 +19,6 @@ from slipfold.models.output import Expression, Output, Symbols
 from slipfold.models.parameter import DURATION, Parameter
 from slipfold.models.static_point import find_static_point
 
-__all__ = ["Unforced"]
-
 _REST = hy.expression(0.0)
 """The phase, and the parameter that switches the forcing off."""
 

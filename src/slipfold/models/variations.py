@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["COLUMNS", "WHOLE", "carried_whole"]
-
 WHOLE = 24
 """Up to this many states all derivatives ride along with one motion, beyond it a few at a time.
 

@@ -13,17 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.normal_forms.normal_form import MapDerivatives, critical_vectors
 from slipfold.normal_forms.pair_form import pair_cubic, third_form
 
-__all__ = [
-    "codimension_two_coefficients",
-    "cusp_form",
-    "double_form",
-    "eigenvectors",
-]
-
-Array = NDArray[np.float64]
 Vector = NDArray[Any]
 
 

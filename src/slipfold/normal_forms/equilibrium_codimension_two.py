@@ -15,8 +15,6 @@ from slipfold.normal_forms.codimension_two import cusp_form, double_form, eigenv
 from slipfold.normal_forms.field_map import FieldMap
 from slipfold.normal_forms.normal_form import critical_vectors
 
-__all__ = ["equilibrium_coefficients"]
-
 
 def equilibrium_coefficients(field: FieldMap, kind: str) -> dict[str, float]:
     r"""Return the coefficients that decide what happens near a point of codimension two."""

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.normal_forms.field_map import FieldMap
 from slipfold.normal_forms.normal_form import (
     critical_coefficient,
@@ -20,9 +21,6 @@ from slipfold.normal_forms.pair_form import pair_cubic
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
-__all__ = ["equilibrium_form", "first_lyapunov_coefficient"]
-
-Array = NDArray[np.float64]
 Vector = NDArray[Any]
 
 

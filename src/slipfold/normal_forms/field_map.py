@@ -7,11 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.orbits.orbit_curve import Orbits
 
-__all__ = ["FieldMap"]
-
-Array = NDArray[np.float64]
 Vector = NDArray[Any]
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.normal_forms.codimension_two import codimension_two_coefficients
 from slipfold.normal_forms.equilibrium_codimension_two import equilibrium_coefficients
 from slipfold.normal_forms.equilibrium_form import equilibrium_form, first_lyapunov_coefficient
@@ -19,10 +19,6 @@ from slipfold.orbits.linearisation import Linearisation
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.spectrum.degeneracy import critical_places
-
-__all__ = ["Forms", "forms_of"]
-
-Array = NDArray[np.float64]
 
 
 class Forms:

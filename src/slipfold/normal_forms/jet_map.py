@@ -8,12 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
 from slipfold.orbits.orbit_curve import Orbits
 
-__all__ = ["JetMap", "polarised"]
-
-Array = NDArray[np.float64]
 Vector = NDArray[Any]
 
 

@@ -13,6 +13,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.normal_forms.jet_map import JetMap
 from slipfold.normal_forms.return_chain import ReturnChain
 from slipfold.normal_forms.return_map import ReturnMap
@@ -20,19 +21,6 @@ from slipfold.orbits.linearisation import Linearisation
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
-__all__ = [
-    "MapDerivatives",
-    "critical_coefficient",
-    "critical_length",
-    "critical_vectors",
-    "criticality_of",
-    "declared",
-    "fold_coefficient",
-    "mean_coefficient",
-    "normal_form",
-]
-
-Array = NDArray[np.float64]
 Vector = NDArray[Any]
 
 QUADRATIC = ("LP", "transcritical")

@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 
 from slipfold.normal_forms.normal_form import MapDerivatives
 
-__all__ = ["pair_cubic", "third_form"]
-
 Vector = NDArray[Any]
 
 

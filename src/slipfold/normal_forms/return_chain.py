@@ -8,13 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.normal_forms.jet_map import polarised
 from slipfold.normal_forms.return_map import ReturnMap
 from slipfold.orbits.orbit_curve import Orbits
 
-__all__ = ["ReturnChain"]
-
-Array = NDArray[np.float64]
 Vector = NDArray[Any]
 
 LARGEST = 1500

@@ -7,13 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.collocation.multipliers import motion_bases
 from slipfold.normal_forms.jet_map import polarised
 from slipfold.orbits.orbit_curve import Orbits
 
-__all__ = ["ReturnMap"]
-
-Array = NDArray[np.float64]
 Vector = NDArray[Any]
 
 SAMPLES = 8

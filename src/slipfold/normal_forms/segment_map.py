@@ -7,14 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
 from slipfold.orbits.discretisations.segments import Segments
 from slipfold.orbits.linearisation import Linearisation
 from slipfold.orbits.orbit_curve import Orbits
 
-__all__ = ["SegmentMap"]
-
-Array = NDArray[np.float64]
 Vector = NDArray[Any]
 
 SPANNED = 1e-7

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.orbits.cycles import Cycles
 from slipfold.orbits.discretisations.segments import Cut, Segments
 from slipfold.orbits.discretisations.shooting import Shooting
@@ -15,10 +15,6 @@ from slipfold.orbits.equilibria import Equilibria
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.spectrum.eigenvalues import transition
 from slipfold.orbits.spectrum.multipliers import on_quotient
-
-__all__ = ["Newborn", "cycle_of_no_amplitude", "passed_twice"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,8 +12,6 @@ from slipfold.orbits.discretisations.segments import Segments
 from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
-__all__ = ["FIRST", "ROUNDS", "by_collocation"]
-
 C = TypeVar("C", bound=OrbitCurve)
 
 FIRST = 64

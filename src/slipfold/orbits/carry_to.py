@@ -10,6 +10,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.continuation.newton import correct
 from slipfold.continuation.settings import Stepping, Steps
 from slipfold.continuation.walk import Failure, walk
@@ -18,9 +19,6 @@ from slipfold.orbits.linearisation import Conditions, Linearisation
 from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
-__all__ = ["CARRYING", "Straight", "carry_to", "hold_parameter"]
-
-Array = NDArray[np.float64]
 Values = NDArray[np.complex128]
 
 FIRST = 0.01

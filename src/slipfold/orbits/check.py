@@ -8,15 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.collocation import CollocatedOrbit, collocate, exact_equilibrium
 from slipfold.flow import flow_of
 from slipfold.models.model import Model
 from slipfold.text.one_line import OneLine
 from slipfold.text.printed_table import PrintedTable
 
-__all__ = ["OrbitCheck", "is_singular", "orbit_by_collocation", "rests"]
-
-Array = NDArray[np.float64]
 Multipliers = NDArray[np.complex128]
 
 SAMPLES = 128

@@ -8,6 +8,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.orbits.crossing import crossing_conditions, crossing_values
 from slipfold.orbits.discretisations.discretisation import Discretisation
 from slipfold.orbits.linearisation import MANY, Conditions, Linearisation, defect_of
@@ -21,9 +22,6 @@ from slipfold.orbits.spectrum.degeneracy import (
 from slipfold.orbits.spectrum.floquet import floquet_multipliers
 from slipfold.orbits.stick_slip.met_shooting import MetShooting
 
-__all__ = ["Critical"]
-
-Array = NDArray[np.float64]
 Values = NDArray[np.complex128]
 
 

@@ -5,14 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.orbits.linearisation import Conditions, Linearisation
 from slipfold.orbits.orbit_curve import Orbits
-
-__all__ = ["critical_direction", "crossing_conditions", "crossing_gap", "crossing_values"]
-
-Array = NDArray[np.float64]
 
 PLANE = 2
 """Parameters that vary: the last columns of the Jacobian."""

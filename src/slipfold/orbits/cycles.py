@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.models.model import Model
 from slipfold.orbits.discretisations.segments import Cut, Segments
 from slipfold.orbits.discretisations.shooting import SEGMENTS, Shooting
@@ -15,9 +16,6 @@ from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.spectrum.degeneracy import Degeneracy
 from slipfold.orbits.spectrum.multipliers import CycleMultipliers
 
-__all__ = ["Cycles"]
-
-Array = NDArray[np.float64]
 Values = NDArray[np.complex128]
 
 PLANE = 2

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.models.model import Model
 from slipfold.orbits.discretisations.vector_field import VectorField
 from slipfold.orbits.linearisation import NO_CONDITIONS, Linearisation, defect_of
@@ -14,10 +14,6 @@ from slipfold.orbits.orbit_curve import Orbits, Values
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.spectrum.degeneracy import Degeneracy
 from slipfold.orbits.spectrum.eigenvalues import Eigenvalues, Paced, eigenvalues_of
-
-__all__ = ["Equilibria"]
-
-Array = NDArray[np.float64]
 
 
 class Equilibria(Orbits):

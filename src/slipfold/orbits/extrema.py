@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.flow import Flow, flow_of
 from slipfold.flow.equations import Constants
@@ -17,10 +18,6 @@ from slipfold.models.turns import TURN
 from slipfold.orbits.turning import turns_of_segments
 from slipfold.text.one_line import OneLine, listed, number_text
 from slipfold.text.printed_table import PrintedTable
-
-__all__ = ["Extrema", "find_extrema", "refine_minimum"]
-
-Array = NDArray[np.float64]
 
 SAMPLES = 64
 """Samples a forcing period that find the right hump; Newton's method finds its top."""

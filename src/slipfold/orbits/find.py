@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from functools import partial
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from slipfold.arrays import Array
 from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import InputError
 from slipfold.flow import flow_of, simulate
@@ -28,10 +29,6 @@ from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.orbits.spectrum.floquet import floquet_multipliers
 from slipfold.orbits.stick_slip.find_switched import find_switched
 from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
-
-__all__ = ["may_slip", "periodic_orbit"]
-
-Array = NDArray[np.float64]
 
 LONGEST_PERIOD = 64
 """Longest period that can be asked for, in forcing periods."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.models.model import Model
 from slipfold.orbits.discretisations.segments import Cut, Segments
 from slipfold.orbits.discretisations.shooting import SEGMENTS, Shooting
@@ -14,10 +14,6 @@ from slipfold.orbits.linearisation import NO_CONDITIONS, Linearisation, defect_o
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.spectrum.degeneracy import Degeneracy
 from slipfold.orbits.spectrum.multipliers import Multipliers
-
-__all__ = ["ForcedOrbits"]
-
-Array = NDArray[np.float64]
 
 
 class ForcedOrbits(Orbits):

@@ -12,8 +12,6 @@ from slipfold.orbits.equilibria import Equilibria
 from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.orbits.orbit_curve import Orbits
 
-__all__ = ["orbits_of"]
-
 
 def orbits_of(
     model: Model,

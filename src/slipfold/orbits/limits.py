@@ -8,24 +8,13 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow import Flow
 from slipfold.flow.equations import Constants
 from slipfold.models.output import Limit
 from slipfold.orbits.discretisations.collocation import Collocation
 from slipfold.orbits.extrema import refine_minimum
 from slipfold.orbits.orbit_curve import Orbits
-
-__all__ = [
-    "broken_limit",
-    "far_above",
-    "limit_margins",
-    "limit_met",
-    "limit_rooms",
-    "loses_equations",
-    "margins_each",
-]
-
-Array = NDArray[np.float64]
 
 SAMPLES = 48
 """Samples a forcing period of the first look."""

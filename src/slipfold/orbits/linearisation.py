@@ -10,12 +10,9 @@ from math import isfinite, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.continuation.whole_matrix import LeastSquares, SquareMatrix, WholeMatrix
 from slipfold.orbits.sparse_matrix import Sparse
-
-__all__ = ["MANY", "Conditions", "Eliminated", "Linearisation"]
-
-Array = NDArray[np.float64]
 
 LARGE = 64
 """Unknowns beyond which nodes are eliminated one after the other; below, one inversion of the whole

@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array, Indices
 from slipfold.continuation.newton import Rule, correct_many, solve_each
 from slipfold.flow import flow_of, precision
 from slipfold.flow.scaled import power_of_two
@@ -24,22 +25,6 @@ from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.orbits.limits import far_above, margins_each
 from slipfold.orbits.spectrum.floquet import floquet_multipliers
 from slipfold.orbits.spectrum.test_functions import evaluate_each
-
-__all__ = [
-    "EXACTLY",
-    "ITERATIONS",
-    "TESTS",
-    "Corrected",
-    "OrbitBatch",
-    "Part",
-    "Seen",
-    "Settled",
-    "correct_orbits",
-    "orbits_from",
-]
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 TESTS = ("PD", "fold", "NS", "LP")
 """Test functions of an orbit, in their order; the last is the tangent along the parameter."""

@@ -11,6 +11,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.continuation.curve import Curve
 from slipfold.continuation.interpolation import POINTS, arc_between
 from slipfold.continuation.newton import Correction, correct
@@ -27,9 +28,6 @@ from slipfold.orbits.spectrum.floquet import floquet_multipliers
 from slipfold.orbits.spectrum.multipliers import Multipliers
 from slipfold.orbits.spectrum.test_functions import evaluate_each, evaluate_tests
 
-__all__ = ["OrbitCurve", "Orbits"]
-
-Array = NDArray[np.float64]
 Values = NDArray[np.complex128]
 
 SEVERAL = 8

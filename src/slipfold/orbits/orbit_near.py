@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from contextlib import suppress
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.flow import flow_of
 from slipfold.flow.guarded_flow import guarded_flow_of
@@ -20,10 +21,6 @@ from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.orbits.find import periodic_orbit
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
-
-__all__ = ["orbit_near", "settled_on"]
-
-Array = NDArray[np.float64]
 
 GivenState = ArrayLike | Mapping[str, float] | None
 

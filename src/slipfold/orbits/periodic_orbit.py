@@ -22,8 +22,6 @@ from slipfold.text.printed_table import PrintedTable
 from slipfold.text.stability import multipliers_text, outside
 from slipfold.text.turns import turns_text
 
-__all__ = ["PeriodicOrbit"]
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PeriodicOrbit(OneLine):

@@ -9,11 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.continuation.whole_matrix import SquareMatrix
 
-__all__ = ["Sparse"]
-
-Array = NDArray[np.float64]
 Places = NDArray[np.intp]
 
 LIGHT = 2.0**-10

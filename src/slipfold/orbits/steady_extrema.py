@@ -10,8 +10,6 @@ from slipfold.flow import flow_of
 from slipfold.flow.trajectory import Trajectory
 from slipfold.orbits.extrema import Extrema, find_extrema
 
-__all__ = ["SEEN", "steady_extrema"]
-
 SEEN = 256
 """Periods that are looked at of a motion that has not settled."""
 

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow
 from slipfold.models.model import Model
 from slipfold.models.turns import turns_between
-
-__all__ = ["turns_of_segments"]
-
-Array = NDArray[np.float64]
 
 
 def turns_of_segments(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.continuation.newton import correct
 from slipfold.continuation.whole_matrix import SquareMatrix
 from slipfold.errors import BREAKDOWNS
@@ -14,15 +15,6 @@ from slipfold.models.model import Model
 from slipfold.orbits.orbit_curve import OrbitCurve
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.spectrum.floquet import floquet_multipliers, match_multipliers
-
-__all__ = [
-    "computed_anew",
-    "multiplier_change",
-    "multiplier_rounding",
-    "multiplier_uncertainty",
-]
-
-Array = NDArray[np.float64]
 
 SPREAD = 2.0
 """Two computations differ by a sample of both their errors; one twice as large is no surprise."""

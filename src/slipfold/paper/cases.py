@@ -14,19 +14,6 @@ from slipfold.models.parameter import Parameter
 from slipfold.models.sliding_oscillator import SlidingOscillator
 from slipfold.paper.planes import Plane, PlaneFigure
 
-__all__ = [
-    "Case",
-    "Cases",
-    "Curve",
-    "Figure",
-    "Row",
-    "Steady",
-    "changes",
-    "equation_text",
-    "read_cases",
-    "value_text",
-]
-
 
 @dataclass(frozen=True)
 class Curve:

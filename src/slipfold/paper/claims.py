@@ -16,8 +16,6 @@ from slipfold.paper.findings import Findings, NotComputed, band, first, on_branc
 from slipfold.paper.tables import number, table
 from slipfold.plots.response import HasBranches
 
-__all__ = ["CLAIMS", "Claim", "claims_markdown", "judge_claims"]
-
 ABSENT = 1e-6
 """Subharmonic over fundamental below which there is none."""
 

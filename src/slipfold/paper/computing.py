@@ -10,8 +10,6 @@ from contextlib import contextmanager
 from multiprocessing import resource_tracker
 from typing import Any
 
-__all__ = ["Tasks", "open_tasks"]
-
 
 class Tasks:
     """Functions that wait for a free process; no more are handed over than processes are free."""

@@ -22,8 +22,6 @@ from slipfold.plots.response import HasBranches, draw_family, name_family
 from slipfold.plots.spectrum import draw_spectrum, name_lines
 from slipfold.plots.style import COLUMN, figure_style, palette
 
-__all__ = ["draw_figure", "render_figure"]
-
 OUTPUTS = ("y", "x")
 """Left and right panel of a row, as in the paper."""
 

@@ -6,8 +6,6 @@ import io
 
 from matplotlib.figure import Figure
 
-__all__ = ["figure_files"]
-
 
 def figure_files(canvas: Figure, key: str) -> dict[str, bytes]:
     """Return a figure as PDF and PNG."""

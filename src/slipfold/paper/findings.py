@@ -16,8 +16,6 @@ from slipfold.models.sliding_oscillator import SlidingOscillator
 from slipfold.paper.cases import Cases, Curve, Row, Steady
 from slipfold.plots.response import HasBranches
 
-__all__ = ["Findings", "NotComputed", "band", "first", "on_branches", "reached"]
-
 
 class NotComputed(LookupError):
     """A result that a claim needs is not there, e.g. because the run was interrupted."""

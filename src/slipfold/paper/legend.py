@@ -13,8 +13,6 @@ from slipfold.plots.marks import marks_of
 from slipfold.plots.response import HasBranches
 from slipfold.plots.style import LINES, MARKERS
 
-__all__ = ["draw_legend"]
-
 LINE_NAMES = {
     "stable": "stable",
     "period doubling": "unstable: period doubling",

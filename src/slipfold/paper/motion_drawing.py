@@ -39,8 +39,6 @@ from slipfold.results.motions.found_attractors import in_words
 from slipfold.results.motions.sweep import Sweep
 from slipfold.tori.torus_branch import TorusBranch
 
-__all__ = ["draw_motions", "render_motions"]
-
 OUTPUTS = ("y", "x")
 """Left and right panel of a row, as in the paper."""
 

@@ -19,15 +19,6 @@ from slipfold.results.motions.basins import Basins
 from slipfold.results.motions.regime_map import RegimeMap
 from slipfold.results.motions.sweep import Sweep
 
-__all__ = [
-    "CompletedFigure",
-    "HysteresisFigure",
-    "Motions",
-    "MotionFigure",
-    "RegimeFigure",
-    "motion_figures",
-]
-
 BOX = {"x": (-0.3, 0.3), "y": (-0.3, 0.3), "vx": (-10, 10), "vy": (-10, 10)}
 """Where motions begin that do not follow others."""
 

@@ -22,8 +22,6 @@ from slipfold.plots.loci import HasLoci, draw_loci, name_loci
 from slipfold.plots.locus_legend import legend_options
 from slipfold.plots.style import COLUMN, figure_style
 
-__all__ = ["draw_plane", "render_plane"]
-
 HEIGHT = 2.6
 WIDE_HEIGHTS = (3.3, 2.4)
 LEGEND_HEIGHT = 0.8

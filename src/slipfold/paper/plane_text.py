@@ -16,8 +16,6 @@ from slipfold.paper.tables import table
 from slipfold.plots.angles import quantity_text
 from slipfold.plots.loci import HasLoci
 
-__all__ = ["planes_markdown"]
-
 
 def planes_markdown(figures: Sequence[PlaneFigure], diagrams: Mapping[Plane, HasLoci]) -> str:
     """Return what was found in each plane as Markdown."""

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from slipfold.loci.window import Window
 from slipfold.models.sliding_oscillator import SlidingOscillator
 
-__all__ = ["Plane", "PlaneFigure"]
-
 
 @dataclass(frozen=True)
 class Plane:

@@ -33,8 +33,6 @@ from slipfold.results.locus_diagram import LocusDiagram
 from slipfold.results.result import Result
 from slipfold.results.writing import check_writable, write_file
 
-__all__ = ["PaperProgress", "Reproduction", "reproduce"]
-
 PERIODS = 1500
 """Forcing periods from rest until the response is taken as steady."""
 

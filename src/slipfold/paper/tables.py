@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-__all__ = ["number", "table"]
-
 
 def number(value: float | None, missing: str = "none") -> str:
     """Return a number with six digits, or what stands for none.

@@ -11,8 +11,6 @@ from slipfold.branches.special_point import SpecialPoint
 from slipfold.paper.cases import Cases, Curve
 from slipfold.plots.response import HasBranches
 
-__all__ = ["COLUMNS", "thresholds_csv"]
-
 PARAMETERS = ("f", "Nd", "Ns", "mu", "alpha", "Vd")
 
 COLUMNS = (

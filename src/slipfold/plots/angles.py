@@ -8,17 +8,12 @@ from typing import Any, Literal
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter, MaxNLocator
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.models.model import Model
 from slipfold.models.parameter import Parameter
 from slipfold.models.turns import TURN
 from slipfold.plots.axes import label_of
-
-__all__ = ["label_axis", "label_output", "on_circles", "quantity_text"]
-
-Array = NDArray[np.float64]
-
 
 QUARTER = 90.0
 """Degrees beyond which ticks are parts of a turn, not tens."""

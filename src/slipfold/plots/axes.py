@@ -12,8 +12,6 @@ from slipfold.models.model import Model
 from slipfold.models.output import Output
 from slipfold.models.parameter import State
 
-__all__ = ["axes_or_new", "cell_edges", "label_of", "settle"]
-
 
 def axes_or_new(ax: Axes | None) -> Axes:
     """Return the axes given, or those of a new figure."""

@@ -14,8 +14,6 @@ from slipfold.plots.axes import axes_or_new
 from slipfold.plots.contact_style import axis_label, legend, line, readable, with_displacement
 from slipfold.plots.style import palette
 
-__all__ = ["draw_path", "draw_track"]
-
 TRACKED = 3
 """Rounds of a track that are drawn by default: it does not close."""
 

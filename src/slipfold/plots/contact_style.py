@@ -8,15 +8,11 @@ from types import MappingProxyType
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.flow.switched.mode import Status
 from slipfold.long_term.contacts import ShownContacts
-
-__all__ = ["BANDS", "axis_label", "legend", "line", "readable", "with_displacement"]
-
-Array = NDArray[np.float64]
 
 BANDS: Mapping[Status, tuple[str, str, str]] = MappingProxyType(
     {

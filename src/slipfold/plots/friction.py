@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.models.friction import FrictionLaw
 from slipfold.plots.axes import axes_or_new
-
-__all__ = ["draw_friction"]
-
-Array = NDArray[np.float64]
 
 SHOWN = 6.0
 """Slip speeds shown, in typical speeds of the law."""

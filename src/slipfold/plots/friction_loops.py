@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from itertools import pairwise
 
-import numpy as np
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.switched.contact_motion import ContactPiece
 from slipfold.flow.switched.mode import Status
 from slipfold.flow.trajectory import Trajectory
@@ -17,10 +16,6 @@ from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.plots.axes import axes_or_new
 from slipfold.plots.contact_style import axis_label, legend, line, readable, with_displacement
 from slipfold.plots.style import palette
-
-__all__ = ["draw_friction_force", "draw_hysteresis"]
-
-Array = NDArray[np.float64]
 
 
 def draw_hysteresis(

@@ -10,11 +10,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.text import Annotation
-from numpy.typing import NDArray
 
-__all__ = ["Label", "place_labels"]
-
-Array = NDArray[np.float64]
+from slipfold.arrays import Array
 
 RADII = (4.0, 6.0, 9.0, 13.0, 18.0, 24.0, 32.0, 42.0)
 """Distances in points from the point to the edge of its text."""

@@ -7,8 +7,8 @@ from typing import Protocol
 
 import numpy as np
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.lines.of_loci import locus_stretches
 from slipfold.loci.locus import Locus
@@ -22,9 +22,6 @@ from slipfold.plots.locus_marks import locus_marks
 from slipfold.plots.locus_style import LOCUS_COLOURS, line_style, locus_colour, mark_style
 from slipfold.plots.regions import draw_regions, region_labels, sharpen
 
-__all__ = ["HasLoci", "draw_loci", "name_loci"]
-
-Array = NDArray[np.float64]
 Window = tuple[tuple[float, float], tuple[float, float]]
 
 ANCHORS = 60

@@ -20,8 +20,6 @@ from slipfold.plots.motions.region_motions import motion_shades
 from slipfold.plots.region_colours import STICKS, UNKNOWN, region_colour
 from slipfold.plots.regions import shown_regions
 
-__all__ = ["legend_options"]
-
 SIZE = 7.5
 """Font size in points."""
 

@@ -11,8 +11,6 @@ from slipfold.loci.locus import CODIMENSION_TWO, Locus
 from slipfold.plots.angles import quantity_text
 from slipfold.plots.marks import limit_name
 
-__all__ = ["LocusMark", "locus_marks"]
-
 SAME = 1e-4
 """Points of one type this near, over the range of each parameter, are one point of two loci."""
 

@@ -9,8 +9,6 @@ from typing import Any
 from slipfold.loci.locus import CODIMENSION_TWO
 from slipfold.plots.style import MARKERS
 
-__all__ = ["LOCUS_COLOURS", "TOUCHING", "line_style", "locus_colour", "mark_style"]
-
 LOCUS_COLOURS: Mapping[str, str] = MappingProxyType(
     {"HB": "#000000", "PD": "#0b0774", "BP": "#074e03", "NS": "#a83b98", "LP": "#d56a14"}
 )

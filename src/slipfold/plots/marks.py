@@ -13,8 +13,6 @@ from slipfold.lines.of_branches import measured_along, measured_at
 from slipfold.models.model import Model
 from slipfold.plots.style import MARKERS
 
-__all__ = ["Mark", "limit_name", "marks_of"]
-
 
 @dataclass(frozen=True)
 class Mark:

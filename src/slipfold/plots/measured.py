@@ -16,8 +16,6 @@ from slipfold.plots.style import palette
 from slipfold.results.measured.fit import Fit
 from slipfold.results.measured.measurement_plan import MeasurementPlan
 
-__all__ = ["draw_fit", "draw_plan"]
-
 
 def draw_fit(fit: Fit, quantity: str | None = None, ax: Axes | None = None) -> Axes:
     """Draw readings, what the fitted model predicts for them, and which were not used."""

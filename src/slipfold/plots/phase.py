@@ -13,8 +13,6 @@ from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.plots.angles import label_output, on_circles
 from slipfold.plots.axes import axes_or_new
 
-__all__ = ["beside", "draw_phase"]
-
 
 def draw_phase(
     motion: Trajectory | PeriodicOrbit,

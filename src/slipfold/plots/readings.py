@@ -7,8 +7,6 @@ from matplotlib.axes import Axes
 
 from slipfold.measured.measurement import Measurement
 
-__all__ = ["draw_readings"]
-
 READ = "#c2410c"
 """Colour of readings: of no branch, and darker than paper in grey."""
 

@@ -8,8 +8,6 @@ from types import MappingProxyType
 
 from matplotlib.colors import to_hex
 
-__all__ = ["OTHERS", "PALE", "STICKS", "UNKNOWN", "region_colour"]
-
 PALE: Mapping[tuple[int, ...], str] = MappingProxyType(
     {(1,): "#f6f7f2", (1, 2): "#e3efdc", (2,): "#c3ded6", (): "#b3b1b0"}
 )

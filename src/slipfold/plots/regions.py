@@ -10,21 +10,13 @@ from matplotlib.colors import ListedColormap
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from slipfold.arrays import Array, Mask
 from slipfold.loci.region_map import Region, RegionMap
 from slipfold.plots.labels import Label
 from slipfold.plots.motions.region_motions import draw_region_motions
 from slipfold.plots.region_colours import PALE, STICKS, UNKNOWN, region_colour
 
-__all__ = [
-    "draw_regions",
-    "region_labels",
-    "sharpen",
-    "shown_regions",
-]
-
-Array = NDArray[np.float64]
 Labels = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 Window = tuple[tuple[float, float], tuple[float, float]]
 
 PIXELS = (1000, 800)

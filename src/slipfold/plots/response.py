@@ -22,8 +22,6 @@ from slipfold.plots.readings import draw_readings
 from slipfold.plots.style import LINES, MARKERS, palette
 from slipfold.tori.torus_branch import TorusBranch
 
-__all__ = ["MEASURE_NAMES", "HasBranches", "draw_family", "draw_response", "name_family"]
-
 MEASURE_NAMES = {
     "max": "max",
     "min": "min",

@@ -9,8 +9,6 @@ from slipfold.long_term.spectrum import Spectrum
 from slipfold.plots.axes import axes_or_new, label_of, settle
 from slipfold.plots.labels import Label, place_labels
 
-__all__ = ["draw_spectrum", "name_lines"]
-
 
 def draw_spectrum(
     spectrum: Spectrum,

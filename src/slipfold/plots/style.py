@@ -11,8 +11,6 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.colors import to_hex
 
-__all__ = ["COLUMN", "LINES", "MARKERS", "figure_style", "palette"]
-
 COLUMN = 3.45
 """Width of a journal column in inches."""
 

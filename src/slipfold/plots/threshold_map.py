@@ -11,15 +11,12 @@ from matplotlib.patches import Patch, PathPatch
 from matplotlib.path import Path
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.models.parameter import Parameter
 from slipfold.plots.angles import label_axis, quantity_text
 from slipfold.plots.axes import axes_or_new, cell_edges
 from slipfold.thresholds.threshold_map import GridThresholds
 from slipfold.thresholds.threshold_search import INTERRUPTED
-
-__all__ = ["cells", "draw_threshold_map"]
-
-Array = NDArray[np.float64]
 
 COLOURS = "plasma"
 """Colours of the thresholds, from low to high: they grow lighter."""

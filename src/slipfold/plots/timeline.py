@@ -12,8 +12,6 @@ from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.plots.axes import axes_or_new
 from slipfold.plots.contact_style import BANDS
 
-__all__ = ["draw_timeline"]
-
 HEIGHT = 0.62
 """Height of a band, over the distance of two."""
 

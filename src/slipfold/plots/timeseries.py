@@ -9,8 +9,6 @@ from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.plots.angles import label_output, on_circles
 from slipfold.plots.axes import axes_or_new
 
-__all__ = ["draw_timeseries"]
-
 
 def draw_timeseries(
     motion: Trajectory | PeriodicOrbit,

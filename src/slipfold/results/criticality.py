@@ -7,8 +7,6 @@ import numpy as np
 from slipfold.loci.locus import CODIMENSION_TWO, COEFFICIENT, Locus, LocusPoint
 from slipfold.normal_forms.normal_form import criticality_of
 
-__all__ = ["criticalities", "point_criticality"]
-
 
 def criticalities(locus: Locus) -> list[str | None]:
     """Return whether the bifurcation is super- or subcritical at each point of a locus."""

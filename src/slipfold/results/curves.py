@@ -16,8 +16,6 @@ from slipfold.results.frame import Frame, frame_of, joined
 from slipfold.results.labelled_table import Variable
 from slipfold.results.saved_table import SavedTable
 
-__all__ = ["LASTING", "Curves", "sticking"]
-
 Columns = tuple[Column, ...]
 
 LASTING = "of one round; of an equilibrium, what multipliers are over"

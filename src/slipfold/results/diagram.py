@@ -32,8 +32,6 @@ from slipfold.text.one_line import listed
 from slipfold.text.stability import outside
 from slipfold.tori.torus_branch import TorusBranch
 
-__all__ = ["Diagram", "Labelled"]
-
 
 class Labelled(NamedTuple):
     """A special point with the branch that it lies on."""

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.branch import Branch, End
+from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint, sensitive_to
+from slipfold.continuation.end import End
 from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.models.suggestion import suggest
@@ -19,8 +20,6 @@ from slipfold.text.one_line import certain, headed
 from slipfold.text.printed_table import PrintedTable, html_list, with_unit
 from slipfold.text.stability import stability_word
 from slipfold.text.turns import turns_text
-
-__all__ = ["DiagramSummary", "points_by_label"]
 
 SHOWN = 2
 """States shown where nobody says which."""

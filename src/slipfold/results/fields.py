@@ -21,12 +21,6 @@ from slipfold.results.plain_data import types_of
 from slipfold.results.saved_table import SavedTable
 from slipfold.text.one_line import headed
 
-__all__ = [
-    "COMPLEX", "REAL", "TEXT", "TRUTH", "WHOLE", "Axes", "Column", "Declared", "Field", "Items",
-    "Kind", "Labels", "Part", "Table", "axes_of", "axis", "bound", "meaning_of", "names",
-    "parts_of",
-]  # fmt: skip
-
 Axes = Mapping[str, Sequence[str]]
 """What stands along each dimension, in words with units."""
 

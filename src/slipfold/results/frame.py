@@ -17,8 +17,6 @@ from slipfold.results.labelled_table import Variable
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped]
 
-__all__ = ["Frame", "frame_of", "joined"]
-
 
 @dataclass(frozen=True)
 class Frame:

@@ -16,8 +16,6 @@ from slipfold.errors import InputError
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["LabelledTable", "Variable", "read_netcdf"]
-
 LARGE = 2**18
 """Bytes of an array above which it is packed: maps of regions shrink to a hundredth."""
 

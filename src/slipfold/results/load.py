@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from slipfold.orbits.periodic_orbit import PeriodicOrbit
     from slipfold.results.result import Result
 
-__all__ = ["load"]
-
 KINDS = {
     "attractors": "motions.attractors.Attractors",
     "basin_fractions": "motions.basin_fractions.BasinFractions",

@@ -40,8 +40,6 @@ from slipfold.results.result import Result
 from slipfold.results.saved_table import SavedTable
 from slipfold.text.one_line import capitalised, listed
 
-__all__ = ["LabelledLocus", "LocusDiagram"]
-
 
 class LabelledLocus(NamedTuple):
     """A special point with the locus that it lies on."""

@@ -16,8 +16,6 @@ from slipfold.results.sentences import uncertain_point, without_defaults
 from slipfold.text.one_line import certain
 from slipfold.text.printed_table import PrintedTable, html_list, with_unit
 
-__all__ = ["LocusSummary"]
-
 NOTED = ("limit", "closed", "codimension-2", "unresolved", "interrupted", "points")
 """Kinds of ends that stand in the table; that it ends at the window is the usual case."""
 

@@ -16,8 +16,6 @@ from slipfold.models.structures import Structure
 from slipfold.models.system import System
 from slipfold.models.unforced import Unforced
 
-__all__ = ["measured_as", "model_from_record", "scales_record", "structure_record"]
-
 
 def structure_record(model: Model) -> dict[str, Any]:
     """Return what a model's equations depend on besides its class, as plain data for JSON."""

@@ -19,8 +19,6 @@ from slipfold.results.provenance import provenance
 from slipfold.results.result import described
 from slipfold.results.saved_table import SavedTable
 
-__all__ = ["SCHEMA", "SavedOrbit", "orbit_csv", "orbit_table"]
-
 SCHEMA = "slipfold.orbit/1"
 
 SAMPLES = 256

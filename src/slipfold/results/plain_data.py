@@ -11,8 +11,6 @@ from typing import Any, Union, cast, get_args, get_origin, get_type_hints
 
 import numpy as np
 
-__all__ = ["decoded", "encoded", "finite", "types_of"]
-
 
 def encoded(value: Any) -> Any:
     """Return what `json` can write; `decoded` makes the value of it again.

@@ -10,8 +10,6 @@ from typing import Any
 
 from slipfold.version import package_version
 
-__all__ = ["Provenance", "provenance"]
-
 
 @dataclass(frozen=True)
 class Provenance:

@@ -11,8 +11,6 @@ from slipfold.results.fields import TEXT, TRUTH, WHOLE, Column, Table, axes_of, 
 from slipfold.results.labelled_table import Variable
 from slipfold.results.saved_table import SavedTable
 
-__all__ = ["Regions"]
-
 CHECKS = Table(
     ("check",),
     (

@@ -24,8 +24,6 @@ from slipfold.results.saved_table import SavedTable, open_table
 from slipfold.text.one_line import listed
 from slipfold.text.printed_table import PrintedTable, html_list
 
-__all__ = ["INTERRUPTED", "Responses"]
-
 INTERRUPTED = "interrupted before this case was reached"
 
 

@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped]
     import xarray
 
-__all__ = ["Result", "described"]
-
 COMMON = ("model", "provenance", "checked")
 """Fields that all results write alike."""
 

@@ -18,8 +18,6 @@ from slipfold.results.labelled_table import LabelledTable
 from slipfold.results.model_record import measured_as, model_from_record
 from slipfold.results.provenance import Provenance
 
-__all__ = ["SavedTable", "open_table"]
-
 
 @dataclass(frozen=True, eq=False)
 class SavedTable:

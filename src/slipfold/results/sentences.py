@@ -10,8 +10,6 @@ from slipfold.models.parameter import Parameter
 from slipfold.text.one_line import parameter_text
 from slipfold.text.printed_table import with_unit
 
-__all__ = ["uncertain_point", "without_defaults"]
-
 UNCERTAIN = 1e-6
 """Share of the span from which on the uncertainty of a point is told: points are located to 1e-12,
 and in a figure this cannot be seen."""

@@ -27,8 +27,6 @@ from slipfold.text.one_line import capitalised
 if TYPE_CHECKING:
     from slipfold.long_term.spectrum import Spectrum
 
-__all__ = ["Simulation"]
-
 HIGHEST = 3
 """Multiples of the forcing frequency shown."""
 

@@ -16,8 +16,6 @@ from slipfold.results.fields import REAL, TEXT, WHOLE, Axes, Column, Declared, T
 from slipfold.results.labelled_table import Variable
 from slipfold.results.saved_table import SavedTable
 
-__all__ = ["Contacts", "stick_columns", "stick_record", "stick_text"]
-
 WORDS = {
     Status.STICK: "stick", Status.FORTH: "slip", Status.BACK: "slip backwards", Status.OPEN: "open",
 }  # fmt: skip

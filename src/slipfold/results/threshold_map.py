@@ -14,8 +14,6 @@ from slipfold.results.result import Result
 from slipfold.results.threshold_summary import threshold_html, threshold_summary
 from slipfold.thresholds.threshold_map import GridThresholds
 
-__all__ = ["ThresholdMap"]
-
 GRID = "{axes[0]} {axes[1]}"
 
 

@@ -10,8 +10,6 @@ from slipfold.results.sentences import without_defaults
 from slipfold.text.printed_table import PrintedTable, html_list, with_unit
 from slipfold.thresholds.threshold_map import GridThresholds
 
-__all__ = ["threshold_html", "threshold_summary"]
-
 
 def threshold_summary(found: GridThresholds, remarks: Sequence[str] = ()) -> str:
     """Return the lowest and the highest threshold, with counts above and failures below."""

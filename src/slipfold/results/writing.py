@@ -16,8 +16,6 @@ from slipfold.errors import InputError
 if TYPE_CHECKING:
     from typing_extensions import Buffer
 
-__all__ = ["check_writable", "write_file"]
-
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 """Errors that space would cure."""
 

@@ -9,11 +9,8 @@ from math import prod
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-__all__ = ["Cases", "Grid", "Rows", "digest", "total"]
-
-Array = NDArray[np.float64]
+from slipfold.arrays import Array
 
 
 class Cases(Protocol):

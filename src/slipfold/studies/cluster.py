@@ -13,8 +13,6 @@ from typing import Any
 
 from slipfold.errors import InputError
 
-__all__ = ["connected"]
-
 PATIENCE = 10.0
 """Seconds in which a scheduler has to answer."""
 

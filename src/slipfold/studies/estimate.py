@@ -12,8 +12,6 @@ from slipfold.studies.plan import Plan
 from slipfold.studies.task import Task, compute, versions
 from slipfold.studies.work.work import Work
 
-__all__ = ["Estimate", "estimate"]
-
 MOST = 6
 """Cases tried at most, spread over all of them."""
 

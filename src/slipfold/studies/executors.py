@@ -15,8 +15,6 @@ from typing import Any
 from slipfold.errors import InputError
 from slipfold.threads import cores, take_one_thread
 
-__all__ = ["Place", "open_place"]
-
 
 class Place:
     """An executor with what the protocol does not tell: how many tasks it takes at once."""

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from itertools import islice
 
-__all__ = ["Groups"]
-
 AIM = 0.25
 """Seconds that are aimed at: what is lost when a process is killed."""
 

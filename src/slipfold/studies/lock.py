@@ -10,8 +10,6 @@ from typing import IO
 
 from slipfold.errors import InputError
 
-__all__ = ["hold"]
-
 
 def hold(path: Path, what: str) -> IO[str]:
     """Take the lock of a file, or say who has it; it is held until the file is closed."""

@@ -26,8 +26,6 @@ from slipfold.studies.work.kinds import WORK
 from slipfold.studies.work.work import Work
 from slipfold.text.validated import validated
 
-__all__ = ["Plan", "read_plan"]
-
 TABLES = ("compute", "cases")
 """What the file of a study has besides what a case file has."""
 

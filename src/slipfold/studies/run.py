@@ -17,8 +17,6 @@ from slipfold.studies.plan import Plan
 from slipfold.studies.store import Store
 from slipfold.studies.task import Done, Record, Task, compute, failure, versions
 
-__all__ = ["StudyObserver", "StudyProgress", "first_finished", "run_cases"]
-
 ATTEMPTS = 3
 """How often a process may die with the same cases before it is their fault."""
 

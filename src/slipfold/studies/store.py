@@ -22,8 +22,6 @@ from slipfold.errors import InputError
 from slipfold.studies.lock import hold
 from slipfold.studies.task import Record
 
-__all__ = ["Store"]
-
 SCHEMA = "slipfold.study_store/1"
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)

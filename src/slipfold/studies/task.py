@@ -18,8 +18,6 @@ from slipfold.models.model import Model
 from slipfold.studies.work.work import Findings, Work
 from slipfold.version import package_version
 
-__all__ = ["Done", "Record", "Task", "compute", "failure", "versions"]
-
 Record = dict[str, Any]
 """A finished case as plain data: its number, and what was found or why it failed."""
 

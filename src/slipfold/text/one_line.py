@@ -9,17 +9,6 @@ from typing import Any, Protocol
 
 from slipfold.text.printed_table import PrintedTable, with_unit
 
-__all__ = [
-    "OneLine",
-    "call_text",
-    "capitalised",
-    "certain",
-    "headed",
-    "listed",
-    "number_text",
-    "parameter_text",
-]
-
 LISTED = 6
 """Names that a line lists before it counts the rest."""
 
@@ -28,10 +17,14 @@ class Quantity(Protocol):
     """A parameter, state or output."""
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """The name in the model."""
+        ...
 
     @property
-    def unit(self) -> str: ...
+    def unit(self) -> str:
+        """The SI unit."""
+        ...
 
 
 class OneLine:

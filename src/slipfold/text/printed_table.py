@@ -6,8 +6,6 @@ import html
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
-__all__ = ["PrintedTable", "html_list", "with_unit"]
-
 
 @dataclass(frozen=True)
 class PrintedTable:

@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from slipfold.text.one_line import number_text
 
-__all__ = ["multipliers_text", "outside", "stability_word"]
-
 Multipliers = NDArray[np.complex128]
 
 NEUTRAL = 1e-9

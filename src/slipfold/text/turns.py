@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-__all__ = ["turns_text"]
-
 
 def turns_text(turns: Mapping[str, int]) -> str:
     """Say how often angles turn round in a period; empty where none does.

@@ -7,8 +7,6 @@ from typing import Any
 
 from slipfold.errors import InputError
 
-__all__ = ["validated"]
-
 
 def validated(validate: Callable[[Any], Any], given: Any, place: str, key: str = "") -> Any:
     """Return what pydantic makes of a table that stands in some place.

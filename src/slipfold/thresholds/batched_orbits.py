@@ -12,15 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array, Indices
 from slipfold.continuation.newton import Rule, correct_many, solve_each
 from slipfold.orbits.carry_to import hold_parameter
 from slipfold.orbits.orbit_batch import EXACTLY, Corrected, OrbitBatch, Part
 from slipfold.orbits.spectrum.floquet import floquet_multipliers
-
-__all__ = ["ROUGHLY", "Doublings", "find_doublings", "find_orbits"]
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 ROUGHLY = 1e-8
 """Error of a step where orbits are looked at whether they are stable, and no more."""

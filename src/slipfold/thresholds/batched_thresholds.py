@@ -8,16 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array, Mask
 from slipfold.flow.strobes.linearised_steps import linearised_steps_of
 from slipfold.models.model import Model
 from slipfold.orbits.orbit_batch import Corrected, OrbitBatch
 from slipfold.thresholds.batched_orbits import ROUGHLY, find_doublings, find_orbits
 from slipfold.thresholds.stable_segment import SHARES, Segments, find_doubts, shortened
-
-__all__ = ["BatchedThresholds", "Found", "nothing_found"]
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 ANOTHER_BRANCH = 0.1
 """An orbit this far from its guess, in scaled states and spans, may belong to another branch."""

@@ -12,16 +12,6 @@ from slipfold.branches.special_point import BIFURCATIONS
 from slipfold.branches.stability import loss_of_stability
 from slipfold.models.model import Model
 
-__all__ = [
-    "NO_RESPONSE",
-    "STABLE",
-    "UNSTABLE",
-    "Loss",
-    "first_loss",
-    "followed_to_loss",
-    "unstable_from",
-]
-
 FIRST_ALONE = Settings(largest_period=1)
 
 NO_RESPONSE, UNSTABLE, STABLE = "no response", "unstable", "stable"

@@ -6,12 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-__all__ = ["SEEDS", "Stencil", "refinements", "seed_lines", "stencils"]
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from slipfold.arrays import Array, Indices
 
 SEEDS = 6
 """Lines an axis begins with: a polynomial of degree five spans the grid."""

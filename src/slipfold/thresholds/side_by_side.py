@@ -12,6 +12,7 @@ from contextlib import suppress
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array, Mask
 from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.flow.linear_response import linear_response
 from slipfold.flow.switched.mode_equations import contacts_of
@@ -21,11 +22,6 @@ from slipfold.orbits.orbit_batch import OrbitBatch
 from slipfold.thresholds.batched_orbits import find_orbits
 from slipfold.thresholds.batched_thresholds import BatchedThresholds, Found, nothing_found
 from slipfold.thresholds.stable_segment import SHARES, Segments
-
-__all__ = ["first_doublings", "proved_doublings"]
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 FIRST, LONGEST, SHORTEST = 0.02, 0.1, 1e-3
 """First, longest and shortest step, in spans."""

@@ -8,11 +8,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.continuation.unseen import TOUCH
-
-__all__ = ["SHARES", "Segments", "find_doubts", "shortened"]
-
-Array = NDArray[np.float64]
 
 SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
 """Where on the way the response is looked at; the last is its end."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.branches import Branch, SpecialPoint
 from slipfold.errors import InputError
 from slipfold.models.model import Model
@@ -17,10 +18,6 @@ from slipfold.thresholds.first_loss import (
     first_loss,
     followed_to_loss,
 )
-
-__all__ = ["NO_THRESHOLD", "OnePoint", "lasting_reason", "threshold_by_response"]
-
-Array = NDArray[np.float64]
 
 NO_THRESHOLD = "no PD in the span"
 

@@ -11,15 +11,12 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.flow.sizes.typical_sizes import measured_within
 from slipfold.models.model import Model
 from slipfold.read_only import ReadOnly
 from slipfold.thresholds.threshold_search import INTERRUPTED, ThresholdSearch
-
-__all__ = ["MapObserver", "MapProgress", "GridThresholds", "find_threshold_map"]
-
-Array = NDArray[np.float64]
 
 TYPES = ("PD",)
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array, Indices
 from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.thresholds.batched_thresholds import BatchedThresholds, Found
@@ -19,11 +19,6 @@ from slipfold.thresholds.threshold_by_response import (
     lasting_reason,
     threshold_by_response,
 )
-
-__all__ = ["INTERRUPTED", "ThresholdSearch"]
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 INTERRUPTED = "interrupted"
 

@@ -5,15 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.continuation.newton import correct
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.flow import flow_of
 from slipfold.models.model import Model
 from slipfold.tori.circles import FEWEST, CirclePoint, Circles
-
-__all__ = ["born"]
-
-Array = NDArray[np.float64]
 
 SIZES = tuple(0.02 / 2**k for k in range(8))
 """Radii of the first circle that are tried, in scaled states."""

@@ -8,8 +8,8 @@ from fractions import Fraction
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.continuation.curve import Curve
 from slipfold.continuation.interpolation import POINTS
 from slipfold.continuation.newton import Correction, correct
@@ -22,10 +22,6 @@ from slipfold.flow.scaled import power_of_two
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
 from slipfold.tori.harmonics import resampled, slopes, tail, turned, turning
-
-__all__ = ["MOST", "RESONANCES", "STRONG", "TAIL", "CirclePoint", "Circles"]
-
-Array = NDArray[np.float64]
 
 TAIL = 1e-9
 """Size of the last harmonics, of the largest, above which there are too few of them."""

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-__all__ = ["resampled", "slopes", "tail", "turned", "turning"]
-
-Array = NDArray[np.float64]
+from slipfold.arrays import Array
 
 
 def turned(points: Array, turns: float) -> Array:

@@ -6,15 +6,11 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.models.turns import without_turns
 from slipfold.tori.circles import CirclePoint, Circles
 from slipfold.tori.harmonics import slopes, turned
-
-__all__ = ["locked_interval"]
-
-Array = NDArray[np.float64]
 
 PHASES = 12
 """Phases of a locked orbit on its circle at which the parameter is found first."""

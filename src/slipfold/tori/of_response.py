@@ -6,8 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from slipfold.arrays import Array
 from slipfold.branches.branch import Branch
 from slipfold.branches.progress import Observer, Progress
 from slipfold.branches.settings import Settings
@@ -25,10 +26,6 @@ from slipfold.tori.settled import reversed_circle, settled_circle
 from slipfold.tori.stability import growth_across
 from slipfold.tori.surface import surface_of
 from slipfold.tori.torus_branch import Locked, TorusBranch
-
-__all__ = ["INVARIANT", "tori_from", "tori_of"]
-
-Array = NDArray[np.float64]
 
 INVARIANT = 1e-8
 """How far a circle may fail to be invariant; what is known less well is left out."""

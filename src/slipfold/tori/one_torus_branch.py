@@ -22,8 +22,6 @@ from slipfold.tori.locked import locked_interval
 from slipfold.tori.past_resonance import past_resonance
 from slipfold.tori.torus_branch import Locked
 
-__all__ = ["POINT", "Tori", "follow_tori"]
-
 BROKEN = 1e-8
 """Size of the last harmonics, of the largest, at which a circle is no longer resolved."""
 

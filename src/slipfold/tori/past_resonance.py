@@ -5,17 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.continuation.newton import correct
 from slipfold.continuation.trail import Trail
 from slipfold.errors import BREAKDOWNS
 from slipfold.tori.circles import RESONANCES, TAIL, CirclePoint, Circles
 from slipfold.tori.harmonics import resampled, tail
-
-__all__ = ["past_resonance"]
-
-Array = NDArray[np.float64]
 
 NEAR = 2e-3
 """Distance of a rotation number from a resonance at which circles are squeezed by it."""

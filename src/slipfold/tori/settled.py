@@ -6,8 +6,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from slipfold.arrays import Array
 from slipfold.continuation.newton import correct
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.simulate import Motion, initial_state
@@ -17,10 +18,6 @@ from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.tori.circles import FEWEST, MOST, TAIL, CirclePoint, Circles
 from slipfold.tori.harmonics import tail
-
-__all__ = ["reversed_circle", "settled_circle"]
-
-Array = NDArray[np.float64]
 
 PERIODS = (2_000, 6_000, 18_000)
 """Forcing periods of a motion, the last half of which is taken to lie on the torus: more if no

@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.long_term.birkhoff import Average, average
 from slipfold.tori.harmonics import slopes
-
-__all__ = ["growth_across"]
-
-Array = NDArray[np.float64]
 
 STARTS = 15
 """Equidistant angles from which perturbations set out; means over angles converge fast."""

@@ -7,13 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.flow import flow_of
 from slipfold.models.model import Model
 from slipfold.tori.harmonics import turned
-
-__all__ = ["Surface", "surface_of"]
-
-Array = NDArray[np.float64]
 
 PER_PERIOD = 64
 """Phases of a forcing period."""

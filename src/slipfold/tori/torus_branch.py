@@ -8,6 +8,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.continuation.end import End
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
@@ -18,10 +19,6 @@ from slipfold.text.one_line import OneLine, headed, listed, number_text, paramet
 from slipfold.text.printed_table import PrintedTable
 from slipfold.tori.surface import surface_of
 from slipfold.tori.torus_spectrum import TorusSpectrum, spectrum_of
-
-__all__ = ["Locked", "TorusBranch"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, repr=False)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.drawing import draw
 from slipfold.errors import InputError
 from slipfold.flow.flow import flow_of
@@ -18,10 +19,6 @@ from slipfold.read_only import ReadOnly
 from slipfold.text.one_line import number_text
 from slipfold.text.printed_table import PrintedTable
 from slipfold.tori.surface import Surface
-
-__all__ = ["TorusSpectrum", "spectrum_of"]
-
-Array = NDArray[np.float64]
 
 SHOWN = 12
 """Lines that a notebook shows."""

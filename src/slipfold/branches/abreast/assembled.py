@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.branches.abreast.limits import AtLimit, orbits_at_limits
 from slipfold.branches.abreast.located import settled_zeros, tests_of
 from slipfold.branches.abreast.own_branch import Case, OwnBranch
@@ -27,10 +27,6 @@ from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.orbits.orbit_batch import OrbitBatch, Settled
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.spectrum.floquet import floquet_multipliers
-
-__all__ = ["assembled", "placed_on", "settle", "settle_special"]
-
-Array = NDArray[np.float64]
 
 
 def settle_special(

@@ -6,16 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.branches.abreast.located import EXACT, Approached, approach, settled_zeros
 from slipfold.branches.abreast.walk import Bracket, Walk
 from slipfold.branches.stops import LIMIT_CLOSE
 from slipfold.orbits.orbit_batch import Corrected, OrbitBatch, Settled
-
-__all__ = ["AtLimit", "orbits_at_limits"]
-
-Array = NDArray[np.float64]
 
 LAST = 3
 """Orbits at the end of a branch that are settled anew: before, those beside a singularity are known

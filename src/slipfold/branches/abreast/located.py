@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.branches.abreast.walk import Bracket
 from slipfold.continuation.interpolation import hermite_each
 from slipfold.continuation.locate import Enclosed
@@ -15,10 +16,6 @@ from slipfold.continuation.newton import EXACT as SOLVED
 from slipfold.orbits.orbit_batch import EXACTLY, TESTS, Corrected, OrbitBatch, Settled
 from slipfold.orbits.spectrum.floquet import floquet_multipliers
 from slipfold.orbits.spectrum.test_functions import evaluate_each
-
-__all__ = ["EXACT", "Approached", "approach", "settled_zeros", "tests_of"]
-
-Array = NDArray[np.float64]
 
 NEAR = 1e-7
 """Distance from a zero at which the flow itself takes over: its steps are secants, too."""

@@ -12,8 +12,6 @@ from slipfold.branches.abreast.located import Approached
 from slipfold.models.model import Model
 from slipfold.orbits.orbit_batch import Settled
 
-__all__ = ["Case", "OwnBranch"]
-
 
 @dataclass(eq=False)
 class OwnBranch:

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.branches.abreast.assembled import (
     assembled,
     placed_on,
@@ -42,18 +42,6 @@ from slipfold.orbits.carry_to import hold_parameter
 from slipfold.orbits.discretisations.shooting import SEGMENTS, Shooting
 from slipfold.orbits.finding.find_response import NEAR
 from slipfold.orbits.orbit_batch import ITERATIONS, OrbitBatch
-
-__all__ = [
-    "FEWEST",
-    "TOGETHER",
-    "FollowedBranch",
-    "FollowedResponse",
-    "branches_abreast",
-    "follow_abreast",
-    "responses_abreast",
-]
-
-Array = NDArray[np.float64]
 
 FEWEST = 16
 """Cases from which on they go side by side: four are as quick by themselves, and what is needed

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array, Indices, Mask
 from slipfold.branches.closed_branches import AROUND, BEFORE
 from slipfold.branches.stops import ONE
 from slipfold.continuation.follow import BIRTH, FIRST
@@ -35,12 +36,6 @@ from slipfold.continuation.unseen import Expected, expectation_weights, places_b
 from slipfold.continuation.walk import SLACK
 from slipfold.flow.switched.mode_equations import contacts_of
 from slipfold.orbits.orbit_batch import TESTS, Corrected, OrbitBatch
-
-__all__ = ["MOST", "SMALLEST", "Bracket", "Start", "Walk"]
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-Indices = NDArray[np.int64]
 
 CLOSE = 1e-5
 """Corrections shorter than this are the last: what is left is their square."""

@@ -7,12 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.orbits.orbit_batch import TESTS, Corrected
-
-__all__ = ["CarriedCurve", "curve_through"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.branches.abreast.located import Approached, approach
 from slipfold.branches.abreast.walk import Bracket
 from slipfold.branches.carried.carried_curve import CarriedCurve
@@ -16,10 +16,6 @@ from slipfold.branches.special_point import SpecialPoint
 from slipfold.continuation.interpolation import polynomial
 from slipfold.normal_forms.normal_form import normal_form
 from slipfold.orbits.orbit_batch import OrbitBatch
-
-__all__ = ["TESTS", "CarriedPoints", "carried_points"]
-
-Array = NDArray[np.float64]
 
 NARROW = 1e-6
 """Distance to which special points are located, over the length of the branch: secants reach it in

@@ -15,18 +15,16 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.branch import Branch, End
+from slipfold.arrays import Array
+from slipfold.branches.branch import Branch
 from slipfold.branches.carried.carried_curve import CarriedCurve, curve_through
 from slipfold.branches.carried.carried_points import TESTS, carried_points
 from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
+from slipfold.continuation.end import End
 from slipfold.models.model import Model
 from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.orbits.limits import broken_limit
 from slipfold.orbits.orbit_batch import Corrected, correct_orbits
-
-__all__ = ["carry_branches"]
-
-Array = NDArray[np.float64]
 
 APART = 0.02
 """Least distance of the points that are carried, over the length of the branch. Steps are short

@@ -13,8 +13,6 @@ from slipfold.cli.outputs import Outputs
 from slipfold.cli.parsing import parse_assignments, parse_whole, parse_whole_if_given
 from slipfold.errors import InputError
 
-__all__ = ["design"]
-
 Chosen = Annotated[
     list[str],
     typer.Option(

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from slipfold.results.diagram import Diagram
     from slipfold.results.result import Result
 
-__all__ = ["Period", "Type", "Vary", "carry_out_on_response"]
-
 Found = TypeVar("Found", bound="Result")
 
 Vary = Annotated[

@@ -12,8 +12,6 @@ from slipfold.cli.options import Csv, Friction, Json, ModelName, Out, Seed, Sets
 from slipfold.cli.outputs import Outputs
 from slipfold.cli.parsing import parse_assignments, parse_whole, parse_whole_if_given
 
-__all__ = ["uncertainty"]
-
 Scatters = Annotated[
     list[str],
     typer.Option(

@@ -20,8 +20,6 @@ from slipfold.cli.outputs import Outputs
 from slipfold.cli.parsing import parse_assignments, parse_box, parse_whole, parse_whole_if_given
 from slipfold.cli.progress import search_text
 
-__all__ = ["attractors"]
-
 
 def attractors(
     model: ModelName,

@@ -26,8 +26,6 @@ from slipfold.cli.parsing import (
 )
 from slipfold.cli.progress import search_text
 
-__all__ = ["basin_fractions"]
-
 
 def basin_fractions(
     model: ModelName,

@@ -19,8 +19,6 @@ from slipfold.cli.parsing import (
 )
 from slipfold.cli.progress import search_text
 
-__all__ = ["basins"]
-
 Plane = Annotated[
     list[str],
     typer.Option(

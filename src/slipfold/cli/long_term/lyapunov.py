@@ -13,8 +13,6 @@ from slipfold.cli.outputs import Outputs
 from slipfold.cli.parsing import parse_assignments, parse_number, parse_states, parse_whole_if_given
 from slipfold.cli.progress import exponents_text
 
-__all__ = ["lyapunov"]
-
 Periods = Annotated[
     str | None,
     typer.Option(

@@ -20,8 +20,6 @@ from slipfold.cli.parsing import (
 )
 from slipfold.cli.progress import strobe_text
 
-__all__ = ["regimes"]
-
 Vary = Annotated[
     list[str],
     typer.Option(

@@ -30,8 +30,6 @@ from slipfold.cli.parsing import (
 from slipfold.cli.progress import strobe_text
 from slipfold.errors import InputError
 
-__all__ = ["sweep"]
-
 RUNS = {"both": ("up", "down"), "up": ("up",), "down": ("down",), "none": ()}
 
 Runs = Annotated[

@@ -16,8 +16,6 @@ from slipfold.threads import cores
 if TYPE_CHECKING:
     from slipfold.studies.run import StudyProgress
 
-__all__ = ["study"]
-
 CaseFile = Annotated[
     str,
     typer.Argument(

@@ -9,8 +9,6 @@ from slipfold.models.model import Model
 from slipfold.models.registry import built_in_models
 from slipfold.models.structures import Structure
 
-__all__ = ["changed_values", "filed_model", "is_built_in"]
-
 
 def changed_values(model: Model, usual: Model | None = None) -> dict[str, float]:
     """Return the parameter values that differ from the defaults."""

@@ -22,8 +22,6 @@ from slipfold.explorer.start import start_of, timed
 from slipfold.results.orbit import orbit_csv, orbit_table
 from slipfold.results.result import Result
 
-__all__ = ["MEDIA_TYPES", "SUFFIXES", "export_view"]
-
 MEDIA_TYPES = {
     "python": "text/x-python; charset=utf-8",
     "toml": "application/toml; charset=utf-8",

@@ -20,8 +20,6 @@ from slipfold.models.system import System
 from slipfold.models.unforced import Unforced
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
-__all__ = ["python_text"]
-
 _CLASS, _PUBLIC = re.compile(r"\b([A-Z]\w*)\("), r"sf.\1("
 """Names of classes in what a friction law prints, and the same as public names."""
 

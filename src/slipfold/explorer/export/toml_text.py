@@ -22,8 +22,6 @@ from slipfold.models.sliding_oscillator import SlidingOscillator
 from slipfold.models.system import System
 from slipfold.models.unforced import Unforced
 
-__all__ = ["toml_text"]
-
 
 def toml_text(model: Model, view: DrawnRequest, file: Path | None = None) -> str:
     """Return a case file; its first line is the command that computes what the view shows.

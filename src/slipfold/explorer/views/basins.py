@@ -18,8 +18,6 @@ from slipfold.models.model import Model
 from slipfold.results.motions.basins import Basins
 from slipfold.results.motions.found_attractors import in_words
 
-__all__ = ["tell_basins"]
-
 FINER = (16, 48, 144)
 """Starts along both states, picture after picture; the last has eight times those before it."""
 

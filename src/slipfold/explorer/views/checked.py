@@ -6,8 +6,6 @@ from typing import Any
 
 from slipfold.checks.checked import Checked
 
-__all__ = ["checked_view"]
-
 
 def checked_view(checked: Checked | None) -> dict[str, Any] | None:
     """Return what was checked as plain data: a sentence, and whether all agree."""

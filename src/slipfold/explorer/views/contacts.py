@@ -17,8 +17,6 @@ from slipfold.flow.trajectory import Trajectory
 from slipfold.long_term.contacts import ShownContacts, find_contacts
 from slipfold.models.sliding_oscillator import SlidingOscillator
 
-__all__ = ["contacts_view"]
-
 SAMPLES = 128
 """Samples a period, or a round of a cycle, and at most what makes MOST_SAMPLES of all."""
 

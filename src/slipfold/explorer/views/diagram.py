@@ -13,8 +13,6 @@ from slipfold.lines.of_branches import measure_of, stretches_of
 from slipfold.results.diagram import Diagram
 from slipfold.text.one_line import certain
 
-__all__ = ["diagram_view"]
-
 
 def diagram_view(diagram: Diagram, show: str, statistic: str) -> dict[str, Any]:
     """Return a diagram as plain data."""

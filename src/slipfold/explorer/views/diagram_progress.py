@@ -9,8 +9,6 @@ from typing import Any
 from slipfold.branches.progress import Progress
 from slipfold.explorer.views.numbers import number
 
-__all__ = ["DiagramProgress"]
-
 BETWEEN = 0.25
 """Least time between two notes of progress, in s: no reader follows more."""
 

@@ -13,8 +13,6 @@ from slipfold.explorer.views.numbers import number
 from slipfold.long_term.exponents import ExponentsProgress
 from slipfold.models.model import Model
 
-__all__ = ["tell_exponents"]
-
 TOLERANCE = 1e-6
 """Error of exponents at which a motion ends: more digits than the page shows."""
 

@@ -11,9 +11,6 @@ from slipfold.models.output import Output
 from slipfold.models.parameter import State
 from slipfold.models.suggestion import unknown
 
-__all__ = ["axis_of"]
-
-
 SYMBOL = re.compile(r"\$([^_$]+)(?:_\{*(\\?\w+)\}*)?\$")
 """A symbol in mathtext, and what stands below it."""
 

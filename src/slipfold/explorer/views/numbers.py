@@ -7,8 +7,6 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-__all__ = ["DIGITS", "number", "short"]
-
 DIGITS = 7
 """Significant digits of what is drawn: a screen shows four, a zoom a hundredfold six."""
 

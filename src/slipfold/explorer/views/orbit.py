@@ -16,8 +16,6 @@ from slipfold.models.turns import TURN
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.orbits.spectrum.eigenvalues import eigenvalues_of
 
-__all__ = ["orbit_view"]
-
 SAMPLES = 256
 """Samples a forcing period: enough for smooth curves on a large screen."""
 

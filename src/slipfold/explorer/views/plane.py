@@ -15,8 +15,6 @@ from slipfold.loci.locus import Locus, LocusPoint, locus_title
 from slipfold.loci.region_map import RegionMap
 from slipfold.results.locus_diagram import LocusDiagram
 
-__all__ = ["loci_view", "plane_view"]
-
 
 def plane_view(found: LocusDiagram) -> dict[str, Any]:
     """Return a bifurcation set as plain data."""

@@ -10,8 +10,6 @@ from slipfold.explorer.views.numbers import short
 from slipfold.explorer.views.plane import loci_view
 from slipfold.loci.progress import LocusLine, LocusProgress
 
-__all__ = ["PlaneProgress"]
-
 BETWEEN = 0.1
 """Least time between two notes of progress, in s."""
 

@@ -7,8 +7,6 @@ from typing import Any
 from slipfold.explorer.views.numbers import number
 from slipfold.measured.measurement import Measurement
 
-__all__ = ["readings_view"]
-
 
 def readings_view(measurement: Measurement) -> dict[str, Any]:
     """Return readings by quantity, SI units; None where nothing was read, or no error is known."""

@@ -19,8 +19,6 @@ from slipfold.long_term.open_motions import PERIODIC
 from slipfold.long_term.places import NOT_DONE, Places
 from slipfold.models.model import Model
 
-__all__ = ["tell_regimes"]
-
 FINER = ((12, 9), (36, 27), (72, 54))
 """Cells along both parameters, picture after picture."""
 

@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.explorer.messages import SimulationRequest
 from slipfold.explorer.start import start_of, timed
 from slipfold.explorer.views.contacts import contacts_view
@@ -26,10 +26,6 @@ from slipfold.flow.switched.simulate import (
 )
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.model import Model
-
-__all__ = ["stream_simulation"]
-
-Array = NDArray[np.float64]
 
 PERIODS = 2 * CHUNK
 """Periods in a piece: as the flow counts them, so that a motion is that of simulate."""

@@ -12,8 +12,6 @@ from slipfold.explorer.views.numbers import number
 from slipfold.results.studies.study_result import StudyResult
 from slipfold.studies.cases import Grid
 
-__all__ = ["study_view"]
-
 MOST = 20_000
 """Cases that a browser draws and searches without delay."""
 

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.collocation_points import CollocationPoints
 from slipfold.flow.equations import Constants
 from slipfold.flow.evaluated import Evaluated
@@ -18,10 +19,6 @@ from slipfold.flow.implicit.stage_equations import (
     LinearPart,
     StageEquations,
 )
-
-__all__ = ["Field", "Solved", "solve_intervals"]
-
-Array = NDArray[np.float64]
 
 ITERATIONS = 10
 

@@ -8,9 +8,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Jacobians"]
+from slipfold.arrays import Array
 
-Array = NDArray[np.float64]
 Places = NDArray[np.intp]
 
 

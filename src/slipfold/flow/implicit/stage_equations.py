@@ -10,13 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array, Complex
 from slipfold.collocation_points import CollocationPoints
 from slipfold.flow.implicit.jacobians import Jacobians
-
-__all__ = ["MANY", "Inverted", "LinearPart", "StageEquations"]
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 MANY = 12
 """States from which on the linear part of the equations is set apart."""

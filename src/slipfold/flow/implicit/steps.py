@@ -11,15 +11,12 @@ from dataclasses import dataclass
 from enum import Enum, auto
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.collocation_points import CollocationPoints, radau_points
 from slipfold.flow.dense_motion import StepPolynomials
 from slipfold.flow.implicit.intervals import Field, Solved, solve_intervals
 
-__all__ = ["MOST", "POINTS", "End", "ImplicitMotion", "Watch", "implicit_motion"]
-
-Array = NDArray[np.float64]
 Watch = Callable[[Array, Array], Array]
 
 POINTS = radau_points(8)

@@ -5,18 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.dense_motion import DenseMotion
 from slipfold.flow.equations import Constants
 from slipfold.flow.evaluated import Evaluated
 from slipfold.flow.implicit.intervals import Field, solve_intervals
 from slipfold.flow.implicit.stage_equations import LinearPart
 from slipfold.flow.implicit.steps import MOST, POINTS, End, ImplicitMotion, Watch, implicit_motion
-
-__all__ = ["Takeover"]
-
-Array = NDArray[np.float64]
 
 LIMITED = 1.0
 """Decay in a step, as an exponent, from which on it is that short for its sake: Taylor's method of

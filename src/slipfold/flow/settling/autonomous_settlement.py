@@ -8,8 +8,8 @@ from functools import cached_property, reduce
 from itertools import chain, pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.dense_motion import DenseMotion
 from slipfold.flow.equilibrium import Equilibrium, equilibrium_near
 from slipfold.flow.flow import flow_of
@@ -17,10 +17,6 @@ from slipfold.flow.implicit.takeover import Takeover
 from slipfold.flow.settling.returns import Returns, find_returns
 from slipfold.flow.settling.settlement import SHORTEST, Settlement, Trend, trends_of
 from slipfold.models.model import Model
-
-__all__ = ["judge_autonomous"]
-
-Array = NDArray[np.float64]
 
 STEPS = (4_000, 16_000, 64_000)
 """Steps of the integrator at the end of a motion that are looked at: a round of a smooth cycle

@@ -7,14 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.dense_motion import DenseMotion
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow
 from slipfold.models.turns import without_turns
-
-__all__ = ["Returns", "find_returns"]
-
-Array = NDArray[np.float64]
 
 NEAR = 0.3
 """Crossings farther from where the plane was placed than this share of the motion's extent are

@@ -7,14 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.models.turns import NO_TURNS, without_turns
 from slipfold.text.one_line import number_text
-
-__all__ = ["ROUNDING", "SHORTEST", "Settlement", "Trend", "judge_settlement", "trends_of"]
-
-Array = NDArray[np.float64]
 
 LARGEST_PERIOD = 8
 SHORTEST = 16

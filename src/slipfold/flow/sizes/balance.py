@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["balanced", "coupled", "largest_in", "loops_of"]
-
-Array = NDArray[np.float64]
+from slipfold.arrays import Array
 
 ROUNDS = 60
 """Steps towards balance; a chain of a hundred states needs no more to come within a factor."""

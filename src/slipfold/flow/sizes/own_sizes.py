@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.flow import flow_of
 from slipfold.flow.sizes.unfed import unfed_groups
 from slipfold.models.model import Model
-
-__all__ = ["own_sizes", "unfed_states"]
-
-Array = NDArray[np.float64]
 
 
 def own_sizes(model: Model, states: Array) -> Array:

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-__all__ = ["followed_at_once"]
-
-Array = NDArray[np.float64]
+from slipfold.arrays import Array
 
 FAST = 64.0
 """Vibrations this many times faster than the slowest one, and than the forcing, carry none of the

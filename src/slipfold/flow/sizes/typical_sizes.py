@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.linear_response import linear_response
@@ -18,10 +19,6 @@ from slipfold.flow.scaled import power_of_two
 from slipfold.flow.sizes.balance import balanced, coupled, largest_in, loops_of
 from slipfold.flow.sizes.quasi_static import followed_at_once
 from slipfold.models.model import Model
-
-__all__ = ["measured", "measured_within"]
-
-Array = NDArray[np.float64]
 
 PERIODS = 8
 """Forcing periods of the motion looked at: a resonance shows, and what runs away has not yet."""

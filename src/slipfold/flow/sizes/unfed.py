@@ -13,13 +13,11 @@ import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.equations import Equations
 from slipfold.models.compiled_function import compiled_function
 from slipfold.models.output import Expression
 
-__all__ = ["FASTER", "relative_sizes", "unfed_groups"]
-
-Array = NDArray[np.float64]
 Group = tuple[int, ...]
 
 MEMBERS = 4

@@ -8,6 +8,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import Stop
 from slipfold.flow.simulate import LARGEST, unbounded_at
@@ -17,10 +18,6 @@ from slipfold.flow.switched.simulate import told_in_slip
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.threads import cores
-
-__all__ = ["Crowd"]
-
-Array = NDArray[np.float64]
 
 
 class Crowd:

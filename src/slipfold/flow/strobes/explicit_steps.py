@@ -21,16 +21,6 @@ from slipfold.flow.sharp_turns import FLAT, VERSION, WEIGHT, sharp_turns
 from slipfold.models.model import Kind, Model
 from slipfold.models.output import Expression, Limit
 
-__all__ = [
-    "MOST",
-    "ExplicitSteps",
-    "explicit_steps_of",
-    "method",
-    "moved_by",
-    "stage_slopes",
-    "step_error",
-]
-
 BEFORE = 0.4
 """Change over a step, at the present rate, by which a limit must be away: more than 1/3, so that a
 cubic between two places that are that far does not reach it."""

@@ -15,16 +15,13 @@ import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.cache import cached
 from slipfold.flow.elementary import take_apart
 from slipfold.flow.equations import Equations, build_equations
 from slipfold.flow.strobes.explicit_steps import method, moved_by, stage_slopes, step_error
 from slipfold.models.model import Kind, Model
 from slipfold.models.output import Limit
-
-__all__ = ["Carried", "LinearisedSteps", "linearised_steps_of"]
-
-Array = NDArray[np.float64]
 
 TOLERANCE = 1e-10
 """Error of a step and of its derivatives, in scales. What is decided rests on special points, which

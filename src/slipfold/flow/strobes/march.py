@@ -5,13 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
 from slipfold.flow.strobes.explicit_steps import MOST, explicit_steps_of
 from slipfold.models.model import Model
-
-__all__ = ["TOGETHER", "March"]
-
-Array = NDArray[np.float64]
 
 TOGETHER = 512
 """Motions in a march: enough to hide what a call costs, few enough for the processor's cache."""

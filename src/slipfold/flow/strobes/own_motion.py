@@ -5,18 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
 from slipfold.flow.guarded_flow import Stop, guarded_flow_of
 from slipfold.flow.switched.mode import Status
 from slipfold.flow.switched.simulate import comes_to_rest, told_in_slip
 from slipfold.flow.switched.switched_motion import SwitchedMotion
 from slipfold.models.model import Model
-
-__all__ = ["OwnMotion"]
-
-Array = NDArray[np.float64]
 
 
 class OwnMotion:

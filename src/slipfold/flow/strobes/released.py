@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import Stop, guarded_flow_of
 from slipfold.flow.switched.mode import shown
@@ -14,10 +14,6 @@ from slipfold.flow.switched.simulate import comes_to_rest, told_in_slip
 from slipfold.flow.switched.switched_flow import switched_flow_of
 from slipfold.flow.switched.switched_motion import Broken, first_mode, legs
 from slipfold.models.model import Model
-
-__all__ = ["released"]
-
-Array = NDArray[np.float64]
 
 
 def released(model: Model, starts: Array, phases: Array) -> tuple[Array, dict[int, Stop]]:

@@ -8,21 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.flow.guarded_flow import Stop
 from slipfold.flow.sizes.typical_sizes import measured, measured_within
 from slipfold.flow.strobes.crowd import Crowd
 from slipfold.models.model import Model
-
-__all__ = [
-    "StrobeObserver",
-    "StrobePoints",
-    "StrobeProgress",
-    "models_with",
-    "strobe_many",
-]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

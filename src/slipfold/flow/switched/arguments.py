@@ -5,13 +5,9 @@ from __future__ import annotations
 import threading
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
-
-__all__ = ["Arguments", "many"]
-
-Array = NDArray[np.float64]
 
 
 class Arguments(threading.local):

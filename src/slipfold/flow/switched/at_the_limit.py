@@ -8,18 +8,12 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
 from slipfold.flow.switched.contact_quantities import ContactsNow
 from slipfold.flow.switched.mode import Mode, Status
 from slipfold.flow.switched.switched_flow import SwitchedFlow
 from slipfold.flow.switched.transition import SLACK, friction_in, next_mode
-
-__all__ = ["AT_REST", "at_rest", "let_go", "unlimited"]
-
-Array = NDArray[np.float64]
 
 AT_REST = 1e-12
 """Slip, over its size, that is rounding: a contact that comes to rest with another one."""

@@ -12,16 +12,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.collocation_points import radau_points
 from slipfold.flow.dense_motion import StepPolynomials
 from slipfold.flow.implicit.intervals import Field, Solved
 from slipfold.flow.implicit.stage_equations import Inverted
-
-__all__ = ["POINTS", "Beginning", "beginning"]
-
-Array = NDArray[np.float64]
 
 POINTS = radau_points(8)
 """Points of the polynomial; with six the end is as good to 1e-14."""

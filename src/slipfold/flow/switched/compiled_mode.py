@@ -30,8 +30,6 @@ from slipfold.flow.switched.slopes import Slopes
 from slipfold.models.compiled_function import compiled_function
 from slipfold.models.output import Expression, Limit
 
-__all__ = ["BEYOND", "CompiledMode"]
-
 BEYOND = 1e-14
 """How far beyond zero, over its size, something has come that counts as having crossed it. Where a
 mode begins, slip is exactly zero; a root there would be taken for the one that is sought."""

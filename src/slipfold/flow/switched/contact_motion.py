@@ -10,8 +10,8 @@ from typing import Any
 
 import heyoka as hy
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.cache import cached
 from slipfold.flow.equations import written
 from slipfold.flow.flow import flow_of
@@ -24,10 +24,6 @@ from slipfold.models.compiled_function import compiled_function
 from slipfold.models.contact import Contact
 from slipfold.models.model import Kind, Model
 from slipfold.models.output import Expression
-
-__all__ = ["ContactMotion", "ContactPiece", "contact_motions"]
-
-Array = NDArray[np.float64]
 
 FEWEST = 16
 """Intervals between samples of a piece at least: short ones turn as sharply as long ones."""

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import heyoka as hy
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.cache import cached
 from slipfold.flow.equations import Constants, Equations
 from slipfold.flow.switched.arguments import Arguments, many
@@ -19,9 +19,6 @@ from slipfold.models.compiled_function import compiled_function
 from slipfold.models.contact import Contact, normal_name
 from slipfold.models.output import Expression
 
-__all__ = ["ContactQuantities", "ContactsNow", "Numbers"]
-
-Array = NDArray[np.float64]
 Numbers = list[float]
 
 

@@ -5,14 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.settling.settlement import ROUNDING, Settlement
 from slipfold.flow.switched.history import Change
-
-__all__ = ["judge_changes"]
-
-Array = NDArray[np.float64]
 
 LONGEST = 64
 """Changes in a cycle at most."""

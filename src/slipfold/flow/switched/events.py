@@ -13,8 +13,6 @@ from slipfold.flow.switched.mode import Status
 from slipfold.flow.switched.mode_equations import LOGARITHM, ModeEquations
 from slipfold.models.output import Expression, Limit
 
-__all__ = ["END", "PHASE", "REST", "SLOW", "UNIT", "Ending", "Event", "events_of"]
-
 REST, SLOW = 1e-13, 0.05
 """Slip in the plane, over its size, below which it is at an end, and below which it is slow."""
 

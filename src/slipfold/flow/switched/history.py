@@ -9,13 +9,9 @@ from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.switched.mode import Mode, status_name
-
-__all__ = ["Change", "Interval", "Recorder"]
-
-Array = NDArray[np.float64]
 
 
 class Interval(NamedTuple):

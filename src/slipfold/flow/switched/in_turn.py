@@ -8,18 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import numpy as np
-from numpy.typing import NDArray
-
+from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
 from slipfold.flow.switched.history import Recorder
 from slipfold.flow.switched.mode import STUCK, Mode
 from slipfold.flow.switched.ready_mode import ARRIVED, STEPS
 from slipfold.flow.switched.switched_flow import SwitchedFlow
-
-__all__ = ["in_turn"]
-
-Array = NDArray[np.float64]
 
 MOST = 1_000
 """Legs in a period of which none is looked at more closely."""

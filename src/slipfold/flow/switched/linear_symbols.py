@@ -8,8 +8,6 @@ import heyoka as hy
 
 from slipfold.models.output import Expression
 
-__all__ = ["is_zero", "rate_along", "solve", "solve_for_states"]
-
 
 def is_zero(expression: Expression) -> bool:
     """Whether it is the number zero."""

@@ -15,17 +15,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
 from slipfold.flow.switched.events import Ending
 from slipfold.flow.switched.mode import Mode, Status, shown
 from slipfold.flow.switched.release import direction_of_release
 from slipfold.flow.switched.switched_flow import Leg, SwitchedFlow
-
-__all__ = ["LinearisedMotion", "linearised_motion"]
-
-Array = NDArray[np.float64]
 
 SHORT = 1e-9
 """Share of a leg of slow slip that is left out before it comes to rest: there the equations are

@@ -5,8 +5,6 @@ from __future__ import annotations
 from enum import IntEnum
 from functools import cache
 
-__all__ = ["STUCK", "Mode", "Status", "shown", "status_name"]
-
 
 class Status(IntEnum):
     """What one contact does."""

@@ -19,18 +19,6 @@ from slipfold.models.contact import Contact, normal_name
 from slipfold.models.model import Model
 from slipfold.models.output import Expression
 
-__all__ = [
-    "ANGLE",
-    "LOGARITHM",
-    "ModeEquations",
-    "Undetermined",
-    "contacts_of",
-    "friction_given",
-    "mode_equations",
-    "rate_of_phase",
-    "with_given_forces",
-]
-
 ZERO = hy.expression(0.0)
 
 LOGARITHM, ANGLE = hy.expression("logarithm of slow slip"), hy.expression("angle of slow slip")

@@ -6,15 +6,11 @@ from typing import Any
 
 import heyoka as hy
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
 from slipfold.flow.switched.compiled_mode import CompiledMode
 from slipfold.flow.switched.events import Ending, Event
-
-__all__ = ["STEPS", "ReadyMode"]
-
-Array = NDArray[np.float64]
 
 STEPS = 20_000
 """Steps of the integrator between two changes at most."""

@@ -11,8 +11,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
 from slipfold.flow.implicit.intervals import Field
 from slipfold.flow.implicit.stage_equations import LinearPart
@@ -29,10 +29,6 @@ from slipfold.flow.switched.transition import (
     outward,
     response,
 )
-
-__all__ = ["begins", "direction_of_release", "release"]
-
-Array = NDArray[np.float64]
 
 AT_ONCE = 1e-3
 """Rate of slip, over what friction can do, that is no small one."""

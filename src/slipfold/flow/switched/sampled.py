@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import flow_of
 from slipfold.flow.switched.events import Ending
@@ -15,10 +15,6 @@ from slipfold.flow.switched.mode import Mode, Status
 from slipfold.flow.switched.switched_flow import Leg, SwitchedFlow, switched_flow_of
 from slipfold.flow.switched.switched_motion import Broken, legs
 from slipfold.models.model import Model
-
-__all__ = ["Samples", "dense_legs", "sample_switched"]
-
-Array = NDArray[np.float64]
 
 TOUCHES = 1e-7
 """Slip, over its size, that is as good as none: what follows is as far beside as is taken away."""

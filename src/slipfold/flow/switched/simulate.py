@@ -6,8 +6,9 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import Stop
@@ -32,19 +33,6 @@ from slipfold.flow.switched.switched_motion import SwitchedMotion
 from slipfold.flow.trajectory import Sticking, Trajectory
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
-
-__all__ = [
-    "begun",
-    "comes_to_rest",
-    "ends_of",
-    "simulate_smooth_or_switched",
-    "simulate_switched",
-    "slips_at_first",
-    "told_in_slip",
-    "trajectory_of",
-]
-
-Array = NDArray[np.float64]
 
 ROUNDS = (32, 128, 512, 2048, 8192)
 """Intervals after which an autonomous motion is judged, and ended if it has settled."""

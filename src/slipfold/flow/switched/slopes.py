@@ -8,16 +8,12 @@ from typing import Any
 
 import heyoka as hy
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.cache import cached
 from slipfold.flow.equations import Constants, Equations
 from slipfold.models.compiled_function import compiled_function
 from slipfold.models.output import Expression
-
-__all__ = ["Slopes"]
-
-Array = NDArray[np.float64]
 
 
 class Slopes:

@@ -5,17 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
 from slipfold.flow.switched.events import UNIT, Ending
 from slipfold.flow.switched.mode import Mode, Status
 from slipfold.flow.switched.step_polynomials import SlowPolynomials
 from slipfold.flow.switched.switched_flow import Leg, SwitchedFlow
-
-__all__ = ["left_to_touch"]
-
-Array = NDArray[np.float64]
 
 
 def left_to_touch(

@@ -7,14 +7,10 @@ from typing import Any
 
 import heyoka as hy
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.dense_motion import StepPolynomials
 from slipfold.flow.switched.events import UNIT
-
-__all__ = ["BegunPolynomials", "SlowPolynomials", "step_to"]
-
-Array = NDArray[np.float64]
 
 SUCCESS, STEP_LIMIT = int(hy.taylor_outcome.success), int(hy.taylor_outcome.step_limit)
 

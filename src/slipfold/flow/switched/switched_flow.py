@@ -10,8 +10,8 @@ from functools import cached_property, lru_cache
 from threading import Lock
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.dense_motion import StepPolynomials
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow
@@ -30,10 +30,6 @@ from slipfold.flow.switched.step_polynomials import BegunPolynomials, SlowPolyno
 from slipfold.flow.switched.transition import SLACK
 from slipfold.models.model import Kind, Model
 from slipfold.models.output import Limit
-
-__all__ = ["Leg", "SwitchedFlow", "switched_flow_of"]
-
-Array = NDArray[np.float64]
 
 FOREVER = 1e30
 """An end of the time that goes with the speed of slip, which no motion comes to."""

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import Stop
@@ -23,10 +23,6 @@ from slipfold.flow.switched.release import begins, release
 from slipfold.flow.switched.switched_flow import Leg, SwitchedFlow, switched_flow_of
 from slipfold.flow.switched.transition import Undecided, next_mode
 from slipfold.models.model import Model
-
-__all__ = ["Broken", "SwitchedMotion", "first_mode", "legs"]
-
-Array = NDArray[np.float64]
 
 BACKWARDS = 1e-9
 """Slip against its own direction, over its size, at which a change was missed."""

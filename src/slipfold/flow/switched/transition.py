@@ -13,16 +13,6 @@ import numpy as np
 from slipfold.flow.switched.contact_quantities import ContactsNow, Numbers
 from slipfold.flow.switched.mode import Mode, Status
 
-__all__ = [
-    "SLACK",
-    "Undecided",
-    "friction_in",
-    "largest",
-    "next_mode",
-    "outward",
-    "response",
-]
-
 TURNS = 50
 """Newton steps to the direction of slip that begins: three are enough."""
 

@@ -11,8 +11,6 @@ from slipfold.loci.locus import Locus
 from slipfold.loci.window import Window
 from slipfold.orbits.stick_slip.touch import MET
 
-__all__ = ["without_copies"]
-
 SAME = 1e-6
 """Distance of ends, in widths of the window, that are one."""
 

@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.flow.last_round import last_round
 from slipfold.flow.switched.simulate import simulate_smooth_or_switched
@@ -17,9 +17,6 @@ from slipfold.loci.stable_spans import ONE_ORBIT
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 
-__all__ = ["Settled", "add_sticking", "settle", "sticking_checks", "sticking_orbits"]
-
-Array = NDArray[np.float64]
 Place = tuple[float, float]
 
 ROUNDS = (64, 256, 1024)

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.branches.branch import Branch
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
@@ -21,16 +21,6 @@ from slipfold.loci.window import Window
 from slipfold.models.model import Model
 from slipfold.orbits.spectrum.degeneracy import CRITICAL, critical_places
 from slipfold.orbits.stick_slip.touch import MET
-
-__all__ = [
-    "changes_in_stick",
-    "follow_sticking",
-    "found_in_stick",
-    "stable_beside",
-    "unfinished",
-]
-
-Array = NDArray[np.float64]
 
 WHOLE = ("span", "closed")
 """Kinds of ends at which a response is known as far as it goes."""

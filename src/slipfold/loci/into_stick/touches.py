@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.branches.branch import Branch
 from slipfold.branches.seams import NAMES
 from slipfold.branches.special_point import SpecialPoint
@@ -23,10 +23,6 @@ from slipfold.orbits.limits import limit_margins, limit_met
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.stick_slip.touch import TOUCHED
 from slipfold.orbits.stick_slip.touching_shooting import TouchingShooting
-
-__all__ = ["BranchEnd", "Touches", "ends_in_stick", "is_dear", "slips_in_planes"]
-
-Array = NDArray[np.float64]
 
 BranchEnd = tuple[Branch, int]
 """A branch with its first row, 0, or its last, -1."""

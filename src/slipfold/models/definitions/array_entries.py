@@ -19,8 +19,6 @@ from slipfold.models.definitions.toml_entries import type_name
 from slipfold.models.definitions.toml_places import Path
 from slipfold.models.formulas.tokens import FormulaError
 
-__all__ = ["without_arrays"]
-
 FORMULA_KEYS = ("rate", "formula", "output", "period", "slip", "normal")
 """Entries that are formulas or names in them; `formulas` and short forms of others are as well."""
 

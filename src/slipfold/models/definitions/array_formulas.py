@@ -10,8 +10,6 @@ from slipfold.models.formulas.grammar import parse_formula
 from slipfold.models.formulas.tokens import LONGEST_FORMULA, FormulaError
 from slipfold.models.formulas.tree import Binary, Name, Negative, Number, Tree, fold, format_tree
 
-__all__ = ["LARGEST_INDEX", "element_name", "index_range", "whole_number", "written_out"]
-
 LARGEST_INDEX = 100_000
 """A number beyond is a slip of the pen; tables hold a thousand entries."""
 

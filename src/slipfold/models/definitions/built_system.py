@@ -30,8 +30,6 @@ from slipfold.models.formulas.values import as_symbol
 from slipfold.models.output import Expression, Limit, Output, Symbols
 from slipfold.models.parameter import DURATION, Parameter
 
-__all__ = ["BuiltSystem", "build_system", "build_system_of_text"]
-
 
 @dataclass(frozen=True, eq=False)
 class BuiltSystem:

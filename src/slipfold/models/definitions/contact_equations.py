@@ -15,8 +15,6 @@ from slipfold.models.formulas.tree import Tree, names_in
 from slipfold.models.formulas.values import value_of
 from slipfold.models.output import Expression, Symbols
 
-__all__ = ["ContactEquations"]
-
 
 @dataclass(frozen=True)
 class ContactEquations:

@@ -16,8 +16,6 @@ from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.friction.record import friction_laws, law_record
 from slipfold.models.suggestion import suggest
 
-__all__ = ["ContactFormulas", "read_contact"]
-
 EXAMPLE = 'F = { slip = "Vd - v", normal = "N", friction = "Coulomb" }'
 
 AXES = ("x", "y")

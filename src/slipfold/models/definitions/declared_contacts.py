@@ -21,14 +21,6 @@ from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.output import Expression, Limit, Output, Symbols
 from slipfold.models.parameter import DURATION
 
-__all__ = [
-    "check_contacts",
-    "contact_limits",
-    "contact_outputs",
-    "contacts_at_rest",
-    "contacts_of_system",
-]
-
 STICK = 0.01
 """Slip speed over the counter-body's speed at which a branch ends."""
 

@@ -8,8 +8,6 @@ from slipfold.models.definitions.contact_formulas import ContactFormulas
 from slipfold.models.output import Limit
 from slipfold.models.parameter import Parameter, State
 
-__all__ = ["Definition", "OutputFormula", "StateFormula", "WatchedValue"]
-
 
 @dataclass(frozen=True)
 class StateFormula:

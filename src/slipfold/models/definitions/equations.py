@@ -21,8 +21,6 @@ from slipfold.models.formulas.values import value_of
 from slipfold.models.output import Expression, Symbols
 from slipfold.models.parameter import DURATION
 
-__all__ = ["SystemEquations", "build_system_equations"]
-
 
 @dataclass(frozen=True)
 class SystemEquations:

@@ -16,8 +16,6 @@ from slipfold.models.formulas.tokens import FormulaError
 from slipfold.models.formulas.tree import Tree, names_in
 from slipfold.models.suggestion import suggest
 
-__all__ = ["Formulas", "parse_formulas"]
-
 SHOWN = 20
 """Names of each kind that a message lists."""
 

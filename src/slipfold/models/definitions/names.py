@@ -9,8 +9,6 @@ from slipfold.models.definitions.definition import Definition
 from slipfold.models.definitions.source import Source
 from slipfold.models.formulas.functions import CONSTANTS, FUNCTIONS
 
-__all__ = ["TIME", "check_names"]
-
 TIME = "t"
 """The time in seconds, in formulas of forced systems."""
 

@@ -23,8 +23,6 @@ from slipfold.models.output import Limit
 from slipfold.models.parameter import Parameter, State
 from slipfold.models.suggestion import suggest
 
-__all__ = ["read_definition"]
-
 T = TypeVar("T")
 
 TABLES = (

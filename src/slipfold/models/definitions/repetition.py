@@ -15,8 +15,6 @@ from slipfold.models.definitions.equations import SystemEquations
 from slipfold.models.parameter import DURATION, Parameter
 from slipfold.models.turns import TURN
 
-__all__ = ["always_repeats", "find_unrepeated", "find_unturned"]
-
 SAMPLES = 6
 
 SIZES = (1.0, 1e-5, 0.0)

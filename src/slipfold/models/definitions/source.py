@@ -14,8 +14,6 @@ from slipfold.models.definitions.toml_places import Path as Keys
 from slipfold.models.definitions.toml_places import Place, find_places
 from slipfold.models.formulas.tokens import FormulaError
 
-__all__ = ["Source", "source_of_file", "source_of_tables", "source_of_text"]
-
 LONGEST_FILE = 300_000
 """Characters of the longest file."""
 

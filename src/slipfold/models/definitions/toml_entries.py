@@ -12,8 +12,6 @@ from slipfold.models.definitions.source import Source
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.suggestion import not_supported, suggest
 
-__all__ = ["Entries", "type_name"]
-
 
 class Entries:
     """The entries of a table.

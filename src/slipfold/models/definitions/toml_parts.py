@@ -14,8 +14,6 @@ from slipfold.models.definitions.toml_places import Path
 from slipfold.models.parameter import Parameter
 from slipfold.models.suggestion import suggest
 
-__all__ = ["Reader", "plain", "read_part"]
-
 Reader = Callable[[Source, Path, Any], Any]
 """What makes an argument of an entry: of where it was written, the path to it and its value."""
 

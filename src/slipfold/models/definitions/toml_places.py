@@ -6,8 +6,6 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-__all__ = ["Place", "find_places"]
-
 Path = tuple[str, ...]
 
 DEEPEST = 20

@@ -18,8 +18,6 @@ from slipfold.models.friction.record import law_record
 from slipfold.models.output import Limit
 from slipfold.models.parameter import Parameter
 
-__all__ = ["toml_value", "write_definition"]
-
 Value = str | float | bool
 
 

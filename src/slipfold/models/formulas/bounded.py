@@ -11,8 +11,6 @@ from dataclasses import replace
 
 from slipfold.models.formulas.tree import Binary, Call, Negative, Number, Tree
 
-__all__ = ["without_overflow"]
-
 
 def without_overflow(node: Tree, parts: tuple[Tree, ...]) -> Tree:
     """Rewrite a node whose children are.

@@ -28,8 +28,6 @@ from slipfold.models.formulas.tree import (
 )
 from slipfold.models.formulas.values import LARGEST_POWER, value_of
 
-__all__ = ["PHASE", "CoefficientFinder"]
-
 PHASE = "@phase"
 """The phase in trees that are taken apart; no name in a text begins like this."""
 

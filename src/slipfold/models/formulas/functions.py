@@ -12,8 +12,6 @@ from slipfold.models.formulas.relative_exponential import exprel, exprel_value
 from slipfold.models.output import Expression
 from slipfold.models.suggestion import not_supported, suggest
 
-__all__ = ["CONSTANTS", "FUNCTIONS", "Function", "explain_unknown_function"]
-
 CONSTANTS = {"pi": math.pi}
 
 

@@ -27,8 +27,6 @@ from slipfold.models.formulas.tree import (
     format_tree,
 )
 
-__all__ = ["parse_formula"]
-
 DEEPEST = 60
 """Nested parentheses, signs and powers: what people write stays below ten."""
 

@@ -9,8 +9,6 @@ import numpy as np
 
 from slipfold.models.output import Expression
 
-__all__ = ["exprel", "exprel_value"]
-
 NEAR = 2.0
 """Where the quotient takes over. From here a Taylor step cannot lead past zero, where its series
 is not known, and nothing cancels in its numerator."""

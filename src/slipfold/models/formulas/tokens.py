@@ -6,8 +6,6 @@ import math
 import re
 from dataclasses import dataclass
 
-__all__ = ["FormulaError", "Token", "split_formula"]
-
 LONGEST_FORMULA = 10_000
 """Characters of the longest formula: twenty pages of text are no formula but an accident."""
 

@@ -6,18 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TypeVar
 
-__all__ = [
-    "Binary",
-    "Call",
-    "Name",
-    "Negative",
-    "Number",
-    "Tree",
-    "fold",
-    "format_tree",
-    "names_in",
-]
-
 T = TypeVar("T")
 
 SUM, PRODUCT, SIGN, POWER, ATOM = range(1, 6)

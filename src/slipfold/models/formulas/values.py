@@ -15,8 +15,6 @@ from slipfold.models.formulas.tree import Binary, Call, Name, Negative, Number, 
 from slipfold.models.formulas.whole_power import whole_power
 from slipfold.models.output import Expression
 
-__all__ = ["LARGEST_POWER", "as_symbol", "value_of"]
-
 LARGEST_POWER = 1000
 """Whole exponents up to this one are written out as products; no formula needs larger ones."""
 

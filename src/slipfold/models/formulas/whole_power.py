@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from slipfold.models.output import Expression
 
-__all__ = ["whole_power"]
-
 
 def whole_power(base: Expression, exponent: int) -> Expression:
     """Return a power as a product: the series of a power divides by its base, which may be zero.

@@ -15,8 +15,6 @@ from slipfold.models.friction.quantities import REST_SPEED, checked_exponent, de
 from slipfold.models.output import Expression, Symbols
 from slipfold.models.parameter import Parameter
 
-__all__ = ["BoucWen"]
-
 
 @dataclass(frozen=True)
 class BoucWen(MemoryLaw):

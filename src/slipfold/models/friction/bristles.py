@@ -23,8 +23,6 @@ from slipfold.models.friction.quantities import (
 from slipfold.models.output import Expression, Symbols
 from slipfold.models.parameter import Parameter
 
-__all__ = ["Dahl", "LuGre"]
-
 
 @dataclass(frozen=True)
 class _Bristles(MemoryLaw):

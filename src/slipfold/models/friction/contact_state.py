@@ -6,8 +6,6 @@ from dataclasses import dataclass
 
 from slipfold.models.output import Expression
 
-__all__ = ["ContactState"]
-
 
 @dataclass(frozen=True)
 class ContactState:

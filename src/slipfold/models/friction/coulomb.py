@@ -10,8 +10,6 @@ from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.friction.quantities import KINETIC, STATIC, VISCOUS, check_static, described
 from slipfold.models.output import Expression, Symbols
 
-__all__ = ["Coulomb", "CoulombViscous"]
-
 
 @dataclass(frozen=True)
 class Coulomb(FrictionLaw):

@@ -9,8 +9,6 @@ import numpy as np
 
 from slipfold.models.output import Expression
 
-__all__ = ["arctan", "exp", "is_symbolic", "sqrt", "tanh"]
-
 
 def is_symbolic(*values: Any) -> bool:
     """Whether any of the values is a symbolic expression."""

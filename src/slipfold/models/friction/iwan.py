@@ -17,8 +17,6 @@ from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.output import Expression, Symbols
 from slipfold.models.parameter import Parameter, State
 
-__all__ = ["Iwan"]
-
 
 @dataclass(frozen=True)
 class Iwan(FrictionLaw):

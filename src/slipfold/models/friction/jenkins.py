@@ -23,8 +23,6 @@ from slipfold.models.friction.quantities import (
 from slipfold.models.output import Expression, Symbols
 from slipfold.models.parameter import Parameter
 
-__all__ = ["Jenkins"]
-
 _CREEP = 1e-4
 """Share of the fading that is there at any deflection: with it alone does a contact on a body at
 rest have one point of rest, and not a line of them. It changes the energy of a cycle by less."""

@@ -13,6 +13,7 @@ import heyoka as hy
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from slipfold.arrays import Array
 from slipfold.drawing import draw
 from slipfold.errors import InputError
 from slipfold.models.compiled_function import compiled_function
@@ -23,10 +24,6 @@ from slipfold.models.output import Expression, Symbols
 from slipfold.models.parameter import Parameter, State
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.suggestion import unknown
-
-__all__ = ["FrictionLaw"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

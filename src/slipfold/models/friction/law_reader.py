@@ -11,8 +11,6 @@ from slipfold.models.definitions.toml_places import Path
 from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.friction.record import friction_laws
 
-__all__ = ["read_law"]
-
 
 def read_law(source: Source, path: Path, value: object) -> FrictionLaw:
     """Make a friction law of what stands in a file.

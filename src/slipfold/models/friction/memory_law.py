@@ -14,8 +14,6 @@ from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.output import Expression, Symbols
 from slipfold.models.parameter import State
 
-__all__ = ["MemoryLaw"]
-
 
 @dataclass(frozen=True)
 class MemoryLaw(FrictionLaw):

@@ -9,19 +9,6 @@ from typing import Any
 from slipfold.errors import InputError
 from slipfold.models.parameter import Parameter
 
-__all__ = [
-    "BRISTLE_STIFFNESS",
-    "KINETIC",
-    "REST_SPEED",
-    "STATIC",
-    "STRIBECK_SPEED",
-    "VISCOUS",
-    "check_static",
-    "checked_exponent",
-    "declared",
-    "described",
-]
-
 STATIC = Parameter(
     "mu_s", 0.5, "", "static friction coefficient, reached at rest", 0, symbol=r"$\mu_s$"
 )

@@ -17,8 +17,6 @@ from slipfold.models.friction.regularised import Regularised
 from slipfold.models.friction.stribeck import CubicStribeck, RationalStribeck, Stribeck
 from slipfold.models.suggestion import suggest, unknown
 
-__all__ = ["friction_laws", "law_from_record", "law_record"]
-
 _LAWS: tuple[type[FrictionLaw], ...] = (
     Coulomb,
     CoulombViscous,

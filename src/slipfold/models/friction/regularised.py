@@ -16,8 +16,6 @@ from slipfold.models.output import Expression, Symbols
 from slipfold.models.parameter import Parameter
 from slipfold.models.suggestion import suggest
 
-__all__ = ["Regularised"]
-
 _SHAPES = ("tanh", "atan", "sqrt")
 
 _FLOOR = 1e-8

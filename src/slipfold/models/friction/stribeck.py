@@ -20,8 +20,6 @@ from slipfold.models.friction.quantities import (
 from slipfold.models.output import Expression, Symbols
 from slipfold.models.parameter import Parameter
 
-__all__ = ["CubicStribeck", "RationalStribeck", "Stribeck"]
-
 _EXPONENTS = (1, 2)
 
 

@@ -7,8 +7,8 @@ from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.models.contact import Contact, friction_name, normal_name
 from slipfold.models.output import Expression, Limit, Symbols
@@ -21,10 +21,6 @@ from slipfold.models.structures.definition import Definition
 from slipfold.models.structures.matrices.damping import Damping
 from slipfold.models.structures.matrices.eigenmodes import lowest_modes
 from slipfold.models.structures.matrices.reduction import Reduced, static_errors
-
-__all__ = ["GENERAL", "Assembly", "Placed", "assemble"]
-
-Array = NDArray[np.float64]
 
 LARGEST = 200
 """Most degrees of freedom of a model: beyond it a flow takes minutes to compile and to run."""

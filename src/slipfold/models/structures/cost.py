@@ -7,8 +7,6 @@ from dataclasses import dataclass
 
 from slipfold.models.variations import COLUMNS, carried_whole
 
-__all__ = ["Cost", "estimate_cost"]
-
 # Fitted to chains of 1 to 40 masses with a cubic spring and a friction contact, tridiagonal and
 # full matrices, on a core of an AMD EPYC at about 3 GHz.
 COMPILE_BASE = 1.0

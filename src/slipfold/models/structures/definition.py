@@ -36,19 +36,6 @@ from slipfold.models.structures.matrices.matrices import (
 from slipfold.models.structures.matrices.reduction import Reduction
 from slipfold.models.structures.shown import shown
 
-__all__ = [
-    "CONTACTS",
-    "ELEMENTS",
-    "FORCING",
-    "Definition",
-    "checked_length",
-    "checked_names",
-    "checked_sizes",
-    "checked_triangles",
-    "checked_watch",
-    "define",
-]
-
 ELEMENTS = (LinearSpring, CubicSpring, PolynomialSpring, GapSpring, GeometricSpring)
 """Classes of what may be among the elements."""
 

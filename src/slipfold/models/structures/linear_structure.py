@@ -5,17 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.models.model import Model
 from slipfold.models.parameter import Parameter
 from slipfold.models.structures.assembly import Assembly
 from slipfold.models.structures.cost import Cost, estimate_cost
 from slipfold.models.structures.matrices.reduction import ReductionReport
-
-__all__ = ["LinearStructure"]
-
-Array = NDArray[np.float64]
 
 
 class LinearStructure(Model):

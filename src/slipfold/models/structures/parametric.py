@@ -11,8 +11,6 @@ from slipfold.models.friction.quantities import declared
 from slipfold.models.parameter import Parameter
 from slipfold.models.quantity import parse_quantity
 
-__all__ = ["Parametric"]
-
 
 @dataclass(frozen=True)
 class Parametric:

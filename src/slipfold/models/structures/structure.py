@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.models.contact import Contact
 from slipfold.models.definitions.source import (
@@ -30,10 +30,6 @@ from slipfold.models.structures.structure_outputs import structure_outputs
 from slipfold.models.structures.structure_reader import read_structure, read_values
 from slipfold.models.structures.structure_record import structure_tables
 from slipfold.models.unforced import Unforced
-
-__all__ = ["Structure"]
-
-Array = NDArray[np.float64]
 
 _PARTS = (
     *("M", "C", "K", "names", "reduction", "elements", "contacts", "forcing"),

@@ -11,8 +11,6 @@ from slipfold.models.structures.assembly import GENERAL, Assembly, Placed
 from slipfold.models.structures.components.component import Measure
 from slipfold.models.structures.components.sums import total, weighted_sum
 
-__all__ = ["structure_outputs"]
-
 
 def structure_outputs(assembly: Assembly) -> tuple[Output, ...]:
     """Return the outputs of a structure.

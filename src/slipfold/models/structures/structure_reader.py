@@ -38,8 +38,6 @@ from slipfold.models.structures.matrices.matrices import Matrix, check_mass
 from slipfold.models.structures.matrices.matrix_reader import read_matrix_entry, read_samples_entry
 from slipfold.models.structures.matrices.reduction import CraigBampton, ModalReduction, Reduction
 
-__all__ = ["TABLES", "read_structure", "read_values"]
-
 T = TypeVar("T")
 
 TABLES = (

@@ -14,8 +14,6 @@ from slipfold.models.structures.matrices.damping import Damping
 from slipfold.models.structures.matrices.matrices import Matrix
 from slipfold.models.structures.matrices.matrix_reader import matrix_table
 
-__all__ = ["structure_tables"]
-
 
 def structure_tables(definition: Definition) -> dict[str, Any]:
     """Return a structure as tables that `read_structure` reads: numbers, texts, lists, mappings."""

@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.collocation.mesh import spread, steepness
 from slipfold.flow.equations import Constants
 from slipfold.flow.implicit.intervals import Field, Solved, solve_intervals
@@ -18,9 +19,6 @@ from slipfold.orbits.discretisations.higher_derivatives import cubed_ends, curve
 from slipfold.orbits.discretisations.scheme import GAUSS, STAGES, Scheme
 from slipfold.orbits.discretisations.segments import Cut, Segments
 
-__all__ = ["Collocation"]
-
-Array = NDArray[np.float64]
 Places = NDArray[np.intp]
 
 INTERVALS = 16

@@ -8,16 +8,12 @@ from copy import copy
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow import Flow, flow_of
 from slipfold.flow.equations import Constants
 from slipfold.flow.scaled import power_of_two
 from slipfold.models.model import Model
-
-__all__ = ["Discretisation"]
-
-Array = NDArray[np.float64]
 
 
 class Discretisation(ABC):

@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.implicit.intervals import Field, Solved
-
-__all__ = ["cubed_ends", "curved_ends"]
-
-Array = NDArray[np.float64]
 
 
 def curved_ends(field: Field, solved: Solved, pulled: Array, vector: Array) -> tuple[Array, Array]:

@@ -5,13 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.collocation_points import CollocationPoints, gauss_points, radau_points
-
-__all__ = ["GAUSS", "STAGES", "Scheme", "scheme_for"]
-
-Array = NDArray[np.float64]
 
 STAGES = 6
 """Points an interval: errors at its ends fall with the 12th power of its length, of Radau points

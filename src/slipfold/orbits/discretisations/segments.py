@@ -8,15 +8,12 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.orbits.discretisations.discretisation import Discretisation
 from slipfold.orbits.discretisations.scheme import Scheme, scheme_for
-
-__all__ = ["Cut", "Segments"]
-
-Array = NDArray[np.float64]
 
 LOOKS = 8
 """Nodes at which vibrations are looked for."""

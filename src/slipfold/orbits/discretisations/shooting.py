@@ -7,14 +7,11 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.orbits.discretisations.segments import Segments
-
-__all__ = ["SEGMENTS", "Shooting"]
-
-Array = NDArray[np.float64]
 
 SEGMENTS = 8
 """Segments an orbit is split into: one SIMD batch, and growth of 500 a period becomes 2.2 each."""

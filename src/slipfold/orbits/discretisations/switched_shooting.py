@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
 from slipfold.flow.switched.linearised_motion import linearised_motion
 from slipfold.flow.switched.mode import Mode, Status, shown
@@ -18,10 +19,6 @@ from slipfold.flow.switched.transition import Undecided
 from slipfold.models.model import Model
 from slipfold.orbits.discretisations.segments import Segments
 from slipfold.orbits.discretisations.shooting import CORRECTIONS, SEGMENTS
-
-__all__ = ["SwitchedShooting"]
-
-Array = NDArray[np.float64]
 
 NEAR = 0.05
 """Share of the longest span without a change that a node keeps away from any."""

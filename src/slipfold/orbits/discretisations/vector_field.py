@@ -5,14 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
 from slipfold.orbits.discretisations.discretisation import Discretisation
-
-__all__ = ["VectorField"]
-
-Array = NDArray[np.float64]
 
 OTHER = 1.3
 """Neighbouring states differ by this much more in scale where a result is computed anew: no power

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import InputError
 from slipfold.flow import flow_of
@@ -15,10 +15,6 @@ from slipfold.models.turns import TURN, without_turns
 from slipfold.orbits.cycles import Cycles
 from slipfold.orbits.discretisations.shooting import SEGMENTS
 from slipfold.orbits.spectrum.eigenvalues import unit_of_time
-
-__all__ = ["find_cycle"]
-
-Array = NDArray[np.float64]
 
 SAMPLES = 8
 """Samples in a unit of time, which is about an eighth of the fastest turn."""

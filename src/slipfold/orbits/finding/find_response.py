@@ -8,8 +8,8 @@ from functools import partial
 from itertools import accumulate
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.continuation.newton import Correction, correct
 from slipfold.continuation.settings import Coarse
 from slipfold.continuation.walk import Failure
@@ -20,10 +20,6 @@ from slipfold.orbits.finding.stiff_response import BUDGET, is_stiff, stiff_respo
 from slipfold.orbits.finding.stiff_response import SETTLING as PERIODS
 from slipfold.orbits.forced_orbits import ForcedOrbits
 from slipfold.orbits.limits import broken_limit
-
-__all__ = ["find_response", "guess_orbit"]
-
-Array = NDArray[np.float64]
 
 NEAR = 0.3
 """An orbit this far from the linear response, in scaled states, may belong to another branch."""

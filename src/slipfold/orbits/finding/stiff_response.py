@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.continuation.newton import Correction, correct
 from slipfold.flow.dense_motion import DenseMotion
 from slipfold.flow.implicit.takeover import Takeover
@@ -17,10 +17,6 @@ from slipfold.models.turns import without_turns
 from slipfold.orbits.carry_to import hold_parameter
 from slipfold.orbits.discretisations.collocation import Collocation
 from slipfold.orbits.forced_orbits import ForcedOrbits
-
-__all__ = ["BUDGET", "SETTLING", "is_stiff", "stiff_response"]
-
-Array = NDArray[np.float64]
 
 SETTLING = (2, 20, 80)
 """Further forcing periods after which Newton's method is begun: two are half a second."""

@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["growth_bound"]
-
 
 def growth_bound(blocks: NDArray[np.float64]) -> float:
     r"""Return an upper bound of :math:`\log |\mu|` over all multipliers :math:`\mu`.

@@ -7,11 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.orbits.spectrum.floquet import floquet_multipliers
-
-__all__ = ["CRITICAL", "PAIRED", "Degeneracy", "critical_pair", "critical_places", "degeneracy"]
-
-Array = NDArray[np.float64]
 
 PAIRED = ("NS", "HB")
 """Bifurcations at which a pair is critical: of orbits, and of equilibria."""

@@ -9,13 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.orbits.linearisation import Linearisation
 from slipfold.orbits.spectrum.degeneracy import Degeneracy
 from slipfold.orbits.spectrum.multipliers import Multipliers
 
-__all__ = ["Cayley", "Eigenvalues", "Paced", "eigenvalues_of", "transition", "unit_of_time"]
-
-Array = NDArray[np.float64]
 Values = NDArray[np.complex128]
 
 ANGLE = 0.8

@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["floquet_multipliers", "match_multipliers"]
-
 
 def floquet_multipliers(monodromy: NDArray[np.float64]) -> NDArray[np.complex128]:
     """Return the multipliers, largest modulus first, the upper one of a pair before the lower.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.collocation.multipliers import (
     motion_bases,
     product,
@@ -16,9 +17,6 @@ from slipfold.orbits.spectrum.contraction import growth_bound
 from slipfold.orbits.spectrum.degeneracy import Degeneracy
 from slipfold.orbits.spectrum.floquet import floquet_multipliers
 
-__all__ = ["CycleMultipliers", "Multipliers", "on_quotient"]
-
-Array = NDArray[np.float64]
 Values = NDArray[np.complex128]
 
 

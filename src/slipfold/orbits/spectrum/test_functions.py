@@ -8,9 +8,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["evaluate_each", "evaluate_tests"]
-
-Array = NDArray[np.float64]
+from slipfold.arrays import Array
 
 SHRUNK = 0.25
 """A product of factors 1 - p is compared with that of 1 - SHRUNK p. Nearer to one, functions turn

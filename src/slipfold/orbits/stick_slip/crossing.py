@@ -6,17 +6,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipfold.flow.equations import Constants
 from slipfold.flow.switched.events import Ending, Event
 from slipfold.flow.switched.mode import Mode, Status, shown
 from slipfold.flow.switched.switched_flow import Leg, SwitchedFlow
 from slipfold.orbits.stick_slip.touch import CLEAR, LONGEST, SHORT
-
-__all__ = ["Crossing", "find_crossing"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
 from slipfold.flow.switched.mode import Mode, Status
 from slipfold.flow.switched.mode_equations import Undetermined
@@ -18,10 +18,6 @@ from slipfold.models.model import Model
 from slipfold.orbits.discretisations.switched_shooting import Passed, SwitchedShooting
 from slipfold.orbits.stick_slip.crossing import Crossing, find_crossing
 from slipfold.orbits.stick_slip.met_shooting import MetShooting
-
-__all__ = ["CrossingShooting"]
-
-Array = NDArray[np.float64]
 
 CORRECTIONS = 10
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from slipfold.arrays import Array
 from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import InputError
 from slipfold.flow.switched.simulate import simulate_switched
@@ -14,10 +12,6 @@ from slipfold.orbits.carry_to import hold_parameter
 from slipfold.orbits.discretisations.switched_shooting import SwitchedShooting
 from slipfold.orbits.kinds import orbits_of
 from slipfold.orbits.orbit_curve import Orbits
-
-__all__ = ["find_switched"]
-
-Array = NDArray[np.float64]
 
 SETTLED = 1e-6
 """Change from round to round, in scaled states, at which Newton's method takes over."""

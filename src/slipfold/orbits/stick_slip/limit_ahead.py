@@ -11,8 +11,6 @@ from slipfold.orbits.discretisations.switched_shooting import SwitchedShooting
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
-__all__ = ["limit_ahead"]
-
 AHEAD = 1e-6
 """Arclength beyond the last orbit that is tried: a thousand times the shortest step, so that a
 limit that ended the steps is met clearly; the limit lies no farther."""

@@ -4,15 +4,9 @@ from __future__ import annotations
 
 from abc import abstractmethod
 
-import numpy as np
-from numpy.typing import NDArray
-
+from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
 from slipfold.orbits.discretisations.switched_shooting import SwitchedShooting
-
-__all__ = ["MetShooting"]
-
-Array = NDArray[np.float64]
 
 
 class MetShooting(SwitchedShooting):

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.flow import flow_of
 from slipfold.flow.last_round import LastRound, StickTime, round_with_stick
@@ -23,10 +24,6 @@ from slipfold.orbits.kinds import orbits_of
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.orbits.spectrum.floquet import floquet_multipliers
 from slipfold.orbits.uncertainty import multiplier_change
-
-__all__ = ["StickSlipOrbit"]
-
-Array = NDArray[np.float64]
 
 SAMPLES = 512
 """Samples a forcing period between which outputs other than states turn; parabolas do the rest."""

@@ -10,8 +10,6 @@ from slipfold.orbits.limits import limit_margins, limit_met
 from slipfold.orbits.orbit_curve import OrbitCurve
 from slipfold.orbits.orbit_point import OrbitPoint
 
-__all__ = ["through_stick"]
-
 C = TypeVar("C", bound=OrbitCurve)
 
 

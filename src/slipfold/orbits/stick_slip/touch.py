@@ -11,26 +11,12 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
 from slipfold.flow.switched.events import Ending, Event
 from slipfold.flow.switched.mode import Mode, shown
 from slipfold.flow.switched.switched_flow import Leg, SwitchedFlow
-
-__all__ = [
-    "CLEAR",
-    "LONGEST",
-    "MET",
-    "SHORT",
-    "TOUCHED",
-    "Touch",
-    "event_slopes",
-    "event_values",
-    "find_touch",
-]
-
-Array = NDArray[np.float64]
 
 TOUCHED = {
     "GRAZE": (Ending.STOPS, Ending.SLOWS, Ending.YIELDS),

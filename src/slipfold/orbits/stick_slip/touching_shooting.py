@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
 from slipfold.flow.switched.mode_equations import Undetermined
 from slipfold.flow.switched.switched_flow import Leg
@@ -17,10 +17,6 @@ from slipfold.models.model import Model
 from slipfold.orbits.discretisations.switched_shooting import Passed, SwitchedShooting
 from slipfold.orbits.stick_slip.met_shooting import MetShooting
 from slipfold.orbits.stick_slip.touch import Touch, event_slopes, event_values, find_touch
-
-__all__ = ["TouchingShooting"]
-
-Array = NDArray[np.float64]
 
 GRID = 16
 """Places in the window at which the least value is looked for first."""

@@ -8,8 +8,6 @@ from matplotlib.axes import Axes
 from slipfold.plots.axes import axes_or_new
 from slipfold.results.design_space.threshold_uncertainty import WAYS, ThresholdUncertainty
 
-__all__ = ["draw_uncertainty"]
-
 STYLES = {"samples": ("black", "-"), "gradients": ("tab:orange", "--")}
 
 

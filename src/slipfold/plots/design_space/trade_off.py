@@ -8,8 +8,6 @@ from matplotlib.axes import Axes
 from slipfold.plots.axes import axes_or_new, label_of
 from slipfold.results.design_space.design import Design
 
-__all__ = ["draw_design"]
-
 
 def draw_design(found: Design, ax: Axes | None = None) -> Axes:
     """Draw the designs in the plane of threshold and vibration, and what was there before."""

@@ -13,8 +13,6 @@ from slipfold.plots.axes import axes_or_new
 from slipfold.plots.style import palette
 from slipfold.results.motions.basin_fractions import BasinFractions
 
-__all__ = ["draw_basin_fractions"]
-
 NAMED = 6
 """Attractors that the legend names, those with the largest shares: chaos and windows have many."""
 

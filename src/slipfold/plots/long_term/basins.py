@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.long_term.attractor import Attractor
 from slipfold.long_term.basin_boundaries import WITHIN_CELL, WITHIN_ERROR
 from slipfold.long_term.search import ENDED, UNDECIDED, UNFINISHED
@@ -17,10 +17,6 @@ from slipfold.plots.axes import axes_or_new, label_of
 from slipfold.plots.region_colours import OTHERS
 from slipfold.results.motions.basins import PHASE, Basins
 from slipfold.results.motions.found_attractors import in_words
-
-__all__ = ["COLOURS", "draw_basins"]
-
-Array = NDArray[np.float64]
 
 NOTHING = {
     UNFINISHED: ("white", "not finished"),

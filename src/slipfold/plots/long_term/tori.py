@@ -13,8 +13,6 @@ from slipfold.lines.of_tori import torus_stretches
 from slipfold.plots.style import LINES, MARKERS
 from slipfold.tori.torus_branch import TorusBranch
 
-__all__ = ["BREAKS", "draw_tori", "torus_handles"]
-
 LIGHTER = 0.5
 """Share of white in the colour of tori."""
 

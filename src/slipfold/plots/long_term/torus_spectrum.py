@@ -14,8 +14,6 @@ from slipfold.text.printed_table import with_unit
 from slipfold.tori.torus_branch import TorusBranch
 from slipfold.tori.torus_spectrum import TorusSpectrum
 
-__all__ = ["draw_spectrum_at", "draw_torus_spectrum"]
-
 DEEP = 1e-4
 """Least amplitude that is drawn, of the largest."""
 

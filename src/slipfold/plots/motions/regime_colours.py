@@ -6,8 +6,6 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["COLOURS", "grouped"]
-
 COLOURS = {
     "period 1": "#eef0e2",
     "period 2": "#b7ddd0",

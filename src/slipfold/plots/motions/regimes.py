@@ -19,8 +19,6 @@ from slipfold.plots.motions.regime_colours import COLOURS, grouped
 from slipfold.plots.threshold_map import cells
 from slipfold.results.motions.regime_map import RegimeMap
 
-__all__ = ["draw_regimes"]
-
 DARK = "0.25"
 """Hatch of what coexists, where its colour is no other than that of the ground."""
 

@@ -13,8 +13,6 @@ from scipy.spatial import KDTree
 from slipfold.loci.region_map import Region, RegionMap
 from slipfold.plots.motions.regime_colours import COLOURS, grouped
 
-__all__ = ["draw_region_motions", "motion_shades"]
-
 Labels = NDArray[np.int64]
 
 

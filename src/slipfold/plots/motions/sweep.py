@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.flow.flow import flow_of
 from slipfold.long_term.repeats import reached, sampled_outputs
@@ -19,10 +19,6 @@ from slipfold.plots.axes import axes_or_new
 from slipfold.plots.phase import beside
 from slipfold.plots.response import MEASURE_NAMES
 from slipfold.results.motions.sweep import Sweep
-
-__all__ = ["COLOURS", "OTHERS", "SIZE", "dots_of", "draw_points", "draw_section", "draw_waterfall"]
-
-Array = NDArray[np.float64]
 
 COLOURS = {UP: "#2166ac", DOWN: "#c0392b"}
 """Colours of sweeps; motions from many starts are grey."""

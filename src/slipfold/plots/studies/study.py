@@ -18,8 +18,6 @@ from slipfold.studies.cases import Grid
 from slipfold.studies.work.work import Quantity
 from slipfold.text.one_line import headed
 
-__all__ = ["draw_study"]
-
 COLOURS = "plasma"
 
 WORDS = "tab10"

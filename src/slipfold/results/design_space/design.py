@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.drawing import draw
 from slipfold.models.model import Model
 from slipfold.results.fields import TEXT, Field
@@ -16,10 +17,6 @@ from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
 from slipfold.text.one_line import headed, parameter_text
 from slipfold.text.printed_table import PrintedTable
-
-__all__ = ["Design"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)

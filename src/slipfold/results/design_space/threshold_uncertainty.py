@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.design_space.sampling import INTERRUPTED
 from slipfold.design_space.scatter import Scatter, scatter_text, scattered_away
 from slipfold.design_space.sobol_indices import SobolIndices
@@ -22,10 +23,6 @@ from slipfold.results.result import Result
 from slipfold.results.saved_table import SavedTable
 from slipfold.text.one_line import headed, parameter_text
 from slipfold.text.printed_table import PrintedTable, with_unit
-
-__all__ = ["ThresholdUncertainty"]
-
-Array = NDArray[np.float64]
 
 LEVEL = 0.95
 """Probability of the bands that summaries and records tell."""

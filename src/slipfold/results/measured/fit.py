@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.drawing import draw
 from slipfold.measured.least_squares import Estimate
 from slipfold.measured.measurement import Measurement
@@ -22,11 +23,6 @@ from slipfold.results.result import Result
 from slipfold.results.saved_table import SavedTable
 from slipfold.text.one_line import capitalised, headed, listed, number_text
 from slipfold.text.printed_table import PrintedTable, with_unit
-
-__all__ = ["Fit"]
-
-Array = NDArray[np.float64]
-
 
 ESTIMATES = Items("fitted", Estimate, (
         Column("name", TEXT, "name of the parameter", name="fitted", label=True, record=True),

@@ -8,8 +8,8 @@ from types import MappingProxyType
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.drawing import draw
 from slipfold.errors import InputError
 from slipfold.measured.information import Planned, best_rows, expected
@@ -20,11 +20,6 @@ from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
 from slipfold.text.one_line import headed, listed
 from slipfold.text.printed_table import PrintedTable
-
-__all__ = ["MeasurementPlan"]
-
-Array = NDArray[np.float64]
-
 
 QUANTITIES = Items("quantity", Quantity, (
     Column("text", TEXT, "what is measured of which output", name="quantity", label=True, get=str,

@@ -8,14 +8,11 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.long_term.box import Box
 from slipfold.results.fields import Field
 from slipfold.results.motions.found_attractors import REACHED, FoundAttractors, in_words
 from slipfold.text.one_line import listed, number_text
-
-__all__ = ["Attractors"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)

@@ -9,6 +9,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.drawing import draw
 from slipfold.long_term.attractor import Attractor
 from slipfold.long_term.box import Box
@@ -21,10 +22,6 @@ from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
 from slipfold.text.one_line import number_text
 from slipfold.text.printed_table import PrintedTable
-
-__all__ = ["BasinFractions", "Shares"]
-
-Array = NDArray[np.float64]
 
 
 class Shares(NamedTuple):

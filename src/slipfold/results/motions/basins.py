@@ -8,16 +8,13 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.drawing import draw
 from slipfold.long_term.basin_boundaries import WITHIN_CELL, WITHIN_ERROR
 from slipfold.models.parameter import State
 from slipfold.results.fields import Field, axis
 from slipfold.results.motions.found_attractors import REACHED, FoundAttractors, in_words
 from slipfold.text.one_line import listed, number_text
-
-__all__ = ["PHASE", "Basins"]
-
-Array = NDArray[np.float64]
 
 PHASE = State("phase", "forcing period", "phase of the forcing at which the start is released")
 """The axis of a plane that is none of the states."""

@@ -19,8 +19,6 @@ from slipfold.results.result import Result
 from slipfold.text.one_line import number_text
 from slipfold.text.printed_table import PrintedTable
 
-__all__ = ["COLUMNS", "REACHED", "FoundAttractors", "Share", "in_words", "share_of"]
-
 SURE = 1.96
 """Standard deviations of a normal distribution within which 95 of a hundred lie."""
 

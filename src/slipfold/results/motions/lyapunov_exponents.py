@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.long_term.exponents import Estimate
 from slipfold.long_term.verdict import Verdict
 from slipfold.models.model import Model
@@ -17,10 +17,6 @@ from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
 from slipfold.text.one_line import capitalised
 from slipfold.text.printed_table import PrintedTable
-
-__all__ = ["LyapunovExponents"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)

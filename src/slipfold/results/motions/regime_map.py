@@ -12,6 +12,7 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.drawing import draw
 from slipfold.errors import InputError
 from slipfold.long_term.neighbours import NONE, SAME
@@ -24,10 +25,6 @@ from slipfold.results.provenance import Provenance
 from slipfold.results.result import Result
 from slipfold.text.one_line import number_text
 from slipfold.text.printed_table import PrintedTable
-
-__all__ = ["RegimeMap"]
-
-Array = NDArray[np.float64]
 
 KNOWN = (PERIODIC, TORUS, CHAOS, STICKS)
 

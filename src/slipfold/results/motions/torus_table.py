@@ -18,8 +18,6 @@ from slipfold.results.saved_table import SavedTable
 from slipfold.text.printed_table import with_unit
 from slipfold.tori.torus_branch import Locked, TorusBranch
 
-__all__ = ["Tori", "torus_sentence"]
-
 LASTING = "duration of a round, after which the circle lies on itself"
 
 OWNER = ("torus", "branch of tori it lies on")

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from slipfold.results.fields import Column
 from slipfold.results.labelled_table import Variable
 
-__all__ = ["Deferred"]
-
 
 class Deferred(Mapping[str, Variable]):
     """Variables by name, each made anew whenever it is looked at."""

@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 from slipfold.results.fields import REAL, TEXT, WHOLE, Kind
 from slipfold.studies.work.work import Quantity
 
-__all__ = ["KINDS", "Gathered", "type_of"]
-
 KINDS: dict[str, Kind] = {"real": REAL, "whole": WHOLE, "text": TEXT}
 
 BLOCK = 512

@@ -8,15 +8,12 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from slipfold.arrays import Array
 from slipfold.design_space.sobol_indices import SALTELLI, SobolIndices, indices_of
 from slipfold.errors import InputError
 from slipfold.studies.cases import Cases, Rows
 from slipfold.studies.work.work import Quantity
 from slipfold.text.printed_table import PrintedTable
-
-__all__ = ["are_told", "index_lines", "index_records", "indices_in"]
-
-Array = NDArray[np.float64]
 
 SHARES = "indices are shares of a variance, and"
 

@@ -36,8 +36,6 @@ from slipfold.studies.work.work import Quantity, Work
 from slipfold.text.one_line import headed, listed
 from slipfold.text.printed_table import PrintedTable, html_list
 
-__all__ = ["StudyResult", "study_result"]
-
 OWNER = Quantity(
     "case", "whole", "number of its case, from 0, the last parameter of a grid changing first"
 )

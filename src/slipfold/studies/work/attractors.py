@@ -13,8 +13,6 @@ from slipfold.long_term.search import ENDED, UNDECIDED, search
 from slipfold.models.model import Model
 from slipfold.studies.work.work import Findings, Quantity, Span, Value, Work
 
-__all__ = ["Attractors"]
-
 PERIODS = (1, 2)
 """Periods whose shares have names of their own."""
 

@@ -13,8 +13,6 @@ from slipfold.studies.work.response import Response
 from slipfold.studies.work.simulation import Simulation
 from slipfold.studies.work.threshold import Threshold
 
-__all__ = ["WORK"]
-
 Known = Response | Threshold | Locus | Simulation | Lyapunov | Attractors
 
 WORK: TypeAdapter[Known] = TypeAdapter(Annotated[Known, Field(discriminator="what")])

@@ -11,8 +11,6 @@ from slipfold.loci.window import measured_across
 from slipfold.models.model import Model
 from slipfold.studies.work.work import Findings, Quantity, Span, Value, Work, parsed_span
 
-__all__ = ["Locus"]
-
 
 class Locus(Work):
     """Loci of some types in a window: how far they reach, and their points of codimension two."""

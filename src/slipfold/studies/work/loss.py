@@ -8,8 +8,6 @@ from typing import Self
 from slipfold.models.model import Model
 from slipfold.studies.work.work import Quantity, Span, Work, parsed_span
 
-__all__ = ["LossWork"]
-
 
 class LossWork(Work):
     """What tells of the first loss of stability of a response over a parameter."""

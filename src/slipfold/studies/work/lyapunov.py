@@ -12,8 +12,6 @@ from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
 from slipfold.studies.work.work import Findings, Quantity, Start, Value, Work, parsed_start
 
-__all__ = ["Lyapunov"]
-
 
 class Lyapunov(Work):
     """How fast perturbations of a motion grow; whether it is periodic, a torus or chaos."""

@@ -23,8 +23,6 @@ from slipfold.studies.work.loss import LossWork
 from slipfold.studies.work.work import Findings, Quantity
 from slipfold.thresholds.first_loss import STABLE, Loss, first_loss, unstable_from
 
-__all__ = ["Response"]
-
 
 class Response(LossWork):
     """Every branch of the response; where it loses its stability, and all special points."""

@@ -14,8 +14,6 @@ from slipfold.models.parameter import State
 from slipfold.orbits.steady_extrema import steady_extrema
 from slipfold.studies.work.work import Findings, Quantity, Start, Value, Work, parsed_start
 
-__all__ = ["Simulation"]
-
 
 class Simulation(Work):
     """A motion from one state: whether it settles, on what period, its last state, its extrema."""

@@ -13,8 +13,6 @@ from slipfold.studies.work.work import Findings
 from slipfold.thresholds.first_loss import Loss, first_loss, followed_to_loss
 from slipfold.thresholds.side_by_side import first_doublings
 
-__all__ = ["Threshold"]
-
 
 class Threshold(LossWork):
     """Where the response of period 1 first loses its stability, and by what."""

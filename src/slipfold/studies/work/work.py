@@ -15,17 +15,6 @@ from slipfold.models.followed import check_followed
 from slipfold.models.model import Model
 from slipfold.models.quantity import parse_quantity
 
-__all__ = [
-    "Findings",
-    "Quantity",
-    "Span",
-    "Start",
-    "Value",
-    "Work",
-    "parsed_span",
-    "parsed_start",
-]
-
 Value = float | int | str | None
 """A number or a word; None where there is none."""
 

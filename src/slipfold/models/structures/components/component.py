@@ -15,8 +15,6 @@ from slipfold.models.structures.components.direction import Direction
 from slipfold.models.structures.parametric import Parametric
 from slipfold.models.structures.shown import shown
 
-__all__ = ["NAME", "Component", "Measure", "Motion"]
-
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,59}")
 """Names of degrees of freedom and components, so that they can be written anywhere."""
 

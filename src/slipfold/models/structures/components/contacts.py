@@ -23,8 +23,6 @@ from slipfold.models.structures.components.sums import total
 from slipfold.models.structures.components.trigonometry import cos_sin
 from slipfold.models.structures.shown import shown
 
-__all__ = ["FrictionContact"]
-
 STICK = 0.01
 """Slip speed over the counter-body's speed at which a branch ends, if the law sticks."""
 

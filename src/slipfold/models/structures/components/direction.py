@@ -14,8 +14,6 @@ from slipfold.errors import InputError
 from slipfold.models.structures.shown import shown
 from slipfold.models.suggestion import suggest
 
-__all__ = ["Direction", "as_direction", "as_directions", "listed"]
-
 SHOWN = 12
 """Names that a message lists before it breaks off."""
 

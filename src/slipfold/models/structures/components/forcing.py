@@ -20,8 +20,6 @@ from slipfold.models.structures.components.sums import total
 from slipfold.models.structures.components.trigonometry import cos_sin, wave
 from slipfold.models.structures.shown import shown
 
-__all__ = ["BaseMotion", "HarmonicForce", "MultiHarmonicForce"]
-
 _PHASE = Parameter("phi", 0.0, "rad", "phase by which a forcing leads", symbol=r"$\varphi$")
 
 

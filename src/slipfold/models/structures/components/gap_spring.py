@@ -17,8 +17,6 @@ from slipfold.models.structures.components.sums import total
 from slipfold.models.structures.shown import shown
 from slipfold.models.suggestion import suggest
 
-__all__ = ["GapSpring"]
-
 _SIDES = {"above": (1.0,), "below": (-1.0,), "both": (1.0, -1.0)}
 """Signs of the displacements at which the spring is touched."""
 

@@ -17,8 +17,6 @@ from slipfold.models.structures.components.direction import Direction, as_direct
 from slipfold.models.structures.components.sums import product, total
 from slipfold.models.structures.shown import shown
 
-__all__ = ["GeometricSpring"]
-
 COLLAPSE = 1e-4
 """Length over unstretched length at which a branch ends: the direction of the force is lost."""
 

@@ -9,8 +9,6 @@ import numpy as np
 from slipfold.errors import InputError
 from slipfold.models.structures.shown import shown
 
-__all__ = ["HIGHEST", "checked_harmonic"]
-
 HIGHEST = 64
 """Highest harmonic; each one takes a cosine and a sine at every step of the integration."""
 

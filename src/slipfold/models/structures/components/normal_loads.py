@@ -17,8 +17,6 @@ from slipfold.models.structures.components.harmonics import checked_harmonic
 from slipfold.models.structures.components.trigonometry import wave
 from slipfold.models.structures.parametric import Parametric
 
-__all__ = ["ConstantLoad", "ContactLoad", "ModulatedLoad", "NormalLoad"]
-
 _STATIC = Parameter("Ns", 1.0, "N", "static normal force", 0, lower_open=True, symbol="$N_s$")
 
 LOST = 1e-9

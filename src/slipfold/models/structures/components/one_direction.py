@@ -8,8 +8,6 @@ from typing import Any
 from slipfold.models.structures.components.component import Component
 from slipfold.models.structures.components.direction import Direction, as_direction
 
-__all__ = ["OneDirection"]
-
 
 @dataclass(frozen=True)
 class OneDirection(Component):

@@ -17,8 +17,6 @@ from slipfold.models.structures.components.one_direction import OneDirection
 from slipfold.models.structures.components.sums import total
 from slipfold.models.structures.shown import shown
 
-__all__ = ["CubicSpring", "LinearSpring", "PolynomialSpring"]
-
 HIGHEST = 15
 """Highest power of a polynomial: beyond it, fitted coefficients are seldom worth anything."""
 

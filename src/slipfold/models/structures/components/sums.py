@@ -8,8 +8,6 @@ import heyoka as hy
 
 from slipfold.models.output import Expression
 
-__all__ = ["product", "total", "weighted_sum"]
-
 
 def product(weight: float, symbol: Expression) -> Expression:
     """Return ``weight * symbol``, without a factor of 1."""

@@ -18,8 +18,6 @@ from slipfold.models.structures.components.one_direction import OneDirection
 from slipfold.models.structures.components.sums import total
 from slipfold.models.structures.components.trigonometry import wave
 
-__all__ = ["TabulatedForce"]
-
 ROUNDING = 1e-14
 """Share of the largest amplitude below which one is zero but for rounding."""
 

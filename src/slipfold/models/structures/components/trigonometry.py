@@ -9,8 +9,6 @@ import heyoka as hy
 from slipfold.models.friction.functions import is_symbolic
 from slipfold.models.output import Expression
 
-__all__ = ["cos_sin", "wave"]
-
 
 def cos_sin(angle: Expression) -> tuple[Expression, Expression]:
     """Return the cosine and the sine."""

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.models.friction.quantities import described
 from slipfold.models.parameter import Parameter
@@ -17,10 +17,6 @@ from slipfold.models.quantity import parse_quantity
 from slipfold.models.structures.matrices.eigenmodes import lowest_modes
 from slipfold.models.structures.parametric import Parametric
 from slipfold.models.structures.shown import shown
-
-__all__ = ["Damping", "ModalDamping", "ProportionalDamping"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -6,13 +6,9 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError
-
-__all__ = ["lowest_modes", "solver"]
-
-Array = NDArray[np.float64]
 
 SHIFT = 1e-6
 """Shift of the search for sparse modes, over a typical squared frequency: free motions are found

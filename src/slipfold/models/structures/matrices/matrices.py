@@ -10,12 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.models.structures.matrices.matrix_files import read_matrix
-
-__all__ = ["DENSE", "Matrix", "as_matrix", "check_mass", "require_symmetric"]
-
-Array = NDArray[np.float64]
 
 DENSE = 600
 """Largest size at which full arrays are used; beyond it sparse ones."""

@@ -11,8 +11,6 @@ import numpy as np
 from slipfold.errors import InputError
 from slipfold.models.structures.components.direction import listed
 
-__all__ = ["read_matrix"]
-
 _LONG_NAMES = {"M": "mass", "C": "damping", "K": "stiffness"}
 
 

@@ -17,8 +17,6 @@ from slipfold.models.definitions.toml_places import Path
 from slipfold.models.structures.matrices.matrices import Matrix, as_matrix
 from slipfold.models.structures.matrices.matrix_files import read_matrix
 
-__all__ = ["matrix_table", "read_matrix_entry", "read_samples_entry"]
-
 FORM = (
     "give rows such as [[2, -1], [-1, 1]], { diagonal = [1, 1] }, or the name of a .npz, .npy, "
     ".mat or Matrix Market file beside this one"

@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.structures.components.direction import Direction, listed
@@ -20,17 +21,6 @@ from slipfold.models.structures.shown import shown
 from slipfold.models.suggestion import suggest
 from slipfold.text.one_line import OneLine, number_text
 from slipfold.text.printed_table import PrintedTable
-
-__all__ = [
-    "CraigBampton",
-    "ModalReduction",
-    "Reduced",
-    "Reduction",
-    "ReductionReport",
-    "static_errors",
-]
-
-Array = NDArray[np.float64]
 
 FREE = 1e-6
 """Frequency over the largest one below which a motion is free: it has no relative error."""
