@@ -1,4 +1,4 @@
-"""Results of two trees are compared: a moved special point is a difference, a longer curve is not."""
+"""A moved special point is a difference between two trees, a longer curve is not."""
 
 import importlib
 from pathlib import Path
