@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from slipfold.continuation.newton import Rule, correct_many, solve_each
+from slipfold.newton import Rule, correct_many, solve_each
 
 
 def roots_of(targets):

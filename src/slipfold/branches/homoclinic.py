@@ -11,6 +11,7 @@ from slipfold.branches.stops import STANDS_STILL
 from slipfold.continuation.end import End
 from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Sight, Stop, Stretch
+from slipfold.newton import Rule, find_root, solve_each
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
@@ -26,11 +27,8 @@ NEARBY = 0.3
 PROPORTIONAL = 0.1
 """Relative change of a slope along what counts as a straight line."""
 
-AT_REST = 1e-6
-"""Speed at an equilibrium that Newton's method has come to, over the cycle's largest."""
-
-APPROACHES = 20
-"""Newton steps from the slowest place of a cycle to an equilibrium."""
+RULE = Rule(close=1e-6, iterations=20)
+"""Newton's steps from the slowest state of a cycle to an equilibrium."""
 
 STANDS = 1e-3
 """Change of the parameter, in spans, over that of the duration, in first durations, below which the
@@ -192,15 +190,15 @@ def _slopes_at_rest(point: OrbitPoint, z: Array, near: float) -> Array | None:
         flow.rates(nodes, np.zeros(len(nodes)), constants) / orbits.scales, axis=1
     )
     slowest = nodes[speeds.argmin()][None]
-    state = slowest
-    for _ in range(APPROACHES):
-        slopes = flow.jacobians(state, zero, constants)[0]
-        try:
-            step = np.linalg.solve(slopes, flow.rates(state, zero, constants)[0])
-        except np.linalg.LinAlgError:
-            return None
-        state = state - step
+
+    def step(scaled: Array) -> Array:
+        state = scaled[None] * orbits.scales
         if not np.abs((state - slowest) / orbits.scales).max() < near:
-            return None
-    rates = flow.rates(state, zero, constants)[0] / orbits.scales
-    return slopes if np.abs(rates).max() < AT_REST * speeds.max() else None
+            return np.full_like(scaled, np.nan)
+        slopes = flow.jacobians(state, zero, constants)
+        return -solve_each(slopes, flow.rates(state, zero, constants))[0] / orbits.scales
+
+    scaled = find_root(step, slowest[0] / orbits.scales, RULE)
+    if scaled is None:
+        return None
+    return flow.jacobians(scaled[None] * orbits.scales, zero, constants)[0]

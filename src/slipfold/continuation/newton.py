@@ -1,16 +1,14 @@
-"""Newton's method: for equations with one linear constraint, and for many systems side by side."""
+"""Newton's method for equations with one linear constraint."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from math import isfinite, isnan, sqrt
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-from slipfold.arrays import Array, Indices
+from slipfold.arrays import Array
 
 STILL = 1e-10
 """Derivatives are those of the solution once it has moved by less than this since they were taken:
@@ -242,86 +240,3 @@ def _right(defect: Array, constraint: float) -> Array:
 def length_of(vector: Array) -> float:
     """Return the Euclidean length of a vector, in a third of the time that NumPy's takes."""
     return sqrt(np.dot(vector, vector))  # which may overflow where Newton's method diverges
-
-
-# -- many systems side by side -------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Rule:
-    """When Newton's method is done, and when it is lost."""
-
-    close: float  # a step shorter than this may be the last
-    longest: float = np.inf  # a step this long leads to another solution, or to none
-    growth: float = np.inf  # a step this many times the one before means divergence
-    # Where derivatives are not renewed at each step: estimated distance to the solution after the
-    # last one
-    remaining: float = np.inf
-    iterations: int = 8  # steps that may be taken
-
-
-BEND = 100.0
-"""Curvature, in scaled variables, that `Rule.remaining` reckons with after the first step."""
-
-
-@dataclass(frozen=True, eq=False)
-class Solved:
-    """What Newton's method came to in each of k systems."""
-
-    z: Array  # solutions, shape (k, u); NaN where there is none
-    moved: Array  # length of the last step, shape (k,); infinite likewise
-    failures: NDArray[np.str_]  # why there is none, shape (k,); empty where there is one
-
-    @property
-    def found(self) -> NDArray[np.bool_]:
-        """Whether each has a solution, shape (k,)."""
-        return np.asarray(self.failures == "")
-
-
-def correct_many(steps: Callable[[Indices, Array], Array], guesses: Array, rule: Rule) -> Solved:
-    """Take Newton steps in many systems of equations until each is solved or lost.
-
-    `steps` returns those of some systems, by number, from their unknowns; NaN where there is none.
-
-    Shapes: guesses (k, u); steps (a,), (a, u) -> (a, u).
-    """
-    z, moved = guesses.copy(), np.full(len(guesses), np.inf)
-    known = np.isfinite(z).all(axis=1)
-    failures = np.where(known, f"no convergence in {rule.iterations} corrections", "no guess")
-    active = np.flatnonzero(known)
-    for _ in range(rule.iterations):
-        if not len(active):
-            break
-        step = steps(active, z[active])
-        length, before = np.linalg.norm(step, axis=1), moved[active]
-        good = (length < rule.longest) & (length < rule.growth * before)
-        z[active] += step
-        moved[active] = length
-        # The iteration contracts at least as it did last time; at first, as Newton's method does.
-        rate = np.where(np.isinf(before), BEND * length, length / before)
-        done = good & (length < rule.close) & (length * rate < rule.remaining)
-        failures[active[~good]] = "Newton's method diverged"
-        failures[active[done]] = ""
-        active = active[good & ~done]
-    lost = failures != ""
-    z[lost], moved[lost] = np.nan, np.inf
-    return Solved(z, moved, failures)
-
-
-def solve_each(matrices: Array, right: Array) -> Array:
-    """Solve linear systems; NaN where one has no solution.
-
-    Shapes: matrices (k, u, u); right (k, u) or (k, u, r).
-    """
-    columns = right if right.ndim == 3 else right[..., None]
-    try:
-        return np.asarray(np.linalg.solve(matrices, columns), dtype=float).reshape(right.shape)
-    except np.linalg.LinAlgError:
-        # One singular matrix makes all of them fail: find out which.
-        if len(matrices) == 1:
-            return np.full_like(right, np.nan)
-        half = len(matrices) // 2
-        parts = [
-            solve_each(matrices[part], right[part]) for part in (slice(half), slice(half, None))
-        ]
-        return np.concatenate(parts)

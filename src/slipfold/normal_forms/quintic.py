@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.continuation.newton import Rule, correct_many, solve_each
+from slipfold.newton import Rule, correct_many, solve_each
 from slipfold.normal_forms.normal_form import critical_vectors
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint

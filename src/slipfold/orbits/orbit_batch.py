@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array, Indices
-from slipfold.continuation.newton import Rule, correct_many, solve_each
 from slipfold.flow import flow_of, precision
 from slipfold.flow.scaled import power_of_two
 from slipfold.flow.strobes.linearised_steps import TOLERANCE, Carried, LinearisedSteps
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
+from slipfold.newton import Rule, correct_many, solve_each
 from slipfold.orbits.carry_to import hold_parameter
 from slipfold.orbits.discretisations.shooting import SEGMENTS
 from slipfold.orbits.forced_orbits import ForcedOrbits

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array, Indices
-from slipfold.continuation.newton import Rule, correct_many, solve_each
+from slipfold.newton import Rule, correct_many, solve_each
 from slipfold.orbits.carry_to import hold_parameter
 from slipfold.orbits.orbit_batch import EXACTLY, Corrected, OrbitBatch, Part
 from slipfold.orbits.spectrum.floquet import floquet_multipliers

@@ -9,14 +9,14 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.models.turns import without_turns
+from slipfold.newton import Rule, find_root
 from slipfold.tori.circles import CirclePoint, Circles
 from slipfold.tori.harmonics import slopes, turned
 
 PHASES = 12
 """Phases of a locked orbit on its circle at which the parameter is found first."""
 
-STEPS, CLOSED = 12, 1e-12
-"""Newton steps at most, and the scaled step after which none is needed."""
+RULE = Rule(close=1e-12, iterations=12)
 
 
 def locked_interval(
@@ -75,26 +75,27 @@ class _LockedOrbits:
         start = turned(self.states, phase)
         normal = slopes(start)[0] / scales
         normal /= np.linalg.norm(normal)
-        state, value = start[0].copy(), guess
         index = [model.parameter_index(circles.vary)]
-        for _ in range(STEPS):
+
+        def step(z: Array) -> Array:
+            state, value = z[:-1] * scales, float(z[-1]) * circles.width
+            if not abs(value - guess) <= farthest:
+                return np.full_like(z, np.nan)
             constants = circles.flow.constants_of(model.replace(**{circles.vary: value}))
             zero, along = np.zeros(1), constants.rates[:, index]
             ends, matrices, pulls = circles.flow.linearise(
                 state[None], zero, zero + circles.period * self.returns, constants, along
             )
             apart = without_turns(ends[0] - state, model.whole_turns) / scales
-            matrix = np.zeros((len(state) + 1, len(state) + 1))
+            matrix = np.zeros((len(z), len(z)))
             matrix[:-1, :-1] = matrices[0] * (scales / scales[:, None]) - np.eye(len(state))
             matrix[:-1, -1] = pulls[0][:, 0] * circles.width / scales
             matrix[-1, :-1] = normal
             missed = np.append(apart, normal @ ((state - start[0]) / scales))
             if not np.isfinite(matrix).all():
-                return np.nan
-            step = np.linalg.lstsq(matrix, -missed, rcond=None)[0]
-            state, value = state + step[:-1] * scales, value + step[-1] * circles.width
-            if not abs(value - guess) <= farthest:
-                return np.nan
-            if np.abs(step).max() <= CLOSED:
-                return float(value)
-        return np.nan
+                return np.full_like(z, np.nan)
+            return np.asarray(np.linalg.lstsq(matrix, -missed, rcond=None)[0])
+
+        z = find_root(step, np.append(start[0] / scales, guess / circles.width), RULE)
+        value = np.nan if z is None else float(z[-1]) * circles.width
+        return value if abs(value - guess) <= farthest else np.nan

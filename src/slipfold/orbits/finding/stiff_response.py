@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from slipfold.arrays import Array
+from slipfold.collocation.multipliers import product
 from slipfold.continuation.newton import Correction, correct
 from slipfold.flow.dense_motion import DenseMotion
 from slipfold.flow.implicit.takeover import Takeover
@@ -14,6 +15,7 @@ from slipfold.flow.simulate import simulate
 from slipfold.flow.sizes.typical_sizes import measured
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
+from slipfold.newton import Rule, find_root, solve_each
 from slipfold.orbits.carry_to import hold_parameter
 from slipfold.orbits.discretisations.collocation import Collocation
 from slipfold.orbits.forced_orbits import ForcedOrbits
@@ -24,10 +26,8 @@ SETTLING = (2, 20, 80)
 BUDGET = 60_000
 """Implicit steps in which an orbit is found or given up: half a minute."""
 
-ITERATIONS = 12
-
-CLOSED = 1e-9
-"""A motion is an orbit if it misses where it began by no more than this, in scaled states."""
+CLOSED = Rule(close=1e-9, iterations=12)
+"""The motion before a step this short, in scaled states, is an orbit."""
 
 
 def is_stiff(orbits: ForcedOrbits, value: float) -> bool:
@@ -100,23 +100,18 @@ class _Search:
     def _closed_near(self, state: Array) -> DenseMotion | None:
         """Correct where a motion begins by Newton's method."""
         takeover, model = self._takeover, self._model
-        scales = takeover.field.scales
-        for _ in range(ITERATIONS):
-            motion = self._period(state)
-            if motion is None:
-                return None
-            gap = without_turns(_end(motion, model) - state, model.whole_turns)
-            if np.abs(gap / scales).max() < CLOSED:
-                return motion
-            monodromy = np.eye(len(state))
-            for matrix in takeover.matrices(motion, motion.phases):
-                monodromy = matrix @ monodromy
-            try:
-                left = np.linalg.solve(np.eye(len(state)) - monodromy, gap / scales)
-            except np.linalg.LinAlgError:
-                return None
-            state = state + scales * left
-        return None
+        scales, last = takeover.field.scales, None
+
+        def step(scaled: Array) -> Array:
+            nonlocal last
+            last = self._period(scaled * scales)
+            if last is None:
+                return np.full_like(scaled, np.nan)
+            gap = without_turns(_end(last, model) / scales - scaled, model.whole_turns / scales)
+            monodromy = product(takeover.matrices(last, last.phases))
+            return solve_each(np.eye(len(gap)) - monodromy[None], gap[None])[0]
+
+        return last if find_root(step, state / scales, CLOSED) is not None else None
 
 
 def _end(motion: DenseMotion, model: Model) -> Array:

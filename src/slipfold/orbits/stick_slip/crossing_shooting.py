@@ -15,14 +15,14 @@ from slipfold.flow.switched.switched_flow import Leg
 from slipfold.flow.switched.switched_motion import Broken, legs
 from slipfold.flow.switched.transition import Undecided
 from slipfold.models.model import Model
+from slipfold.newton import Rule, find_root
 from slipfold.orbits.discretisations.switched_shooting import Passed, SwitchedShooting
 from slipfold.orbits.stick_slip.crossing import Crossing, find_crossing
 from slipfold.orbits.stick_slip.met_shooting import MetShooting
 
-CORRECTIONS = 10
-
-EXACT = 1e-15
-"""Change of the phase at which slip is zero by which it is found."""
+TURN = Rule(close=1e-9, iterations=10)
+"""The phase at which slip is zero has converged after a step this short: it is left with its
+square."""
 
 OFF = 0.25
 """Share of the reach by which the turn may move away from the middle of the window."""
@@ -164,19 +164,20 @@ class CrossingShooting(MetShooting):
         turn = self.crossing
         flow, none = self.switched.of(turn.before), np.empty((len(constants.values), 0))
         place = self.switched.quantities.places[turn.contact].start
-        phase = turn.phase
-        for _ in range(CORRECTIONS):
-            state = self._carried_in(turn.before, start, begin, phase, constants)
-            rates = flow.rates(state[None], np.array([phase]), constants)[0]
-            by_state, by_phase, _ = self.switched.slips.at(state, phase, constants, none)
-            fall = float(by_state[place] @ rates + by_phase[place])
-            step = -self._slip(state, phase, constants) / fall
-            phase += step
+
+        def step(phases: Array) -> Array:
+            phase = float(phases[0])
             if not begin < phase < self._beyond:
-                return None
-            if abs(step) <= EXACT:
-                break
-        return phase
+                return np.full(1, np.nan)
+            state = self._carried_in(turn.before, start, begin, phase, constants)
+            rates = flow.rates(state[None], phases, constants)[0]
+            by_state, by_phase, _ = self.switched.slips.at(state, phase, constants, none)
+            return -self._slip(state, phase, constants) / (
+                by_state[[place]] @ rates + by_phase[place]
+            )
+
+        found = find_root(step, np.array([turn.phase]), TURN)
+        return float(found[0]) if found is not None and begin < found[0] < self._beyond else None
 
     def _slip(self, state: Array, phase: float, constants: Constants) -> float:
         place = self.switched.quantities.places[self.crossing.contact].start
