@@ -1,4 +1,4 @@
-"""Orders of convergence, closed forms and adapted meshes of collocation."""
+"""Orders of convergence, closed forms and fitted meshes of collocation, and what its check sees."""
 
 import math
 from dataclasses import replace
@@ -6,15 +6,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from slipfold.collocation import collocate
-from slipfold.collocation.collocate import Guess, on_mesh
-from slipfold.collocation.condensation import Iterate
-from slipfold.collocation.mesh import equidistribute, halve, uniform
-from slipfold.collocation.reference import reference_of
-from slipfold.collocation.vector_field import VectorField
+import slipfold as sf
 from slipfold.collocation_points import gauss_points
+from slipfold.continuation.newton import correct
 from slipfold.models import model_named
-from slipfold.orbits import periodic_orbit
+from slipfold.models.evaluation import evaluation_of
+from slipfold.orbits import check, periodic_orbit
+from slipfold.orbits.carry_to import hold_parameter
+from slipfold.orbits.check import collocate
+from slipfold.orbits.discretisations.collocation import Collocation
+from slipfold.orbits.discretisations.scheme import GAUSS, STAGES, Scheme
+from slipfold.orbits.forced_orbits import ForcedOrbits
+from slipfold.orbits.spectrum.product import multiplier_difference, product_eigenvalues
 
 
 def duffing():
@@ -22,10 +25,17 @@ def duffing():
 
 
 def on_uniform_mesh(orbit, count, degree):
-    field = VectorField(orbit.model)
-    guess = Guess(orbit.period, orbit.sample(256)[1] / field.scales, field.period)
-    reference = reference_of(field, guess.samples[::32], False)
-    return on_mesh(field, guess.on(uniform(orbit.period, count, 8), degree), reference)
+    """Orbits by collocation of a degree, with the unknown of this one."""
+    edges, free = np.linspace(0.0, orbit.period, count + 1), {"W": 1.0}
+    by = Collocation(orbit.model, free, edges=edges, scheme=Scheme(gauss_points(degree)))
+    orbits, shot = (
+        ForcedOrbits(orbit.model, free, by=lambda *_: by),
+        ForcedOrbits(orbit.model, free),
+    )
+    z = orbits.adopt(shot, shot.unknown(orbit.nodes, orbit.model))
+    correction = correct(orbits, z, hold_parameter(len(z) - 1))
+    assert correction.converged
+    return orbits, correction.z
 
 
 @pytest.mark.parametrize("degree", [1, 2, 3, 4, 7])
@@ -47,9 +57,10 @@ def test_states_at_mesh_points_and_multipliers_converge_at_twice_the_degree(degr
     counts = {1: (256, 512), 2: (48, 96), 3: (24, 48), 4: (16, 32)}[degree]
     errors = []
     for count in counts:
-        result = on_uniform_mesh(orbit, count, degree)
-        nodes = result.solution.iterate.nodes[:: count // 8] * orbit.model.state_scales()
-        multipliers = np.abs(result.multipliers[:, None] - orbit.multipliers).min(axis=1)
+        orbits, z = on_uniform_mesh(orbit, count, degree)
+        values = product_eigenvalues(orbits.linearise(z).factors)
+        multipliers = np.abs(values[:, None] - orbit.multipliers).min(axis=1)
+        nodes = orbits.nodes(z)[:: count // 8]
         errors.append([np.abs(nodes - orbit.nodes).max(), multipliers.max()])
     orders = np.log2(np.array(errors[0]) / errors[1])
     assert orders == pytest.approx(2 * degree, abs=0.5)
@@ -58,18 +69,14 @@ def test_states_at_mesh_points_and_multipliers_converge_at_twice_the_degree(degr
 @pytest.mark.parametrize("degree", [2, 3, 4])
 def test_states_inside_intervals_converge_at_one_more_than_the_degree(degree):
     orbit = duffing()
+    shot = ForcedOrbits(orbit.model, {"W": 1.0})
+    z = shot.unknown(orbit.nodes, orbit.model)
     errors = []
     for count in (32, 64):
-        iterate = on_uniform_mesh(orbit, count, degree).solution.iterate
-        # The stages of a method of higher order on a mesh that has them as edges are exact.
-        fine = on_uniform_mesh(orbit, count, 8).solution.iterate
-        place = gauss_points(degree).points[0]
-        inside = fine.nodes + np.einsum(
-            "k,ikn->in",
-            gauss_points(8).integrals(np.array([place]))[0],
-            VectorField(orbit.model).linear(fine.stages, fine.phases)[0],
-        ) * (fine.time * fine.lengths[:, None])
-        errors.append(np.abs(iterate.stages[:, 0] - inside).max())
+        orbits, found = on_uniform_mesh(orbit, count, degree)
+        solved = orbits.by.solved(orbits.nodes(found), orbits.constants(found))
+        exact = shot.by.states(shot.nodes(z), shot.constants(z), solved.phases[:, 0])
+        errors.append(np.abs(solved.stages[:, 0] * orbits.scales - exact).max())
     assert np.log2(errors[0] / errors[1]) == pytest.approx(degree + 1, abs=0.4)
 
 
@@ -86,7 +93,7 @@ def test_stuart_landau_has_its_closed_form(r, w):
     assert orbit.multipliers == pytest.approx(exact, rel=1e-9, abs=0)
 
 
-def relaxation(mu, samples=512):
+def relaxation(mu, samples=64):
     """A guess of van der Pol's cycle, by nothing but small explicit steps."""
     state, step = np.array([2.0, 0.0]), 1e-3 / max(1.0, mu)
 
@@ -116,7 +123,7 @@ def test_van_der_pol_has_its_published_period_and_multiplier():
     assert orbit.multipliers[1].real == pytest.approx(8.596950640e-4, rel=1e-9)
 
 
-def test_relaxation_needs_an_adapted_mesh_and_keeps_its_tiny_multiplier():
+def test_relaxation_needs_a_fitted_mesh_and_keeps_its_tiny_multiplier():
     guess, duration = relaxation(6.0)
     model = model_named("vanderpol-free", mu=6, duration=duration)
     orbit = collocate(model, guess)
@@ -124,15 +131,13 @@ def test_relaxation_needs_an_adapted_mesh_and_keeps_its_tiny_multiplier():
     lengths = np.diff(orbit.edges)
     assert lengths.max() > 10 * lengths.min()
     # Liouville: the multipliers' product is the exponential of the mean divergence.
-    field = VectorField(model)
-    guess = Guess(1, orbit.anchors, 1.0)
     closed = np.concatenate([orbit.states, orbit.states[:1]])
     from scipy.interpolate import CubicHermiteSpline
 
-    slopes = orbit.duration * field.linear(closed, orbit.edges)[0]
+    rates = evaluation_of(model).linear(model, closed, orbit.edges % 1)[0]
     gauss = gauss_points(8)
     at = orbit.edges[:-1, None] + lengths[:, None] * gauss.points
-    x = CubicHermiteSpline(orbit.edges, closed[:, 0], slopes[:, 0])(at)
+    x = CubicHermiteSpline(orbit.edges, closed[:, 0], (orbit.duration * rates)[:, 0])(at)
     divergence = orbit.duration * np.sum(6 * (1 - x**2) @ gauss.weights * lengths)
     assert divergence < -40  # beyond the precision of a product of matrices
     assert np.log(orbit.multipliers[1].real) == pytest.approx(divergence, rel=1e-5)
@@ -140,32 +145,9 @@ def test_relaxation_needs_an_adapted_mesh_and_keeps_its_tiny_multiplier():
 
 def test_a_double_multiplier_is_compared_by_its_mean():
     # Rounding splits it by its square root, on each mesh and each processor in another way.
-    count = 16
-    coarse, fine = (on_uniform_mesh(duffing(), n, 4) for n in (count, 2 * count))
-    split = np.array([1e-8, -1e-8])
-    coarse = replace(coarse, multipliers=np.array([0.5, 0.5]) + 0j)
-    double = replace(fine, multipliers=0.5 + 3 * split + 0j)
-    assert coarse.difference(double) == pytest.approx(
-        np.abs(coarse.solution.iterate.nodes - fine.solution.iterate.nodes[::2]).max(), rel=1e-6
-    )
-    moved = replace(fine, multipliers=0.5 + 1e-3 + split + 0j)
-    assert coarse.difference(moved) == pytest.approx(1e-3)
-
-
-def test_a_mesh_is_equidistributed_and_keeps_its_anchors():
-    edges = uniform(1, 64, 8)
-    gauss = gauss_points(4)
-    at = edges[:-1, None] + np.diff(edges)[:, None] * gauss.points
-    sharp = 1 / (1.1 + np.cos(2 * np.pi * at))[..., None]
-    moved = equidistribute(edges, sharp, gauss, 64, 8)
-    assert np.isin(np.arange(9) / 8, moved).all()
-    assert (np.diff(moved) > 0).all()
-    assert abs(len(moved) - 65) < 10
-    lengths = np.diff(moved)
-    assert lengths[len(lengths) // 2] < 0.3 * lengths.max()  # the peak is in the middle
-    same = equidistribute(edges, np.zeros_like(sharp), gauss, 64, 8)
-    assert same == pytest.approx(edges)
-    assert np.isin(moved, halve(moved)).all()
+    split, double = np.array([1e-8, -1e-8]), np.array([0.5, 0.5]) + 0j
+    assert multiplier_difference(double, 0.5 + 3 * split + 0j) < 1e-15
+    assert multiplier_difference(double, 0.5 + 1e-3 + split + 0j) == pytest.approx(1e-3)
 
 
 def test_what_does_not_converge_says_so():
@@ -174,7 +156,53 @@ def test_what_does_not_converge_says_so():
     assert not collocate(model, noise).converged
 
 
-def test_an_iterate_knows_its_phases():
-    edges = np.array([0.0, 0.5, 2.0])
-    iterate = Iterate(edges, np.zeros((2, 1)), np.zeros((2, 1, 1)), 1.0)
-    assert iterate.phases == pytest.approx(np.array([[0.25], [1.25]]))
+def broken(points):
+    """The same points with a quadrature that is wrong in the seventh digit."""
+    return replace(points, weights=points.weights * (1 + 1e-7))
+
+
+def test_the_check_sees_an_orbit_by_a_broken_discretisation():
+    orbit = duffing()
+    found = []
+    for points in (GAUSS.points, broken(GAUSS.points)):
+        by = Collocation(
+            orbit.model, {"W": 1.0}, edges=np.linspace(0, 1, 33), scheme=Scheme(points)
+        )
+        orbits = ForcedOrbits(orbit.model, {"W": 1.0}, by=lambda *_, by=by: by)
+        z = orbits.unknown(orbit.sample(32)[1], orbit.model)
+        z = correct(orbits, z, hold_parameter(len(z) - 1)).z
+        nodes, values = orbits.nodes(z)[::4], product_eigenvalues(orbits.linearise(z).factors)
+        found.append(replace(orbit, nodes=nodes, multipliers=values).check().passed)
+    assert found == [True, False]
+
+
+def test_a_broken_check_does_not_pass_either(monkeypatch):
+    orbit = sf.periodic_orbit(sf.SlidingOscillator(f=12.5, Nd=0.05))
+    assert orbit.check().passed
+
+    class Broken(Collocation):
+        def __init__(self, *given, scheme, **more):
+            own = scheme
+            if len(scheme.points.points) > STAGES:
+                own = replace(scheme, points=broken(scheme.points))
+            super().__init__(*given, scheme=own, **more)
+
+    monkeypatch.setattr("slipfold.orbits.by_collocation.Collocation", Broken)
+    monkeypatch.setattr("slipfold.orbits.discretisations.collocation.Collocation", Broken)
+    assert not orbit.check().passed
+
+
+def test_rates_that_are_not_those_of_the_model_do_not_pass(monkeypatch):
+    """What is compiled for the flow is compared with what is compiled apart from it."""
+    orbit = duffing()
+
+    class Other:
+        def __init__(self, own):
+            self._own = own
+
+        def linear(self, *given):
+            rates, jacobians = self._own.linear(*given)
+            return rates * (1 + 1e-6), jacobians
+
+    monkeypatch.setattr(check, "evaluation_of", lambda model: Other(evaluation_of(model)))
+    assert not orbit.check().passed

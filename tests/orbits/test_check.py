@@ -1,4 +1,4 @@
-"""Every built-in system and a chain by shooting and by collocation, which share no code."""
+"""Every built-in system and a chain by shooting and by collocation."""
 
 from dataclasses import replace
 

@@ -10,8 +10,7 @@ from slipfold.arrays import Array
 from slipfold.branches.settings import Settings
 from slipfold.flow import flow_of
 from slipfold.models.model import Model
-from slipfold.orbits.by_collocation import FIRST
-from slipfold.orbits.discretisations.collocation import Collocation
+from slipfold.orbits.discretisations.collocation import FIRST, Collocation
 from slipfold.orbits.discretisations.scheme import scheme_for
 from slipfold.orbits.discretisations.segments import Cut
 from slipfold.orbits.discretisations.shooting import SEGMENTS, Shooting

@@ -16,13 +16,16 @@ from slipfold.arrays import Array, Complex
 from slipfold.checks.checked import LOOSEST as NOT_KNOWN
 from slipfold.checks.implicit_drift import implicit_drift
 from slipfold.checks.retraced import SMALL, SMALL_SLOPES, Motion, Retraced, retrace
-from slipfold.collocation.condensation import Condensed, Iterate, condense
-from slipfold.collocation.multipliers import multiplier_differences, product, without_motion
+from slipfold.collocation_points import gauss_points
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow, flow_of
+from slipfold.flow.implicit.intervals import Field, newton_step
+from slipfold.flow.implicit.stage_equations import LinearPart
 from slipfold.models.model import Model
+from slipfold.models.turns import without_turns
 from slipfold.orbits.check import SINGULAR, is_singular, rests
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.orbits.spectrum.product import multiplier_differences, product, without_motion
 
 ALLOWED = 1e-8
 """Difference of states (scaled), duration and multipliers (relative) that is allowed."""
@@ -51,6 +54,9 @@ LOOSEST = 1e-6
 FAR = 0.01
 """Share of its distance from the unit circle by which a multiplier may be as uncertain as it says:
 that decides nothing. Fast modes of a mesh that is made for a slow motion are."""
+
+CHUNK = 4_000_000
+"""Numbers in the matrices that are held at a time: 32 MB."""
 
 NO_DIGIT = 0.5
 """Difference of multipliers whose first digits differ: they do not agree, however sensitive."""
@@ -81,8 +87,8 @@ def pieces_of(orbit: PeriodicOrbit) -> int:
     segments = len(orbit.nodes)
     phases = np.linspace(0.0, orbit.period, segments, endpoint=False)
     flow = flow_of(orbit.model)
-    field = _FlowRates(orbit.model, flow, flow.constants_of(orbit.model))
-    slopes = field.linear(orbit.nodes / orbit.model.state_scales(), phases)[1]
+    field = _field(orbit.model, flow, flow.constants_of(orbit.model))
+    slopes = field.jacobians(orbit.nodes / field.scales, phases)
     if not np.isfinite(slopes).all():
         return 0
     fastest = float(np.abs(np.linalg.eigvals(slopes)).max())
@@ -153,26 +159,9 @@ def motion_of(orbit: PeriodicOrbit, flow: Flow, pieces: int, *, slopes: bool = F
     )
 
 
-class _FlowRates:
-    """The right-hand side as it was compiled beside the flow: nothing is compiled for a check."""
-
-    def __init__(self, model: Model, flow: Flow, constants: Constants) -> None:
-        self.forced = model.forced
-        self._flow, self._constants = flow, constants
-        self._scales = model.state_scales()
-        self.turns = model.whole_turns / self._scales
-
-    def rates(self, states: Array, phases: Array) -> Array:
-        """Rates of the scaled states in a unit of phase, shape (m, n)."""
-        return self._flow.rates(states * self._scales, phases, self._constants) / self._scales
-
-    def linear(self, states: Array, phases: Array) -> tuple[Array, Array]:
-        """Rates and their Jacobians, of states of any shape (..., n)."""
-        n = states.shape[-1]
-        rows, when = states.reshape(-1, n), phases.ravel()
-        slopes = self._flow.jacobians(rows * self._scales, when, self._constants)
-        slopes = slopes * (self._scales / self._scales[:, None])
-        return self.rates(rows, when).reshape(states.shape), slopes.reshape(*states.shape, n)
+def _field(model: Model, flow: Flow, constants: Constants) -> Field:
+    """Return the right-hand side as it is compiled for the flow: a check compiles nothing."""
+    return Field(flow, constants, model.state_scales(), [], LinearPart())
 
 
 def _differences(orbit: PeriodicOrbit, pieces: int, free: Array) -> tuple[Difference, Difference]:
@@ -182,7 +171,7 @@ def _differences(orbit: PeriodicOrbit, pieces: int, free: Array) -> tuple[Differ
     retraced = retrace(flow, orbit.model.state_scales(), motion)
     if not (retraced.whole and np.isfinite(retraced.stages).all()):
         return Difference(retraced.drift, ALLOWED), Difference(0.0, ALLOWED)
-    field = _FlowRates(orbit.model, flow, motion.constants)
+    field = _field(orbit.model, flow, motion.constants)
     try:
         return _newton_step(orbit, motion.phases, field, retraced, free)
     except np.linalg.LinAlgError:  # it is so far from an orbit that nothing can be solved
@@ -190,16 +179,16 @@ def _differences(orbit: PeriodicOrbit, pieces: int, free: Array) -> tuple[Differ
 
 
 def _newton_step(
-    orbit: PeriodicOrbit, phases: Array, field: _FlowRates, retraced: Retraced, free: Array
+    orbit: PeriodicOrbit, phases: Array, field: Field, retraced: Retraced, free: Array
 ) -> tuple[Difference, Difference]:
-    iterate = Iterate(retraced.edges, retraced.nodes, retraced.stages, 1.0)
-    anchors = np.searchsorted(retraced.edges, phases[:-1])
-    condensed = condense(field, iterate)
+    forced, anchors = orbit.model.forced, np.searchsorted(retraced.edges, phases[:-1])
+    condensed = _condensed(field, retraced, orbit.model.whole_turns / field.scales)
     matrices, pulls, defects = _between(anchors, condensed)
-    rates = None if field.forced else field.rates(iterate.nodes, retraced.edges[:-1])
-    own = 0 if field.forced else 1
+    rates = None if forced else field.rates(retraced.nodes, retraced.edges[:-1])
+    own = 0 if forced else 1
     # Each piece has errors of its own.
-    values, moved = _multipliers(condensed.matrices, rates)
+    n = retraced.nodes.shape[1]
+    values, moved = _multipliers(condensed[:, :, :n], rates)
     rates = None if rates is None else rates[anchors]
     # By either method: a wrong critical multiplier must not make the orbit seem less well known.
     singular = is_singular(orbit.multipliers, own) or is_singular(values, own)
@@ -225,13 +214,29 @@ def _finite(values: Array | float) -> Array:
     return np.where(np.isfinite(values), values, np.inf)
 
 
-def _between(anchors: NDArray[np.intp], condensed: Condensed) -> tuple[Array, Array, Array]:
+def _condensed(field: Field, retraced: Retraced, turns: Array) -> Array:
+    """Return how pieces end: by beginnings, by the unit of time, and what is lacking.
+
+    Shapes: turns (n,); returns (N, n, n + 2).
+    """
+    (count, m, n), edges = retraced.stages.shape, retraced.edges
+    together, parts = max(1, CHUNK // (m * n) ** 2), []
+    for first in range(0, count, together):
+        some = slice(first, first + together)
+        start, lengths = edges[:-1][some], np.diff(edges)[some]
+        nodes, stages = retraced.nodes[some], retraced.stages[some]
+        solved = newton_step(field, gauss_points(m), nodes, start, lengths, stages)
+        pulls = solved.answered(field.rates(stages, solved.phases)[..., None])[1]
+        parts.append(np.concatenate([solved.matrices, pulls, solved.ends[..., None]], axis=2))
+    condensed = np.concatenate(parts)
+    following = np.roll(retraced.nodes, -1, axis=0)
+    condensed[:, :, n + 1] = without_turns(condensed[:, :, n + 1] - following, turns)
+    return condensed
+
+
+def _between(anchors: NDArray[np.intp], single: Array) -> tuple[Array, Array, Array]:
     """Condense further: what leads from one anchor to the next."""
-    n = condensed.defects.shape[1]
-    # Columns: where the segment begins, the unit of time, what is lacking.
-    single = np.concatenate(
-        [condensed.matrices, condensed.pulls[..., None], condensed.defects[..., None]], axis=2
-    )
+    n = single.shape[1]
     segments = []
     for own in np.split(single, anchors[1:]):
         whole = own[0].copy()

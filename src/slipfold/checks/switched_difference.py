@@ -11,12 +11,12 @@ from slipfold.arrays import Array
 from slipfold.checks.elsewhere import elsewhere
 from slipfold.checks.held_legs import FORCES, hold_legs
 from slipfold.checks.orbit_difference import ALLOWED, Difference
-from slipfold.collocation.multipliers import multiplier_difference
 from slipfold.flow.flow import flow_of
 from slipfold.flow.switched.mode import Mode
 from slipfold.flow.switched.sampled import dense_legs
 from slipfold.flow.switched.switched_flow import switched_flow_of
 from slipfold.models.turns import without_turns
+from slipfold.orbits.spectrum.product import multiplier_difference
 from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
 
 STEP = 1e-6

@@ -11,10 +11,8 @@ from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.errors import InputError
 from slipfold.models.model import Model
-from slipfold.orbits.by_collocation import FIRST, ROUNDS
+from slipfold.orbits.by_collocation import on_mesh
 from slipfold.orbits.check import rests
-from slipfold.orbits.discretisations.collocation import Collocation
-from slipfold.orbits.discretisations.segments import Segments
 from slipfold.orbits.discretisations.shooting import SEGMENTS
 from slipfold.orbits.discretisations.switched_shooting import SwitchedShooting
 from slipfold.orbits.equilibria import Equilibria
@@ -96,15 +94,4 @@ def _touching(
 def on_a_mesh(shot: Orbits, point: SpecialPoint) -> tuple[Orbits, Array]:
     """Return a special point as an orbit by collocation, on a mesh that fits it."""
     orbits = orbits_of(shot.model, shot.varied, point.period, len(point.nodes))
-    z = orbits.unknown(point.nodes, point.model)
-    assert isinstance(orbits.by, Segments)
-    scheme = orbits.by.scheme(orbits.nodes(z), orbits.constants(z))
-    count, free = max(len(point.nodes), FIRST * point.period), orbits.by.free
-    by: Collocation | None = Collocation(orbits.model, free, point.period, count, scheme=scheme)
-    for _ in range(ROUNDS):
-        if by is None:
-            break
-        other = orbits.described_by(by)
-        orbits, z = other, other.adopt(orbits, z)
-        by = by.better(orbits.nodes(z), orbits.constants(z))
-    return orbits, z
+    return on_mesh(orbits, orbits.unknown(point.nodes, point.model))

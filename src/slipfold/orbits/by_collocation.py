@@ -6,19 +6,15 @@ from typing import TypeVar
 
 import numpy as np
 
+from slipfold.arrays import Array
 from slipfold.orbits.cycles import STANDING
-from slipfold.orbits.discretisations.collocation import Collocation
+from slipfold.orbits.discretisations.collocation import FIRST, ROUNDS, Collocation
+from slipfold.orbits.discretisations.scheme import STAGES
 from slipfold.orbits.discretisations.segments import Segments
 from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 
 C = TypeVar("C", bound=OrbitCurve)
-
-FIRST = 64
-"""Intervals of the mesh on which an orbit is taken up by collocation."""
-
-ROUNDS = 4
-"""Meshes that are tried until one fits."""
 
 
 def by_collocation(curve: C, point: OrbitPoint) -> tuple[C, OrbitPoint] | None:
@@ -36,6 +32,23 @@ def by_collocation(curve: C, point: OrbitPoint) -> tuple[C, OrbitPoint] | None:
         return (other, _newborn(other, orbits, point)) if isinstance(other, Orbits) else None
     again = other.retaken(point)
     return None if again is None else _fitted(other, again)
+
+
+def on_mesh(orbits: Orbits, z: Array, stages: int = STAGES) -> tuple[Orbits, Array]:
+    """Describe an orbit by collocation on a mesh that fits it; nothing is corrected."""
+    assert isinstance(orbits.by, Segments)
+    scheme = orbits.by.scheme(orbits.nodes(z), orbits.constants(z), stages)
+    count = max(orbits.segments, FIRST * orbits.period)
+    by: Collocation | None = Collocation(
+        orbits.model, orbits.by.free, orbits.period, count, scheme=scheme
+    )
+    for _ in range(ROUNDS):
+        if by is None:
+            break
+        other = orbits.described_by(by)
+        orbits, z = other, other.adopt(orbits, z)
+        by = by.better(orbits.nodes(z), orbits.constants(z))
+    return orbits, z
 
 
 def _fitted(curve: C, point: OrbitPoint) -> tuple[C, OrbitPoint]:

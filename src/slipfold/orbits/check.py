@@ -1,24 +1,45 @@
-"""An orbit computed again by a method that shares no code with the first."""
+"""An orbit computed again by collocation, on a mesh and with points of its own."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.arrays import Array
-from slipfold.collocation import CollocatedOrbit, collocate, exact_equilibrium
+from slipfold.arrays import Array, Complex
+from slipfold.continuation.newton import correct
 from slipfold.flow import flow_of
+from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
-from slipfold.text.one_line import OneLine
+from slipfold.models.turns import without_turns
+from slipfold.newton import Rule, find_root
+from slipfold.orbits.by_collocation import on_mesh
+from slipfold.orbits.carry_to import hold_parameter
+from slipfold.orbits.discretisations.collocation import Collocation
+from slipfold.orbits.discretisations.discretisation import Discretisation
+from slipfold.orbits.discretisations.scheme import STAGES
+from slipfold.orbits.kinds import orbits_of
+from slipfold.orbits.linearisation import Linearisation
+from slipfold.orbits.orbit_curve import Orbits
+from slipfold.orbits.spectrum.product import (
+    cycle_multipliers,
+    multiplier_difference,
+    product_eigenvalues,
+)
+from slipfold.read_only import ReadOnly
+from slipfold.text.one_line import OneLine, number_text
 from slipfold.text.printed_table import PrintedTable
+from slipfold.text.stability import multipliers_text
 
-Multipliers = NDArray[np.complex128]
+POINTS = STAGES + 1
+"""Points of an interval: orbits by collocation have one less, so that their errors are others."""
 
-SAMPLES = 128
-"""Samples a forcing period that make the guess; Newton's method does the rest."""
+TOLERANCE = 1e-10
+"""Difference from the result on half as many intervals, whose error is 2^14 times as large."""
+
+LARGEST = 1024
+"""Intervals a forcing period at most."""
 
 REST = 1e-8
 """Where the scaled states of an autonomous model change by less than this in a unit of phase, the
@@ -27,6 +48,68 @@ orbit is an equilibrium."""
 SINGULAR = 1e-4
 """With a multiplier this near to one, orbits a residual of 1e-12 apart differ by 1e-8 and more:
 then the equations are made regular as at a fold."""
+
+BORDERINGS = 3
+"""Times that the vectors of a nearly singular matrix are taken from the matrix bordered by the last
+ones: the first borders are any, and the error of those after is that of the matrix being regular,
+1e-4 and less, times their own."""
+
+AT_REST = Rule(close=1e-9, iterations=20)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CollocatedOrbit(OneLine, ReadOnly):
+    """A periodic orbit by piecewise polynomials; frozen.
+
+    Parameters
+    ----------
+    model
+        The model; of a cycle, its ``duration`` is that of the guess.
+    period
+        Period in forcing periods, or revolutions of a cycle.
+    edges
+        Phases of the ends of the N intervals, shape (N + 1,).
+    states
+        States at the beginning of each interval, shape (N, n_states).
+    anchors
+        States at `period` * j / M, shape (M, n_states).
+    duration
+        Duration of the whole orbit in seconds.
+    multipliers
+        Floquet multipliers, largest modulus first, shape (n_states,); the one of a cycle's own
+        direction stands where the modulus falls below one.
+    mismatch
+        Largest violation of a collocation equation, in scaled states.
+    error
+        How much states at the edges (in scaled states), duration and multipliers (relative to the
+        larger of one and the largest) differ from those on a mesh of half as many intervals. Their
+        own error is smaller. Infinite where Newton's method did not converge.
+    converged
+        Whether that is within the tolerance.
+    """
+
+    model: Model
+    period: int
+    edges: NDArray[np.float64]
+    states: NDArray[np.float64]
+    anchors: NDArray[np.float64]
+    duration: float
+    multipliers: NDArray[np.complex128]
+    mismatch: float
+    error: float
+    converged: bool
+
+    def _line(self) -> str:
+        converged = "" if self.converged else "not "
+        return (
+            f"CollocatedOrbit of {self.model.name}: period {self.period}, "
+            f"{len(self.edges) - 1} intervals, {converged}converged, "
+            f"{multipliers_text(self.multipliers, cycle=not self.model.forced)}"
+        )
+
+    def _rows(self) -> PrintedTable:
+        facts = {"duration (s)": self.duration, "mismatch": self.mismatch, "error": self.error}
+        return PrintedTable(["", ""], [[name, number_text(v)] for name, v in facts.items()])
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -56,11 +139,11 @@ class OrbitCheck(OneLine):
 
     @property
     def passed(self) -> bool:
-        """Whether collocation settled and every difference is within the tolerance."""
-        return self._settled and self._largest <= self.tolerance
+        """Whether collocation converged and every difference is within the tolerance."""
+        return self._converged and self._largest <= self.tolerance
 
     @property
-    def _settled(self) -> bool:
+    def _converged(self) -> bool:
         """Whether halving the intervals changes less than is allowed; collocation aims at less."""
         return self.collocated.error <= self.tolerance
 
@@ -94,7 +177,7 @@ class OrbitCheck(OneLine):
             f"multipliers by {self.multipliers:.1e}"
         )
         intervals = f"{len(found.edges) - 1} intervals"
-        if not self._settled:
+        if not self._converged:
             return (
                 f"collocation did not settle on {intervals}, where halving them still changes "
                 f"{found.error:.1e}; {differences}"
@@ -104,22 +187,229 @@ class OrbitCheck(OneLine):
 
 
 def orbit_by_collocation(
-    model: Model,
-    nodes: Array,
-    sample: Callable[[int], tuple[Array, Array]],
-    period: int,
-    multipliers: Multipliers,
+    model: Model, nodes: Array, period: int, multipliers: Complex
 ) -> CollocatedOrbit:
     """Return the orbit with these nodes and multipliers. Shapes: nodes (m, n); multipliers (n,)."""
     if rests(model, nodes):
-        singular = is_singular(multipliers, 0)
-        return exact_equilibrium(model, nodes[0], len(nodes), period, singular=singular)
+        return _equilibrium(model, nodes, period, is_singular(multipliers, 0))
     singular = is_singular(multipliers, 0 if model.forced else 1)
-    samples = sample(SAMPLES * period)[1]
-    return collocate(model, samples, period, anchors=len(nodes), singular=singular)
+    return collocate(model, nodes, period, singular=singular)
 
 
-def is_singular(multipliers: Multipliers, always: int) -> bool:
+def collocate(
+    model: Model, nodes: Array, period: int = 1, *, singular: bool = False
+) -> CollocatedOrbit:
+    """Find the periodic orbit near the states at equidistant phases, and its multipliers.
+
+    The mesh fits the orbit, and is halved until that no longer changes the result. What comes of it
+    is compared with the equations as they are compiled for nothing else.
+
+    Shapes: nodes (M, n_states).
+
+    >>> from slipfold.models import model_named
+    >>> angles = 2 * np.pi * np.arange(8)[:, None] / 8
+    >>> circle = np.hstack([np.cos(angles), np.sin(angles)])
+    >>> orbit = collocate(model_named("stuart-landau", r=1, w=1, duration=6), circle)
+    >>> round(orbit.duration / np.pi, 10)
+    2.0
+    """
+    name = next(item.name for item in model.parameters if item.name != "duration")
+    shot = orbits_of(model, {name: 1.0}, period, len(nodes))
+    guess = shot.unknown(nodes, model)
+    orbits, z = on_mesh(shot, guess, POINTS)
+    coarse, best = _Solution.near(orbits, z, singular=singular), np.inf
+    while True:
+        finer = coarse.orbits.described_by(_halved(coarse.orbits.by))
+        fine = _Solution.near(finer, finer.adopt(coarse.orbits, coarse.z), singular=singular)
+        error = coarse.difference(fine)
+        converged, stalled = error < TOLERANCE, best / 2 < error < np.inf
+        if converged or stalled or fine.orbits.segments > LARGEST * period:
+            break
+        coarse, best = fine, error
+    orbits, constants = fine.orbits, fine.orbits.constants(fine.z)
+    anchors: Array = np.linspace(0.0, period, len(nodes), endpoint=False, dtype=float)
+    states = orbits.nodes(fine.z)
+    assert isinstance(orbits.by, Collocation)
+    if fine.gauge is not None:  # a cycle has moved along itself while it was corrected
+        rates = orbits.by.rates(states, constants)
+        gap = (orbits.nodes(orbits.adopt(shot, guess)) - states) / orbits.scales
+        anchors += float((rates * gap).sum() / (rates * rates).sum())
+    return CollocatedOrbit(
+        model,
+        period,
+        orbits.by.edges,
+        states,
+        orbits.by.states(states, constants, anchors),
+        constants.period * period,
+        fine.multipliers,
+        fine.mismatch(),
+        error,
+        converged,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Solution:
+    """An orbit on one mesh."""
+
+    orbits: Orbits  # by collocation
+    z: Array  # its unknown
+    multipliers: Complex  # shape (n,), largest modulus first
+    excess: float  # what the equations lack at a fold or branch point, in scaled states
+    gauge: Array | None  # along which beginning later moves a cycle; None of a forced orbit
+    converged: bool
+
+    @staticmethod
+    def near(orbits: Orbits, z: Array, *, singular: bool) -> _Solution:
+        """Solve the equations by Newton's method."""
+        unfolded = _Unfolded(orbits, z) if singular else None
+        if unfolded is None:
+            found = correct(orbits, z, hold_parameter(len(z) - 1))
+        else:
+            found = correct(unfolded, np.append(z[:-1], 0.0), unfolded.row)
+        solution = np.append(found.z[:-1], z[-1])
+        excess = 0.0 if unfolded is None else unfolded.excess(found.z)
+        part = orbits.linearise(solution)
+        gauge = None if part.conditions.gradients is None else part.conditions.gradients[0]
+        if gauge is None:
+            multipliers = product_eigenvalues(part.factors)
+        else:
+            rates = orbits.nodes(gauge) / orbits.scales
+            trivial, others = cycle_multipliers(part.factors, rates)
+            multipliers = np.insert(others, int(np.count_nonzero(np.abs(others) > 1)), trivial)
+        return _Solution(orbits, solution, multipliers, excess, gauge, found.converged)
+
+    def difference(self, finer: _Solution) -> float:
+        """Return how far the result on twice as many intervals is from this one."""
+        if not (self.converged and finer.converged):
+            return np.inf
+        apart = self.orbits.flat(finer.orbits.nodes(finer.z)[::2]) - self.z[: self.orbits.size]
+        gauge = self.gauge
+        if gauge is not None:  # wherever cycles are begun
+            apart = apart - (gauge[: len(apart)] @ apart) * gauge[: len(apart)]
+        periods = [item.orbits.constants(item.z).period for item in (self, finer)]
+        size = max(1.0, float(np.abs(finer.multipliers).max()))
+        return max(
+            float(np.abs(apart).max()) * float(np.sqrt(self.orbits.segments)),
+            abs(periods[0] / periods[1] - 1),
+            multiplier_difference(self.multipliers, finer.multipliers) / size,
+        )
+
+    def mismatch(self) -> float:
+        """Return the largest violation of an equation, in scaled states.
+
+        Rates and Jacobians are those of the model's `evaluation`, not of the flow.
+        """
+        orbits, by, scales = self.orbits, self.orbits.by, self.orbits.scales
+        assert isinstance(by, Collocation)
+        nodes, constants = orbits.nodes(self.z), orbits.constants(self.z)
+        solved, steps = by.solved(nodes, constants), by.lengths[:, None, None]
+        assert solved.jacobians is not None
+        model, phases = orbits.model_at(self.z), solved.phases - np.floor(solved.phases)
+        rates, jacobians = evaluation_of(model).linear(model, solved.stages * scales, phases)
+        rates, jacobians = rates * constants.period / scales, jacobians * constants.period
+        inside = solved.stages - solved.nodes[:, None] - steps * (by.points.inner @ rates)
+        ends = solved.nodes + steps[:, 0] * np.einsum("k,jka->ja", by.points.weights, rates)
+        ends = without_turns(ends - np.roll(solved.nodes, -1, axis=0), by.turns)
+        slopes = steps[..., None] * (jacobians * by.ratios - solved.jacobians.whole)
+        slopes /= max(1.0, float(np.abs(steps[..., None] * solved.jacobians.whole).max()))
+        return float(
+            np.max([np.abs(item).max() for item in (inside, ends, slopes)] + [self.excess])
+        )
+
+
+def _halved(by: Discretisation) -> Collocation:
+    """Return the same on a mesh whose intervals are half as long."""
+    assert isinstance(by, Collocation)
+    middles = (by.edges[:-1] + by.edges[1:]) / 2
+    return by.on(np.sort(np.concatenate([by.edges, middles])))
+
+
+class _Unfolded:
+    r"""The equations of an orbit at a fold or branch point, made regular.
+
+    The equations F(u) = 0 become :math:`F(u) + \beta \psi = 0` and
+    :math:`\phi^T (u - u_0) = 0` with :math:`\beta` in the place of the parameter and the vectors
+    that the matrix sends to nearly nothing from either side.
+    """
+
+    def __init__(self, orbits: Orbits, z: Array) -> None:
+        self._orbits, self._value = orbits, z[-1]
+        part = orbits.linearise(z)
+        self._column = np.cos(np.arange(orbits.size))  # any vector, but not one with a symmetry
+        self.row = np.append(np.cos(np.arange(len(z) - 1)), 0.0)
+        unit = hold_parameter(len(z) - 1)
+        for _ in range(BORDERINGS):
+            bordered = self._with_column(part).bordered(self.row)
+            left, right = bordered.solve_transposed(unit), bordered.solve(unit)
+            self._column = left[: orbits.size] / np.linalg.norm(left[: orbits.size])
+            self.row = np.append(right[:-1], 0.0) / np.linalg.norm(right[:-1])
+
+    def _with_column(self, part: Linearisation) -> Linearisation:
+        along = part.along.copy()
+        along[..., -1] = self._column.reshape(along.shape[:2])
+        return replace(part, along=along)
+
+    def defect(self, z: Array) -> Array:
+        """Return what Newton's method brings to zero."""
+        defect = self._orbits.defect(np.append(z[:-1], self._value))
+        defect[: len(self._column)] += z[-1] * self._column
+        return defect
+
+    def linearise(self, z: Array) -> Linearisation:
+        """Return the same with its derivatives."""
+        part = self._with_column(self._orbits.linearise(np.append(z[:-1], self._value)))
+        added = z[-1] * np.sqrt(len(part.residual)) * self._column
+        return replace(part, residual=part.residual + added.reshape(part.residual.shape))
+
+    def residual(self, defect: Array) -> float:
+        """Return the largest mismatch, in scaled states."""
+        return self._orbits.residual(defect)
+
+    def excess(self, z: Array) -> float:
+        """Return the largest change of an equation, in scaled states."""
+        return float(np.abs(z[-1] * self._column).max() * np.sqrt(self._orbits.segments))
+
+
+def _equilibrium(model: Model, nodes: Array, period: int, singular: bool) -> CollocatedOrbit:
+    r"""Find the equilibrium near the first node from the equations alone.
+
+    Its multipliers over the time :math:`\tau` are :math:`e^{\lambda \tau}` with the eigenvalues
+    of the Jacobian. At a fold the direction that the Jacobian can hardly see is left as it is.
+    """
+    functions, scales = evaluation_of(model), model.state_scales()
+    time = functions.period(model)
+
+    def linear(state: Array) -> tuple[Array, Array]:
+        rates, jacobian = functions.linear(model, state * scales, np.zeros(()))
+        return rates / scales * time, jacobian * (scales / scales[:, None]) * time
+
+    def step(state: Array) -> Array:
+        rates, jacobian = linear(state)
+        seen = SINGULAR / min(max(float(np.linalg.norm(jacobian)), SINGULAR), 1.0)
+        inverse = np.linalg.pinv(jacobian, rcond=seen if singular else 1e-15)
+        return np.asarray(-inverse @ rates)
+
+    found = find_root(step, nodes[0] / scales, AT_REST)
+    state = nodes[0] / scales if found is None else found
+    rates, jacobian = linear(state)
+    values = np.exp(np.linalg.eigvals(jacobian).astype(complex) * period)
+    states = np.tile(state * scales, (len(nodes), 1))
+    return CollocatedOrbit(
+        model,
+        period,
+        np.linspace(0.0, period, len(nodes) + 1),
+        states,
+        states.copy(),
+        period * time,
+        values[np.argsort(-np.abs(values), kind="stable")],
+        float(np.abs(rates).max() * period),
+        np.inf if found is None else float(np.abs(step(state)).max()),
+        found is not None,
+    )
+
+
+def is_singular(multipliers: Complex, always: int) -> bool:
     """Whether one multiplier more than always is so near to one that equations are made regular."""
     distance = np.sort(np.abs(multipliers - 1))
     return len(distance) > always and bool(distance[always] < SINGULAR)

@@ -8,13 +8,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.collocation.multipliers import multiplier_difference
 from slipfold.flow import flow_of
 from slipfold.flow.last_round import StickTime
 from slipfold.models.model import Model
 from slipfold.models.turns import turns_by_name, without_turns
 from slipfold.orbits.check import OrbitCheck, orbit_by_collocation
 from slipfold.orbits.extrema import Extrema, find_extrema
+from slipfold.orbits.spectrum.product import multiplier_difference
 from slipfold.orbits.turning import turns_of_segments
 from slipfold.orbits.uncertainty import multiplier_uncertainty
 from slipfold.text.one_line import OneLine, headed, number_text
@@ -164,7 +164,7 @@ class PeriodicOrbit(OneLine):
         return time, flow.outputs(states, time / constants.period, constants)
 
     def check(self, tolerance: float = 1e-8) -> OrbitCheck:
-        """Compute the orbit again by collocation, which shares no code with what found it.
+        """Compute the orbit again by collocation, with other points on another mesh.
 
         Parameters
         ----------
@@ -182,9 +182,7 @@ class PeriodicOrbit(OneLine):
         >>> sf.periodic_orbit(sf.SlidingOscillator(f=12.5, Nd=0.05)).check().passed
         True
         """
-        found = orbit_by_collocation(
-            self.model, self.nodes, self.sample, self.period, self.multipliers
-        )
+        found = orbit_by_collocation(self.model, self.nodes, self.period, self.multipliers)
         apart = without_turns(found.anchors - self.nodes, self.model.whole_turns)
         size = max(1.0, float(np.abs(self.multipliers).max()))
         return OrbitCheck(

@@ -220,6 +220,27 @@ def _phases(start: Array, lengths: Array, points: CollocationPoints) -> Array:
     return np.asarray(start[:, None] + lengths[:, None] * points.points)
 
 
+def newton_step(
+    field: Field,
+    points: CollocationPoints,
+    nodes: Array,
+    start: Array,
+    lengths: Array,
+    stages: Array,
+) -> Solved:
+    """Return the solution of the equations linearised at some stages.
+
+    A singular matrix raises an error. Shapes: nodes (m, n); start, lengths (m,); stages (m, s, n).
+    """
+    phases = _phases(start, lengths, points)
+    rates, jacobians = field.rates(stages, phases), field.changing_jacobians(stages, phases)
+    equations = field.linear.equations(points, lengths, jacobians)
+    grown = lengths[:, None, None] * (points.inner @ rates)
+    step = -equations.solve((stages - nodes[:, None] - grown)[..., None])[..., 0]
+    slopes = rates + jacobians.times(step)
+    return Solved(points, nodes, start, lengths, stages + step, slopes, equations, jacobians)
+
+
 @np.errstate(over="ignore", invalid="ignore")  # what overflows is lost, and returned so
 def solve_intervals(
     field: Field,
@@ -262,23 +283,20 @@ def solve_intervals(
                 break
     alone, previous = equations is None and not derived, np.inf
     for _ in range(ITERATIONS):
-        slopes, jacobians = field.rates(stages, phases), field.changing_jacobians(stages, phases)
         try:
-            equations = field.linear.equations(points, lengths, jacobians)
+            solved = newton_step(field, points, nodes, start, lengths, stages)
         except np.linalg.LinAlgError:
             break
-        step = -equations.solve(beside(slopes))[..., 0]
-        length = float(np.abs(step).max())
+        length = float(np.abs(solved.stages - stages).max())
         if not length < FAR:
             break
-        stages = stages + step
+        stages = solved.stages
         size_of_states = max(1.0, float(np.abs(stages).max()))
         if length < STILL * size_of_states or 1e-7 > length > 0.5 * previous:
-            slopes = slopes + jacobians.times(step)
-            return Solved(points, nodes, start, lengths, stages, slopes, equations, jacobians)
+            return solved
         if alone and length < NEARBY:
             return solve_intervals(
-                field, points, nodes, start, lengths, stages, equations, derived=False
+                *(field, points, nodes, start, lengths, stages, solved.equations), derived=False
             )
         previous = length
     lost = np.full((m, s, n), np.nan)

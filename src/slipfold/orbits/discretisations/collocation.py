@@ -10,19 +10,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.collocation.mesh import spread, steepness
+from slipfold.collocation_points import CollocationPoints
 from slipfold.flow.equations import Constants
 from slipfold.flow.implicit.intervals import Field, Solved, solve_intervals
 from slipfold.flow.implicit.stage_equations import LinearPart
 from slipfold.models.model import Model
 from slipfold.orbits.discretisations.higher_derivatives import cubed_ends, curved_ends
-from slipfold.orbits.discretisations.scheme import GAUSS, STAGES, Scheme
+from slipfold.orbits.discretisations.scheme import GAUSS, Scheme
 from slipfold.orbits.discretisations.segments import Cut, Segments
 
 Places = NDArray[np.intp]
 
 INTERVALS = 16
 """Intervals of the part of a mesh that is repeated, to begin with; and at least."""
+
+FIRST = 64
+"""Intervals a forcing period of the mesh on which an orbit is taken up."""
+
+ROUNDS = 4
+"""Meshes that are tried until one fits."""
 
 LARGEST = 1500
 """Intervals of a mesh at most: beyond, the errors are what they are."""
@@ -237,6 +243,10 @@ class Collocation(Segments):
         free = by_free.sum(axis=(0, 1)) + np.einsum("jka,jkaf->f", by_states, pulled)
         return by_nodes, free * self.units
 
+    def solved(self, nodes: Array, constants: Constants) -> Solved:
+        """Return the polynomials with their derivatives. Shapes: nodes (m, n)."""
+        return self._solved(nodes / self.scales, constants)
+
     def _field(self, constants: Constants) -> Field:
         return Field(self.flow, constants, self.scales, self.indices, self._linear)
 
@@ -403,14 +413,15 @@ class Collocation(Segments):
         solved = self._solved(nodes / self.scales, constants, derived=False)
         if not np.isfinite(solved.slopes).all():
             return None
-        density = steepness(self.edges, solved.slopes, self.points)
-        density *= (self.points.error / TOLERANCE) ** (1 / (STAGES + 1))
+        order = len(self.points.points) + 1
+        density = _steepness(self.edges, solved.slopes, self.points)
+        density *= (self.points.error / TOLERANCE) ** (1 / order)
         density = np.maximum(density, self._growth(nodes, constants) / GROWTH)
-        errors = (density * self.lengths) ** (STAGES + 1)
+        errors = (density * self.lengths) ** order
         # The same mesh for each half of an orbit, and in each forcing period.
         density = density.reshape(self.copies, -1).max(axis=0)
         density = np.maximum(density, (np.roll(density, 1) + np.roll(density, -1)) / 2)
-        scheme = self.scheme(nodes, constants)
+        scheme = self.scheme(nodes, constants, order - 1)
         density = np.maximum(density, scheme.density)
         own = self.segments // self.copies
         pattern = self.edges[: own + 1]
@@ -422,7 +433,7 @@ class Collocation(Segments):
         fits = scheme.points is self.points and scheme.density * lengths.max() <= SPARSE
         if fits and errors.max() <= SLACK and own <= WASTEFUL * wanted:
             return None
-        return self.on(_repeated(spread(pattern, density, wanted), self.copies), scheme)
+        return self.on(_repeated(_spread(pattern, density, wanted), self.copies), scheme)
 
     def _growth(self, nodes: Array, constants: Constants) -> Array:
         """Return the largest rate at which perturbations grow on each interval, shape (m,)."""
@@ -445,3 +456,32 @@ def _repeated(pattern: Array, times: int) -> Array:
     own = pattern[-1] - pattern[0]
     parts = [pattern[:-1] - pattern[0] + turn * own for turn in range(times)]
     return np.append(np.concatenate(parts), times * own)
+
+
+def _steepness(edges: Array, slopes: Array, gauss: CollocationPoints) -> Array:
+    r"""Return how fine a mesh has to be on each interval, shape (N,).
+
+    The error on an interval of length h is :math:`h^{m + 1} |x^{(m + 1)}|` for polynomials of
+    degree m; returned is the root of order m + 1 of the derivative. The highest derivative of the
+    polynomial is constant on an interval; the next one is estimated from how it differs between
+    neighbours (de Boor 1973; Russell and Christiansen, SIAM Journal on Numerical Analysis 15 (1978)
+    59-80).
+
+    Shapes: edges (N + 1,); slopes (N, m, n).
+    """
+    m = len(gauss.points)
+    lengths = np.diff(edges)
+    highest = np.einsum("k,ikn->in", gauss.highest, slopes) / lengths[:, None] ** (m - 1)
+    # The orbit is closed: the last interval is the neighbour of the first.
+    gaps = (lengths + np.roll(lengths, -1)) / 2
+    jumps = np.abs(np.roll(highest, -1, axis=0) - highest).max(axis=1) / gaps
+    return np.asarray(np.maximum(jumps, np.roll(jumps, 1)) ** (1 / (m + 1)))
+
+
+def _spread(edges: Array, density: Array, count: int) -> Array:
+    """Return a mesh of so many intervals, all of which have the same fraction of a density.
+
+    Shapes: edges (N + 1,); density (N,); returns (N' + 1,).
+    """
+    cumulated = np.concatenate([[0.0], np.cumsum(density * np.diff(edges))])
+    return np.interp(np.linspace(0.0, cumulated[-1], count + 1), cumulated, edges)

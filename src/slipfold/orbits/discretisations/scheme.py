@@ -38,7 +38,7 @@ class Scheme:
 GAUSS = Scheme(gauss_points(STAGES))
 
 
-def scheme_for(jacobians: Array) -> Scheme:
+def scheme_for(jacobians: Array, stages: int = STAGES) -> Scheme:
     """Return how intervals are solved, from derivatives of the rates a unit of phase.
 
     Gauss points carry on what they do not resolve as if nothing damped it: nothing is lost where
@@ -49,10 +49,10 @@ def scheme_for(jacobians: Array) -> Scheme:
     Shapes: jacobians (q, n, n).
     """
     if not np.isfinite(jacobians).all():
-        return GAUSS
+        return Scheme(gauss_points(stages))
     values = np.linalg.eigvals(jacobians)
     turning, decays = np.abs(values.imag), -values.real > DECAYS
     density = float(turning[~decays].max(initial=0.0)) / RESOLVED
     if density > DENSEST or not (decays & (turning > FAST)).any(axis=1).all():
-        return GAUSS
-    return Scheme(radau_points(STAGES), density)
+        return Scheme(gauss_points(stages))
+    return Scheme(radau_points(stages), density)

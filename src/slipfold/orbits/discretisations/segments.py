@@ -13,7 +13,7 @@ from slipfold.flow.equations import Constants
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.orbits.discretisations.discretisation import Discretisation
-from slipfold.orbits.discretisations.scheme import Scheme, scheme_for
+from slipfold.orbits.discretisations.scheme import STAGES, Scheme, scheme_for
 
 LOOKS = 8
 """Nodes at which vibrations are looked for."""
@@ -155,14 +155,14 @@ class Segments(Discretisation):
         """
         return self.flow.rates(nodes, self.start, constants) / self.scales
 
-    def scheme(self, nodes: Array, constants: Constants) -> Scheme:
+    def scheme(self, nodes: Array, constants: Constants, stages: int = STAGES) -> Scheme:
         """Return how collocation should solve intervals, from the vibrations at some of the nodes.
 
         Shapes: nodes (m, n).
         """
         some = np.linspace(0, self.segments - 1, LOOKS).astype(int)
         found = self.flow.jacobians(nodes[some], self.start[some], constants)
-        return scheme_for(found * self.ratios)
+        return scheme_for(found * self.ratios, stages)
 
     def changing_rates(self, nodes: Array, constants: Constants) -> tuple[Array, Array, Array]:
         """Return the rates at the first nodes with their derivatives, in scaled variables.

@@ -7,7 +7,6 @@ from collections.abc import Callable
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.collocation.multipliers import product
 from slipfold.continuation.newton import Correction, correct
 from slipfold.flow.dense_motion import DenseMotion
 from slipfold.flow.implicit.takeover import Takeover
@@ -19,6 +18,7 @@ from slipfold.newton import Rule, find_root, solve_each
 from slipfold.orbits.carry_to import hold_parameter
 from slipfold.orbits.discretisations.collocation import Collocation
 from slipfold.orbits.forced_orbits import ForcedOrbits
+from slipfold.orbits.spectrum.product import product
 
 SETTLING = (2, 20, 80)
 """Further forcing periods after which Newton's method is begun: two are half a second."""

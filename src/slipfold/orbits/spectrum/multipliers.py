@@ -6,16 +6,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.collocation.multipliers import (
+from slipfold.orbits.linearisation import MANY, Linearisation
+from slipfold.orbits.spectrum.contraction import growth_bound
+from slipfold.orbits.spectrum.degeneracy import Degeneracy
+from slipfold.orbits.spectrum.floquet import floquet_multipliers
+from slipfold.orbits.spectrum.product import (
     motion_bases,
     product,
     product_eigenvalues,
     without_motion,
 )
-from slipfold.orbits.linearisation import MANY, Linearisation
-from slipfold.orbits.spectrum.contraction import growth_bound
-from slipfold.orbits.spectrum.degeneracy import Degeneracy
-from slipfold.orbits.spectrum.floquet import floquet_multipliers
 
 Values = NDArray[np.complex128]
 
