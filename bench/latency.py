@@ -4,7 +4,7 @@
 
 The base case (Fig. 2 of the paper) with all special points; each move waits until the one before is
 on the screen, as a reader's eye does. The first curve after a move may be a draft: what it is and
-how far it may be off is told in docs/explorer.md. "refined" is the time until the exact one.
+how far it may be off is told in docs/how-to/explorer.md. "refined" is the time until the exact one.
 """
 
 import argparse

@@ -1,4 +1,4 @@
-"""The figures of docs/after-the-hopf.md that show what motions do.
+"""The figures of docs/how-to/tori-and-chaos.md that show what motions do.
 
     python docs/figures/regimes.py
 

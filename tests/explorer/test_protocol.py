@@ -287,7 +287,7 @@ def test_pictures_of_regimes_become_finer(monkeypatch):
     last = pictures[-1]
     assert last["x"]["values"] == pytest.approx([12.5])
     assert last["y"]["values"] == pytest.approx([0.02, 0.06])
-    # As in docs/after-the-hopf.md.
+    # As in docs/how-to/tori-and-chaos.md.
     shown = [[last["names"][number - 1] for number in row] for row in last["labels"]]
     assert shown == [["period 1"], ["torus"]]
 

@@ -28,7 +28,7 @@ def regions(*found, split=None):
 
 
 def test_a_region_without_stable_responses_is_torus_and_chaos():
-    # As Lyapunov exponents tell at 0.06 and 0.12 N, in docs/after-the-hopf.md.
+    # As Lyapunov exponents tell at 0.06 and 0.12 N, in docs/how-to/tori-and-chaos.md.
     told = []
     found, interrupted = resolve_regions(
         MODEL, PLANE, WINDOW, regions(Region(1, (), 1.0, (12.5, 0.09))), (1, 2), told.append
