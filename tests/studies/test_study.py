@@ -75,7 +75,7 @@ def test_a_failed_case_says_why_and_stops_no_others(tmp_path):
 def test_only_failed_cases_are_tried_again(tmp_path, monkeypatch):
     store = tmp_path / "listed.study"
     with monkeypatch.context() as patched:
-        patched.setattr("slipfold.thresholds.first_loss.trace_response", _broken)
+        patched.setattr("slipfold.thresholds.loss.trace_response", _broken)
         patched.setattr("slipfold.studies.work.threshold.first_doublings", _broken_together)
         found = sf.study(LISTED, store)
         assert "the computation broke down (it is broken)" in found.failures[0]

@@ -6,7 +6,7 @@ import pytest
 import slipfold as sf
 from slipfold.continuation.locate import CLOSE
 from slipfold.studies.work.response import Response
-from slipfold.thresholds.batched_orbits import DOUBLING
+from slipfold.thresholds.batch import DOUBLING
 
 
 def study(compute, cases, **parameters):

@@ -4,8 +4,7 @@ import numpy as np
 from scipy.stats import qmc
 
 import slipfold as sf
-from slipfold.thresholds.batched_orbits import DOUBLING
-from slipfold.thresholds.side_by_side import first_doublings
+from slipfold.thresholds.batch import DOUBLING, first_doublings
 
 SPAN = (0.0, 0.9)
 

@@ -15,8 +15,8 @@ from slipfold.arrays import Array
 from slipfold.models.parameter import Parameter
 from slipfold.plots.angles import label_axis, quantity_text
 from slipfold.plots.axes import axes_or_new, cell_edges
+from slipfold.thresholds.search import INTERRUPTED
 from slipfold.thresholds.threshold_map import GridThresholds
-from slipfold.thresholds.threshold_search import INTERRUPTED
 
 COLOURS = "plasma"
 """Colours of the thresholds, from low to high: they grow lighter."""

@@ -16,7 +16,7 @@ from slipfold.errors import InputError
 from slipfold.flow.sizes.typical_sizes import measured_within
 from slipfold.models.model import Model
 from slipfold.read_only import ReadOnly
-from slipfold.thresholds.threshold_search import INTERRUPTED, ThresholdSearch
+from slipfold.thresholds.search import INTERRUPTED, ThresholdSearch
 
 TYPES = ("PD",)
 
@@ -28,9 +28,9 @@ class MapProgress:
     Parameters
     ----------
     done, total
-        Points of the grid that are settled, and all of them.
+        Points of the grid that are done, and all of them.
     failures
-        Points settled so far that have no threshold.
+        Points done so far that have no threshold.
     """
 
     done: int
@@ -95,17 +95,17 @@ class GridThresholds(ReadOnly):
         InputError
             If the parameters of this point contradict each other.
         """
-        places = {
+        own = {
             name: float(values[index])
             for (name, values), index in zip(self.over.items(), (first, second), strict=True)
         }
         value = float(self.values[first, second])
         return self.model.replace(
-            **places, **{self.threshold: self.span[0] if np.isnan(value) else value}
+            **own, **{self.threshold: self.span[0] if np.isnan(value) else value}
         )
 
     def __repr__(self) -> str:
-        """One line: what was sought over what, and what was found."""
+        """Return the threshold, its grid and the number of results."""
         first, second = self.axes
         size = f"{self.values.shape[0]} x {self.values.shape[1]}"
         found = int(np.isfinite(self.values).sum())
@@ -127,11 +127,11 @@ def find_threshold_map(
 ) -> GridThresholds:
     """Find where the response of period 1 first loses its stability, over a grid of parameters.
 
-    The responses of a few points are carried up from the first value of the span. Between them the
+    The responses of a few points are followed from the first value of the span. Between them the
     threshold, the orbit there and the stable response on the way are guessed by interpolation and
-    corrected, many points at a time; a point is accepted if the orbits on the way are stable, keep
-    the limits of the model and lie near their guess. Where that cannot be shown, the response of
-    the point itself is followed.
+    corrected in batches; a point is accepted if the orbits on the way are stable, keep the limits
+    of the model and lie near their guess. Where that cannot be shown, the response of the point
+    itself is followed.
 
     Shapes: over (n,).
 
@@ -142,14 +142,14 @@ def find_threshold_map(
     >>> found.values.shape, found.failures
     ((3, 2), {})
     """
-    axes, places = _checked_grid(model, threshold, over)
+    axes, values = _checked_grid(model, threshold, over)
     first, last = _checked_span(model, threshold, span)
     if type not in TYPES:
         raise InputError(
             f"type = {type!r} cannot be mapped; give 'PD', or follow the bifurcation as a locus"
         )
-    orders = [np.argsort(values) for values in places]
-    ordered = (places[0][orders[0]], places[1][orders[1]])
+    orders = [np.argsort(own) for own in values]
+    ordered = (values[0][orders[0]], values[1][orders[1]])
 
     def report(search: ThresholdSearch) -> None:
         if observer is not None:
@@ -158,22 +158,23 @@ def find_threshold_map(
             total = search.kinds.size
             observer(MapProgress(total - waiting, total, total - waiting - found))
 
-    corners = product(*((values[0], values[-1]) for values in ordered), (last,))
+    corners = product(*((own[0], own[-1]) for own in ordered), (last,))
     names = (*axes, threshold)
     at = [dict(zip(names, map(float, corner), strict=True)) for corner in corners]
     model = measured_within(model, at)
     search = ThresholdSearch(model, threshold, axes, ordered, (first, last), report)
     search.run()
-    # As they were given: the search wants increasing values.
+    found = search.kinds == ""
+    # As they were given: the search needs increasing values.
     given = np.ix_(*(np.argsort(order) for order in orders))
     return GridThresholds(
         model,
         threshold,
         type,
-        MappingProxyType(dict(zip(axes, places, strict=True))),
+        MappingProxyType(dict(zip(axes, values, strict=True))),
         (first, last),
-        search.values[given],
-        search.states[given],
+        np.where(found, search.ends, np.nan)[given],
+        np.where(found[..., None], search.states[:, :, -1], np.nan)[given],
         search.multipliers[given],
         search.residuals[given],
         search.kinds[given].astype(str),
@@ -191,26 +192,18 @@ def _checked_grid(
             f"over = {dict(over)!r} does not name two parameters; give their values by name, e.g. "
             f"{{'{model.parameters[0].name}': [...], '{model.parameters[1].name}': [...]}}"
         )
-    first, second = over
     if threshold in over:
         raise InputError(
             f"{threshold} is the threshold that is sought, so it cannot span the grid as well; "
             "give another parameter in over"
         )
-    return (first, second), (
-        _checked_values(model, first, over[first]),
-        _checked_values(model, second, over[second]),
-    )
+    first, second = over
+    checked = [_checked_values(model, name, values) for name, values in over.items()]
+    return (first, second), (checked[0], checked[1])
 
 
 def _checked_values(model: Model, name: str, values: ArrayLike) -> Array:
-    parameter = model.variable_parameter(name)
-    try:
-        checked = np.array(values, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(
-            f"the values of {name} are not all numbers ({values!r}); give a list of numbers"
-        ) from None
+    parameter, checked = model.variable_parameter(name), np.array(values, dtype=float)
     if checked.ndim != 1 or not checked.size:
         raise InputError(
             f"the values of {name} have the shape {checked.shape}; give a list of one or more"
@@ -225,15 +218,7 @@ def _checked_values(model: Model, name: str, values: ArrayLike) -> Array:
 
 
 def _checked_span(model: Model, name: str, span: tuple[float, float]) -> tuple[float, float]:
-    parameter = model.parameter(name)
-    try:
-        first, last = (parameter.check(float(value)) for value in span)
-    except InputError:
-        raise
-    except (TypeError, ValueError):
-        raise InputError(
-            f"span = {span!r} is not a pair of numbers; give the first and the last value of {name}"
-        ) from None
+    first, last = (model.parameter(name).check(float(value)) for value in span)
     if first == last:
         raise InputError(
             f"the span of {name} from {first:g} to {last:g} is empty; give two different values"

@@ -21,7 +21,7 @@ from slipfold.models.followed import check_followed
 from slipfold.models.model import Model
 from slipfold.studies.work.loss import LossWork
 from slipfold.studies.work.work import Findings, Quantity
-from slipfold.thresholds.first_loss import STABLE, Loss, first_loss, unstable_from
+from slipfold.thresholds.loss import STABLE, Loss, first_loss, unstable_from
 
 
 class Response(LossWork):

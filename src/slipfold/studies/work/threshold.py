@@ -10,8 +10,8 @@ from slipfold.models.followed import check_followed
 from slipfold.models.model import Model
 from slipfold.studies.work.loss import LossWork
 from slipfold.studies.work.work import Findings
-from slipfold.thresholds.first_loss import Loss, first_loss, followed_to_loss
-from slipfold.thresholds.side_by_side import first_doublings
+from slipfold.thresholds.batch import first_doublings
+from slipfold.thresholds.loss import Loss, first_loss, followed_to_loss
 
 
 class Threshold(LossWork):

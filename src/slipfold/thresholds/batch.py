@@ -1,0 +1,371 @@
+"""Thresholds of many parameter sets at once, with a proof that responses are stable up to them.
+
+Orbits are unknown by their state at phase zero alone (single shooting): they are stable or about to
+lose their stability, so that nothing grows over a period.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.arrays import Array, Indices, Mask
+from slipfold.continuation.interpolation import polynomial_weights
+from slipfold.errors import BREAKDOWNS, InputError
+from slipfold.flow.linear_response import linear_response
+from slipfold.flow.strobes.linearised_steps import linearised_steps_of
+from slipfold.flow.switched.mode_equations import contacts_of
+from slipfold.models.model import Model
+from slipfold.models.variations import carried_whole
+from slipfold.newton import Rule, correct_many, solve_each
+from slipfold.orbits.carry_to import hold_parameter
+from slipfold.orbits.orbit_batch import EXACTLY, Corrected, OrbitBatch, Part
+from slipfold.orbits.spectrum.floquet import floquet_multipliers
+from slipfold.thresholds.stable_path import FRACTIONS, Paths, find_doubts
+
+ROUGHLY = 1e-8
+"""Error of a time step where only the stability of orbits matters."""
+
+NEARLY = 1e-10
+"""Error of a time step on the way to a doubling. One correction by the flow itself follows."""
+
+PERTURBATION = 1e-5
+"""Distance in scaled states over which monodromy matrices are differenced. The error of the Newton
+matrix, 1e-4 relative with the errors of steps, costs less than an iteration; the residual has
+none."""
+
+APPROACH = Rule(close=1e-6, longest=1.0, growth=2.0, remaining=NEARLY)
+"""Steps of a larger error lead as near as that error, or ten times it."""
+
+DOUBLING = Rule(close=1e-6, longest=1.0, growth=2.0, remaining=1e-12)
+"""The last correction is short, lest the estimate of the remainder rest on chance."""
+
+SAME = 1e-9
+"""Multipliers before a correction this short are those after it, to 1e-7."""
+
+CLOSE = 1e-5
+"""Orbits are corrected until a correction is shorter than this: it leaves its square. Newton's
+method takes new derivatives of a doubling after corrections ten times as long."""
+
+ANOTHER_BRANCH = 0.1
+"""An orbit this far from its guess, in scaled states and spans, may belong to another branch."""
+
+FIRST, LARGEST, SMALLEST, STEPS = 0.02, 0.1, 1e-3, 60
+"""First, largest and smallest step along a response, in spans, and how many there may be."""
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """Stable parts of responses, one row each."""
+
+    # Whether a response is proved to be stable up to the end of its path, shape (m,). Where it is
+    # not, nothing else means anything.
+    proved: Mask
+    paths: Paths
+    multipliers: NDArray[np.complex128]  # Floquet multipliers at the end, shape (m, n)
+    residuals: Array  # how far the orbit there fails to close, in scaled states, shape (m,)
+
+
+class BatchedThresholds:
+    """Thresholds of one parameter, for many sets of the others."""
+
+    def __init__(self, model: Model, vary: str, span: tuple[float, float]) -> None:
+        self.model, self.span = model, span
+        self._vary = vary, abs(span[1] - span[0])
+        self._steps = linearised_steps_of(model)
+        self._bounds = np.array([limit.bound for limit in model.limits])
+
+    def orbits(self, parameters: Array, scales: Array) -> OrbitBatch:
+        """Return the orbits of period 1. Shapes: parameters (m, n_p); scales (m, n)."""
+        return OrbitBatch(self.model, parameters, scales, self._vary, nodes=1, steps=self._steps)
+
+    def find(self, parameters: Array, scales: Array, guess: Paths) -> Found:
+        """Find the stable parts of responses from guesses, and prove them.
+
+        A response whose doubling lies beyond the span is stable to its end.
+        Shapes: parameters (m, n_p); scales (m, n).
+        """
+        orbits, doubles = self.orbits(parameters, scales), guess.doubles.copy()
+        ends, states = guess.ends.copy(), guess.states.copy()
+        multipliers = np.full(scales.shape, complex(np.nan, np.nan))
+        residuals, clear = np.full(len(scales), np.inf), np.zeros(len(scales), bool)
+        moved = np.full(len(scales), np.inf)
+        some = np.flatnonzero(doubles)
+        if len(some):
+            own = _Doubling(orbits.rows(some), states[some, -1], ends[some])
+            fraction = (own.values - self.span[0]) / (self.span[1] - self.span[0])
+            with np.errstate(invalid="ignore"):
+                off = np.abs(own.values - ends[some]) / orbits.width
+                near = (own.distance < ANOTHER_BRANCH) & (off < ANOTHER_BRANCH) & (fraction > 0)
+                beyond = near & (fraction > 1)
+            ends[some], moved[some] = own.values, np.where(near, 0.0, np.inf)
+            states[some, -1], clear[some] = own.states, own.clear
+            multipliers[some], residuals[some] = own.multipliers, own.residuals
+            rows = some[beyond]
+            doubles[rows], ends[rows] = False, self.span[1]
+            places = np.array(FRACTIONS) / fraction[beyond, None]
+            weights = polynomial_weights(np.array(FRACTIONS), places.ravel())
+            states[rows] = weights.reshape(-1, *weights.shape[1:] * 2) @ guess.states[rows]
+        some = np.flatnonzero(~doubles)
+        if len(some):
+            batch, every = orbits.rows(some), np.arange(len(some))
+            found = find_orbits(batch, states[some, -1], ends[some])
+            states[some, -1] = batch.states(every, found.z)[:, 0]
+            multipliers[some], moved[some] = found.multipliers, np.maximum(found.moved, ROUGHLY)
+            residuals[some], clear[some] = batch.residuals(every, found.z), self._clear(found)
+        paths = Paths(ends, states, doubles)
+        proved = self._prove(orbits, paths, multipliers, moved, clear)
+        return Found(proved, paths, multipliers, residuals)
+
+    def _clear(self, found: Corrected) -> Mask:
+        return found.found & found.seen.clear(self._bounds)
+
+    def _prove(
+        self, orbits: OrbitBatch, paths: Paths, at_end: Array, moved_last: Array, clear_last: Mask
+    ) -> Mask:
+        """Correct the states on the way, in place; return which responses are stable there."""
+        m, n = orbits.scales.shape
+        inner = np.array(FRACTIONS[:-1])
+        values = self.span[0] + np.multiply.outer(inner, paths.ends - self.span[0])
+        guesses = paths.states[:, :-1].swapaxes(0, 1).reshape(-1, n)
+        # Orbits at the same fraction are neighbours: lanes of the flow take about as many steps.
+        batch = orbits.rows(np.tile(np.arange(m), len(inner)))
+        found = find_orbits(batch, guesses, values.ravel())
+        states = batch.states(np.arange(len(guesses)), found.z)[:, 0]
+        distance = np.linalg.norm((states - guesses) / batch.scales, axis=1)
+        with np.errstate(invalid="ignore"):
+            states[~(distance < ANOTHER_BRANCH)] = np.nan
+        shape = (len(inner), m)
+        paths.states[:, :-1] = states.reshape(*shape, n).swapaxes(0, 1)
+        multipliers = found.multipliers.reshape(*shape, n).swapaxes(0, 1)
+        multipliers = np.concatenate([multipliers, at_end[:, None]], axis=1)
+        moved = np.maximum(found.moved, ROUGHLY).reshape(shape).T
+        moved = np.column_stack([moved, moved_last])
+        moved[~np.isfinite(paths.states).all(axis=2)] = np.inf
+        proved = find_doubts(multipliers, moved, paths.doubles) == ""
+        clear = np.column_stack([self._clear(found).reshape(shape).T, clear_last])
+        case, place = np.nonzero(~clear & proved[:, None])
+        values = self.span[0] + np.array(FRACTIONS)[place] * (paths.ends[case] - self.span[0])
+        z = orbits.join(case, paths.states[case, place][:, None], values)
+        proved[case[~(orbits.margins(case, z) > 0).all(axis=1)]] = False
+        return np.asarray(proved)
+
+
+def find_orbits(orbits: OrbitBatch, states: Array, values: Array) -> Corrected:
+    """Correct guesses to orbits at values of the parameter. Shapes: states (m, n); values (m,)."""
+    every = np.arange(len(states))
+    rows = np.tile(hold_parameter(orbits.size), (len(states), 1))
+    guesses = orbits.join(every, states[:, None], values)
+    return orbits.correct(every, guesses, rows, CLOSE, APPROACH.longest, ROUGHLY)
+
+
+class _Doubling:
+    r"""Period doublings in one parameter, from guesses.
+
+    The unknowns are the state x at phase zero and the parameter p, the equations
+
+    .. math:: \phi(x, p) - x = 0, \quad g(x, p) = 0
+
+    with the smallest singular value g of M + I, signed as its determinant is, and the monodromy
+    matrix M (Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria, section 4). With
+    the singular vectors q and w the derivative of g is that of :math:`w^T M q`: one more monodromy
+    matrix, at a state perturbed along q.
+    """
+
+    def __init__(self, orbits: OrbitBatch, states: Array, values: Array) -> None:
+        (m, n), every = states.shape, np.arange(len(states))
+        self._orbits, self._gradients = orbits, np.full((m, n + 1), np.nan)
+        self._bounds = np.array([limit.bound for limit in orbits.model.limits])
+        self._matrices, self.clear = np.full((m, n, n), np.nan), np.zeros(m, bool)
+        near = self._before = orbits.join(every, states[:, None], values)
+        if orbits.steps is not None:
+            near = correct_many(self._approach, near, APPROACH).z
+        found = correct_many(self._last, near, DOUBLING)
+        self.states, self.values = (
+            orbits.states(every, found.z)[:, 0],
+            found.z[:, -1] * orbits.width,
+        )
+        self.multipliers = np.full(states.shape, complex(np.nan, np.nan))
+        self.residuals = np.full(m, np.inf)
+        done = np.flatnonzero(found.found)
+        if len(done):
+            far = done[found.moved[done] > SAME]
+            if len(far):
+                self._matrices[far] = orbits.linearise(far, found.z[far], EXACTLY).blocks[:, 0]
+            self.residuals[done] = orbits.residuals(done, found.z[done])
+            self.multipliers[done] = floquet_multipliers(self._matrices[done])
+        self.distance = np.linalg.norm((self.states - states) / orbits.scales, axis=1)
+        self.distance[~(self.residuals <= NEARLY)] = np.inf
+
+    def _approach(self, some: Indices, z: Array) -> Array:
+        part = self._orbits.linearise(some, z, NEARLY)
+        self.clear[some] = part.seen.clear(self._bounds)
+        return self._step(some, z, part, NEARLY)
+
+    def _last(self, some: Indices, z: Array) -> Array:
+        return self._step(some, z, self._orbits.linearise(some, z, EXACTLY), EXACTLY)
+
+    def _step(self, some: Indices, z: Array, part: Part, tolerance: float) -> Array:
+        """Return Newton's steps."""
+        n = self._orbits.size
+        matrices = self._matrices[some] = part.blocks[:, 0]
+        left, values, right = _smallest_singular(matrices + np.eye(n))
+        moved = np.linalg.norm(z - self._before[some], axis=1)
+        self._before[some] = z
+        renew = np.flatnonzero(np.isnan(self._gradients[some, 0]) | (moved > 10 * CLOSE))
+        if len(renew):
+            perturbed = z[renew]
+            perturbed[:, :n] += PERTURBATION * right[renew]
+            other = self._orbits.linearise(some[renew], perturbed, tolerance)
+            by_states = other.blocks[:, 0] - matrices[renew]
+            change = np.concatenate(
+                [by_states, (other.along - part.along[renew]).swapaxes(1, 2)], axis=2
+            )
+            gradients = np.einsum("ma,mab->mb", left[renew], change) / PERTURBATION
+            self._gradients[some[renew]] = gradients
+        jacobian = np.zeros((len(some), n + 1, n + 1))
+        jacobian[:, :n, :n] = matrices - np.eye(n)
+        jacobian[:, :n, n] = part.along[:, 0]
+        jacobian[:, n] = self._gradients[some]
+        return solve_each(jacobian, -np.column_stack([part.missed[:, 0], values]))
+
+
+def _smallest_singular(matrices: Array) -> tuple[Array, Array, Array]:
+    """Return left vectors, signed values and right vectors: matrix times right is value times left.
+
+    The vectors are signed so that the value has the sign of the determinant. NaN where a matrix is
+    not finite.
+    """
+    m, n, _ = matrices.shape
+    found = np.full((m, n), np.nan), np.full(m, np.nan), np.full((m, n), np.nan)
+    finite = np.isfinite(matrices).all(axis=(1, 2))
+    if finite.any():
+        left, values, right = np.linalg.svd(matrices[finite])
+        signs = np.sign(np.linalg.det(left) * np.linalg.det(right))
+        found[0][finite] = signs[:, None] * left[:, :, -1]
+        found[1][finite], found[2][finite] = signs * values[:, -1], right[:, -1]
+    return found
+
+
+# -- responses from the first value ------------------------------------------------------------
+
+
+def first_doublings(models: Sequence[Model], vary: str, span: tuple[float, float]) -> Array:
+    """Return where responses first lose their stability by period doubling, shape (m,).
+
+    NaN where that is not proved: such a response has to be followed individually. All models are of
+    one kind.
+    """
+    values = np.full(len(models), np.nan)
+    some, found = proved_doublings(BatchedThresholds(models[0], vary, span), models, vary)
+    if found is not None:
+        lost = found.proved & found.paths.doubles
+        values[some[lost]] = found.paths.ends[lost]
+    return values
+
+
+def proved_doublings(
+    batch: BatchedThresholds, models: Sequence[Model], vary: str
+) -> tuple[Indices, Found | None]:
+    """Return which responses come to a doubling, and these as far as they are stable.
+
+    A response is followed in the parameter until a multiplier has passed -1. That guesses the
+    doubling, which is then found and proved.
+    """
+    model = models[0]
+    slips = all(contact.limits for contact in contacts_of(model))
+    turns = np.any(model.whole_turns)
+    parameters = np.array([item.vector for item in models])
+    scales = np.array([item.state_scales() for item in models])
+    if not (model.forced and slips and not turns and carried_whole(len(model.states))):
+        return np.empty(0, dtype=np.int64), None
+    followed = _Followed(batch.orbits(parameters, scales), batch.span)
+    followed.start(models, vary)
+    followed.run()
+    some = np.flatnonzero(np.isfinite(followed.ends))
+    if not len(some):
+        return some, None
+    guess = Paths(followed.ends[some], followed.paths(some), np.full(len(some), True))
+    return some, batch.find(parameters[some], scales[some], guess)
+
+
+class _Followed:
+    """Responses on their way through the span, at fractions of it.
+
+    `ends` are guesses of the doublings, NaN where there is none so far.
+    """
+
+    def __init__(self, orbits: OrbitBatch, span: tuple[float, float]) -> None:
+        self._orbits, self._span = orbits, span
+        m, n = orbits.scales.shape
+        self._active: Mask = np.full(m, True)
+        self.ends = np.full(m, np.nan)
+        self._at, self._step, self._last_step = np.zeros(m), np.full(m, FIRST), np.zeros(m)
+        self._states, self._change = np.full((m, n), np.nan), np.zeros((m, n))
+        self._flip = np.full(m, np.nan)  # det (I + M), zero at a doubling
+        self._points: list[list[tuple[float, Array]]] = [[] for _ in range(m)]
+
+    def start(self, models: Sequence[Model], vary: str) -> None:
+        """Find the responses at the first value from the linear ones."""
+        flow, guesses = self._orbits.flow, self._states.copy()
+        for guess, model, scales in zip(guesses, models, self._orbits.scales, strict=True):
+            with suppress(InputError, *BREAKDOWNS):  # of others at that value nothing is known
+                there = model.replace(**{vary: self._span[0]})
+                constants = flow.constants(there.vector)
+                guess[:] = linear_response(flow, constants, scales, 1, there.start)[0]
+        found = self._accept(np.arange(len(models)), self._at.copy(), guesses, 3 * ANOTHER_BRANCH)
+        self._active &= found
+
+    def run(self) -> None:
+        """Take steps until each has lost its stability or comes to an end."""
+        for _ in range(STEPS):
+            some = np.flatnonzero(self._active)
+            if not len(some):
+                break
+            step = np.minimum(self._step[some], 1 - self._at[some])
+            with np.errstate(divide="ignore", invalid="ignore"):
+                ratio = np.nan_to_num(step / self._last_step[some], nan=0.0, posinf=0.0)
+            guesses = self._states[some] + ratio[:, None] * self._change[some]
+            accepted = self._accept(some, self._at[some] + step, guesses, ANOTHER_BRANCH / 2)
+            self._step[some[~accepted]] = step[~accepted] / 2
+            over = (self._at[some] >= 1) | (self._step[some] < SMALLEST)
+            self._active[some[over]] = False
+
+    def _accept(self, some: Indices, fractions: Array, guesses: Array, far: float) -> Mask:
+        """Correct guesses, store the orbits near them; return which were found."""
+        own, (first, last) = self._orbits.rows(some), self._span
+        orbits = find_orbits(own, guesses, first + fractions * (last - first))
+        states = own.states(np.arange(len(some)), orbits.z)[:, 0]
+        distance = np.linalg.norm((states - guesses) / own.scales, axis=1)
+        with np.errstate(invalid="ignore"):
+            good = np.asarray(distance < far)
+            unstable = (np.abs(orbits.multipliers) > 1).sum(axis=1)
+        flip = (1 + orbits.multipliers).prod(axis=1).real
+        for i in np.flatnonzero(good):
+            case = some[i]
+            self._points[case].append((fractions[i], states[i]))
+            moved = fractions[i] - self._at[case]
+            if unstable[i] == 1 and flip[i] < 0 < self._flip[case]:
+                fraction = fractions[i] - moved * flip[i] / (flip[i] - self._flip[case])
+                self.ends[case] = first + fraction * (last - first)
+            self._active[case] = not unstable[i]
+            self._change[case] = states[i] - self._states[case] if moved else 0.0
+            self._states[case], self._flip[case] = states[i], flip[i]
+            self._at[case], self._last_step[case] = fractions[i], moved
+            if distance[i] < ANOTHER_BRANCH / 10 and moved:
+                self._step[case] = min(1.6 * moved, LARGEST)
+        return good
+
+    def paths(self, some: Indices) -> Array:
+        """Guess the states at `FRACTIONS` of the way, shape (k, len(FRACTIONS), n)."""
+        first, last = self._span
+        found = []
+        for case in some:
+            fractions, states = zip(*self._points[case], strict=True)
+            at = np.array(FRACTIONS) * (self.ends[case] - first) / (last - first)
+            found.append([np.interp(at, fractions, column) for column in np.array(states).T])
+        return np.swapaxes(np.array(found), 1, 2)

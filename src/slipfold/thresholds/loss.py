@@ -1,0 +1,151 @@
+"""Where and by what a response first loses its stability."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipfold.arrays import Array
+from slipfold.branches import Branch, Progress, Settings, SpecialPoint, trace_response
+from slipfold.branches.special_point import BIFURCATIONS
+from slipfold.branches.stability import loss_of_stability
+from slipfold.errors import InputError
+from slipfold.models.model import Model
+
+NO_RESPONSE, UNSTABLE, STABLE = "no response", "unstable", "stable"
+
+NO_THRESHOLD = "no PD in the span"
+
+
+@dataclass(frozen=True, eq=False)
+class Loss:
+    """The end of the stable part of a branch."""
+
+    threshold: float  # NaN if it does not lose its stability, or was never stable
+    outcome: str  # the bifurcation, else what happens instead, in a word
+    reason: str  # the same as a sentence; empty for a bifurcation
+    point: SpecialPoint | None = None  # the bifurcation, where the branch was followed to it
+
+    def values(self) -> dict[str, float | int | str | None]:
+        """Return it as plain data."""
+        threshold = None if math.isnan(self.threshold) else self.threshold
+        return {"threshold": threshold, "outcome": self.outcome, "reason": self.reason}
+
+
+def followed_to_loss(
+    model: Model, vary: str, span: tuple[float, float], through_stick: bool = False
+) -> Branch:
+    """Follow the response of period 1 until it meets a bifurcation."""
+    found: list[str] = []
+
+    def watch(progress: Progress) -> None:
+        found.extend(name for name in progress.special if name in BIFURCATIONS)
+        if found:  # what comes later does not matter: stop the branch here
+            raise KeyboardInterrupt
+
+    first = Settings(largest_period=1)
+    branch = trace_response(
+        model, vary, span, settings=first, observer=watch, through_stick=through_stick
+    )[0]
+    if branch.interrupted and (not found or any(item.interrupted for item in branch.special)):
+        raise KeyboardInterrupt  # that was the user
+    return branch
+
+
+def unstable_from(vary: str, first: float) -> Loss:
+    """Return the loss of a response that is unstable at first."""
+    reason = (
+        f"the response is unstable from the start of the span, {vary} = {first:g}; begin the "
+        "span where it is stable"
+    )
+    return Loss(math.nan, UNSTABLE, reason)
+
+
+def first_loss(branch: Branch, first: float) -> Loss:
+    """Return where a branch that was to begin at a value first loses its stability."""
+    vary, stable = branch.vary, branch.stable
+    if branch.parameter[0] != first:
+        return Loss(math.nan, NO_RESPONSE, branch.begun.reason)
+    if not stable[0]:
+        return unstable_from(vary, first)
+    point = loss_of_stability(branch)
+    if point is not None:
+        return Loss(float(point.value), point.type, "", point)
+    if not stable.all():
+        lost = branch.parameter[np.argmin(stable)]
+        reason = f"no bifurcation was found before {vary} = {lost:.9g}"
+        return Loss(math.nan, "unresolved", reason)
+    stopped = branch.stopped
+    kind = STABLE if stopped.kind == "span" else stopped.kind
+    return Loss(math.nan, kind, f"{stopped.reason} (stable up to {vary} = {stopped.value:.9g})")
+
+
+@dataclass(frozen=True, eq=False)
+class Threshold:
+    """The threshold of one parameter set, from its response alone."""
+
+    # Empty where the response loses its stability by period doubling, else what happens instead, in
+    # a few words
+    kind: str
+    reason: str  # the same as a sentence; empty likewise
+    branch: Branch | None = None  # the response, where its stable part ends as it should
+    point: SpecialPoint | None = None  # the doubling; None where the span ends first
+
+    @property
+    def value(self) -> float:
+        """The parameter at the end of the stable part; NaN where there is none."""
+        if self.point is not None:
+            return float(self.point.value)
+        return math.nan if self.branch is None else float(self.branch.parameter[-1])
+
+    def path(self, fractions: tuple[float, ...], first: float) -> Array:
+        """Return the states at fractions of the way from the first value, shape (k, n)."""
+        branch, point = self.branch, self.point
+        assert branch is not None
+        values, states = branch.parameter, branch.states
+        if point is not None:
+            before = branch.arclength < point.arclength
+            values = np.append(values[before], point.value)
+            states = np.vstack([states[before], point.state])
+        along = (values - first) / (self.value - first)
+        return np.array([np.interp(fractions, along, column) for column in states.T]).T
+
+
+def lasting_reason(vary: str, value: float) -> str:
+    """Say that a response is stable to the end of the span."""
+    return f"the response of period 1 is stable up to the end of the span, {vary} = {value:g}"
+
+
+def threshold_by_response(model: Model, vary: str, span: tuple[float, float]) -> Threshold:
+    """Follow the response of period 1 to its first bifurcation."""
+    none = "no response at the start of the span"
+    try:
+        branch = followed_to_loss(model, vary, span)
+    except InputError as error:
+        return Threshold(none, str(error))
+    loss = first_loss(branch, span[0])
+    if loss.point is not None and loss.outcome == "PD":
+        return Threshold("", "", branch, loss.point)
+    if loss.point is not None:
+        name = f"{loss.point.name} ({loss.outcome})"
+        reason = (
+            f"the response loses its stability at {vary} = {loss.threshold:.9g} by another "
+            f"bifurcation, {name}"
+        )
+        return Threshold(f"{loss.outcome} comes first", reason)
+    if loss.outcome == STABLE and branch.parameter[-1] == span[1]:
+        return Threshold(NO_THRESHOLD, lasting_reason(vary, span[1]), branch)
+    kinds = {NO_RESPONSE: none, UNSTABLE: "unstable at the start of the span"}
+    return Threshold(kinds.get(loss.outcome) or _end_kind(branch), loss.reason)
+
+
+def _end_kind(branch: Branch) -> str:
+    """Name the limit of the model that ended the branch; else say how it ended."""
+    stopped = branch.stopped
+    for limit in branch.model.limits if stopped.kind == "limit" else ():
+        if stopped.reason.startswith(limit.reason.partition("{")[0]):
+            return f"limit: {limit.name}"
+    others = {"limit": "limit", "span": "the response turns back"}
+    return others.get(stopped.kind, f"response {stopped.kind}")
