@@ -13,6 +13,7 @@ failure.
 import argparse
 import json
 import math
+import re
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -49,9 +50,11 @@ LATER_NAMES: dict[str, str] = {}
 NOT_COMPARED = (
     *("computed", "seconds", "checked", "settings", "title"),
     *("slipfold_version", "heyoka_version", "numpy_version", "python_version"),
-    *("scipy_version", "xarray_version", "schema", "residual", "platform", "processor"),
+    *("scipy_version", "xarray_version", "schema", "residual", "uncertainty", "processor"),
 )
 """What names a run or measures rounding errors."""
+
+NUMBER = re.compile(r"[-+]?\d+\.\d+(?:e[-+]?\d+)?")
 
 SLIDING = sf.SlidingOscillator
 BUILT_IN = sf.built_in_models()
@@ -354,10 +357,10 @@ def compare_variables(name: str, old: xr.Dataset, new: xr.Dataset, found: Differ
             found.serious.append(f"{name}: shape {before.shape} before, {after.shape} now")
         return
     if before.dtype.kind not in "fc":
-        if not np.array_equal(before, after):
-            where = int(np.flatnonzero((before != after).ravel())[0])
-            text = f"{name}: {before.ravel()[where]!s:.60} before, {after.ravel()[where]!s:.60} now"
-            found.serious.append(text)
+        pairs = zip(before.ravel(), after.ravel(), strict=True)
+        unequal = [pair for pair in pairs if not same_text(*map(str, pair))]
+        if unequal:
+            found.serious.append(f"{name}: {unequal[0][0]!s:.60} before, {unequal[0][1]!s:.60} now")
         return
     if not before.size or np.array_equal(before, after, equal_nan=True):
         return
@@ -376,13 +379,22 @@ def compare_variables(name: str, old: xr.Dataset, new: xr.Dataset, found: Differ
         (found.steps if moved else found.serious).append(text)
 
 
+def same_text(before: str, after: str) -> bool:
+    """Whether two texts agree, numbers in them to rounding."""
+    if before == after:
+        return True
+    numbers = [np.array(NUMBER.findall(text), float) for text in (before, after)]
+    words = [NUMBER.sub("", text) for text in (before, after)]
+    return words[0] == words[1] and np.allclose(*numbers, rtol=RELATIVE, atol=0)
+
+
 def same_attribute(before: Any, after: Any) -> bool:
     """Whether two attributes say the same, numbers to rounding."""
     if isinstance(before, str) and isinstance(after, str):
         try:
             return same_attribute(json.loads(before), json.loads(after))
         except ValueError:
-            return before == after
+            return same_text(before, after)
     if isinstance(before, dict) and isinstance(after, dict):
         return before.keys() == after.keys() and all(
             key in NOT_COMPARED or same_attribute(before[key], after[key]) for key in before

@@ -154,6 +154,17 @@ class SpecialPoints(Zeros[OrbitPoint]):
         beside = fold is not None and abs(point.tests[fold]) < CROSSES
         return beside and self._is_symmetric(point)
 
+    def _turns_at_parent(self, point: OrbitPoint) -> bool:
+        """Whether orbits become those that they emanate from, so that the locus turns as a whole.
+
+        Parameters change with the square of the amplitude there, and both stand still.
+        """
+        standing = max(abs(point.tests["first"]), abs(point.tests["second"])) < NEAR_PARENT
+        orbits = self._curve.orbits
+        if not standing or not has_copy(orbits):
+            return False
+        return float(np.linalg.norm(asymmetry(orbits, point.z))) < NEAR_PARENT
+
     def _is_symmetric(self, point: OrbitPoint) -> bool:
         """Whether families of orbits cross at a point, as at a pitchfork."""
         orbits = self._curve.orbits
@@ -173,6 +184,8 @@ class SpecialPoints(Zeros[OrbitPoint]):
         others = np.delete(values, critical_places(condition, values))
         if found.type in ("GPD", "CH", "GH") and self._is_pole_alone(found.point):
             return False
+        if found.type in ("first", "second"):
+            return not self._turns_at_parent(found.point)
         if found.type in _PAIR.get(condition, ()):
             return is_torus(others)
         if found.type in DOUBLED:
