@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from slipfold.branches import End as End
     from slipfold.branches import Event as Event
     from slipfold.branches import Newton as Newton
-    from slipfold.branches import Progress as Progress
     from slipfold.branches import Settings as Settings
     from slipfold.branches import SpecialPoint as SpecialPoint
     from slipfold.branches import Steps as Steps
@@ -26,7 +25,6 @@ if TYPE_CHECKING:
     from slipfold.computations.basin_fractions import basin_fractions as basin_fractions
     from slipfold.computations.basins import basins as basins
     from slipfold.computations.bifurcation_set import bifurcation_set as bifurcation_set
-    from slipfold.computations.design import DesignProgress as DesignProgress
     from slipfold.computations.design import design as design
     from slipfold.computations.fit import fit as fit
     from slipfold.computations.gradients import gradients as gradients
@@ -36,23 +34,18 @@ if TYPE_CHECKING:
     from slipfold.computations.plan_measurement import plan_measurement as plan_measurement
     from slipfold.computations.regimes import regimes as regimes
     from slipfold.computations.response import response as response
-    from slipfold.computations.responses import CaseProgress as CaseProgress
     from slipfold.computations.responses import responses as responses
     from slipfold.computations.simulate import simulate as simulate
     from slipfold.computations.study import study as study
     from slipfold.computations.sweep import sweep as sweep
     from slipfold.computations.threshold_map import threshold_map as threshold_map
     from slipfold.computations.uncertainty import uncertainty as uncertainty
-    from slipfold.design_space.sampling import SampleProgress as SampleProgress
     from slipfold.design_space.scatter import Scatter as Scatter
     from slipfold.design_space.sobol_indices import SobolIndices as SobolIndices
     from slipfold.errors import InputError as InputError
-    from slipfold.flow.progress import MotionProgress as MotionProgress
-    from slipfold.flow.strobes.strobe_many import StrobeProgress as StrobeProgress
     from slipfold.loci.locus import Locus as Locus
     from slipfold.loci.locus import LocusEnd as LocusEnd
     from slipfold.loci.locus import LocusPoint as LocusPoint
-    from slipfold.loci.progress import LocusProgress as LocusProgress
     from slipfold.loci.region_map import Region as Region
     from slipfold.loci.region_map import RegionCheck as RegionCheck
     from slipfold.loci.region_map import RegionMap as RegionMap
@@ -60,14 +53,10 @@ if TYPE_CHECKING:
     from slipfold.long_term import Spectrum as Spectrum
     from slipfold.long_term import find_spectrum as find_spectrum
     from slipfold.long_term.attractor import Attractor as Attractor
-    from slipfold.long_term.exponents import ExponentsProgress as ExponentsProgress
-    from slipfold.long_term.search import SearchProgress as SearchProgress
     from slipfold.measured.csv_file import read_measurement as read_measurement
     from slipfold.measured.least_squares import Estimate as Estimate
-    from slipfold.measured.least_squares import FitProgress as FitProgress
     from slipfold.measured.measurement import Measurement as Measurement
     from slipfold.measured.quantity import Quantity as Quantity
-    from slipfold.measured.stand import StandProgress as StandProgress
     from slipfold.models import BaseMotion as BaseMotion
     from slipfold.models import BoucWen as BoucWen
     from slipfold.models import ConstantLoad as ConstantLoad
@@ -113,6 +102,7 @@ if TYPE_CHECKING:
     from slipfold.orbits import OrbitCheck as OrbitCheck
     from slipfold.orbits import PeriodicOrbit as PeriodicOrbit
     from slipfold.orbits import periodic_orbit as periodic_orbit
+    from slipfold.progress import Progress as Progress
     from slipfold.results.design_space.design import Design as Design
     from slipfold.results.design_space.threshold_uncertainty import (
         ThresholdUncertainty as ThresholdUncertainty,
@@ -136,8 +126,6 @@ if TYPE_CHECKING:
     from slipfold.results.simulation import Simulation as Simulation
     from slipfold.results.studies.study_result import StudyResult as StudyResult
     from slipfold.results.threshold_map import ThresholdMap as ThresholdMap
-    from slipfold.studies.run import StudyProgress as StudyProgress
-    from slipfold.thresholds.threshold_map import MapProgress as MapProgress
     from slipfold.tori.torus_branch import Locked as Locked
     from slipfold.tori.torus_branch import TorusBranch as TorusBranch
     from slipfold.tori.torus_spectrum import TorusSpectrum as TorusSpectrum
@@ -145,14 +133,11 @@ if TYPE_CHECKING:
 _HOMES = {
     "slipfold.long_term": ("Spectrum", "find_spectrum"),
     "slipfold.long_term.attractor": ("Attractor",),
-    "slipfold.long_term.exponents": ("ExponentsProgress",),
-    "slipfold.long_term.search": ("SearchProgress",),
     "slipfold.branches": (
         "Branch",
         "End",
         "Event",
         "Newton",
-        "Progress",
         "Settings",
         "SpecialPoint",
         "Steps",
@@ -161,7 +146,7 @@ _HOMES = {
     "slipfold.computations.basin_fractions": ("basin_fractions",),
     "slipfold.computations.basins": ("basins",),
     "slipfold.computations.bifurcation_set": ("bifurcation_set",),
-    "slipfold.computations.design": ("DesignProgress", "design"),
+    "slipfold.computations.design": ("design",),
     "slipfold.computations.gradients": ("gradients",),
     "slipfold.computations.fit": ("fit",),
     "slipfold.computations.locus": ("locus",),
@@ -170,26 +155,21 @@ _HOMES = {
     "slipfold.computations.plan_measurement": ("plan_measurement",),
     "slipfold.computations.regimes": ("regimes",),
     "slipfold.computations.response": ("response",),
-    "slipfold.computations.responses": ("CaseProgress", "responses"),
+    "slipfold.computations.responses": ("responses",),
     "slipfold.computations.simulate": ("simulate",),
     "slipfold.computations.study": ("study",),
     "slipfold.computations.sweep": ("sweep",),
     "slipfold.computations.threshold_map": ("threshold_map",),
     "slipfold.computations.uncertainty": ("uncertainty",),
-    "slipfold.design_space.sampling": ("SampleProgress",),
     "slipfold.design_space.scatter": ("Scatter",),
     "slipfold.design_space.sobol_indices": ("SobolIndices",),
     "slipfold.errors": ("InputError",),
-    "slipfold.flow.progress": ("MotionProgress",),
-    "slipfold.flow.strobes.strobe_many": ("StrobeProgress",),
     "slipfold.loci.locus": ("Locus", "LocusEnd", "LocusPoint"),
-    "slipfold.loci.progress": ("LocusProgress",),
     "slipfold.loci.region_map": ("Region", "RegionCheck", "RegionMap", "RegionMotion"),
     "slipfold.measured.csv_file": ("read_measurement",),
-    "slipfold.measured.least_squares": ("Estimate", "FitProgress"),
+    "slipfold.measured.least_squares": ("Estimate",),
     "slipfold.measured.measurement": ("Measurement",),
     "slipfold.measured.quantity": ("Quantity",),
-    "slipfold.measured.stand": ("StandProgress",),
     "slipfold.models": (
         "BaseMotion",
         "BoucWen",
@@ -234,6 +214,7 @@ _HOMES = {
         "built_in_models",
     ),
     "slipfold.orbits": ("Extrema", "OrbitCheck", "PeriodicOrbit", "periodic_orbit"),
+    "slipfold.progress": ("Progress",),
     "slipfold.results.design_space.design": ("Design",),
     "slipfold.results.design_space.threshold_uncertainty": ("ThresholdUncertainty",),
     "slipfold.results.diagram": ("Diagram",),
@@ -252,8 +233,6 @@ _HOMES = {
     "slipfold.results.simulation": ("Simulation",),
     "slipfold.results.studies.study_result": ("StudyResult",),
     "slipfold.results.threshold_map": ("ThresholdMap",),
-    "slipfold.studies.run": ("StudyProgress",),
-    "slipfold.thresholds.threshold_map": ("MapProgress",),
     "slipfold.tori.torus_branch": ("Locked", "TorusBranch"),
     "slipfold.tori.torus_spectrum": ("TorusSpectrum",),
 }

@@ -160,7 +160,7 @@ def test_a_stopping_parameter_event():
 
 def interrupting(branch, points):
     def observe(progress):
-        if progress.branch == branch and progress.points >= points:
+        if progress.values["branch"] == branch and progress.values["points"] >= points:
             raise KeyboardInterrupt
 
     return observe
@@ -192,10 +192,10 @@ def test_observer_sees_every_point_and_find():
         SlidingOscillator(f=12.5), "Nd", (0, 0.2), settings=SINGLE, observer=seen.append
     )
     seen = [item for item in seen if item.stage == "branches"]
-    assert [item.points for item in seen] == list(range(2, len(branch) + 1))
-    assert [item.parameter for item in seen] == pytest.approx(branch.parameter[1:], abs=0)
-    assert seen[-1].special == ("PD",)
-    assert {(item.branch, item.period) for item in seen} == {(1, 1)}
+    assert [item.values["points"] for item in seen] == list(range(2, len(branch) + 1))
+    assert [item.values["parameter"] for item in seen] == pytest.approx(branch.parameter[1:], abs=0)
+    assert seen[-1].values["special"] == ("PD",)
+    assert {(item.values["branch"], item.values["period"]) for item in seen} == {(1, 1)}
 
 
 # -- bad input -------------------------------------------------------------------------------

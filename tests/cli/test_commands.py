@@ -9,10 +9,11 @@ import pytest
 from helpers.command_line import run
 from helpers.diagrams import made_diagram, response_branch
 from helpers.locus_diagrams import doubling_locus, made_locus_diagram
-from slipfold.cli.progress import locus_text
+from slipfold.computations.plane import with_place
 from slipfold.continuation.end import End
 from slipfold.loci.locus import LocusEnd
-from slipfold.loci.progress import LocusProgress
+from slipfold.loci.progress import locus_progress
+from slipfold.models import SlidingOscillator
 from slipfold.results.load import load
 
 LOCUS = ["locus", "sliding", "--vary", "f=12.4:12.5", "--vary", "Nd=0:60mN"]
@@ -234,15 +235,11 @@ def test_interruption_of_loci_is_status_130(loci, counted, tmp_path, monkeypatch
     assert load(path).interrupted
 
 
-def test_progress_of_loci_in_words():
-    words = locus_text(("f", "mu"), ("Hz", ""))
-    progress = LocusProgress("loci", 2, None, (12.5, 0.25), "PD of period 1, 12 points, GPD")
-    assert words(progress) == (
-        "loci: 2 done  f = 12.5 Hz, mu = 0.25  PD of period 1, 12 points, GPD"
-    )
-    assert words(LocusProgress("responses", 3, 16, (12, 0), "")).startswith(
-        "responses: 3 of 16 done  f = 12 Hz, mu = 0"
-    )
+def test_progress_of_loci_says_where_it_is():
+    seen = []
+    observer = with_place(seen.append, SlidingOscillator(), ("f", "mu"))
+    observer(locus_progress("loci", 2, None, (12.5, 0.25), "PD of period 1, 12 points, GPD"))
+    assert str(seen[0]) == "loci: 2 done  PD of period 1, 12 points, GPD  f = 12.5 Hz, mu = 0.25"
 
 
 @pytest.fixture(scope="module")

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from helpers.command_line import run
-from slipfold.cli.progress import paper_text
-from slipfold.paper.reproduce import PaperProgress, Reproduction
+from slipfold.paper.reproduce import Reproduction
+from slipfold.progress import Progress
 
 
 @pytest.fixture
@@ -17,7 +17,7 @@ def calls(monkeypatch):
 
     def reproduce(out, observer=None, *, processes, tori, motions):
         made.update(processes=processes, tori=tori, motions=motions)
-        observer(PaperProgress(1, 30, "Nd_base", ("PD 0.0435789",)))
+        observer(Progress("results", 1, 30, "Nd_base  found: PD 0.0435789"))
         return Reproduction(Path(out), (), (), **made.get("outcome", {}))
 
     module = importlib.import_module("slipfold.paper.reproduce")
@@ -63,10 +63,3 @@ def test_folder_that_cannot_be_made(tmp_path):
     assert (result.exit_code, result.stdout) == (2, "")
     assert "file/out" in result.stderr
     assert result.stderr.count("\n") == 1
-
-
-def test_progress_in_words():
-    assert paper_text(PaperProgress(3, 30, "Nd_base", ("PD 0.04", "NS 0.06"))) == (
-        "3 of 30  Nd_base  found: PD 0.04, NS 0.06"
-    )
-    assert paper_text(PaperProgress(4, 30, "figure2")) == "4 of 30  figure2"

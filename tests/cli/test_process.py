@@ -271,7 +271,7 @@ def test_interrupt_keeps_a_motion_as_far_as_it_came(which, tmp_path):
     command = ["simulate", *options, "--periods", ENDLESS, "--out", str(path), "--json", "-"]
     terminal = Terminal(*command)
     # More than there are before a motion through stick begins anew.
-    terminal.read_until(rf"\d{{3}} of {ENDLESS} {each}")
+    terminal.read_until(rf"\d{{3}} of {ENDLESS} done")
     interrupt(terminal)
     status, output = terminal.finish()
     assert status == 130

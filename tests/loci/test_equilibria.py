@@ -249,7 +249,7 @@ def test_lines_of_a_window_do_not_cross_zero_where_the_window_does_not():
         model_named("squeal"),
         ("mu", "c"),
         ((0.4, 0.9), (0.01, 0.2)),
-        observer=lambda progress: seen.append(progress.values[1]),
+        observer=lambda progress: seen.append(progress.values["place"][1]),
     )
     assert {locus.type for locus in found.loci} == {"HB", "LP"}
     assert min(seen) > 0

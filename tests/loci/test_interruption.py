@@ -49,7 +49,7 @@ def test_observer_is_told_of_every_point(whole):
     assert all(
         low - 0.1 <= value <= high + 0.1
         for item in seen
-        for value, (low, high) in zip(item.values, WINDOW, strict=True)
+        for value, (low, high) in zip(item.values["place"], WINDOW, strict=True)
     )
     assert seen[0].text.startswith("PD of period 1, 2 points")
     assert len(stages["loci"]) >= sum(len(item) for item in loci) - 2 * len(loci)

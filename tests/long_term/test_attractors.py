@@ -260,7 +260,7 @@ def test_progress_never_goes_back_when_some_go_ahead():
 
 def test_an_interrupt_keeps_what_was_found():
     def stop(progress):
-        if progress.found:
+        if progress.values["found"]:
             raise KeyboardInterrupt
 
     box = {"q": (-4, 4), "v": (-4, 4)}

@@ -262,7 +262,7 @@ def test_bad_input(arguments, sentence):
 
 def test_an_interrupted_one_keeps_what_it_knows():
     def interrupt(progress):
-        if progress.periods >= 1000:
+        if progress.done >= 1000:
             raise KeyboardInterrupt
 
     found = sf.lyapunov(sf.SlidingOscillator(f=12.5, Nd=0.12), observer=interrupt)

@@ -295,7 +295,7 @@ def test_a_map_is_drawn_with_its_hatches(folds):
 
 def test_an_interrupt_keeps_what_is_known():
     def stop(progress):
-        if progress.periods >= 4 * 360:
+        if progress.done >= 4 * 360:
             raise KeyboardInterrupt
 
     found = sf.regimes(

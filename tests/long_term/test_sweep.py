@@ -133,7 +133,7 @@ def test_every_kind_is_drawn(hysteresis):
 
 def test_an_interrupt_keeps_what_is_done():
     def stop(progress):
-        if progress.periods >= 2 * 12:
+        if progress.done >= 2 * 12:
             raise KeyboardInterrupt
 
     found = sf.sweep(
@@ -147,7 +147,7 @@ def test_an_interrupt_keeps_what_is_done():
 
 def test_an_interrupt_keeps_the_starts_that_are_done():
     def stop(progress):
-        if progress.periods > 300 * 2:
+        if progress.done > 300 * 2:
             raise KeyboardInterrupt
 
     options = {"points": 300, "runs": (), "transient": 1, "periods": 2}

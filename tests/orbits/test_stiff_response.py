@@ -28,7 +28,9 @@ def test_a_search_tells_of_every_period_and_may_be_stopped_there(slider):
     with pytest.raises(KeyboardInterrupt):
         sf.response(slider, vary="f", span=(1.0, 1.05), observer=observe)
     assert [item.done for item in told] == [0, 1, 2]
-    assert {(item.stage, item.points, item.parameter) for item in told} == {(SEARCHING, 0, 1.0)}
+    assert {(item.stage, item.values["points"], item.values["parameter"]) for item in told} == {
+        (SEARCHING, 0, 1.0)
+    }
 
 
 def test_a_search_that_takes_too_long_is_given_up_and_said_so(slider, monkeypatch):

@@ -197,11 +197,11 @@ def test_the_set_reads_back_and_draws_itself(made):
 
 def test_progress_tells_points_of_codimension_two(made):
     _, seen = made
-    assert [(item.done, item.total, item.name) for item in seen] == [
+    assert [(item.done, item.total, item.values["name"]) for item in seen] == [
         (1, 2, "plane_f_Nd"),
         (2, 2, "bifurcation_set_f_Nd"),
     ]
-    assert seen[0].found == ("GPD 12.4362 0.0420153",)
+    assert seen[0].text.endswith("found: GPD 12.4362 0.0420153")
 
 
 def test_an_interrupted_set_is_missing(tmp_path, monkeypatch):

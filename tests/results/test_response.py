@@ -62,14 +62,14 @@ def test_interrupted_by_the_observer():
 
     def observer(progress):
         seen.append(progress)
-        if progress.points == 3:
+        if progress.values["points"] == 3:
             raise KeyboardInterrupt
 
     diagram = response(SlidingOscillator(), "Nd", (0, 0.98), observer=observer)
     assert diagram.interrupted
     assert len(diagram.branches) == 1
     assert len(diagram.branches[0]) == 3
-    assert seen[-1].branch == 1
+    assert seen[-1].values["branch"] == 1
 
 
 def test_states_along_meshes_are_found_one_orbit_after_the_other_until_interrupted():
@@ -79,7 +79,7 @@ def test_states_along_meshes_are_found_one_orbit_after_the_other_until_interrupt
     def observer(progress):
         stages.append(progress.stage)
         if progress.stage == "orbits":
-            told.append((progress.branch, progress.done, progress.total))
+            told.append((progress.values["branch"], progress.done, progress.total))
             if told[-1][:2] == (1, 5):
                 raise KeyboardInterrupt
 

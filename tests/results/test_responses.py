@@ -52,7 +52,7 @@ def test_a_case_that_fails_says_why_and_leaves_the_others():
     found = sf.responses(MODEL, "Nd", SPAN, over=over, observer=seen.append)
     assert [diagram is None for diagram in found] == [False, True, False]
     assert found.failures == {1: "Vd = -1 is outside its bounds; Vd must be >= 0 m/s"}
-    assert seen[-1] == sf.CaseProgress(3, 3, 1)
+    assert seen[-1] == sf.Progress("cases", 3, 3, values={"failures": 1, "fraction": 1.0})
     assert [item.done for item in seen] == [1, 2, 3]
     assert {item.case for item in found.special} == {0, 2}
     assert "1 without a diagram: Vd = -1 is outside its bounds" in found.summary()
@@ -78,7 +78,7 @@ def test_progress_is_told_while_many_go_side_by_side():
     stages = list(dict.fromkeys(item.stage for item in seen))
     periods = [f"{what} of period {period}" for period in (1, 2) for what in ("branches", "orbits")]
     assert stages == ["equations", *periods, "cases"]
-    walked = [item.share for item in seen if item.stage == "branches of period 1"]
+    walked = [item.values["fraction"] for item in seen if item.stage == "branches of period 1"]
     assert len(walked) > 3
     assert walked == sorted(walked)
     assert walked[-1] == 1
@@ -90,7 +90,7 @@ def test_progress_does_not_fall_where_branches_turn():
 
     def observer(progress):
         if progress.stage == "branches of period 1":
-            walked.append(progress.share)
+            walked.append(progress.values["fraction"])
         elif walked:
             raise KeyboardInterrupt
 

@@ -51,7 +51,7 @@ def computed():
     found = sf.threshold_map(
         SlidingOscillator(), "Nd", over=over, span=("0", "50mN"), observer=seen.append, f="12.5Hz"
     )
-    assert isinstance(seen[-1], sf.MapProgress)
+    assert isinstance(seen[-1], sf.Progress)
     assert (seen[-1].done, seen[-1].failures) == (3, 1)
     return found
 

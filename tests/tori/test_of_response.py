@@ -116,7 +116,7 @@ def test_their_line_is_what_lies_between_them(model, tori):
 
 def test_an_interruption_keeps_what_is_done(model):
     def interrupt(progress):
-        if progress.stage == "tori" and progress.points == 4:
+        if progress.stage == "tori" and progress.values["points"] == 4:
             raise KeyboardInterrupt
 
     found = sf.response(model, vary="w", span=SPAN, tori=True, observer=interrupt)
@@ -130,8 +130,8 @@ def test_an_interruption_that_goes_on_keeps_all_circles(model):
 
     def interrupt(progress):
         if progress.stage == "tori":
-            seen.append(progress.points)
-            if progress.points >= 8:
+            seen.append(progress.values["points"])
+            if progress.values["points"] >= 8:
                 raise KeyboardInterrupt
 
     (found,) = sf.response(model, vary="w", span=SPAN, tori=True, observer=interrupt).tori

@@ -2,8 +2,6 @@
 
 from slipfold.branches.branch import Branch as Branch
 from slipfold.branches.event import Event as Event
-from slipfold.branches.progress import Observer as Observer
-from slipfold.branches.progress import Progress as Progress
 from slipfold.branches.response import trace_response as trace_response
 from slipfold.branches.settings import Settings as Settings
 from slipfold.branches.special_point import SpecialPoint as SpecialPoint

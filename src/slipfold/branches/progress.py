@@ -1,60 +1,47 @@
-"""What a running continuation tells whoever watches it."""
+"""What a continuation of branches reports."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import Any
+
+from slipfold.models.parameter import Parameter
+from slipfold.progress import Observer, Progress
 
 SEARCHING = "periods before the first orbit"
 """Stage of a computation that has no orbit yet."""
 
 
-@dataclass(frozen=True)
-class Progress:
-    """State of a computation of branches.
+def branch_progress(
+    parameter: Parameter,
+    branch: int,
+    period: int,
+    points: int,
+    value: float,
+    special: tuple[str, ...],
+    stage: str = "branches",
+    done: int = 0,
+    total: int | None = None,
+) -> Progress:
+    """Return the state of a computation at a point of a branch.
 
-    Parameters
-    ----------
-    branch
-        Id of the branch it is at.
-    period
-        Its period in forcing periods.
-    points
-        Points on it so far.
-    parameter
-        Value of the parameter at the last point.
-    special
-        Names of the special points found so far on it, e.g. ``("PD",)``.
-    stage
-        ``"periods before the first orbit"`` while motion leads to that; ``"branches"``; once all
-        are followed ``"normal forms"``, ``"orbits"`` while their states at equidistant phases are
-        found, ``"gradients"`` if they are asked for, then ``"checks"``.
-    done
-        How many periods, normal forms, orbits, gradients or checks are finished.
-    total
-        How many there will be; None while that is not known.
+    >>> print(branch_progress(Parameter("Nd", 0.0, "N", "force"), 2, 2, 14, 0.3, ("PD", "NS")))
+    branches: 0 done  branch 2 (period 2)  14 points  Nd = 0.3 N  found: PD NS
     """
-
-    branch: int
-    period: int
-    points: int
-    parameter: float
-    special: tuple[str, ...]
-    stage: str = "branches"
-    done: int = 0
-    total: int | None = None
-
-
-Observer = Callable[[Progress], None]
-"""Called after every point, and at each normal form and check; may raise `KeyboardInterrupt` to
-stop with what is done."""
+    at = f"{parameter.name} = {value:.6g} {parameter.unit}".rstrip()
+    found = " ".join(special) or "nothing yet"
+    text = f"branch {branch} (period {period})  {points} points  {at}  found: {found}"
+    values: dict[str, Any] = {"branch": branch, "period": period, "points": points}
+    values |= {"parameter": value, "special": special}
+    return Progress(stage, done, total, text, values)
 
 
 def searching(observer: Observer | None, value: float) -> Callable[[int], None]:
-    """Return what tells how many periods of a motion have led to no first orbit yet."""
+    """Return what reports how many periods have led to no first orbit yet."""
 
-    def tell(periods: int) -> None:
+    def report(periods: int) -> None:
         if observer is not None:
-            observer(Progress(1, 1, 0, value, (), SEARCHING, periods))
+            values = {"branch": 1, "period": 1, "points": 0, "parameter": value, "special": ()}
+            observer(Progress(SEARCHING, periods, values=values))
 
-    return tell
+    return report

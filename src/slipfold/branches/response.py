@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 from slipfold.branches.branch import Branch
 from slipfold.branches.event import Event
@@ -12,7 +11,7 @@ from slipfold.branches.events import Happened
 from slipfold.branches.make_branch import assemble
 from slipfold.branches.method import forced_orbits
 from slipfold.branches.one_branch import trace_branch
-from slipfold.branches.progress import Observer, Progress, searching
+from slipfold.branches.progress import branch_progress, searching
 from slipfold.branches.settings import Settings
 from slipfold.branches.start import Begin, equilibrium_start, orbit_start, response_start
 from slipfold.branches.switching import Junction, find_meeting, junctions_on
@@ -25,12 +24,14 @@ from slipfold.flow import flow_of
 from slipfold.flow.sizes.typical_sizes import measured_within
 from slipfold.flow.switched.mode_equations import contacts_of
 from slipfold.models.model import Model
+from slipfold.models.parameter import Parameter
 from slipfold.orbits.by_collocation import by_collocation
 from slipfold.orbits.discretisations.collocation import Collocation
 from slipfold.orbits.find import may_slip, periodic_orbit
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
+from slipfold.progress import Observer
 
 AT_END = 1e-12
 """Difference of two values of the parameter, in spans, that is rounding."""
@@ -67,7 +68,9 @@ def trace_response(
         orbits, point = _by_collocation(orbits, point)
     elif isinstance(orbits.by, Collocation):
         orbits, point = by_collocation(orbits, point) or (orbits, point)
-    branches = _Branches((first, last), settings, events, observer, through_stick)
+    branches = _Branches(
+        model.parameter(vary), (first, last), settings, events, observer, through_stick
+    )
     branches.explore(Start(orbits, _ways(orbits, point, (first, last))))
     told = branches.tell_described, branches.tell_found
     return assemble(branches.charts, branches.leads, begun, *told)
@@ -224,6 +227,7 @@ class _Branches(Atlas[OrbitPoint]):
 
     def __init__(
         self,
+        parameter: Parameter,
         span: tuple[float, float],
         settings: Settings,
         events: Sequence[Event],
@@ -232,7 +236,7 @@ class _Branches(Atlas[OrbitPoint]):
     ) -> None:
         super().__init__()
         self._through_stick = through_stick
-        self._span = span
+        self._parameter, self._span = parameter, span
         self._settings = settings
         self._events = events
         self._observer = observer
@@ -275,8 +279,9 @@ class _Branches(Atlas[OrbitPoint]):
         if self._observer is None:
             return
         period, value = trail.curve.period, trail.curve.value(trail.points[-1].z)
-        number = len(self.charts) + 1
-        self._observer(Progress(number, period, len(trail.points), value, _names(trail)))
+        names = (*(name for chart in self.charts for name in _names(chart.trail)), *_names(trail))
+        at = len(self.charts) + 1, period, len(trail.points), value, names
+        self._observer(branch_progress(self._parameter, *at))
 
     def tell_described(self, chart: Chart[OrbitPoint], found: Found, done: int) -> None:
         """Say which special point is described next; whoever interrupted is not asked again."""
@@ -284,8 +289,8 @@ class _Branches(Atlas[OrbitPoint]):
             return
         total = sum(len(each.trail.found) for each in self.charts)
         trail, value = chart.trail, found.point.curve.value(found.point.z)
-        at = Progress(chart.number, trail.curve.period, len(trail.points), value, _names(trail))
-        self._observer(replace(at, stage="normal forms", done=done, total=total))
+        at = chart.number, trail.curve.period, len(trail.points), value, _names(trail)
+        self._observer(branch_progress(self._parameter, *at, "normal forms", done, total))
 
     def tell_found(self, chart: Chart[OrbitPoint], done: int) -> None:
         """Say of how many points of a branch all states are found."""
@@ -293,8 +298,8 @@ class _Branches(Atlas[OrbitPoint]):
             return
         trail = chart.trail
         total, value = len(trail.points), trail.curve.value(trail.points[done - 1].z)
-        at = Progress(chart.number, trail.curve.period, total, value, _names(trail))
-        self._observer(replace(at, stage="orbits", done=done, total=total))
+        at = chart.number, trail.curve.period, total, value, _names(trail)
+        self._observer(branch_progress(self._parameter, *at, "orbits", done, total))
 
 
 def _names(trail: Trail[OrbitPoint]) -> tuple[str, ...]:

@@ -7,11 +7,12 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from slipfold.branches.branch import Branch
-from slipfold.branches.progress import Observer, Progress
+from slipfold.branches.progress import branch_progress
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.checks.checked import Checked
 from slipfold.checks.choice import Candidate, check_some
 from slipfold.flow.switched.mode_equations import contacts_of
+from slipfold.progress import Observer
 from slipfold.text.one_line import parameter_text
 
 
@@ -35,7 +36,8 @@ def check_branches(branches: Sequence[Branch], observer: Observer | None = None)
             last = branches[-1]
             at = last.id, last.period, len(last), last.stopped.value
             names = tuple(point.type for point in last.special)
-            observer(Progress(*at, names, stage="checks", done=done))
+            parameter = last.model.parameter(last.vary)
+            observer(branch_progress(parameter, *at, names, "checks", done))
 
     return check_some(_each(special, ends), points, tell)
 

@@ -8,12 +8,13 @@ from slipfold.branches.seams import NAMES as SEAMS
 from slipfold.checks.checked import Checked
 from slipfold.checks.choice import Candidate, check_some
 from slipfold.loci.locus import Locus
-from slipfold.loci.progress import LocusObserver, LocusProgress
+from slipfold.loci.progress import locus_progress
 from slipfold.orbits.stick_slip.touch import MET
+from slipfold.progress import Observer
 from slipfold.text.one_line import parameter_text
 
 
-def check_loci(loci: Sequence[Locus], observer: LocusObserver | None = None) -> Checked:
+def check_loci(loci: Sequence[Locus], observer: Observer | None = None) -> Checked:
     """Check the ends of each locus, then its special points, those that come first first.
 
     Whoever interrupted the loci does not wait for checks.
@@ -25,7 +26,7 @@ def check_loci(loci: Sequence[Locus], observer: LocusObserver | None = None) -> 
     def tell(done: int) -> None:
         if observer is not None:
             first, second = loci[-1].stopped.values
-            observer(LocusProgress("checks", done, None, (first, second), "by another method"))
+            observer(locus_progress("checks", done, None, (first, second), "by another method"))
 
     return check_some(_candidates(loci), points, tell)
 

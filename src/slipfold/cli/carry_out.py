@@ -8,30 +8,26 @@ from typing import TYPE_CHECKING, TypeVar
 from slipfold.cli.interruption import deferred_interrupts
 from slipfold.cli.outputs import Outputs
 from slipfold.cli.progress import live_line
+from slipfold.progress import Observer, Progress
 
 if TYPE_CHECKING:
     from slipfold.results.result import Result
 
-Progress = TypeVar("Progress")
-Found = TypeVar("Found", bound="Result")
+AnyResult = TypeVar("AnyResult", bound="Result")
 
 
-def carry_out(
-    compute: Callable[[Callable[[Progress], None]], Found],
-    words: Callable[[Progress], str],
-    outputs: Outputs,
-) -> Found:
-    """Compute, showing progress in words and stopping at Ctrl-C, and hand over what is found.
+def carry_out(compute: Callable[[Observer], AnyResult], outputs: Outputs) -> AnyResult:
+    """Compute, showing progress and stopping at Ctrl-C, and write the result.
 
-    Ctrl-C while it is handed over is too late to stop anything, and loses nothing.
+    Ctrl-C while it is written is too late to stop anything, and loses nothing.
     """
     with deferred_interrupts() as check:
         with live_line() as show:
 
-            def observer(progress: Progress) -> None:
-                show(words(progress))
+            def report(progress: Progress) -> None:
+                show(str(progress))
                 check()
 
-            found = compute(observer)
-        outputs.write(found)
-    return found
+            result = compute(report)
+        outputs.write(result)
+    return result

@@ -19,7 +19,6 @@ from slipfold.cli.parsing import (
     parse_window,
     refuse_varied,
 )
-from slipfold.cli.progress import locus_text
 from slipfold.cli.settings import parse_settings
 from slipfold.cli.special_points import labelled_points, load_response, matching_points
 from slipfold.cli.status import DONE, FAILED, INTERRUPTED, note
@@ -173,10 +172,7 @@ def locus(
             regions=regions,
             regimes=None if regimes is None else parse_points(regimes, "--regimes", 1),
         )
-    words = locus_text(plane, (chosen.parameter(plane[0]).unit, chosen.parameter(plane[1]).unit))
-    diagram = carry_out(
-        lambda observer: compute(settings=settings, observer=observer), words, outputs
-    )
+    diagram = carry_out(lambda observer: compute(settings=settings, observer=observer), outputs)
     return _conclude(diagram, outputs)
 
 

@@ -17,8 +17,8 @@ from slipfold.cli.parsing import (
     parse_span,
     parse_whole,
 )
-from slipfold.cli.progress import fit_text
 from slipfold.cli.status import DONE, FAILED, INTERRUPTED, note, say
+from slipfold.progress import Progress
 
 if TYPE_CHECKING:
     from slipfold.models.model import Model
@@ -98,10 +98,9 @@ def measure(
     by then is kept.
     """
     from slipfold.cli.interruption import deferred_interrupts
-    from slipfold.cli.progress import done_text, live_line
+    from slipfold.cli.progress import live_line
     from slipfold.computations.measure import measure as compute
     from slipfold.measured.csv_file import csv_of
-    from slipfold.measured.stand import StandProgress
     from slipfold.results.writing import check_writable, write_file
 
     if csv is not None:
@@ -111,10 +110,10 @@ def measure(
     total = 0
     with live_line() as show, deferred_interrupts() as check:
 
-        def observe(progress: StandProgress) -> None:
+        def observe(progress: Progress) -> None:
             nonlocal total
-            total = progress.total
-            show(done_text("readings", progress.done, progress.total))
+            total = progress.total or 0
+            show(str(progress))
             check()
 
         found = compute(
@@ -169,7 +168,6 @@ def fit(
         lambda observer: compute(
             chosen, measurement, parse_bounds(bounds, chosen), observer=observer
         ),
-        fit_text,
         outputs,
     )
     return DONE

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from slipfold.cli.parsing import parse_whole
-from slipfold.cli.progress import live_line, paper_text
+from slipfold.cli.progress import live_line
 from slipfold.cli.status import DONE, FAILED, INTERRUPTED, note, say
 from slipfold.threads import cores
 
@@ -49,7 +49,7 @@ def paper(
     with live_line() as show:
         made = reproduce(
             out,
-            observer=lambda progress: show(paper_text(progress)),
+            observer=lambda progress: show(str(progress)),
             processes=cores() if processes is None else parse_whole(processes, "--processes"),
             tori=tori,
             motions=motions,

@@ -27,12 +27,12 @@ from slipfold.cli.parsing import (
     parse_box,
     parse_event,
 )
-from slipfold.cli.progress import done_text, live_line, response_text
+from slipfold.cli.progress import live_line
 from slipfold.cli.settings import parse_settings
 from slipfold.cli.status import DONE, FAILED, INTERRUPTED, note
+from slipfold.progress import Progress
 
 if TYPE_CHECKING:
-    from slipfold.branches.progress import Progress
     from slipfold.results.diagram import Diagram
 
 Vary = Annotated[
@@ -135,15 +135,14 @@ def response(
     events = [parse_event(text, chosen, name) for text in event or ()]
     events += [parse_event(text, chosen, name, stop=True) for text in stop_at or ()]
     settings = parse_settings(max_step, tolerance, max_points, largest_period, discretisation)
-    words = response_text(name, chosen.parameter(name).unit)
     begin = parse_assignments(start, "--start") or None
     where = parse_box(box)
     with deferred_interrupts() as check:
         with live_line() as show:
 
             def observer(progress: Progress) -> None:
-                show(words(progress))
-                if progress.points:  # before the first there is nothing to lose
+                show(str(progress))
+                if progress.values["points"]:  # before the first there is nothing to lose
                     check()
 
             diagram = compute(
@@ -161,7 +160,7 @@ def response(
             )
 
             def tell(done: int, total: int) -> None:
-                show(done_text("extrema and uncertainties", done, total))
+                show(str(Progress("extrema and uncertainties", done, total)))
                 if not diagram.interrupted:
                     check()
 

@@ -11,7 +11,6 @@ from slipfold.cli.case_file import find_model
 from slipfold.cli.options import Friction, Json, ModelName, Out, Sets, States
 from slipfold.cli.outputs import Outputs
 from slipfold.cli.parsing import parse_assignments, parse_number, parse_states, parse_whole_if_given
-from slipfold.cli.progress import motion_text
 from slipfold.cli.status import DONE, FAILED, INTERRUPTED, note
 
 if TYPE_CHECKING:
@@ -59,7 +58,6 @@ def simulate(
     least = parse_number(tolerance, "--tolerance")
     motion = carry_out(
         lambda observer: compute(chosen, count, start, tolerance=least, observer=observer),
-        motion_text(each),
         outputs,
     )
     return _conclude(motion, outputs, each)

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from time import perf_counter
 
 from slipfold.computations.given import checked_model, starts_given
 from slipfold.flow.simulate import checked_periods
 from slipfold.flow.sizes.typical_sizes import measured
-from slipfold.long_term.search import SearchProgress, search
+from slipfold.long_term.search import search
 from slipfold.models.model import Model
+from slipfold.progress import Observer
 from slipfold.results.motions.attractors import Attractors
 from slipfold.results.provenance import provenance
 
@@ -21,7 +22,7 @@ def attractors(
     starts: int = 256,
     seed: int = 0,
     periods: int | None = None,
-    observer: Callable[[SearchProgress], None] | None = None,
+    observer: Observer | None = None,
     **parameters: float | str,
 ) -> Attractors:
     """Find everything that motions from a box of starting states settle on.
@@ -49,7 +50,7 @@ def attractors(
         Forcing periods, of an autonomous model intervals of its pace, after which a motion that
         has come to nothing known is measured by its exponents; 1024 if None.
     observer
-        Called every 16 periods and after each find with a `slipfold.SearchProgress`. If it raises
+        Called every 16 periods and after each find with a `slipfold.Progress`. If it raises
         `KeyboardInterrupt`, or the user does, what was found by then is returned.
     **parameters
         Parameters of the model to change first: numbers in SI units, or text with a unit.

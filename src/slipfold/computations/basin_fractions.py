@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from time import perf_counter
 
 from slipfold.computations.given import (
@@ -14,8 +14,8 @@ from slipfold.computations.given import (
 from slipfold.flow.simulate import checked_periods
 from slipfold.flow.sizes.typical_sizes import measured
 from slipfold.long_term.basin_fractions import find_fractions
-from slipfold.long_term.search import SearchProgress
 from slipfold.models.model import Model
+from slipfold.progress import Observer
 from slipfold.results.motions.basin_fractions import BasinFractions
 from slipfold.results.provenance import provenance
 
@@ -30,7 +30,7 @@ def basin_fractions(
     starts: int = 256,
     seed: int = 0,
     periods: int | None = None,
-    observer: Callable[[SearchProgress], None] | None = None,
+    observer: Observer | None = None,
     **parameters: float | str,
 ) -> BasinFractions:
     """Tell which share of the starts in a box each attractor wins, along a parameter.
@@ -61,7 +61,7 @@ def basin_fractions(
         Forcing periods, of an autonomous model intervals of its pace, after which a motion that
         has come to nothing known is measured by its exponents; 1024 if None.
     observer
-        Called every 16 periods and after each find with a `slipfold.SearchProgress` of all values.
+        Called every 16 periods and after each find with a `slipfold.Progress` of all values.
         If it raises `KeyboardInterrupt`, or the user does, the values finished by then are
         returned.
     **parameters

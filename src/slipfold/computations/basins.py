@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from time import perf_counter
 from typing import Any
 
@@ -16,8 +16,8 @@ from slipfold.flow.simulate import checked_periods, initial_state
 from slipfold.flow.sizes.typical_sizes import measured
 from slipfold.long_term.basin_boundaries import find_basins
 from slipfold.long_term.box import checked_box
-from slipfold.long_term.search import SearchProgress
 from slipfold.models.model import Model
+from slipfold.progress import Observer
 from slipfold.results.motions.basins import PHASE, Basins
 from slipfold.results.provenance import provenance
 
@@ -29,7 +29,7 @@ def basins(
     *,
     points: int | tuple[int, int] = 200,
     periods: int | None = None,
-    observer: Callable[[SearchProgress], None] | None = None,
+    observer: Observer | None = None,
     **parameters: float | str,
 ) -> Basins:
     """Tell what motions from a plane of starting states settle on.
@@ -57,7 +57,7 @@ def basins(
         Forcing periods, of an autonomous model intervals of its pace, after which a motion that has
         come to nothing known is measured by its exponents; 1024 if None.
     observer
-        Called every 16 periods and after each find with a `slipfold.SearchProgress`. If it raises
+        Called every 16 periods and after each find with a `slipfold.Progress`. If it raises
         `KeyboardInterrupt`, or the user does, what was found by then is returned.
     **parameters
         Parameters of the model to change first: numbers in SI units, or text with a unit.

@@ -16,14 +16,14 @@ from slipfold.computations.given import (
     checked_settings,
     refuse_varied,
 )
-from slipfold.computations.plane import GivenWindow, corner_model, parse_plane
+from slipfold.computations.plane import GivenWindow, corner_model, parse_plane, with_place
 from slipfold.errors import InputError
 from slipfold.loci.bifurcation_set import find_bifurcation_set
-from slipfold.loci.progress import LocusObserver
 from slipfold.loci.window import measured_across
 from slipfold.long_term.region_motions import resolve_regions
 from slipfold.models.followed import check_followed
 from slipfold.models.model import Model
+from slipfold.progress import Observer
 from slipfold.results.locus_diagram import LocusDiagram
 from slipfold.results.provenance import provenance
 
@@ -38,7 +38,7 @@ def bifurcation_set(
     regions: bool = True,
     regimes: tuple[int, int] | None = None,
     settings: Settings | None = None,
-    observer: LocusObserver | None = None,
+    observer: Observer | None = None,
     **parameters: float | str,
 ) -> LocusDiagram:
     """Find all bifurcations of the responses of period 1 and 2 in a window of two parameters.
@@ -72,7 +72,7 @@ def bifurcation_set(
     settings
         Options of continuation; the defaults of `slipfold.Settings` if None.
     observer
-        Called as the computation goes on, with a `slipfold.LocusProgress`. If it raises
+        Called as the computation goes on, with a `slipfold.Progress`. If it raises
         `KeyboardInterrupt`, what is finished is returned.
     **parameters
         Parameters of the model to change first: numbers in SI units, or text with a unit.
@@ -107,6 +107,7 @@ def bifurcation_set(
         check_followed(base)
     chosen = checked_settings(settings)
     grid = _grid(regimes, regions)
+    observer = with_place(observer, model, names)
     started = perf_counter()
     base = measured_across(base, names, spans)
     found = find_bifurcation_set(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from time import perf_counter
 from typing import Any
 
@@ -20,6 +19,7 @@ from slipfold.errors import InputError
 from slipfold.models.parameter import Parameter
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.suggestion import suggest
+from slipfold.progress import Observer, Progress
 from slipfold.results.design_space.design import Design
 from slipfold.results.diagram import Labelled
 from slipfold.results.provenance import provenance
@@ -32,20 +32,6 @@ STARTS = 4
 INTERRUPTED = "interrupted before this was reached"
 
 
-@dataclass(frozen=True)
-class DesignProgress:
-    """State of a search for designs.
-
-    Parameters
-    ----------
-    done, total
-        Searches that are finished, and all of them.
-    """
-
-    done: int
-    total: int
-
-
 def design(
     point: SpecialPoint | Labelled,
     choose: Mapping[str, tuple[Number, Number]],
@@ -55,7 +41,7 @@ def design(
     outside: tuple[Number, Number] | None = None,
     keep: Mapping[str, tuple[SpecialPoint | Labelled, Number]] | None = None,
     state: str | None = None,
-    observer: Callable[[DesignProgress], None] | None = None,
+    observer: Observer | None = None,
 ) -> Design:
     """Choose parameters so that a threshold lies where it is wanted, at the least vibration.
 
@@ -82,7 +68,7 @@ def design(
     state
         The state whose vibration is made small; the first one if None.
     observer
-        Called before every search with a `slipfold.DesignProgress`. If it raises
+        Called before every search with a `slipfold.Progress`. If it raises
         `KeyboardInterrupt`, or the user does, what is known by then is returned.
 
     Returns
@@ -249,7 +235,7 @@ def _searched(
     sides: Sequence[tuple[str, float]],
     starts: Sequence[Array],
     nothing: Choice,
-    observer: Callable[[DesignProgress], None] | None,
+    observer: Observer | None,
 ) -> tuple[list[Choice], bool]:
     """Return the best choice for each side of what is wanted, and whether all searches are done."""
     choices, total, done = [nothing for _ in sides], len(sides) * len(starts), 0
@@ -258,7 +244,7 @@ def _searched(
             tried = []
             for start in starts:
                 if observer is not None:
-                    observer(DesignProgress(done, total))
+                    observer(Progress("searches", done, total))
                 tried.append(find(side, bound, start))
                 done += 1
                 best = _best(tried)

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from time import perf_counter
 
 import numpy as np
 
 from slipfold.computations.given import checked_model, parse_ends
 from slipfold.errors import InputError
-from slipfold.measured.least_squares import FitProgress, find_fit
+from slipfold.measured.least_squares import find_fit
 from slipfold.measured.measurement import Measurement
 from slipfold.models.model import Model
+from slipfold.progress import Observer
 from slipfold.results.measured.fit import Fit
 from slipfold.results.provenance import provenance
 
@@ -21,7 +22,7 @@ def fit(
     measurement: Measurement,
     bounds: Mapping[str, tuple[float | str, float | str]],
     *,
-    observer: Callable[[FitProgress], None] | None = None,
+    observer: Observer | None = None,
     **parameters: float | str,
 ) -> Fit:
     """Find the parameters with which the stable responses of a model come nearest to readings.
@@ -45,7 +46,7 @@ def fit(
         Least and greatest value of each parameter to be fitted, by name: numbers in SI units or
         text with a unit.
     observer
-        Called at each round with a `slipfold.FitProgress`.
+        Called at each round with a `slipfold.Progress`.
     **parameters
         Parameters of the model to change first: numbers in SI units, or text with a unit.
 

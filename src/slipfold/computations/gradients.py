@@ -6,11 +6,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from slipfold.branches.branch import Branch
-from slipfold.branches.progress import Observer, Progress
+from slipfold.branches.progress import branch_progress
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.computations.given import checked_point
 from slipfold.loci.gradients import threshold_gradients
+from slipfold.progress import Observer, Progress
 from slipfold.results.diagram import Labelled
 
 
@@ -73,5 +74,5 @@ def with_gradients(
 
 def _progress(branch: Branch, done: int, total: int) -> Progress:
     names = tuple(point.type for point in branch.special)
-    at = branch.id, branch.period, len(branch), branch.stopped.value
-    return Progress(*at, names, stage="gradients", done=done, total=total)
+    at = branch.id, branch.period, len(branch), branch.stopped.value, names
+    return branch_progress(branch.model.parameter(branch.vary), *at, "gradients", done, total)

@@ -11,11 +11,11 @@ from slipfold.branches.special_point import SpecialPoint
 from slipfold.checks.of_loci import check_loci
 from slipfold.computations.bifurcation_set import bifurcation_set
 from slipfold.computations.given import checked_settings
-from slipfold.computations.plane import GivenWindow, corner_model, parse_plane
+from slipfold.computations.plane import GivenWindow, corner_model, parse_plane, with_place
 from slipfold.errors import InputError
 from slipfold.loci.follow import follow_loci
-from slipfold.loci.progress import LocusObserver
 from slipfold.models.model import Model
+from slipfold.progress import Observer
 from slipfold.results.diagram import Labelled
 from slipfold.results.locus_diagram import LocusDiagram
 from slipfold.results.provenance import provenance
@@ -31,7 +31,7 @@ def locus(
     *,
     type: str | None = None,
     settings: Settings | None = None,
-    observer: LocusObserver | None = None,
+    observer: Observer | None = None,
     switch: bool = True,
 ) -> LocusDiagram:
     """Follow the locus of a bifurcation in two parameters, and the loci that start on it.
@@ -54,7 +54,7 @@ def locus(
         Options of continuation; the defaults of `slipfold.Settings` if None.
     observer
         Called after every point, and at each normal form and check, with a
-        `slipfold.LocusProgress`. If it raises `KeyboardInterrupt`, what is finished is returned.
+        `slipfold.Progress`. If it raises `KeyboardInterrupt`, what is finished is returned.
     switch
         Whether loci that start at points of codimension two are followed as well; with a model,
         those of the given type are.
@@ -97,6 +97,7 @@ def locus(
     plane, spans = parse_plane(model, vary, window)
     base = corner_model(model, plane, spans)
     chosen = checked_settings(settings)
+    observer = with_place(observer, model, plane)
     started = perf_counter()
     remarks: list[str] = []
     loci = follow_loci(
@@ -123,7 +124,7 @@ def _of_model(
     window: GivenWindow | None,
     type_: str | None,
     settings: Settings | None,
-    observer: LocusObserver | None,
+    observer: Observer | None,
     switch: bool,
 ) -> LocusDiagram:
     if not switch:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from time import perf_counter
 from typing import TYPE_CHECKING
 
 from slipfold.computations.given import checked_model
 from slipfold.flow.simulate import checked_periods, checked_tolerance, initial_state
-from slipfold.long_term.exponents import Estimate, ExponentsProgress, find_exponents
+from slipfold.long_term.exponents import Estimate, find_exponents
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
+from slipfold.progress import Observer
 from slipfold.results.motions.lyapunov_exponents import LyapunovExponents
 from slipfold.results.provenance import provenance
 
@@ -24,7 +25,7 @@ def lyapunov(
     state: ArrayLike | Mapping[str, float] | None = None,
     *,
     tolerance: float = 1e-8,
-    observer: Callable[[ExponentsProgress], None] | None = None,
+    observer: Observer | None = None,
     **parameters: float | str,
 ) -> LyapunovExponents:
     """Follow a motion and the growth of its perturbations; tell a torus from chaos by it.
@@ -50,7 +51,7 @@ def lyapunov(
         Error of all exponents, per forcing period or interval, at which the motion ends if
         `periods` is None. Chaotic motions do not reach a small one.
     observer
-        Called after every 250 periods with a `slipfold.ExponentsProgress`. If it raises
+        Called after every 250 periods with a `slipfold.Progress`. If it raises
         `KeyboardInterrupt`, or the user does, what is known by then is returned, once 250 periods
         are done.
     **parameters

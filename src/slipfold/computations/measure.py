@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,9 +11,10 @@ from slipfold.computations.given import Values, checked_model, parse_values
 from slipfold.errors import InputError
 from slipfold.measured.measurement import Measurement
 from slipfold.measured.quantity import parse_measured
-from slipfold.measured.stand import StandProgress, swept
+from slipfold.measured.stand import swept
 from slipfold.models.model import Model
 from slipfold.models.parameter import Parameter
+from slipfold.progress import Observer
 
 DIRECTIONS = ("up", "down", "both")
 
@@ -27,7 +28,7 @@ def measure(
     sweep: str = "up",
     errors: float | Sequence[float] = 0.0,
     seed: int = 0,
-    observer: Callable[[StandProgress], None] | None = None,
+    observer: Observer | None = None,
     **parameters: float | str,
 ) -> Measurement:
     """Measure the response of a model as a test stand would: by sweeping a parameter in steps.
@@ -54,7 +55,7 @@ def measure(
     seed
         Seed of the noise.
     observer
-        Called before each reading with a `slipfold.StandProgress`. If it raises
+        Called before each reading with a `slipfold.Progress`. If it raises
         `KeyboardInterrupt`, or the user does, what was read by then is returned.
     **parameters
         Parameters of the model to change first: numbers in SI units, or text with a unit.

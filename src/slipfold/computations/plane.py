@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, TypeVar
 
 import numpy as np
@@ -13,6 +14,7 @@ from slipfold.models.followed import check_followed
 from slipfold.models.model import Model
 from slipfold.models.quantity import parse_quantity
 from slipfold.orbits.find import may_slip
+from slipfold.progress import Observer, Progress
 
 Ends = tuple[float | str, float | str]
 """Two values of a parameter: numbers in SI units, or text with a unit."""
@@ -123,3 +125,19 @@ def _first_allowed(model: AnyModel, candidates: Sequence[dict[str, float | str]]
             refused = refused or error
     assert refused is not None
     raise refused
+
+
+def with_place(observer: Observer | None, model: Model, plane: tuple[str, str]) -> Observer | None:
+    """Return what reports progress with the values of the two parameters in its text."""
+    if observer is None:
+        return None
+    units = [model.parameter(name).unit for name in plane]
+
+    def report(progress: Progress) -> None:
+        place = ", ".join(
+            f"{name} = {value:.6g} {unit}".rstrip()
+            for name, value, unit in zip(plane, progress.values["place"], units, strict=True)
+        )
+        observer(replace(progress, text=f"{progress.text}  {place}"))
+
+    return report

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from time import perf_counter
 from typing import TYPE_CHECKING
 
 from slipfold.computations.given import checked_count, checked_model, refuse_varied, spread_values
 from slipfold.errors import InputError
 from slipfold.flow.simulate import initial_state
-from slipfold.flow.strobes import StrobeProgress
 from slipfold.long_term.regimes import find_regimes
 from slipfold.models.model import Model
+from slipfold.progress import Observer
 from slipfold.results.motions.regime_map import RegimeMap
 from slipfold.results.provenance import provenance
 
@@ -26,7 +26,7 @@ def regimes(
     points: tuple[int, int] = (60, 50),
     state: ArrayLike | Mapping[str, float] | None = None,
     transient: int = 400,
-    observer: Callable[[StrobeProgress], None] | None = None,
+    observer: Observer | None = None,
     **parameters: float | str,
 ) -> RegimeMap:
     """Say of motions over a plane whether they repeat and how soon, are tori or chaotic, or stick.
@@ -53,7 +53,7 @@ def regimes(
     transient
         Forcing periods after which it is seen whether a motion repeats.
     observer
-        Called after each period of some motions with a `slipfold.StrobeProgress`; the total grows
+        Called after each period of some motions with a `slipfold.Progress`; the total grows
         with motions that do not repeat. If it raises `KeyboardInterrupt`, or the user does, what is
         known by then is returned, other cells ``"not done"``.
     **parameters

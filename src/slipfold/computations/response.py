@@ -7,7 +7,7 @@ from functools import partial
 from time import perf_counter
 
 from slipfold.branches.event import Event
-from slipfold.branches.progress import Observer, searching
+from slipfold.branches.progress import searching
 from slipfold.branches.response import measured_over, trace_response
 from slipfold.branches.settings import Settings
 from slipfold.branches.start import Begin
@@ -28,6 +28,7 @@ from slipfold.orbits.find import may_slip, periodic_orbit
 from slipfold.orbits.orbit_near import orbit_near, settled_on
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
+from slipfold.progress import Observer
 from slipfold.results.diagram import Diagram
 from slipfold.results.provenance import provenance
 from slipfold.tori.of_response import tori_from, tori_of
@@ -89,7 +90,7 @@ def response(
         Values of outputs or of the parameter to locate.
     observer
         Called after every point, and at each normal form and check, with a
-        `slipfold.branches.progress.Progress`. If it raises `KeyboardInterrupt`, or the user does,
+        `slipfold.Progress`. If it raises `KeyboardInterrupt`, or the user does,
         what is finished is returned.
     **parameters
         Parameters of the model to change first: numbers in SI units, or text with a unit.
@@ -259,7 +260,7 @@ def _begin(
             raise InputError(f"at {vary} = {at:g} {error}") from None
     if settled:
         tell = searching(observer, at)
-        found = settled_on(there, state, lambda progress: tell(progress.periods))
+        found = settled_on(there, state, lambda progress: tell(progress.done))
     elif state or not there.forced:
         found = orbit_near(there, state)
     else:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from functools import partial
 from time import perf_counter
 from typing import Any
@@ -32,39 +31,13 @@ from slipfold.errors import BREAKDOWNS, InputError, breakdown
 from slipfold.models.followed import check_followed
 from slipfold.models.model import Model
 from slipfold.models.parameter import Parameter
+from slipfold.progress import Observer, Progress
 from slipfold.results.diagram import Diagram
 from slipfold.results.provenance import provenance
 from slipfold.results.responses import INTERRUPTED, Responses
 
 AT_ONCE = 256
 """Cases that are followed side by side: of more each takes as long."""
-
-
-@dataclass(frozen=True)
-class CaseProgress:
-    """State of responses that are being computed for many cases.
-
-    Parameters
-    ----------
-    done, total
-        Cases that are settled, and all of them.
-    failures
-        Cases settled so far that have no diagram.
-    stage
-        What is done now: ``"cases"``, one by one; of many that go side by side, before the first of
-        them is settled, ``"equations"`` (compiled once), ``"branches of period 1"`` and
-        ``"orbits of period 1"`` (corrected, their special points and ends approached), then those
-        of twice the period.
-    share
-        Share of that stage that is done, from 0 to 1: of branches as far as they have come through
-        the span at least.
-    """
-
-    done: int
-    total: int
-    failures: int
-    stage: str = "cases"
-    share: float = 1.0
 
 
 class _ObserverFailedError(BaseException):
@@ -79,7 +52,7 @@ def responses(
     over: Mapping[str, Values] | Sequence[Mapping[str, float | str]],
     settings: Settings | None = None,
     events: Sequence[Event] = (),
-    observer: Callable[[CaseProgress], None] | None = None,
+    observer: Observer | None = None,
     **parameters: float | str,
 ) -> Responses:
     """Follow the periodic responses of a model over a parameter, for many cases.
@@ -106,8 +79,9 @@ def responses(
     events
         Values of outputs or of the parameter to locate.
     observer
-        Called after every case with a `slipfold.CaseProgress`, and several times a second while
-        many go side by side. If it raises `KeyboardInterrupt`, or the user does, the cases not
+        Called after every case with a `slipfold.Progress`, and several times a second while many
+        are followed together: ``done`` counts finished cases, the value ``fraction`` tells how far
+        the stage is. If it raises `KeyboardInterrupt`, or the user does, the cases not
         finished say so.
     **parameters
         Parameters of the model to change first: numbers in SI units, or text with a unit.
@@ -153,7 +127,8 @@ def responses(
 
     def tell(stage: str, share: float) -> None:
         if observer is not None:
-            progress = CaseProgress(len(diagrams), total, sum(map(bool, reasons)), stage, share)
+            values = {"failures": sum(map(bool, reasons)), "fraction": share}
+            progress = Progress(stage, len(diagrams), total, values=values)
             try:
                 observer(progress)
             except Exception as error:

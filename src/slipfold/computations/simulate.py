@@ -10,10 +10,10 @@ from slipfold.checks.checked import Checked
 from slipfold.checks.of_motion import check_motion
 from slipfold.checks.of_switched_motion import check_switched_motion
 from slipfold.computations.given import checked_model
-from slipfold.flow.progress import MotionObserver, MotionProgress
 from slipfold.flow.switched.simulate import simulate_smooth_or_switched
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.model import Model
+from slipfold.progress import Observer, Progress
 from slipfold.results.provenance import provenance
 from slipfold.results.simulation import Simulation
 
@@ -27,7 +27,7 @@ def simulate(
     state: ArrayLike | Mapping[str, float] | None = None,
     *,
     tolerance: float = 1e-9,
-    observer: MotionObserver | None = None,
+    observer: Observer | None = None,
     **parameters: float | str,
 ) -> Simulation:
     """Integrate a model, and say whether its motion has settled, and on what.
@@ -49,7 +49,7 @@ def simulate(
         settled, in scaled states.
     observer
         Called every few periods and before the checks, with a
-        `slipfold.MotionProgress`. If it raises `KeyboardInterrupt`, or the user does,
+        `slipfold.Progress`. If it raises `KeyboardInterrupt`, or the user does,
         the motion is returned as far as it came, and its `stopped` says so.
     **parameters
         Parameters of the model to change first: numbers in SI units, or text with a unit.
@@ -93,16 +93,16 @@ def simulate(
     )
 
 
-def _unobserved(progress: MotionProgress) -> None:
+def _unobserved(progress: Progress) -> None:
     """Keep a motion that nobody watches, too, where it is interrupted."""
 
 
-def _checked(motion: Trajectory, observer: MotionObserver) -> Checked:
+def _checked(motion: Trajectory, observer: Observer) -> Checked:
     """Check a motion, unless it was interrupted."""
     if motion.stopped is not None and motion.stopped.kind == "interrupted":
         return Checked((), interrupted=True)
     try:
-        observer(MotionProgress("checks", motion.periods, motion.periods, motion.duration))
+        observer(Progress("checks", 0))
     except KeyboardInterrupt:
         return Checked((), interrupted=True)
     return check_motion(motion) if motion.sticking is None else check_switched_motion(motion)

@@ -9,13 +9,14 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
+from slipfold.progress import Observer
 from slipfold.results.model_record import structure_record
 from slipfold.results.provenance import provenance
 from slipfold.results.studies.study_result import StudyResult, study_result
 from slipfold.studies.cases import digest, total
 from slipfold.studies.executors import open_place
 from slipfold.studies.plan import Plan, read_plan
-from slipfold.studies.run import StudyObserver, run_cases
+from slipfold.studies.run import run_cases
 from slipfold.studies.store import Store
 from slipfold.studies.task import versions
 
@@ -27,7 +28,7 @@ def study(
     executor: Executor | int | str | None = None,
     resume: bool = False,
     retry_failed: bool = False,
-    observer: StudyObserver | None = None,
+    observer: Observer | None = None,
 ) -> StudyResult:
     """Compute the same thing for many cases, on one core or many.
 
@@ -53,7 +54,7 @@ def study(
     retry_failed
         Whether cases that failed are computed again, too; implies `resume`.
     observer
-        Called whenever cases are finished, with a `slipfold.StudyProgress`. If it raises
+        Called whenever cases are finished, with a `slipfold.Progress`. If it raises
         `KeyboardInterrupt`, or the user does, what is finished is returned, and kept in the store.
 
     Returns

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from time import perf_counter
 from typing import TYPE_CHECKING
 
@@ -15,9 +15,9 @@ from slipfold.computations.given import (
 )
 from slipfold.errors import InputError
 from slipfold.flow.simulate import initial_state
-from slipfold.flow.strobes import StrobeProgress
 from slipfold.long_term.sweep import DOWN, UP, find_sweep
 from slipfold.models.model import Model
+from slipfold.progress import Observer
 from slipfold.results.motions.sweep import Sweep
 from slipfold.results.provenance import provenance
 
@@ -38,7 +38,7 @@ def sweep(
     state: ArrayLike | Mapping[str, float] | None = None,
     transient: int = 500,
     periods: int = 64,
-    observer: Callable[[StrobeProgress], None] | None = None,
+    observer: Observer | None = None,
     **parameters: float | str,
 ) -> Sweep:
     """Look at motions at many values of a parameter, once a forcing period.
@@ -75,7 +75,7 @@ def sweep(
     periods
         Forcing periods kept after them.
     observer
-        Called as motions go on with a `slipfold.StrobeProgress`. If it raises `KeyboardInterrupt`,
+        Called as motions go on with a `slipfold.Progress`. If it raises `KeyboardInterrupt`,
         or the user does, what was finished by then is returned.
     **parameters
         Parameters of the model to change first: numbers in SI units, or text with a unit.

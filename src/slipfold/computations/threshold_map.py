@@ -16,9 +16,10 @@ from slipfold.computations.given import (
 from slipfold.errors import InputError
 from slipfold.models.followed import check_followed
 from slipfold.models.model import Model
+from slipfold.progress import Observer
 from slipfold.results.provenance import provenance
 from slipfold.results.threshold_map import ThresholdMap
-from slipfold.thresholds.threshold_map import MapObserver, find_threshold_map
+from slipfold.thresholds.threshold_map import find_threshold_map
 
 
 def threshold_map(
@@ -28,7 +29,7 @@ def threshold_map(
     *,
     over: Mapping[str, Values],
     span: tuple[float | str, float | str],
-    observer: MapObserver | None = None,
+    observer: Observer | None = None,
     **parameters: float | str,
 ) -> ThresholdMap:
     """Find where the response of period 1 first loses its stability, over a grid of parameters.
@@ -48,7 +49,7 @@ def threshold_map(
         First and last value of the threshold: numbers in SI units, or text with a unit. A
         descending span is fine.
     observer
-        Called after every few lines of the grid with a `slipfold.MapProgress`. If it raises
+        Called after every few lines of the grid with a `slipfold.Progress`. If it raises
         `KeyboardInterrupt`, or the user does, the points not reached say so.
     **parameters
         Parameters of the model to change first: numbers in SI units, or text with a unit.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from time import perf_counter
 from typing import Any
 
@@ -16,7 +16,6 @@ from slipfold.design_space.drawn import drawn
 from slipfold.design_space.placed_point import PlacedPoint
 from slipfold.design_space.sampling import (
     INTERRUPTED,
-    SampleProgress,
     thresholds_at,
 )
 from slipfold.design_space.scatter import Scatter
@@ -26,6 +25,7 @@ from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.models.parameter import Parameter
 from slipfold.models.quantity import parse_quantity
+from slipfold.progress import Observer, Progress
 from slipfold.results.design_space.threshold_uncertainty import ThresholdUncertainty
 from slipfold.results.diagram import Labelled
 from slipfold.results.provenance import provenance
@@ -40,7 +40,7 @@ def uncertainty(
     seed: int = 0,
     loads: Sequence[float | str] = (),
     indices: bool = False,
-    observer: Callable[[SampleProgress], None] | None = None,
+    observer: Observer | None = None,
 ) -> ThresholdUncertainty:
     """Tell how a threshold scatters with parameters: from its gradients, and from samples.
 
@@ -72,7 +72,7 @@ def uncertainty(
         Whether Sobol's indices are computed: from ``samples * (d + 2)`` more thresholds of d
         parameters. That needs the extra ``slipfold[sensitivity]``.
     observer
-        Called before every sample with a `slipfold.SampleProgress`. If it raises
+        Called before every sample with a `slipfold.Progress`. If it raises
         `KeyboardInterrupt`, or the user does, what is known by then is returned.
 
     Returns
@@ -117,7 +117,7 @@ def uncertainty(
 
     def tell(done: int, lost: int) -> None:
         if observer is not None:
-            observer(SampleProgress(done, total, lost))
+            observer(Progress("samples", done, total, values={"failures": lost}))
 
     found, reasons = thresholds_at(placed, np.concatenate([places, more]), tell)
     missing, told = _missing(reasons[count:]), None

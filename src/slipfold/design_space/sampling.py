@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,23 +12,6 @@ from slipfold.design_space.placed import Lost
 from slipfold.design_space.placed_point import PlacedPoint
 
 INTERRUPTED = "interrupted before this sample was reached"
-
-
-@dataclass(frozen=True)
-class SampleProgress:
-    """State of a computation of samples.
-
-    Parameters
-    ----------
-    done, total
-        Samples that are settled, and all of them.
-    lost
-        Samples so far that have no such threshold.
-    """
-
-    done: int
-    total: int
-    lost: int
 
 
 def thresholds_at(

@@ -8,7 +8,6 @@ from dataclasses import replace
 
 from slipfold.branches.carried.carry import carry_branches
 from slipfold.branches.orbit_between import orbit_between
-from slipfold.branches.progress import Observer, Progress
 from slipfold.computations.bifurcation_set import bifurcation_set
 from slipfold.computations.response import response
 from slipfold.errors import InputError
@@ -20,10 +19,10 @@ from slipfold.explorer.messages import (
     OrbitRequest,
     PlaneRequest,
 )
-from slipfold.loci.progress import LocusProgress
 from slipfold.models.model import Model
 from slipfold.orbits.find import periodic_orbit
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.progress import Observer, Progress
 from slipfold.results.diagram import Diagram
 from slipfold.results.locus_diagram import LocusDiagram
 
@@ -97,11 +96,11 @@ class Computing:
         self,
         request: PlaneRequest,
         check: Check,
-        observer: Callable[[LocusProgress], None] | None = None,
+        observer: Observer | None = None,
     ) -> LocusDiagram:
         """Return the bifurcation set that a request is about."""
 
-        def watch(progress: LocusProgress) -> None:
+        def watch(progress: Progress) -> None:
             check()
             if observer is not None:
                 observer(progress)

@@ -15,7 +15,6 @@ from slipfold.flow.equilibrium import AT_REST, PUSH, pushed_off
 from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import CHUNK, Stop, guarded_flow_of
 from slipfold.flow.pace import divided, paced
-from slipfold.flow.progress import MotionObserver, MotionProgress
 from slipfold.flow.settling.autonomous_settlement import judge_autonomous
 from slipfold.flow.settling.settlement import Settlement, judge_settlement
 from slipfold.flow.sizes.typical_sizes import measured
@@ -23,6 +22,7 @@ from slipfold.flow.trajectory import Trajectory
 from slipfold.models.model import Model
 from slipfold.models.suggestion import unknown
 from slipfold.models.turns import turns_between, turns_by_name
+from slipfold.progress import Observer, Progress
 from slipfold.text.turns import turns_text
 
 PERIODS = 1000
@@ -44,7 +44,7 @@ def simulate(
     state: ArrayLike | Mapping[str, float] | None = None,
     *,
     tolerance: float = 1e-9,
-    observer: MotionObserver | None = None,
+    observer: Observer | None = None,
 ) -> Trajectory:
     """Integrate a model, and say whether its motion has settled, and on what.
 
@@ -78,14 +78,14 @@ def integrated(
     start: Array,
     asked: int | None,
     tolerance: float,
-    observer: MotionObserver | None = None,
+    observer: Observer | None = None,
 ) -> tuple[Motion, Settlement]:
     """Integrate as many periods as asked for, or until the motion settles or is interrupted."""
     motion = Motion(model, start)
 
     def tell() -> None:
         if observer is not None:
-            observer(MotionProgress("motion", motion.periods, asked, motion.time))
+            observer(Progress("motion", motion.periods, asked, f"{motion.time:.6g} s"))
 
     try:
         for count in ROUNDS if asked is None else (asked,):

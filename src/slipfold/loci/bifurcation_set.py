@@ -16,12 +16,13 @@ from slipfold.loci.into_stick.responses import follow_sticking, found_in_stick, 
 from slipfold.loci.into_stick.touches import Touches
 from slipfold.loci.isolated import follow_isolated
 from slipfold.loci.locus import Locus
-from slipfold.loci.progress import LocusObserver, LocusProgress
+from slipfold.loci.progress import locus_progress
 from slipfold.loci.region_map import RegionMap
 from slipfold.loci.regions import map_regions
 from slipfold.loci.window import Window, check_window, measured_across
 from slipfold.models.model import Model
 from slipfold.orbits.stick_slip.touch import MET
+from slipfold.progress import Observer
 
 LINES = (11, 5)
 """Responses across the window in either direction from which loci are started."""
@@ -49,7 +50,7 @@ def find_bifurcation_set(
     periods: Sequence[int] = PERIODS,
     regions: bool = True,
     settings: Settings | None = None,
-    observer: LocusObserver | None = None,
+    observer: Observer | None = None,
 ) -> BifurcationSet:
     """Find the loci of all bifurcations in a window, and which stable responses exist where.
 
@@ -126,7 +127,7 @@ def find_bifurcation_set(
             if observer is not None:
                 middle = (sum(window[0]) / 2, sum(window[1]) / 2)
                 text = f"between {len(loci)} loci"
-                observer(LocusProgress("regions", 0, None, middle, text, loci=loci))
+                observer(locus_progress("regions", 0, None, middle, text, loci=loci))
             labels = map_regions(model, plane, window, loci, lines, observer, touches.of)
         except KeyboardInterrupt:
             interrupted = True
@@ -153,7 +154,7 @@ def _across(
     plane: tuple[str, str],
     window: Window,
     settings: Settings,
-    observer: LocusObserver | None,
+    observer: Observer | None,
 ) -> Iterator[FanLine]:
     """Follow responses across the window, one after the other."""
     yield from follow_fan(model, plane, window, LINES, settings, observer)

@@ -11,18 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.branch import Branch
-from slipfold.branches.progress import Observer, Progress
 from slipfold.branches.response import trace_response
 from slipfold.branches.settings import Settings
 from slipfold.branches.start import Begin
 from slipfold.errors import InputError
 from slipfold.loci.into_stick.touches import ends_in_stick
-from slipfold.loci.progress import LocusObserver, LocusProgress
+from slipfold.loci.progress import locus_progress
 from slipfold.loci.window import Window
 from slipfold.models.equilibrium_search import search_equilibrium
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.orbits.orbit_near import settled_on
+from slipfold.progress import Observer, Progress
 
 BEYOND = 0.25
 """How far a response is followed beyond the window, in its widths."""
@@ -62,7 +62,7 @@ def follow_fan(
     window: Window,
     counts: tuple[int, int],
     settings: Settings,
-    observer: LocusObserver | None = None,
+    observer: Observer | None = None,
 ) -> Iterator[FanLine]:
     """Follow responses across a window, first in the second parameter, then in the first."""
     done = 0
@@ -80,11 +80,12 @@ def follow_fan(
                 done: int = done,
             ) -> None:
                 if observer is not None:
-                    at = (progress.parameter, value) if swapped else (value, progress.parameter)
-                    text = f"period {progress.period}, {progress.points} points"
+                    found, along_line = progress.values, progress.values["parameter"]
+                    at = (along_line, value) if swapped else (value, along_line)
+                    text = f"period {found['period']}, {found['points']} points"
                     if progress.total is not None:
                         text += f", {progress.stage} {progress.done} of {progress.total}"
-                    observer(LocusProgress("responses", done, sum(counts), at, text))
+                    observer(locus_progress("responses", done, sum(counts), at, text))
 
             line = follow_line(model, vary, along, fixed, float(value), settings, tell)
             yield line
@@ -154,7 +155,7 @@ def follow_settled(
     plane: tuple[str, str],
     window: Window,
     settings: Settings,
-    observer: LocusObserver | None = None,
+    observer: Observer | None = None,
 ) -> Iterator[FanLine]:
     """Follow equilibria that motions settle on and that are not the one near the start.
 
@@ -168,7 +169,7 @@ def follow_settled(
         there = model.replace(**dict(zip(plane, place, strict=True)))
         if observer is not None:
             text = "a motion that may settle on another equilibrium"
-            observer(LocusProgress("responses", 0, None, (place[0], place[1]), text))
+            observer(locus_progress("responses", 0, None, (place[0], place[1]), text))
         state = None
         with suppress(InputError):
             state = settled_on(there)

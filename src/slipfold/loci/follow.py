@@ -23,7 +23,7 @@ from slipfold.loci.locus import Locus, locus_title
 from slipfold.loci.locus_equations import LocusEquations
 from slipfold.loci.make_locus import as_loci
 from slipfold.loci.one_locus import trace_locus
-from slipfold.loci.progress import LocusLine, LocusObserver, LocusProgress
+from slipfold.loci.progress import LocusLine, locus_progress
 from slipfold.loci.special_points import tests_of
 from slipfold.loci.start import LocusStart, regular_start
 from slipfold.loci.window import Window, check_window, measured_across
@@ -31,6 +31,7 @@ from slipfold.models.model import Model
 from slipfold.orbits.check import rests
 from slipfold.orbits.crossing import crossing_gap
 from slipfold.orbits.orbit_point import OrbitPoint
+from slipfold.progress import Observer
 
 OWN = ("duration",)
 """Parameters that belong to an orbit of an autonomous model, not to the case."""
@@ -42,7 +43,7 @@ def follow_loci(
     window: Window,
     *,
     settings: Settings | None = None,
-    observer: LocusObserver | None = None,
+    observer: Observer | None = None,
     switch: bool = True,
     remarks: list[str] | None = None,
 ) -> tuple[Locus, ...]:
@@ -70,7 +71,7 @@ def follow_found(
     vary: tuple[str, str],
     window: Window,
     settings: Settings,
-    observer: LocusObserver | None,
+    observer: Observer | None,
     types: Sequence[str],
     largest_period: int,
     remarks: list[str],
@@ -148,7 +149,7 @@ class _Loci(Atlas[OrbitPoint]):
         vary: tuple[str, str],
         window: Window,
         settings: Settings,
-        observer: LocusObserver | None,
+        observer: Observer | None,
         types: Sequence[str],
         largest_period: int,
         *,
@@ -278,7 +279,7 @@ class _Loci(Atlas[OrbitPoint]):
             return
         total = sum(len(each.trail.points) + len(each.trail.found) for each in self.charts)
         place, title = pair_of(chart.trail.curve, point), locus_title(*_sort(chart.trail.curve))
-        self._observer(LocusProgress("normal forms", done, total, place, title))
+        self._observer(locus_progress("normal forms", done, total, place, title))
 
     def _tell(self, trail: Trail[OrbitPoint]) -> None:
         if self._observer is None:
@@ -290,7 +291,7 @@ class _Loci(Atlas[OrbitPoint]):
         title = locus_title(condition, period, kind)
         text = f"{title}, {len(trail.points)} points{names}"
         line = LocusLine(self._lines, condition, period, start)
-        self._observer(LocusProgress("loci", len(self.charts), None, last, text, line))
+        self._observer(locus_progress("loci", len(self.charts), None, last, text, line=line))
 
 
 def _sort(curve: LocusEquations) -> tuple[str, int, str]:

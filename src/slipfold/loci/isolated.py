@@ -15,7 +15,7 @@ from slipfold.branches.start import Begin
 from slipfold.errors import InputError
 from slipfold.flow import flow_of
 from slipfold.loci.fan import FanLine, extended
-from slipfold.loci.progress import LocusObserver, LocusProgress
+from slipfold.loci.progress import locus_progress
 from slipfold.loci.stable_spans import ONE_ORBIT, is_among, stable_orbits
 from slipfold.loci.window import Window
 from slipfold.models.model import Model
@@ -24,6 +24,7 @@ from slipfold.orbits.find import periodic_orbit
 from slipfold.orbits.orbit_batch import orbits_from
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
+from slipfold.progress import Observer
 
 PLACES = 4
 """Places on a line, evenly spaced, at which motions are started."""
@@ -79,7 +80,7 @@ def follow_isolated(
     plane: tuple[str, str],
     window: Window,
     settings: Settings,
-    observer: LocusObserver | None = None,
+    observer: Observer | None = None,
     *,
     everywhere: bool = False,
 ) -> Iterator[Branch]:
@@ -104,7 +105,7 @@ def follow_isolated(
             if observer is not None:
                 place = at.values[plane[0]], at.values[plane[1]]
                 text = "motions that may settle on what no response leads to"
-                observer(LocusProgress("responses", number, len(lines), place, text))
+                observer(locus_progress("responses", number, len(lines), place, text))
             known = stable_orbits(lines[number].branches, value)
             for orbit in other_orbits(at, known, starts.number(number * PLACES + i), periods):
                 branches = _through(orbit, line.vary, value, span, settings)

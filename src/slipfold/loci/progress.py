@@ -1,13 +1,11 @@
-"""What a computation of loci tells while it runs."""
+"""What a computation of loci reports of the locus that it follows."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any
 
-if TYPE_CHECKING:
-    from slipfold.loci.locus import Locus
+from slipfold.progress import Progress
 
 
 @dataclass(frozen=True)
@@ -20,38 +18,13 @@ class LocusLine:
     start: tuple[float, float]  # values of the two parameters at its first point
 
 
-@dataclass(frozen=True)
-class LocusProgress:
-    """Where a computation stands.
-
-    Parameters
-    ----------
-    stage
-        ``"responses"``, ``"loci"``, ``"normal forms"`` along them, ``"regions"``,
-        ``"regimes"`` of motions in them, or ``"checks"``.
-    done
-        How many of them are finished.
-    total
-        How many there will be; None while that is not known.
-    values
-        Values of the two parameters where it is at work.
-    text
-        What it is at, e.g. ``"PD of period 1, 12 points, GPD"``.
-    line
-        What is followed, of which `values` is the last point; None where nothing is.
-    loci
-        The loci of a bifurcation set, told once, when all are followed and regions remain.
-    """
-
-    stage: str
-    done: int
-    total: int | None
-    values: tuple[float, float]
-    text: str
-    line: LocusLine | None = None
-    loci: tuple[Locus, ...] = ()
-
-
-LocusObserver = Callable[[LocusProgress], None]
-"""Called after every point and response, and at each normal form and check; may raise
-`KeyboardInterrupt` to stop with what is done."""
+def locus_progress(
+    stage: str,
+    done: int,
+    total: int | None,
+    place: tuple[float, float],
+    text: str,
+    **values: Any,
+) -> Progress:
+    """Return the state of a computation of loci at values of the two parameters."""
+    return Progress(stage, done, total, text, {"place": place, **values})

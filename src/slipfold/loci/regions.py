@@ -20,7 +20,7 @@ from slipfold.loci.into_stick.touches import BranchEnd
 from slipfold.loci.isolated import PLACES, Starts
 from slipfold.loci.locus import Locus
 from slipfold.loci.locus_curve import locus_curve
-from slipfold.loci.progress import LocusObserver, LocusProgress
+from slipfold.loci.progress import locus_progress
 from slipfold.loci.raster import CELLS, Raster, where_models_exist
 from slipfold.loci.region_check import check_region
 from slipfold.loci.region_map import Region, RegionCheck, RegionMap
@@ -29,6 +29,7 @@ from slipfold.loci.window import Window
 from slipfold.models.model import Model
 from slipfold.orbits.spectrum.degeneracy import critical_places
 from slipfold.orbits.stick_slip.touch import MET
+from slipfold.progress import Observer
 
 Labels = NDArray[np.int64]
 
@@ -62,7 +63,7 @@ def map_regions(
     window: Window,
     loci: Sequence[Locus],
     lines: Sequence[FanLine],
-    observer: LocusObserver | None = None,
+    observer: Observer | None = None,
     touching: Mapping[BranchEnd, SpecialPoint] = NONE_TOUCH,
 ) -> RegionMap:
     """Label the regions between loci by the stable responses of period 1 and 2 in them.
@@ -112,7 +113,7 @@ def map_regions(
         if region.share >= CHECKED:
             if observer is not None:
                 done = len(checked)
-                observer(LocusProgress("regions", done, len(regions), region.place, region.name))
+                observer(locus_progress("regions", done, len(regions), region.place, region.name))
             piece = [vote for vote in votes if vote.piece == numbers[region.id]]
             orbits = _orbits(model, plane, raster, piece, region)
             states = starts.number(PLACES * len(lines) + region.id)

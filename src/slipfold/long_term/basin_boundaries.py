@@ -13,8 +13,9 @@ from slipfold.arrays import Array
 from slipfold.long_term.attractor import Attractor
 from slipfold.long_term.released_search import search_released
 from slipfold.long_term.repeats import FLOOR
-from slipfold.long_term.search import UNFINISHED, Observer, Searched
+from slipfold.long_term.search import UNFINISHED, Searched
 from slipfold.models.model import Model
+from slipfold.progress import Observer
 
 KNOWN, WITHIN_CELL, WITHIN_ERROR = 0, 1, 2
 """Whether a cell has one label: also at its corners; not there; nor where the start is moved by as

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.long_term.attractor import Attractor
-from slipfold.long_term.search import UNFINISHED, SearchProgress, search
+from slipfold.long_term.search import UNFINISHED, search
 from slipfold.models.model import Model
+from slipfold.progress import Observer, Progress
 
 Labels = NDArray[np.int64]
 
@@ -33,7 +34,7 @@ def find_fractions(
     values: Array,
     starts: Array,
     periods: int | None,
-    observer: Callable[[SearchProgress], None] | None,
+    observer: Observer | None,
 ) -> Fractions:
     """Search at one value after the other; an attractor keeps its number as long as it goes on.
 
@@ -100,15 +101,13 @@ def _apart(one: Attractor, other: Attractor, scales: Array) -> float:
     return float(np.abs((ends[0] - ends[1]) / scales).max())
 
 
-def _of_all(
-    observer: Callable[[SearchProgress], None] | None, place: int, values: int, starts: int
-) -> Callable[[SearchProgress], None] | None:
+def _of_all(observer: Observer | None, place: int, values: int, starts: int) -> Observer | None:
     """Return who is told of a search at one value as part of those at all values."""
     if observer is None:
         return None
 
-    def told(progress: SearchProgress) -> None:
-        done = int((place + progress.done / progress.total) * starts)
+    def told(progress: Progress) -> None:
+        done = int((place + progress.done / (progress.total or 1)) * starts)
         observer(replace(progress, done=done, total=values * starts))
 
     return told

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -11,7 +11,6 @@ import numpy as np
 from slipfold.arrays import Array
 from slipfold.branches.branch import Branch
 from slipfold.branches.orbit_between import orbit_between
-from slipfold.branches.progress import Observer, Progress
 from slipfold.branches.start import Begin
 from slipfold.errors import InputError
 from slipfold.long_term.attractor import Attractor, strobes_of
@@ -19,11 +18,12 @@ from slipfold.long_term.box import Box, box_around
 from slipfold.long_term.branch_search import BranchSearch
 from slipfold.long_term.cycle_line import CycleLine
 from slipfold.long_term.equilibria import equilibria_in
-from slipfold.long_term.search import SearchProgress, search
+from slipfold.long_term.search import search
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.orbits.find import periodic_orbit
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.progress import Observer, Progress
 
 PLACES = 4
 """Places on the span, evenly spaced, at which motions are started."""
@@ -100,9 +100,10 @@ class _Tells:
     place: int
     value: float
 
-    def __call__(self, progress: SearchProgress) -> None:
+    def __call__(self, progress: Progress) -> None:
         done, total = self.place * STARTS + progress.done, PLACES * STARTS
-        self.observer(Progress(self.branches, 1, 0, self.value, (), STAGE, done, total))
+        values = {"branch": self.branches, "points": 0, "parameter": self.value, "special": ()}
+        self.observer(Progress(STAGE, done, total, values={**values, "period": 1}))
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,9 +114,7 @@ class _Seen:
     interrupted: bool
 
 
-def _seen(
-    model: Model, value: float, box: Box, tell: Callable[[SearchProgress], None] | None
-) -> _Seen:
+def _seen(model: Model, value: float, box: Box, tell: Observer | None) -> _Seen:
     starts = box.starts(STARTS, 0)
     searched = search(model, starts, PERIODS, tell, measure=False)
     begins = [begin for item in searched.attractors if (begin := _begin(model, value, item))]

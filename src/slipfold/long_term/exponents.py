@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -17,6 +16,7 @@ from slipfold.long_term.rotation import rotation_of
 from slipfold.long_term.verdict import Verdict, verdict_of
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
+from slipfold.progress import Observer, Progress
 
 FIRST = 250
 """Periods after which exponents are estimated first; from then on each time it is twice as many."""
@@ -41,24 +41,6 @@ class Estimate(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class ExponentsProgress:
-    """State of Lyapunov exponents that are being computed.
-
-    Parameters
-    ----------
-    periods, total
-        Forcing periods so far, intervals of an autonomous model, and how many there will be at
-        most.
-    exponents
-        As estimated last, per forcing period or interval; empty before the first estimate.
-    """
-
-    periods: int
-    total: int
-    exponents: tuple[float, ...]
-
-
-@dataclass(frozen=True, eq=False)
 class Exponents:
     """What was found; exponents are a period each, in descending order."""
 
@@ -74,7 +56,7 @@ def find_exponents(
     start: Array,
     periods: int | None,
     tolerance: float,
-    observer: Callable[[ExponentsProgress], None] | None = None,
+    observer: Observer | None = None,
 ) -> Exponents:
     """Follow a motion until its exponents are known to a tolerance, or for some periods.
 
@@ -94,7 +76,7 @@ def follow_exponents(
     growth: Growth,
     periods: int | None,
     tolerance: float,
-    observer: Callable[[ExponentsProgress], None] | None,
+    observer: Observer | None,
 ) -> Exponents:
     """Let a motion go on until its exponents are known; keep what is known if interrupted."""
     cheap = len(growth.state) <= CHEAP and not growth.switches
@@ -108,8 +90,10 @@ def follow_exponents(
                 growth.go_on(min(FIRST, end - growth.periods))
                 _refuse_ended(growth)
                 if observer is not None:
-                    known = estimates[-1].exponents.tolist() if estimates else ()
-                    observer(ExponentsProgress(growth.periods, most, tuple(known)))
+                    known = tuple(estimates[-1].exponents.tolist()) if estimates else ()
+                    told = "  ".join(f"{exponent:.6g}" for exponent in known) or "not yet"
+                    text, values = f"exponents a period: {told}", {"exponents": known}
+                    observer(Progress("periods", growth.periods, most, text, values))
             estimates.append(_estimate(growth))
             enough = estimates[-1].errors.max() <= tolerance or end >= MOST
             if periods is None and enough and _verdict(growth, estimates[-1]).known:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.flow.equilibrium import PUSH
 from slipfold.flow.strobes.crowd import Crowd
-from slipfold.flow.strobes.strobe_many import StrobeProgress, models_with
+from slipfold.flow.strobes.strobe_many import models_with
 from slipfold.long_term.open_motions import (
     PERIODIC,
     PERIODS,
@@ -24,6 +24,7 @@ from slipfold.long_term.open_motions import (
 from slipfold.long_term.repeats import FLOOR, repeats_of
 from slipfold.models.model import Model
 from slipfold.models.turns import mean_state, without_turns
+from slipfold.progress import Observer, Progress
 
 NOT_DONE = "not done"
 
@@ -71,7 +72,7 @@ class Places:
         runs: int,
         start: Array,
         transient: int,
-        observer: Callable[[StrobeProgress], None] | None,
+        observer: Observer | None,
     ) -> None:
         count = len(next(iter(values.values())))
         self.models = models_with(model, count, values)
@@ -197,7 +198,7 @@ class Places:
     def _tell(self, periods: int) -> None:
         self.done += periods
         if self.observer is not None:
-            self.observer(StrobeProgress(self.done, max(self.total, self.done)))
+            self.observer(Progress("forcing periods", self.done, max(self.total, self.done)))
 
     def _tell_pairs(self, periods: int, more: int) -> None:
         self.total += more

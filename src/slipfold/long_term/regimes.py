@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.flow.strobes.strobe_many import StrobeProgress
 from slipfold.long_term.neighbours import continue_to_neighbours
 from slipfold.long_term.places import Places
 from slipfold.models.model import Model
+from slipfold.progress import Observer
 
 RUNS = ("rest", "up", "down")
 """The first runs; those after them are motions continued from neighbouring cells."""
@@ -38,7 +37,7 @@ def find_regimes(
     places: tuple[Array, Array],
     start: Array,
     transient: int,
-    observer: Callable[[StrobeProgress], None] | None = None,
+    observer: Observer | None = None,
 ) -> Plane:
     """Follow motions in all cells: from the start, and from the motions of cells beside them.
 

@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.flow.strobes.strobe_many import StrobeProgress
-from slipfold.loci.progress import LocusObserver, LocusProgress
+from slipfold.loci.progress import locus_progress
 from slipfold.loci.region_map import Region, RegionCheck, RegionMap, RegionMotion
 from slipfold.loci.window import Window
 from slipfold.long_term.open_motions import PERIODIC
 from slipfold.long_term.places import NOT_DONE, Places
 from slipfold.models.model import Model
+from slipfold.progress import Observer, Progress
 
 Labels = NDArray[np.int64]
 
@@ -31,7 +31,7 @@ def resolve_regions(
     window: Window,
     regions: RegionMap,
     points: tuple[int, int],
-    observer: LocusObserver | None = None,
+    observer: Observer | None = None,
 ) -> tuple[RegionMap, bool]:
     """Follow motions on a grid in regions whose stable responses are none or not known.
 
@@ -48,11 +48,11 @@ def resolve_regions(
     numbers = np.repeat([*places], [len(found) for found in places.values()])
     values = np.array([place for found in places.values() for place in found])
 
-    def tell(progress: StrobeProgress) -> None:
+    def tell(progress: Progress) -> None:
         if observer is not None:
             text = f"forcing periods of motions at {len(values)} places"
             middle = (float(values[0, 0]), float(values[0, 1]))
-            observer(LocusProgress("regimes", progress.periods, progress.total, middle, text))
+            observer(locus_progress("regimes", progress.done, progress.total, middle, text))
 
     columns = dict(zip(plane, values.T, strict=True))
     work = Places(model, columns, 1, np.asarray(model.start, dtype=float), TRANSIENT, tell)

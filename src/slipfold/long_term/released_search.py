@@ -10,8 +10,9 @@ import numpy as np
 from slipfold.arrays import Array
 from slipfold.flow.strobes.released import released
 from slipfold.long_term.known import Known
-from slipfold.long_term.search import ENDED, Observer, Searched, search
+from slipfold.long_term.search import ENDED, Searched, search
 from slipfold.models.model import Model
+from slipfold.progress import Observer
 
 
 def search_released(

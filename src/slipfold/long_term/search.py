@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,6 +17,7 @@ from slipfold.long_term.motions import Motions
 from slipfold.long_term.verified import Verified
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
+from slipfold.progress import Observer, Progress
 
 UNDECIDED, ENDED, UNFINISHED = 0, -1, -2
 """What a start came to that came to no attractor."""
@@ -48,29 +48,6 @@ LOOKED_AT = 48
 
 TRIALS = 4
 """Motions in turn that may be measured in vain."""
-
-
-@dataclass(frozen=True, eq=False)
-class SearchProgress:
-    """State of a search for attractors.
-
-    Parameters
-    ----------
-    done, total
-        Motions whose end is known, and all of them; of many starts some go ahead, and count again.
-    periods
-        Forcing periods so far, of an autonomous model intervals.
-    found
-        What was found so far, in words.
-    """
-
-    done: int
-    total: int
-    periods: int
-    found: tuple[str, ...]
-
-
-Observer = Callable[[SearchProgress], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,7 +152,9 @@ class _Search:
         if self._observer is not None:
             found = tuple(kind_of(known.attractor) for known in self._verified.known)
             done = int((self._labels != UNFINISHED).sum())
-            self._observer(SearchProgress(done, len(self._labels), self._periods, found))
+            text = f"{self._periods} periods  found: {', '.join(found) or 'nothing yet'}"
+            values = {"periods": self._periods, "found": found}
+            self._observer(Progress("starts", done, len(self._labels), text, values))
 
     def _catch(self, known: Known) -> None:
         """Label the motions that have come near it."""

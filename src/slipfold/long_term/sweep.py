@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,8 +10,9 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.flow.flow import flow_of
 from slipfold.flow.strobes.own_motion import OwnMotion
-from slipfold.flow.strobes.strobe_many import StrobeProgress, models_with, strobe_many
+from slipfold.flow.strobes.strobe_many import models_with, strobe_many
 from slipfold.models.model import Model
+from slipfold.progress import Observer, Progress
 
 UP, DOWN = "up", "down"
 
@@ -44,7 +44,7 @@ def find_sweep(
     starts: Array,
     transient: int,
     kept: int,
-    observer: Callable[[StrobeProgress], None] | None = None,
+    observer: Observer | None = None,
 ) -> Swept:
     """Sweep up, then down from where that came to, each value from the state of the one before.
 
@@ -72,7 +72,7 @@ class _Sweep:
         starts: Array,
         transient: int,
         kept: int,
-        observer: Callable[[StrobeProgress], None] | None,
+        observer: Observer | None,
     ) -> None:
         self.vary, self.values, self.runs = vary, values, runs
         self.models = models_with(model, len(values), {vary: values})
@@ -125,9 +125,9 @@ class _Sweep:
         """Follow motions from some starts, whose runs are those from `first` on."""
         before, count = self.done, len(starts)
 
-        def tell(progress: StrobeProgress) -> None:
+        def tell(progress: Progress) -> None:
             self.done = before
-            self._tell(progress.periods)
+            self._tell(progress.done)
 
         points = strobe_many(
             self.models[0],
@@ -148,7 +148,7 @@ class _Sweep:
     def _tell(self, periods: int) -> None:
         self.done += periods
         if self.observer is not None:
-            self.observer(StrobeProgress(self.done, self.total))
+            self.observer(Progress("forcing periods", self.done, self.total))
 
     def result(self, interrupted: bool) -> Swept:
         """Return what is done."""

@@ -16,6 +16,7 @@ from slipfold.measured.explanation import Explanation, Readings
 from slipfold.measured.measurement import Measurement
 from slipfold.measured.profile import Better, Profile
 from slipfold.models.model import Model
+from slipfold.progress import Observer, Progress
 
 Truth = NDArray[np.bool_]
 
@@ -52,25 +53,6 @@ REPEATS = 20
 BLIND = 1e-10
 """Singular value of the scaled derivatives, over the largest or the readings' error, below which
 readings say nothing."""
-
-
-@dataclass(frozen=True)
-class FitProgress:
-    """State of a fit.
-
-    Parameters
-    ----------
-    round
-        How often readings have been given to responses, from 1.
-    values
-        Parameters as they are by name.
-    distance
-        Root mean square of the weighted residuals.
-    """
-
-    round: int
-    values: Mapping[str, float]
-    distance: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +104,7 @@ def find_fit(
     model: Model,
     measurement: Measurement,
     bounds: Mapping[str, tuple[float, float]],
-    observer: Callable[[FitProgress], None] | None = None,
+    observer: Observer | None = None,
 ) -> Fitted:
     """Find the parameters within bounds with which stable responses come nearest to readings."""
     _check(measurement, tuple(bounds))
@@ -134,7 +116,10 @@ def find_fit(
         if observer is not None:
             values = {name: found.model.values[name] for name in bounds}
             away = found.residuals(found.used(found.scale))
-            observer(FitProgress(len(known), values, float(np.sqrt(np.mean(away**2)))))
+            distance = float(np.sqrt(np.mean(away**2)))
+            told = "  ".join(f"{name} = {value:.6g}" for name, value in values.items())
+            text = f"{told}  distance {distance:.3g}"
+            observer(Progress("rounds", len(known), None, text, {**values, "distance": distance}))
 
     near, scale = _least(readings, model, report)
     for _ in range(REPEATS):

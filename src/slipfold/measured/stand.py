@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -15,26 +14,13 @@ from slipfold.measured.measurement import Measurement
 from slipfold.measured.quantity import Quantity, read_off
 from slipfold.models.model import Model
 from slipfold.orbits.steady_extrema import steady_extrema
+from slipfold.progress import Observer, Progress
 
 EACH = 500
 """Forcing periods after which a motion is looked at."""
 
 MOST = 16
 """Times that it is looked at before it is read as it is."""
-
-
-@dataclass(frozen=True)
-class StandProgress:
-    """State of a sweep.
-
-    Parameters
-    ----------
-    done, total
-        Readings done, and how many there will be.
-    """
-
-    done: int
-    total: int
 
 
 def swept(
@@ -45,7 +31,7 @@ def swept(
     quantities: tuple[Quantity, ...],
     errors: Array,
     seed: int,
-    observer: Callable[[StandProgress], None] | None = None,
+    observer: Observer | None = None,
 ) -> Measurement:
     """Sweep a parameter through values in their order and read the motion at each.
 
@@ -57,7 +43,7 @@ def swept(
     try:
         for value in values:
             if observer is not None:
-                observer(StandProgress(len(rows), len(values)))
+                observer(Progress("readings", len(rows), len(values)))
             motion = _settled(model.replace(**{vary: value}), state)
             if motion.stopped is not None:
                 stopped = f"the motion ends at {motion.model!r}: {motion.stopped.reason}"

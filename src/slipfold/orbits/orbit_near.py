@@ -13,7 +13,6 @@ from slipfold.errors import InputError
 from slipfold.flow import flow_of
 from slipfold.flow.guarded_flow import guarded_flow_of
 from slipfold.flow.pace import paced
-from slipfold.flow.progress import MotionObserver
 from slipfold.flow.simulate import initial_state
 from slipfold.flow.switched.simulate import simulate_smooth_or_switched
 from slipfold.models.equilibrium_search import search_equilibrium
@@ -21,6 +20,7 @@ from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.orbits.find import periodic_orbit
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.progress import Observer
 
 GivenState = ArrayLike | Mapping[str, float] | None
 
@@ -41,7 +41,7 @@ CLOSED = 0.05
 
 
 def settled_on(
-    model: Model, state: GivenState = None, observer: MotionObserver | None = None
+    model: Model, state: GivenState = None, observer: Observer | None = None
 ) -> PeriodicOrbit | Array:
     """Return what a motion from a state settles on."""
     periods = MOTION if model.forced else None

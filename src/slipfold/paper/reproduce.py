@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import BrokenExecutor
 from contextlib import suppress
 from dataclasses import dataclass
@@ -28,6 +28,7 @@ from slipfold.paper.plane_drawing import render_plane
 from slipfold.paper.plane_text import planes_markdown
 from slipfold.paper.planes import Plane, PlaneFigure
 from slipfold.paper.thresholds import thresholds_csv
+from slipfold.progress import Observer, Progress
 from slipfold.results.diagram import Diagram
 from slipfold.results.locus_diagram import LocusDiagram
 from slipfold.results.result import Result
@@ -43,26 +44,6 @@ ROOM = 16_000_000
 """Bytes that the files may need; twice what they do."""
 
 AnyFigure = Figure | PlaneFigure | MotionFigure
-
-
-@dataclass(frozen=True)
-class PaperProgress:
-    """How far the reproduction is.
-
-    Parameters
-    ----------
-    done, total
-        Results finished, and all there are: curves, spectra, planes, figures.
-    name
-        The one just finished, e.g. ``"Nd_Vd0.4"``.
-    found
-        What was found on it, e.g. ``("PD 0.0573062",)``.
-    """
-
-    done: int
-    total: int
-    name: str
-    found: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -111,7 +92,7 @@ class Reproduction:
 
 def reproduce(
     out: str | Path,
-    observer: Callable[[PaperProgress], None] | None = None,
+    observer: Observer | None = None,
     *,
     processes: int = 1,
     cases: Cases | None = None,
@@ -171,7 +152,7 @@ class _Run:
         cases: Cases,
         settings: Settings | None,
         measure: str,
-        observer: Callable[[PaperProgress], None] | None,
+        observer: Observer | None,
         tori: bool,
         beyond: tuple[MotionFigure, ...] = (),
     ) -> None:
@@ -249,7 +230,8 @@ class _Run:
         if self.observer is not None:
             done = sum(map(self._has, self.needs)) + len(self.drawn)
             total = len(self.needs) + len(self.figures)
-            self.observer(PaperProgress(done, total, name.key, found))
+            text = f"{name.key}  found: {', '.join(found)}" if found else name.key
+            self.observer(Progress("results", done, total, text, {"name": name.key}))
 
     def complete(self) -> Iterator[AnyFigure]:
         """Yield the figures for which everything is computed."""

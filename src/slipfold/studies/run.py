@@ -11,6 +11,7 @@ from time import perf_counter
 import numpy as np
 
 from slipfold.errors import InputError
+from slipfold.progress import Observer, Progress, duration_text
 from slipfold.studies.executors import Place
 from slipfold.studies.grouping import Groups
 from slipfold.studies.plan import Plan
@@ -23,32 +24,6 @@ ATTEMPTS = 3
 
 LOOK_UP = 0.2
 """Seconds after which a wait is begun anew."""
-
-
-@dataclass(frozen=True)
-class StudyProgress:
-    """State of a study that is being computed.
-
-    Parameters
-    ----------
-    done, total
-        Cases that are finished and kept, and all of them.
-    failures
-        Finished cases that failed.
-    rate
-        Cases a second since the study was begun or resumed; None before the first one.
-    remaining
-        Seconds that the others will take at that rate; None before the first one.
-    """
-
-    done: int
-    total: int
-    failures: int
-    rate: float | None = None
-    remaining: float | None = None
-
-
-StudyObserver = Callable[[StudyProgress], None]
 
 
 @dataclass(frozen=True)
@@ -70,7 +45,7 @@ def run_cases(
     plan: Plan,
     store: Store,
     place: Place,
-    observer: StudyObserver | None = None,
+    observer: Observer | None = None,
     retry_failed: bool = False,
 ) -> None:
     """Compute the cases that a store lacks; KeyboardInterrupt if it was stopped before that."""
@@ -94,9 +69,7 @@ def first_finished(
 class _Run:
     """Cases on their way."""
 
-    def __init__(
-        self, plan: Plan, store: Store, place: Place, observer: StudyObserver | None
-    ) -> None:
+    def __init__(self, plan: Plan, store: Store, place: Place, observer: Observer | None) -> None:
         self._plan, self._store, self._place, self._observer = plan, store, place, observer
         self._flying: dict[Future[Done], _Group] = {}
         self._alone: deque[_Group] = deque()  # one of these killed a process
@@ -208,9 +181,11 @@ class _Run:
     def _tell(self) -> None:
         if self._observer is None:
             return
-        done, total = self._store.done, self._store.total
-        rate = remaining = None
+        done, total, failures = self._store.done, self._store.total, self._store.failures
+        text, values = f"{failures} failed", dict[str, float]({"failures": failures})
         if self._computed:
             rate = self._computed / (perf_counter() - self._begun)
             remaining = (self._wanted - self._computed) / rate
-        self._observer(StudyProgress(done, total, self._store.failures, rate, remaining))
+            text += f"  {rate:.3g} a second  {duration_text(remaining)} to go"
+            values |= {"rate": rate, "remaining": remaining}
+        self._observer(Progress("cases", done, total, text, values))

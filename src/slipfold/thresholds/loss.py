@@ -8,11 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.branches import Branch, Progress, Settings, SpecialPoint, trace_response
+from slipfold.branches import Branch, Settings, SpecialPoint, trace_response
 from slipfold.branches.special_point import BIFURCATIONS
 from slipfold.branches.stability import loss_of_stability
 from slipfold.errors import InputError
 from slipfold.models.model import Model
+from slipfold.progress import Progress
 
 NO_RESPONSE, UNSTABLE, STABLE = "no response", "unstable", "stable"
 
@@ -41,7 +42,7 @@ def followed_to_loss(
     found: list[str] = []
 
     def watch(progress: Progress) -> None:
-        found.extend(name for name in progress.special if name in BIFURCATIONS)
+        found.extend(name for name in progress.values["special"] if name in BIFURCATIONS)
         if found:  # what comes later does not matter: stop the branch here
             raise KeyboardInterrupt
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
 from types import MappingProxyType
@@ -15,31 +15,11 @@ from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.flow.sizes.typical_sizes import measured_within
 from slipfold.models.model import Model
+from slipfold.progress import Observer, Progress
 from slipfold.read_only import ReadOnly
 from slipfold.thresholds.search import INTERRUPTED, ThresholdSearch
 
 TYPES = ("PD",)
-
-
-@dataclass(frozen=True)
-class MapProgress:
-    """State of a map that is being computed.
-
-    Parameters
-    ----------
-    done, total
-        Points of the grid that are done, and all of them.
-    failures
-        Points done so far that have no threshold.
-    """
-
-    done: int
-    total: int
-    failures: int
-
-
-MapObserver = Callable[[MapProgress], None]
-"""Called after every few lines of the grid; may raise `KeyboardInterrupt` to stop there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +103,7 @@ def find_threshold_map(
     *,
     over: Mapping[str, ArrayLike],
     span: tuple[float, float],
-    observer: MapObserver | None = None,
+    observer: Observer | None = None,
 ) -> GridThresholds:
     """Find where the response of period 1 first loses its stability, over a grid of parameters.
 
@@ -156,7 +136,8 @@ def find_threshold_map(
             waiting = int(np.count_nonzero(search.kinds == INTERRUPTED))
             found = int(np.count_nonzero(search.kinds == ""))
             total = search.kinds.size
-            observer(MapProgress(total - waiting, total, total - waiting - found))
+            failures = total - waiting - found
+            observer(Progress("points", total - waiting, total, values={"failures": failures}))
 
     corners = product(*((own[0], own[-1]) for own in ordered), (last,))
     names = (*axes, threshold)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from slipfold.arrays import Array
 from slipfold.branches.branch import Branch
-from slipfold.branches.progress import Observer, Progress
+from slipfold.branches.progress import branch_progress
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.continuation.end import End
@@ -19,6 +19,7 @@ from slipfold.flow.flow import flow_of
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
 from slipfold.orbits.extrema import Extrema
+from slipfold.progress import Observer
 from slipfold.tori.birth import born
 from slipfold.tori.circles import CirclePoint
 from slipfold.tori.one_torus_branch import POINT, Tori, follow_tori
@@ -112,8 +113,10 @@ class _Teller:
             return
         last = trail.points[-1]
         value, names = last.curve.value(last.z), tuple(item.type for item in trail.found)
-        at = Progress(self.origin.number, self.origin.period, len(trail.points), value, names)
-        self.observer(replace(at, stage="tori", done=self.done, total=self.total))
+        origin = self.origin
+        at = origin.number, origin.period, len(trail.points), value, names
+        parameter = origin.model.parameter(origin.vary)
+        self.observer(branch_progress(parameter, *at, "tori", self.done, self.total))
 
 
 def _ends_at(tori: TorusBranch, point: SpecialPoint, span: tuple[float, float]) -> bool:

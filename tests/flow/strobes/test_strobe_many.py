@@ -142,8 +142,8 @@ def test_an_interrupt_keeps_what_is_done():
     seen = []
 
     def stop(progress):
-        seen.append((progress.periods, progress.total))
-        if progress.periods == 6:
+        seen.append((progress.done, progress.total))
+        if progress.done == 6:
             raise KeyboardInterrupt
 
     points = strobe_many(OSCILLATOR, np.zeros((2, 4)), None, 9, stop)

@@ -98,7 +98,6 @@ def design(
             state=state,
             observer=observer,
         ),
-        "searches",
         outputs,
     )
     return outputs.status(found.interrupted, bool(found.reasons.any()))

@@ -9,7 +9,6 @@ import typer
 
 from slipfold.cli.carry_out import carry_out
 from slipfold.cli.outputs import Outputs
-from slipfold.cli.progress import done_text
 
 if TYPE_CHECKING:
     from slipfold.models.model import Model
@@ -38,11 +37,9 @@ Period = Annotated[
 def carry_out_on_response(
     of: tuple[Model, str, tuple[float, float]],
     compute: Callable[[Diagram, Callable[[Any], None]], Found],
-    stage: str,
     outputs: Outputs,
 ) -> Found:
     """Follow a response, then carry out what starts from it; interrupted before, there is none."""
-    from slipfold.branches.progress import Progress
     from slipfold.computations.response import response
 
     def find(observer: Callable[[Any], None]) -> Found:
@@ -51,9 +48,4 @@ def carry_out_on_response(
             raise KeyboardInterrupt
         return compute(diagram, observer)
 
-    def text(progress: Any) -> str:
-        if isinstance(progress, Progress):
-            return "response"
-        return done_text(stage, progress.done, progress.total)
-
-    return carry_out(find, text, outputs)
+    return carry_out(find, outputs)

@@ -83,7 +83,6 @@ def uncertainty(
             indices=indices,
             observer=observer,
         ),
-        "samples",
         outputs,
     )
     return outputs.status(found.interrupted)

@@ -18,7 +18,6 @@ from slipfold.cli.options import (
 )
 from slipfold.cli.outputs import Outputs
 from slipfold.cli.parsing import parse_assignments, parse_box, parse_whole, parse_whole_if_given
-from slipfold.cli.progress import search_text
 
 
 def attractors(
@@ -50,7 +49,6 @@ def attractors(
             periods=parse_whole_if_given(periods, "--periods"),
             observer=observer,
         ),
-        search_text,
         outputs,
     )
     return outputs.status(found.interrupted)

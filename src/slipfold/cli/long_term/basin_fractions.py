@@ -24,7 +24,6 @@ from slipfold.cli.parsing import (
     parse_whole,
     parse_whole_if_given,
 )
-from slipfold.cli.progress import search_text
 
 
 def basin_fractions(
@@ -62,7 +61,6 @@ def basin_fractions(
             periods=parse_whole_if_given(periods, "--periods"),
             observer=observer,
         ),
-        search_text,
         outputs,
     )
     return outputs.status(found.interrupted)

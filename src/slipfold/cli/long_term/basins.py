@@ -17,7 +17,6 @@ from slipfold.cli.parsing import (
     parse_states,
     parse_whole_if_given,
 )
-from slipfold.cli.progress import search_text
 
 Plane = Annotated[
     list[str],
@@ -63,7 +62,6 @@ def basins(
             periods=parse_whole_if_given(periods, "--periods"),
             observer=observer,
         ),
-        search_text,
         outputs,
     )
     return outputs.status(found.interrupted)

@@ -11,7 +11,6 @@ from slipfold.cli.case_file import find_model
 from slipfold.cli.options import Csv, Friction, Json, ModelName, Out, Sets, States
 from slipfold.cli.outputs import Outputs
 from slipfold.cli.parsing import parse_assignments, parse_number, parse_states, parse_whole_if_given
-from slipfold.cli.progress import exponents_text
 
 Periods = Annotated[
     str | None,
@@ -55,7 +54,6 @@ def lyapunov(
             tolerance=parse_number(tolerance, "--tolerance"),
             observer=observer,
         ),
-        exponents_text,
         outputs,
     )
     return outputs.status(found.interrupted)

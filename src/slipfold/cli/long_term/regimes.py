@@ -18,7 +18,6 @@ from slipfold.cli.parsing import (
     parse_window,
     refuse_varied,
 )
-from slipfold.cli.progress import strobe_text
 
 Vary = Annotated[
     list[str],
@@ -67,7 +66,6 @@ def regimes(
             transient=parse_whole(transient, "--transient"),
             observer=observer,
         ),
-        strobe_text,
         outputs,
     )
     return outputs.status(found.interrupted)

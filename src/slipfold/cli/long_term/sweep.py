@@ -27,7 +27,6 @@ from slipfold.cli.parsing import (
     parse_states,
     parse_whole,
 )
-from slipfold.cli.progress import strobe_text
 from slipfold.errors import InputError
 
 RUNS = {"both": ("up", "down"), "up": ("up",), "down": ("down",), "none": ()}
@@ -88,7 +87,6 @@ def sweep(
             periods=parse_whole(periods, "--periods", least=2),
             observer=observer,
         ),
-        strobe_text,
         outputs,
     )
     return outputs.status(found.interrupted)

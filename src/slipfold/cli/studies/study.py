@@ -14,7 +14,7 @@ from slipfold.errors import InputError
 from slipfold.threads import cores
 
 if TYPE_CHECKING:
-    from slipfold.studies.run import StudyProgress
+    from slipfold.progress import Progress
 
 CaseFile = Annotated[
     str,
@@ -72,7 +72,7 @@ def study(
     from pathlib import Path
 
     from slipfold.cli.interruption import deferred_interrupts
-    from slipfold.cli.progress import live_line, study_text
+    from slipfold.cli.progress import live_line
     from slipfold.computations.study import study as compute
 
     count = cores() if workers is None else parse_whole(workers, "--workers")
@@ -89,8 +89,8 @@ def study(
     store = Path(file).with_suffix(".study")
     with live_line() as show, deferred_interrupts() as check_interrupt:
 
-        def observe(progress: StudyProgress) -> None:
-            show(study_text(progress))
+        def observe(progress: Progress) -> None:
+            show(str(progress))
             check_interrupt()
 
         found = compute(
@@ -114,7 +114,7 @@ def study(
 
 def _check(case: str, workers: int, scheduler: str | None) -> None:
     """Print what a study is; a scheduler is not asked what it has."""
-    from slipfold.cli.progress import duration_text
+    from slipfold.progress import duration_text
     from slipfold.studies.cases import total
     from slipfold.studies.estimate import estimate
     from slipfold.studies.plan import read_plan

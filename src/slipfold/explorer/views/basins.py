@@ -13,8 +13,8 @@ from slipfold.explorer.messages import BasinsRequest
 from slipfold.explorer.views.labels import axis_of
 from slipfold.explorer.views.numbers import number, short
 from slipfold.long_term.attractor import Attractor
-from slipfold.long_term.search import SearchProgress
 from slipfold.models.model import Model
+from slipfold.progress import Progress
 from slipfold.results.motions.basins import Basins
 from slipfold.results.motions.found_attractors import in_words
 
@@ -34,7 +34,7 @@ def tell_basins(
     """Compute basins, coarse ones first, and tell each picture as soon as it is there."""
     told = perf_counter()
 
-    def watch(progress: SearchProgress) -> None:
+    def watch(progress: Progress) -> None:
         nonlocal told
         check()
         if perf_counter() - told >= BETWEEN:

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from time import perf_counter
 from typing import Any
 
-from slipfold.branches.progress import Progress
 from slipfold.explorer.views.numbers import number
+from slipfold.progress import Progress
 
 BETWEEN = 0.25
 """Least time between two notes of progress, in s: no reader follows more."""
@@ -29,7 +29,8 @@ class DiagramProgress:
         if perf_counter() - self._told < BETWEEN:
             return
         self._told = perf_counter()
-        words = f"branch {progress.branch}, {progress.points} points"
+        values = progress.values
+        words = f"branch {values['branch']}, {values['points']} points"
         if progress.stage != "branches":
             words += f", {progress.stage}: {progress.done} done"
-        self._tell({"progress": words, "value": number(progress.parameter), "done": False})
+        self._tell({"progress": words, "value": number(values["parameter"]), "done": False})

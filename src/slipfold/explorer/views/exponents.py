@@ -10,8 +10,8 @@ from slipfold.computations.lyapunov import lyapunov
 from slipfold.explorer.messages import ExponentsRequest
 from slipfold.explorer.start import start_of
 from slipfold.explorer.views.numbers import number
-from slipfold.long_term.exponents import ExponentsProgress
 from slipfold.models.model import Model
+from slipfold.progress import Progress
 
 TOLERANCE = 1e-6
 """Error of exponents at which a motion ends: more digits than the page shows."""
@@ -29,14 +29,14 @@ def tell_exponents(
     """Compute the exponents of a motion and tell how far they are known; None is minus infinity."""
     told = perf_counter()
 
-    def watch(progress: ExponentsProgress) -> None:
+    def watch(progress: Progress) -> None:
         nonlocal told
         check()
         if perf_counter() - told >= BETWEEN:
             told = perf_counter()
             # Of an autonomous model they are an interval each, which tells the reader nothing.
-            known = map(number, progress.exponents if model.forced else ())
-            far = {"periods": progress.periods, "total": progress.total}
+            known = map(number, progress.values["exponents"] if model.forced else ())
+            far = {"periods": progress.done, "total": progress.total}
             tell({**far, "exponents": list(known), "done": False})
 
     start = start_of(model, request)

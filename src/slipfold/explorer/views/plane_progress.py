@@ -8,7 +8,8 @@ from typing import Any
 
 from slipfold.explorer.views.numbers import short
 from slipfold.explorer.views.plane import loci_view
-from slipfold.loci.progress import LocusLine, LocusProgress
+from slipfold.loci.progress import LocusLine
+from slipfold.progress import Progress
 
 BETWEEN = 0.1
 """Least time between two notes of progress, in s."""
@@ -27,23 +28,24 @@ class PlaneProgress:
         self._grown: dict[LocusLine, list[tuple[float, float]]] = {}
         self._last: LocusLine | None = None
 
-    def __call__(self, progress: LocusProgress) -> None:
+    def __call__(self, progress: Progress) -> None:
         """Take a note of the computation."""
         self._grow(progress)
-        if perf_counter() - self._told < BETWEEN and not progress.loci:
+        followed = progress.values.get("loci")
+        if perf_counter() - self._told < BETWEEN and not followed:
             return
         self._told = perf_counter()
         total = "" if progress.total is None else f" of {progress.total}"
         sentence = f"{progress.stage}: {progress.done}{total} done, {progress.text}"
         lines = [_line(line, points) for line, points in self._grown.items()]
-        loci = {"loci": loci_view(progress.loci)} if progress.loci else {}
+        loci = {"loci": loci_view(followed)} if followed else {}
         self._tell({"progress": sentence, "lines": lines, **loci, "done": False})
         self._grown = {key: points for key, points in self._grown.items() if key == self._last}
 
-    def _grow(self, progress: LocusProgress) -> None:
-        line = self._last = progress.line
+    def _grow(self, progress: Progress) -> None:
+        line = self._last = progress.values.get("line")
         if line is not None:
-            self._grown.setdefault(line, [line.start]).append(progress.values)
+            self._grown.setdefault(line, [line.start]).append(progress.values["place"])
 
 
 def _line(line: LocusLine, points: list[tuple[float, float]]) -> dict[str, Any]:

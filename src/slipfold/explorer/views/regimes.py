@@ -13,11 +13,11 @@ from slipfold.errors import InputError
 from slipfold.explorer.messages import PlaneAxis, RegimesRequest
 from slipfold.explorer.views.labels import axis_of
 from slipfold.explorer.views.numbers import short
-from slipfold.flow.strobes.strobe_many import StrobeProgress
 from slipfold.loci.raster import model_exists
 from slipfold.long_term.open_motions import PERIODIC
 from slipfold.long_term.places import NOT_DONE, Places
 from slipfold.models.model import Model
+from slipfold.progress import Progress
 
 FINER = ((12, 9), (36, 27), (72, 54))
 """Cells along both parameters, picture after picture."""
@@ -46,12 +46,12 @@ def tell_regimes(
         )
     told = perf_counter()
 
-    def watch(progress: StrobeProgress) -> None:
+    def watch(progress: Progress) -> None:
         nonlocal told
         check()
         if perf_counter() - told >= BETWEEN:
             told = perf_counter()
-            tell({"far": [progress.periods, progress.total], "done": False})
+            tell({"far": [progress.done, progress.total], "done": False})
 
     for points in FINER:
         picture = _Picture(model, (request.x, request.y), points)

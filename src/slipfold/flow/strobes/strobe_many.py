@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,24 +14,7 @@ from slipfold.flow.guarded_flow import Stop
 from slipfold.flow.sizes.typical_sizes import measured, measured_within
 from slipfold.flow.strobes.crowd import Crowd
 from slipfold.models.model import Model
-
-
-@dataclass(frozen=True)
-class StrobeProgress:
-    """State of motions that are computed together.
-
-    Parameters
-    ----------
-    periods, total
-        Forcing periods of single motions that are done, and all of them.
-    """
-
-    periods: int
-    total: int
-
-
-StrobeObserver = Callable[[StrobeProgress], None]
-"""Called after every period of all motions; may raise `KeyboardInterrupt`."""
+from slipfold.progress import Observer, Progress
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +33,7 @@ def strobe_many(
     starts: ArrayLike,
     values: Mapping[str, ArrayLike] | None = None,
     periods: int = 1000,
-    observer: StrobeObserver | None = None,
+    observer: Observer | None = None,
     *,
     transient: int = 0,
     threads: int | None = None,
@@ -84,7 +67,7 @@ def strobe_many(
                 if period:
                     crowd.go_on()
                     if observer is not None:
-                        observer(StrobeProgress(period * len(states), total))
+                        observer(Progress("forcing periods", period * len(states), total))
                 if period >= transient:
                     found.states[:, period - transient] = crowd.states
                     found.stuck[:, period - transient] = crowd.stuck

@@ -13,7 +13,6 @@ from slipfold.flow.equations import Constants
 from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import Stop
 from slipfold.flow.pace import rounded_down
-from slipfold.flow.progress import MotionObserver, MotionProgress
 from slipfold.flow.scaled import power_of_two
 from slipfold.flow.settling.autonomous_settlement import judge_autonomous
 from slipfold.flow.settling.settlement import Settlement, judge_settlement
@@ -33,6 +32,7 @@ from slipfold.flow.switched.switched_motion import SwitchedMotion
 from slipfold.flow.trajectory import Sticking, Trajectory
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
+from slipfold.progress import Observer, Progress
 
 ROUNDS = (32, 128, 512, 2048, 8192)
 """Intervals after which an autonomous motion is judged, and ended if it has settled."""
@@ -52,7 +52,7 @@ def simulate_smooth_or_switched(
     state: ArrayLike | Mapping[str, float] | None = None,
     *,
     tolerance: float = 1e-9,
-    observer: MotionObserver | None = None,
+    observer: Observer | None = None,
 ) -> Trajectory:
     """Integrate a model, through stick and slip where its contacts come to that.
 
@@ -112,7 +112,7 @@ def simulate_switched(
     periods: int | None,
     start: Array,
     tolerance: float,
-    observer: MotionObserver | None = None,
+    observer: Observer | None = None,
 ) -> Trajectory:
     """Integrate a model with stick and slip from a state at phase zero.
 
@@ -124,7 +124,7 @@ def simulate_switched(
 
     def tell() -> None:
         if observer is not None:
-            observer(MotionProgress("motion", motion.periods, total, motion.time))
+            observer(Progress("motion", motion.periods, total, f"{motion.time:.6g} s"))
 
     try:
         for count in ends:

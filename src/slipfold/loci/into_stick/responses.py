@@ -16,11 +16,12 @@ from slipfold.loci.fan import FanLine, follow_line
 from slipfold.loci.into_stick.touches import ends_in_stick, is_dear, slips_in_planes
 from slipfold.loci.locus import Locus
 from slipfold.loci.locus_curve import locus_curve
-from slipfold.loci.progress import LocusObserver, LocusProgress
+from slipfold.loci.progress import locus_progress
 from slipfold.loci.window import Window
 from slipfold.models.model import Model
 from slipfold.orbits.spectrum.degeneracy import CRITICAL, critical_places
 from slipfold.orbits.stick_slip.touch import MET
+from slipfold.progress import Observer
 
 WHOLE = ("span", "closed")
 """Kinds of ends at which a response is known as far as it goes."""
@@ -43,7 +44,7 @@ def follow_sticking(
     plane: tuple[str, str],
     window: Window,
     settings: Settings,
-    observer: LocusObserver | None = None,
+    observer: Observer | None = None,
 ) -> Iterator[Branch]:
     """Add to lines their responses through stick, where they come to it, and return these."""
     if not contacts_of(model):
@@ -57,7 +58,7 @@ def follow_sticking(
         if observer is not None:
             middle = {line.fixed: line.value, line.vary: sum(along) / 2}
             at, text = (middle[plane[0]], middle[plane[1]]), "through stick"
-            observer(LocusProgress("responses", number, len(lines), at, text))
+            observer(locus_progress("responses", number, len(lines), at, text))
         found = follow_line(
             model, line.vary, along, line.fixed, line.value, settings, through_stick=True
         )
