@@ -13,7 +13,7 @@ from slipfold.flow.switched.sampled import dense_legs
 from slipfold.loci.locus_equations import LocusEquations
 from slipfold.orbits.discretisations.switched_shooting import SwitchedShooting
 from slipfold.orbits.kinds import orbits_of
-from slipfold.orbits.stick_slip.touching_shooting import TouchingShooting
+from slipfold.orbits.stick_slip.grazing import GrazingShooting
 
 LEVELS = [1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5]
 """Slip that is kept, over its size."""
@@ -26,7 +26,7 @@ def slipping():
     model = branch.orbit(-1).model
     orbits = orbits_of(model, {"Vd": 0.3, "Nd": 0.9}, 1, 1, by=SwitchedShooting)
     z = orbits.unknown(branch.nodes[-1][:1], model)
-    by = TouchingShooting.at(orbits.by, orbits.nodes(z), orbits.constants(z), "GRAZE")
+    by = GrazingShooting.at(orbits.by, orbits.nodes(z), orbits.constants(z), "GRAZE")
     other = orbits.described_by(by)
     return other, other.adopt(orbits, z)
 
@@ -34,8 +34,8 @@ def slipping():
 def touched_with(orbits, z, level):
     """The touch with some slip left, at the same pulsation."""
     by = orbits.by
-    touch = replace(by.touch, level=level)
-    nearer = TouchingShooting(by.model, by.free, by.period, touch, by.kind)
+    met = replace(by.met, level=level)
+    nearer = GrazingShooting(by.model, by.free, by.period, met)
     curve = LocusEquations(orbits.described_by(nearer), "GRAZE")
     row = np.eye(1, len(z), len(z) - 1)[0]
     correction = correct(curve, z, row)

@@ -46,7 +46,7 @@ class Change:
 
     def may_come(self, curve: OrbitCurve) -> bool:
         """Whether a branch may still be taken up."""
-        shot = isinstance(curve.orbits.by, Shooting)
+        shot = type(curve.orbits.by) is Shooting
         return self._automatic and self._before is None and shot
 
     def otherwise(self, trail: Trail[OrbitPoint]) -> tuple[OrbitCurve, OrbitPoint] | None:

@@ -27,8 +27,8 @@ from slipfold.flow.switched.mode import Mode, Status
 from slipfold.orbits.discretisations.switched_shooting import SwitchedShooting
 from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
-from slipfold.orbits.stick_slip.met_shooting import MetShooting
-from slipfold.orbits.stick_slip.touching_shooting import TouchingShooting
+from slipfold.orbits.stick_slip.grazing import GrazingShooting
+from slipfold.orbits.stick_slip.marginal_shooting import MarginalShooting
 
 SEAM = "seam"
 """Kind of an end that is none where an orbit exists beyond it: the branch goes on there."""
@@ -173,16 +173,16 @@ def _last_touch(trail: Trail[OrbitPoint]) -> None:
     last = trail.points[-1]
     orbits = last.curve.orbits
     nodes, constants = orbits.nodes(last.z), orbits.constants(last.z)
-    if not isinstance(orbits.by, SwitchedShooting) or isinstance(orbits.by, MetShooting):
+    if not isinstance(orbits.by, SwitchedShooting) or isinstance(orbits.by, MarginalShooting):
         return
-    by = TouchingShooting.at(orbits.by, nodes, constants, "GRAZE")
-    if by is None or by.touch.level:  # slip in the plane vanishes in its own way
+    by = GrazingShooting.at(orbits.by, nodes, constants, "GRAZE")
+    if by is None or by.met.level:  # slip in the plane vanishes in its own way
         return
     curve = last.curve.described_by(by)
     again = curve.retaken(last)
     if again is None:
         return
-    value, *slopes = by.touched(curve.orbits.nodes(again.z), curve.orbits.constants(again.z))
+    value, *slopes = by.condition(curve.orbits.nodes(again.z), curve.orbits.constants(again.z))
     left = -value / float(np.concatenate(slopes) @ again.tangent)
     if 0 <= left <= NEARLY:
         point = replace(again, z=again.z + left * again.tangent, arclength=last.arclength + left)

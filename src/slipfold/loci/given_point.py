@@ -19,9 +19,8 @@ from slipfold.orbits.equilibria import Equilibria
 from slipfold.orbits.kinds import orbits_of
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.spectrum.eigenvalues import Cayley
-from slipfold.orbits.stick_slip.crossing_shooting import CrossingShooting
-from slipfold.orbits.stick_slip.touch import TOUCHED
-from slipfold.orbits.stick_slip.touching_shooting import TouchingShooting
+from slipfold.orbits.stick_slip.grazing import GRAZED, GrazingShooting
+from slipfold.orbits.stick_slip.reversal import ReversalShooting
 
 GIVING_WAY = (0.0, 1e-4, -1e-4, 3e-4, -3e-4, 1e-3, -1e-3)
 """Shares by which a parameter is changed to leave slip in the plane."""
@@ -61,10 +60,10 @@ def _through_stick(
     z = orbits.unknown(point.nodes[:1], point.model)
     assert isinstance(orbits.by, SwitchedShooting)
     by: SwitchedShooting | None
-    if point.type in TOUCHED:
+    if point.type in GRAZED:
         by, z = _touching(orbits, orbits.by, z, point.type)
     elif point.type == "STICK":
-        by = CrossingShooting.at(orbits.by, orbits.nodes(z), orbits.constants(z))
+        by = ReversalShooting.at(orbits.by, orbits.nodes(z), orbits.constants(z))
         if by is None:
             raise InputError("the orbit at this STICK turns nowhere; compute it anew")
     else:
@@ -77,7 +76,7 @@ def _through_stick(
 
 def _touching(
     orbits: Orbits, known: SwitchedShooting, z: Array, kind: str
-) -> tuple[TouchingShooting, Array]:
+) -> tuple[GrazingShooting, Array]:
     """Return what passes the touch of an orbit, and the orbit, or one with a little slip left.
 
     In the plane nothing can be integrated where slip vanishes, so the first parameter gives way.
@@ -85,7 +84,7 @@ def _touching(
     for share in GIVING_WAY:
         near = z.copy()
         near[-2] *= 1 + share
-        by = TouchingShooting.at(known, orbits.nodes(near), orbits.constants(near), kind)
+        by = GrazingShooting.at(known, orbits.nodes(near), orbits.constants(near), kind)
         if by is not None:
             return by, near
     raise InputError(f"the orbit at this {kind} touches nothing; compute it anew")

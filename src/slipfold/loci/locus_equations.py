@@ -12,8 +12,8 @@ from slipfold.orbits.linearisation import Linearisation
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.spectrum.degeneracy import PAIRED, critical_places
-from slipfold.orbits.stick_slip.met_shooting import MetShooting
-from slipfold.orbits.stick_slip.touch import MET
+from slipfold.orbits.stick_slip.grazing import MET
+from slipfold.orbits.stick_slip.marginal_shooting import MarginalShooting
 
 Multipliers = NDArray[np.complex128]
 
@@ -110,7 +110,7 @@ class LocusEquations(Critical):
         There is no direction of slip at none at all, but everything goes with its least value.
         """
         by = self.orbits.by
-        if not isinstance(by, MetShooting) or not by.level:
+        if not isinstance(by, MarginalShooting) or not by.level:
             return point.z
         last = np.zeros(len(point.z))
         last[-2] = by.level  # the condition comes last, but for the tangent

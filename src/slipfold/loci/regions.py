@@ -28,7 +28,7 @@ from slipfold.loci.region_votes import Vote, agree, carried_orbits, collect_vote
 from slipfold.loci.window import Window
 from slipfold.models.model import Model
 from slipfold.orbits.spectrum.degeneracy import critical_places
-from slipfold.orbits.stick_slip.touch import MET
+from slipfold.orbits.stick_slip.grazing import MET
 from slipfold.progress import Observer
 
 Labels = NDArray[np.int64]

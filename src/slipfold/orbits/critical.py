@@ -20,7 +20,7 @@ from slipfold.orbits.spectrum.degeneracy import (
     degeneracy,
 )
 from slipfold.orbits.spectrum.floquet import floquet_multipliers
-from slipfold.orbits.stick_slip.met_shooting import MetShooting
+from slipfold.orbits.stick_slip.marginal_shooting import MarginalShooting
 
 Values = NDArray[np.complex128]
 
@@ -31,7 +31,7 @@ class Critical(OrbitCurve):
     The equations are those of the orbits and one more, that the matrix of their spectrum has a
     critical eigenvalue (see `slipfold.orbits.spectrum.degeneracy`), that two families of them
     cross (see `slipfold.orbits.crossing`), or that a change of contacts is only just met (see
-    `slipfold.orbits.stick_slip.met_shooting`); an unknown is that of an orbit.
+    `slipfold.orbits.stick_slip.marginal_shooting`); an unknown is that of an orbit.
 
     `condition` is ``"LP"``, ``"PD"``, ``"NS"``, ``"BP"``, ``"GRAZE"``, ``"LIFT"``, ``"STICK"``, or
     ``"HB"`` of equilibria.
@@ -46,8 +46,8 @@ class Critical(OrbitCurve):
         plain = self.orbits.linearise(z)
         if self.condition == "BP":
             values = crossing_values(plain)
-        elif isinstance(self.orbits.by, MetShooting):
-            values = self._touch(self.orbits.by, z).values
+        elif isinstance(self.orbits.by, MarginalShooting):
+            values = self._margin(self.orbits.by, z).values
         else:
             logarithm = self._log_multiplier(z)
             value = self._degeneracy(plain).value if logarithm is None else logarithm
@@ -59,8 +59,8 @@ class Critical(OrbitCurve):
         plain = self.orbits.linearise(z)
         if self.condition == "BP":
             added = crossing_conditions(self.orbits, plain, z)
-        elif isinstance(self.orbits.by, MetShooting):
-            added = self._touch(self.orbits.by, z)
+        elif isinstance(self.orbits.by, MarginalShooting):
+            added = self._margin(self.orbits.by, z)
         else:
             added = self._critical_eigenvalue(plain, z)
         assert added.gradients is not None
@@ -69,8 +69,8 @@ class Critical(OrbitCurve):
         values = np.append(plain.conditions.values, added.values)
         return replace(plain, conditions=replace(added, values=values, gradients=gradients))
 
-    def _touch(self, by: MetShooting, z: Array) -> Conditions:
-        value, by_nodes, by_free = by.touched(self.orbits.nodes(z), self.orbits.constants(z))
+    def _margin(self, by: MarginalShooting, z: Array) -> Conditions:
+        value, by_nodes, by_free = by.condition(self.orbits.nodes(z), self.orbits.constants(z))
         return Conditions(np.array([value]), np.append(by_nodes, by_free)[None])
 
     def _critical_eigenvalue(self, plain: Linearisation, z: Array) -> Conditions:

@@ -20,7 +20,7 @@ from slipfold.loci.progress import locus_progress
 from slipfold.loci.window import Window
 from slipfold.models.model import Model
 from slipfold.orbits.spectrum.degeneracy import CRITICAL, critical_places
-from slipfold.orbits.stick_slip.touch import MET
+from slipfold.orbits.stick_slip.grazing import MET
 from slipfold.progress import Observer
 
 WHOLE = ("span", "closed")

@@ -21,8 +21,7 @@ from slipfold.orbits.discretisations.switched_shooting import SwitchedShooting
 from slipfold.orbits.kinds import orbits_of
 from slipfold.orbits.limits import limit_margins, limit_met
 from slipfold.orbits.orbit_curve import Orbits
-from slipfold.orbits.stick_slip.touch import TOUCHED
-from slipfold.orbits.stick_slip.touching_shooting import TouchingShooting
+from slipfold.orbits.stick_slip.grazing import GRAZED, GrazingShooting
 
 BranchEnd = tuple[Branch, int]
 """A branch with its first row, 0, or its last, -1."""
@@ -106,7 +105,7 @@ def _beside(
     z = orbits.unknown(last.nodes[:1], last.model)
     fixed = np.zeros(len(z))
     fixed[len(z) - 2 + (1 - plane.index(branch.vary))] = 1.0
-    found = [_corrected(orbits, z, fixed, kind) for kind in TOUCHED]
+    found = [_corrected(orbits, z, fixed, kind) for kind in GRAZED]
     near = [item for item in found if item is not None]
     if not near:
         return None
@@ -121,7 +120,7 @@ def _corrected(
     by = orbits.by
     assert isinstance(by, SwitchedShooting)
     try:
-        touching = TouchingShooting.at(by, orbits.nodes(z), orbits.constants(z), kind)
+        touching = GrazingShooting.at(by, orbits.nodes(z), orbits.constants(z), kind)
         if touching is None:
             return None
         curve = LocusEquations(orbits.described_by(touching), kind)

@@ -78,9 +78,6 @@ CARRIED = 3
 STIFF_NOISE = 1e-6
 """What rounding makes of test functions beside stiff modes, of orbits of small amplitude."""
 
-CORRECTIONS = 4
-"""Newton steps to where one cycle lies nearest to another."""
-
 
 @dataclass(frozen=True, eq=False)
 class _Known:
@@ -355,10 +352,6 @@ class Collocation(Segments):
         solved = self._solved(nodes / self.scales, constants, derived=False)
         return solved.stages.reshape(-1, nodes.shape[1]) * self.scales, solved.phases.ravel()
 
-    def advanced(self, nodes: Array, constants: Constants, turns: float) -> Array:
-        """Return the states some forcing periods later, shape (m, n)."""
-        return self.states(nodes, constants, self.start + turns)
-
     def evenly(self, nodes: Array, constants: Constants, count: int = 0) -> Array:
         """Return the states at equidistant phases from that of the first node, shape (M, n).
 
@@ -382,29 +375,6 @@ class Collocation(Segments):
         places = np.linspace(0.0, self.segments, count + 1)
         other = self.on(np.interp(places, np.arange(self.segments + 1), self.edges))
         return other, *self.moved_to(other, nodes, constants, along, rates)
-
-    def begun_near(self, nodes: Array, constants: Constants, wanted: Array) -> Array:
-        """Return the nodes of an orbit begun where these lie nearest to others."""
-        count = 8 * self.segments
-        tried: Array = np.arange(count, dtype=float) * (self.period / count)
-        states = self.states(nodes, constants, self.phase + tried)
-        closed = np.concatenate([states, states[:1]])
-        places = (self.start - self.phase)[None] + tried[:, None]
-        moved = np.array(
-            [
-                np.interp(places % self.period, np.append(tried, self.period), column)
-                for column in closed.T
-            ]
-        )
-        gaps = np.moveaxis(moved, 0, 2) - wanted
-        turns = float(tried[(np.abs(gaps / self.scales) ** 2).sum(axis=(1, 2)).argmin()])
-        for _ in range(CORRECTIONS):
-            begun = self.advanced(nodes, constants, turns)
-            rates = self.rates(begun, constants)
-            gap = (wanted - begun) / self.scales
-            later = float((rates * gap).sum() / (rates * rates).sum())
-            turns += min(max(later, -self.period / count), self.period / count)
-        return self.advanced(nodes, constants, turns)
 
     # -- the mesh ------------------------------------------------------------------------------
 

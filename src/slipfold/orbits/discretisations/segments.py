@@ -16,7 +16,13 @@ from slipfold.orbits.discretisations.discretisation import Discretisation
 from slipfold.orbits.discretisations.scheme import STAGES, Scheme, scheme_for
 
 LOOKS = 8
-"""Nodes at which vibrations are looked for."""
+"""Nodes at which vibrations are detected."""
+
+PHASES = 256
+"""Phases at which the start of one cycle that lies nearest to another is searched."""
+
+CORRECTIONS = 4
+"""Newton steps from the nearest of them: each doubles the digits."""
 
 
 class Segments(Discretisation):
@@ -46,7 +52,7 @@ class Segments(Discretisation):
 
     @abstractmethod
     def mismatch(self, nodes: Array, constants: Constants) -> Array:
-        """Return by how much segments end beside the next node, in scaled states, shape (m, n).
+        """Return by how much segments miss the next node, in scaled states, shape (m, n).
 
         Shapes: nodes (m, n).
         """
@@ -80,10 +86,6 @@ class Segments(Discretisation):
         raise NotImplementedError
 
     @abstractmethod
-    def advanced(self, nodes: Array, constants: Constants, turns: float) -> Array:
-        """Return the states some forcing periods later, shape (m, n). Shapes: nodes (m, n)."""
-
-    @abstractmethod
     def carried_to(
         self, nodes: Array, constants: Constants, phases: Array
     ) -> tuple[NDArray[np.intp], Array, Array, Array]:
@@ -97,12 +99,32 @@ class Segments(Discretisation):
     def states(self, nodes: Array, constants: Constants, phases: Array) -> Array:
         """Return the states at any phases, shape (q, n). Shapes: nodes (m, n); phases (q,)."""
 
-    @abstractmethod
     def begun_near(self, nodes: Array, constants: Constants, wanted: Array) -> Array:
-        """Return the nodes of an orbit begun where these lie nearest to others.
+        """Return the nodes of a cycle started where these lie nearest to others.
 
         Shapes: nodes, wanted (m, n).
         """
+        samples = self.samples(nodes, constants, max(PHASES, 8 * self.segments))
+        closed, spacing = np.concatenate([samples, samples[:1]]), self.period / len(samples)
+        tried: Array = np.arange(len(samples), dtype=float) * spacing
+        phases = ((self.start - self.phase)[None] + tried[:, None]) % self.period
+        grid = np.append(tried, self.period)
+        moved = np.stack([np.interp(phases, grid, column) for column in closed.T], axis=-1)
+        apart = self.apart(moved / self.scales, wanted / self.scales)
+        later = float(tried[(apart**2).sum(axis=(1, 2)).argmin()])
+        for _ in range(CORRECTIONS):
+            begun = self.states(nodes, constants, self.start + later)
+            rates = self.rates(begun, constants)
+            gap = -self.apart(begun / self.scales, wanted / self.scales)
+            # Near an equilibrium all phases are as near.
+            step = float((rates * gap).sum() / (rates * rates).sum())
+            later += min(max(step, -spacing), spacing)
+        begun = self.states(nodes, constants, self.start + later) / self.scales
+        return wanted + self.apart(begun, wanted / self.scales) * self.scales
+
+    def samples(self, nodes: Array, constants: Constants, count: int) -> Array:
+        """Return states at equidistant phases from that of the first node, at least so many."""
+        return self.evenly(nodes, constants, count)
 
     @abstractmethod
     def curvatures(self, nodes: Array, constants: Constants, vectors: Array) -> tuple[Array, Array]:

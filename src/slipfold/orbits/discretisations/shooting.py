@@ -1,8 +1,9 @@
-"""Multiple shooting: orbits cut into segments that are integrated side by side."""
+"""Multiple shooting: orbits cut into segments that are integrated in one batch."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,23 +11,16 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
 from slipfold.models.model import Model
-from slipfold.models.turns import without_turns
 from slipfold.orbits.discretisations.segments import Segments
 
 SEGMENTS = 8
 """Segments an orbit is split into: one SIMD batch, and growth of 500 a period becomes 2.2 each."""
 
-PHASES = 32
-"""Places in each segment that are looked at first for where one cycle lies nearest another."""
-
-CORRECTIONS = 4
-"""Newton steps from the nearest of them: each doubles the digits."""
-
 
 class Shooting(Segments):
     """The flow over m segments of a period: each has to end where the next begins.
 
-    `offset` is the phase of the first node, in segments.
+    `phase` is that of the first node.
     """
 
     def __init__(
@@ -35,64 +29,65 @@ class Shooting(Segments):
         free: Mapping[str, float],
         period: int = 1,
         segments: int = SEGMENTS,
-        offset: float = 0.0,
+        phase: float = 0.0,
     ) -> None:
-        edges: Array = (np.arange(segments + 1, dtype=float) + offset) * (period / segments)
+        edges: Array = phase + np.arange(segments + 1, dtype=float) * (period / segments)
         super().__init__(model, free, period, edges)
 
-    def with_period(self, period: int) -> Shooting:
+    def with_period(self, period: int) -> Self:
         """Return the same for orbits of another period."""
-        return Shooting(self.model, self.free, period, self.segments)
+        return type(self)(self.model, self.free, period, self.segments, self.phase)
 
     def shifted(
         self, nodes: Array, constants: Constants, along: Array, rates: Array
-    ) -> tuple[Shooting, Array, Array]:
+    ) -> tuple[Self, Array, Array]:
         """Return the same half a segment later: the integrator's steps fall elsewhere."""
-        other = Shooting(self.model, self.free, self.period, self.segments, 0.5)
-        ends, matrices, vectors = self.carried(nodes, constants, other.start)
+        half = 0.5 * self.period / self.segments
+        other = type(self)(self.model, self.free, self.period, self.segments, half)
+        ends, matrices, vectors = self.carried(nodes, self.start, other.start, constants)
         return other, ends, np.einsum("jab,jb->ja", matrices, along) + vectors @ rates
 
+    def ends(self, nodes: Array, begin: Array, end: Array, constants: Constants) -> Array:
+        """Return where states lead, each from one phase to another, shape (q, n).
+
+        Shapes: nodes (q, n); begin, end (q,).
+        """
+        return self.flow.advance(nodes, begin, end, constants)
+
+    def carried(
+        self, nodes: Array, begin: Array, end: Array, constants: Constants
+    ) -> tuple[Array, Array, Array]:
+        """Return the same with the derivatives, nothing scaled.
+
+        Shapes: nodes (q, n); begin, end (q,); returns states (q, n), matrices (q, n, n), vectors
+        (q, n, k).
+        """
+        along = constants.rates[:, self.indices]
+        return self.flow.linearise(nodes, begin, end, constants, along)
+
     def mismatch(self, nodes: Array, constants: Constants) -> Array:
-        """Return by how much segments end beside the next node, in scaled states, shape (m, n)."""
-        ends = self.flow.advance(nodes, self.start, self.end, constants)
-        return without_turns((ends - nodes[self._following]) / self.scales, self.turns)
+        """Return by how much segments miss the next node, in scaled states, shape (m, n)."""
+        ends = self.ends(nodes, self.start, self.end, constants)
+        return self.apart(ends / self.scales, nodes[self._following] / self.scales)
 
     def transitions(self, nodes: Array, constants: Constants) -> tuple[Array, Array, Array]:
         """Return the mismatch and the derivatives of the segments' ends, all in scaled states."""
-        ends, matrices, vectors = self.carried(nodes, constants, self.end)
-        mismatch = without_turns((ends - nodes[self._following]) / self.scales, self.turns)
+        ends, matrices, vectors = self.carried(nodes, self.start, self.end, constants)
+        mismatch = self.apart(ends / self.scales, nodes[self._following] / self.scales)
         units = self.units / np.sqrt(self.segments)
         return mismatch, matrices * self.ratios, vectors * (units / self.scales[:, None])
-
-    def carried(
-        self, nodes: Array, constants: Constants, phases: Array
-    ) -> tuple[Array, Array, Array]:
-        """Return the states at later phases with their derivatives, nothing scaled.
-
-        Shapes: nodes (m, n); phases (m,); returns states (m, n), matrices (m, n, n), vectors
-        (m, n, k).
-        """
-        along = constants.rates[:, self.indices]
-        return self.flow.linearise(nodes, self.start, phases, constants, along)
-
-    def advanced(self, nodes: Array, constants: Constants, turns: float) -> Array:
-        """Return the states some forcing periods later, shape (m, n)."""
-        return self.flow.advance(nodes, self.start, self.start + turns, constants)
 
     def carried_to(
         self, nodes: Array, constants: Constants, phases: Array
     ) -> tuple[NDArray[np.intp], Array, Array, Array]:
         """Return the states at any phases, from which node each is reached, and derivatives."""
         which, within = self.before(phases)
-        along = constants.rates[:, self.indices]
-        return which, *self.flow.linearise(
-            nodes[which], self.start[which], within, constants, along
-        )
+        return which, *self.carried(nodes[which], self.start[which], within, constants)
 
     def states(self, nodes: Array, constants: Constants, phases: Array) -> Array:
         """Return the states at any phases, shape (q, n)."""
         which, within = self.before(phases)
-        return self.flow.advance(nodes[which], self.start[which], within, constants)
+        return self.ends(nodes[which], self.start[which], within, constants)
 
     def evenly(self, nodes: Array, constants: Constants, count: int = 0) -> Array:
         """Return the states at equidistant phases from that of the first node, shape (M, n)."""
@@ -101,23 +96,6 @@ class Shooting(Segments):
             return nodes
         samples = self.flow.sample(nodes, self.start, self.end, each, constants)
         return samples.reshape(each * self.segments, -1)
-
-    def begun_near(self, nodes: Array, constants: Constants, wanted: Array) -> Array:
-        """Return the nodes of an orbit begun where these lie nearest to others."""
-        m, start = self.segments, self.start
-        samples = self.flow.sample(nodes, start, self.end, PHASES, constants)
-        samples = samples.reshape(m * PHASES, -1)
-        rolled = [np.roll(samples, -shift, axis=0)[::PHASES] for shift in range(m * PHASES)]
-        aside = [self.apart(item / self.scales, wanted / self.scales) for item in rolled]
-        nodes = wanted + min(aside, key=lambda gap: float(np.linalg.norm(gap))) * self.scales
-        apart = self.period / (m * PHASES)
-        for _ in range(CORRECTIONS):
-            rates = self.flow.rates(nodes, start, constants) / self.scales
-            gap = (wanted - nodes) / self.scales
-            later = float((rates * gap).sum() / (rates * rates).sum())
-            later = min(max(later, -apart), apart)  # beside an equilibrium all phases are as near
-            nodes = self.flow.advance(nodes, start, start + later, constants)
-        return nodes
 
     def curvatures(self, nodes: Array, constants: Constants, vectors: Array) -> tuple[Array, Array]:
         """Return the derivatives of ``blocks @ vectors``, all in scaled states."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
@@ -17,14 +16,10 @@ from slipfold.flow.switched.switched_flow import Leg, switched_flow_of
 from slipfold.flow.switched.switched_motion import Broken, first_mode, legs
 from slipfold.flow.switched.transition import Undecided
 from slipfold.models.model import Model
-from slipfold.orbits.discretisations.segments import Segments
-from slipfold.orbits.discretisations.shooting import CORRECTIONS, SEGMENTS
+from slipfold.orbits.discretisations.shooting import SEGMENTS, Shooting
 
 NEAR = 0.05
 """Share of the longest span without a change that a node keeps away from any."""
-
-PLACES = 128
-"""Places on a cycle that are looked at first for where it lies nearest another."""
 
 DIFFERENCED = 1e-4
 """Step of differences of first derivatives, in scaled states."""
@@ -33,7 +28,7 @@ Passed = list[tuple[Leg, Mode]]
 """The legs of a motion, each with the mode that follows."""
 
 
-class SwitchedShooting(Segments):
+class SwitchedShooting(Shooting):
     """The flow through all modes of a model over m segments of a period.
 
     What contacts do at a node follows from its state: at rest they stick if friction can hold them.
@@ -51,14 +46,9 @@ class SwitchedShooting(Segments):
         segments: int = 1,
         phase: float = 0.0,
     ) -> None:
-        edges: Array = phase + np.arange(segments + 1, dtype=float) * (period / segments)
-        super().__init__(model, free, period, edges)
+        super().__init__(model, free, period, segments, phase)
         self.switched = switched_flow_of(model)
         self.slips_in_planes = any(len(contact.slip) == 2 for contact in self.switched.contacts)
-
-    def with_period(self, period: int) -> SwitchedShooting:
-        """Return the same for orbits of another period."""
-        return SwitchedShooting(self.model, self.free, period, self.segments, self.phase)
 
     smooth = False
 
@@ -140,54 +130,16 @@ class SwitchedShooting(Segments):
         other = self._begun_at(float(places[apart.argmax()]))
         return other, *self.moved_to(other, nodes, constants, along, rates)
 
-    def mismatch(self, nodes: Array, constants: Constants) -> Array:
-        """Return by how much segments end beside the next node, in scaled states, shape (m, n)."""
-        ends = self._ends(nodes, self.start, self.end, constants)
-        return self.apart(ends / self.scales, nodes[self._following] / self.scales)
-
-    def transitions(self, nodes: Array, constants: Constants) -> tuple[Array, Array, Array]:
-        """Return the mismatch and the derivatives of the segments' ends, all in scaled states."""
-        ends, matrices, vectors = self._carried(nodes, self.start, self.end, constants)
-        mismatch = self.apart(ends / self.scales, nodes[self._following] / self.scales)
-        units = self.units / np.sqrt(self.segments)
-        return mismatch, matrices * self.ratios, vectors * (units / self.scales[:, None])
-
-    def advanced(self, nodes: Array, constants: Constants, turns: float) -> Array:
-        """Return the states some forcing periods later, shape (m, n)."""
-        return self._ends(nodes, self.start, self.start + turns, constants)
-
-    def carried_to(
-        self, nodes: Array, constants: Constants, phases: Array
-    ) -> tuple[NDArray[np.intp], Array, Array, Array]:
-        """Return the states at any phases, from which node each is reached, and derivatives."""
-        which, within = self.before(phases)
-        return which, *self._carried(nodes[which], self.start[which], within, constants)
-
-    def states(self, nodes: Array, constants: Constants, phases: Array) -> Array:
-        """Return the states at any phases, shape (q, n)."""
-        which, within = self.before(phases)
-        return self._ends(nodes[which], self.start[which], within, constants)
-
     def evenly(self, nodes: Array, constants: Constants, count: int = 0) -> Array:
         """Return the states at equidistant phases from zero, shape (M, n)."""
         count = max(count, SEGMENTS)
         phases: Array = np.arange(count, dtype=float) * (self.period / count)
         return self.states(nodes, constants, phases)
 
-    def begun_near(self, nodes: Array, constants: Constants, wanted: Array) -> Array:
-        """Return the nodes of an orbit begun where these lie nearest to others."""
-        phases: Array = self.phase + np.arange(PLACES, dtype=float) * (self.period / PLACES)
-        samples = self.states(nodes, constants, phases)
-        apart = self.apart(samples / self.scales, wanted[:1] / self.scales)
-        nearest = float(phases[np.linalg.norm(apart, axis=1).argmin()])
-        for _ in range(CORRECTIONS):
-            at: Array = nearest + self.start - self.phase
-            begun = self.states(nodes, constants, at)
-            rates = self._rates(begun, at, constants) / self.scales
-            gap = (wanted - begun) / self.scales
-            later = float((rates * gap).sum() / (rates * rates).sum())
-            nearest += min(max(later, -self.period / PLACES), self.period / PLACES)
-        return self.states(nodes, constants, nearest + self.start - self.phase)
+    def samples(self, nodes: Array, constants: Constants, count: int) -> Array:
+        """Return states at equidistant phases from that of the first node: fewer, as they cost."""
+        phases: Array = np.arange(count // 2, dtype=float) * (2 * self.period / count)
+        return self.states(nodes, constants, self.phase + phases)
 
     def rates(self, nodes: Array, constants: Constants) -> Array:
         """Return the rates at the nodes a forcing period, in scaled states, shape (m, n)."""
@@ -212,7 +164,7 @@ class SwitchedShooting(Segments):
         for vector in vectors:
             step = DIFFERENCED / np.linalg.norm(vector) * vector * self.scales
             sides = [
-                self._carried(nodes + sign * step, self.start, self.end, constants)[1:]
+                self.carried(nodes + sign * step, self.start, self.end, constants)[1:]
                 for sign in (1, -1)
             ]
             over = np.linalg.norm(vector) / (2 * DIFFERENCED)
@@ -227,7 +179,7 @@ class SwitchedShooting(Segments):
             size = float(np.linalg.norm(vector))
             step = DIFFERENCED / size * vector * self.scales
             blocks = [
-                self._carried(nodes + share * step, self.start, self.end, constants)[1]
+                self.carried(nodes + share * step, self.start, self.end, constants)[1]
                 for share in (1, 0, -1)
             ]
             bend = (blocks[0] - 2 * blocks[1] + blocks[2]) * self.ratios
@@ -269,7 +221,7 @@ class SwitchedShooting(Segments):
             found[place] = flow.rates(node[None], np.array([phase]), constants)[0]
         return found
 
-    def _ends(self, nodes: Array, begin: Array, end: Array, constants: Constants) -> Array:
+    def ends(self, nodes: Array, begin: Array, end: Array, constants: Constants) -> Array:
         """Carry states, each from a phase to another, shape (m, n)."""
         ends = np.full(nodes.shape, np.nan)
         for place, node in enumerate(nodes):
@@ -278,7 +230,7 @@ class SwitchedShooting(Segments):
                 ends[place] = passed[-1][0].state
         return ends
 
-    def _carried(
+    def carried(
         self, nodes: Array, begin: Array, end: Array, constants: Constants
     ) -> tuple[Array, Array, Array]:
         """Carry states with their derivatives, nothing scaled."""

@@ -1,38 +1,98 @@
-"""Shooting past a turn that begins to stick: as if it never did, on either side of that."""
+"""Reversals of slip at which friction only just does not hold the contact, or only just does."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
-from slipfold.flow.switched.mode import Mode, Status
-from slipfold.flow.switched.mode_equations import Undetermined
-from slipfold.flow.switched.switched_flow import Leg
-from slipfold.flow.switched.switched_motion import Broken, legs
-from slipfold.flow.switched.transition import Undecided
-from slipfold.models.model import Model
+from slipfold.flow.switched.events import Ending, Event
+from slipfold.flow.switched.mode import Mode, Status, shown
+from slipfold.flow.switched.switched_flow import Leg, SwitchedFlow
 from slipfold.newton import Rule, find_root
 from slipfold.orbits.discretisations.switched_shooting import Passed, SwitchedShooting
-from slipfold.orbits.stick_slip.crossing import Crossing, find_crossing
-from slipfold.orbits.stick_slip.met_shooting import MetShooting
+from slipfold.orbits.stick_slip.grazing import CLEAR, LONGEST, SHORT
+from slipfold.orbits.stick_slip.marginal_shooting import MarginalShooting
 
 TURN = Rule(close=1e-9, iterations=10)
 """The phase at which slip is zero has converged after a step this short: it is left with its
 square."""
-
-OFF = 0.25
-"""Share of the reach by which the turn may move away from the middle of the window."""
 
 UNTOLD = 1e-7
 """Phases of stick that are not told from none: another turn may begin to stick at once, as of an
 orbit that is its own mirror image."""
 
 
-class CrossingShooting(MetShooting):
+@dataclass(frozen=True, eq=False)
+class Reversal:
+    """A contact along a line whose slip crosses zero while friction only just lets it."""
+
+    before: Mode
+    after: Mode
+    held: Mode  # the same if it stuck
+    stops: Event  # where slip before it comes to zero
+    yields: Event  # where friction that holds it cannot any more
+    phase: float
+    reach: float  # phases on either side that nothing else happens in
+    size: float  # of what friction can hold
+
+    @property
+    def contact(self) -> int:
+        """Number of the contact."""
+        return self.stops.which
+
+
+def find_reversal(
+    flow: SwitchedFlow, legs: list[tuple[Leg, Mode]], constants: Constants
+) -> Reversal | None:
+    """Return the turn whose friction is nearest to what would hold it, None without any."""
+    found = _turns(flow, legs, constants)
+    best = min(found, key=lambda item: item[0], default=None)
+    return None if best is None else best[1]
+
+
+def _turns(
+    flow: SwitchedFlow, legs: list[tuple[Leg, Mode]], constants: Constants
+) -> Iterator[tuple[float, Reversal]]:
+    """Yield turns, without stick or after a short one, with how near the hold is to its end."""
+    for place in range(1, len(legs) - 2):
+        leg, after = legs[place]
+        stops = leg.event
+        if stops is None or stops.ending is not Ending.STOPS or stops.scaled:
+            continue
+        contact, follows = stops.which, legs[place + 1][0]
+        end = follows.end
+        if after[contact] is Status.STICK:
+            if follows.end - follows.begin > SHORT:
+                continue
+            after, end = legs[place + 1][1], legs[place + 2][0].end
+        if int(after[contact]) != -int(leg.mode[contact]):
+            continue
+        held = (*after[:contact], Status.STICK, *after[contact + 1 :])
+        limits = {
+            event.towards: event
+            for event in flow.events_of(held)
+            if event.ending is Ending.YIELDS and event.which == contact
+        }
+        yields = limits[after[contact]]
+        left = [_left(flow, held, event, leg, constants) for event in limits.values()]
+        size = sum(left) / 2
+        near = abs(_left(flow, held, yields, leg, constants)) / size
+        reach = CLEAR * min(leg.end - leg.begin, end - leg.end, 2 * LONGEST)
+        modes = shown(leg.mode), shown(after), shown(held)
+        yield near, Reversal(*modes, stops, yields, leg.end, reach, size)
+
+
+def _left(flow: SwitchedFlow, held: Mode, event: Event, leg: Leg, constants: Constants) -> float:
+    slopes, which = flow.event_slopes(held, event)
+    return float(slopes.values(leg.state[None], np.array([leg.end]), constants)[0, which])
+
+
+class ReversalShooting(MarginalShooting):
     """Orbits that pass a turn as if friction could not hold the contact there.
 
     Where it could for a moment, slip would begin in the wrong direction, of second order in time:
@@ -40,27 +100,15 @@ class CrossingShooting(MetShooting):
     is just what holds the contact. The node lies just before.
     """
 
-    def __init__(
-        self,
-        model: Model,
-        free: Mapping[str, float],
-        period: int,
-        crossing: Crossing,
-        lead: float = 0.5,
-    ) -> None:
-        self.crossing, self.lead = crossing, lead
-        super().__init__(model, free, period, 1, crossing.phase - lead * crossing.reach)
-        self._beyond = self.phase + (lead + 0.5) * crossing.reach
+    met: Reversal
 
     @classmethod
-    def at(
-        cls, by: SwitchedShooting, nodes: Array, constants: Constants
-    ) -> CrossingShooting | None:
+    def at(cls, by: SwitchedShooting, nodes: Array, constants: Constants) -> Self | None:
         """Return what passes a turn of an orbit, None if it has none. Shapes: nodes (1, n)."""
         begin = float(by.start[0])
         passed = by.passed(nodes[0], begin, begin + 2 * by.period, constants)
-        crossing = find_crossing(by.switched, passed, constants)
-        return None if crossing is None else cls(by.model, by.free, by.period, crossing)
+        met = find_reversal(by.switched, passed, constants)
+        return None if met is None else cls(by.model, by.free, by.period, met)
 
     def piece(self, nodes: Array, constants: Constants) -> tuple[Mode, ...]:
         """Return what contacts do one after the other, without stick that is as good as none."""
@@ -78,7 +126,7 @@ class CrossingShooting(MetShooting):
         """
         if not (np.isfinite(start).all() and np.isfinite(constants.values).all()):
             return []
-        flow, turn = self.switched, self.crossing
+        flow, turn = self.switched, self.met
         none = flow.no_energies()
         phase = self._turn(start, begin, constants)
         if phase is None:
@@ -98,18 +146,12 @@ class CrossingShooting(MetShooting):
         if not slip * float(turn.after[turn.contact]) > 0:
             return []
         weights = flow.weights(start, constants)
-        try:
-            found = list(legs(flow, turn.after, beyond, end, constants, weights, begin=until))
-        except (Broken, Undecided, Undetermined):
-            return []
-        return [first, second, *found] if found[-1][0].end <= end else []
+        found = self.beyond(turn.after, beyond, end, constants, weights)
+        return [first, second, *found] if found else []
 
-    def touched(self, nodes: Array, constants: Constants) -> tuple[float, Array, Array]:
-        """Return what friction at the turn is short of holding it, over its size; its derivatives.
-
-        By scaled states and scaled free parameters. Shapes: nodes (1, n); returns (), (n,), (k,).
-        """
-        switched, turn = self.switched, self.crossing
+    def condition(self, nodes: Array, constants: Constants) -> tuple[float, Array, Array]:
+        """Return what friction lacks to hold the contact, over its scale, with its derivatives."""
+        switched, turn = self.switched, self.met
         flow, along = switched.of(turn.before), constants.rates[:, self.indices]
         phase = self._turn(nodes[0], float(self.start[0]), constants)
         if phase is None:
@@ -136,32 +178,17 @@ class CrossingShooting(MetShooting):
         by_nodes, by_free = slope[:n] * self.scales, (slope[n:] + pulls) * self.units
         return value / turn.size, by_nodes / turn.size, by_free / turn.size
 
-    def better(self, nodes: Array, constants: Constants) -> CrossingShooting | None:
-        """Return one in whose window the turn lies in the middle, None if it does here."""
-        phase = self._turn(nodes[0], float(self.start[0]), constants)
-        if phase is None or abs(phase - self.crossing.phase) < OFF * self.crossing.reach:
-            return None
-        found = CrossingShooting.at(self, nodes, constants)
-        if found is not None:
-            return found
-        turn = replace(self.crossing, phase=phase)
-        return CrossingShooting(self.model, self.free, self.period, turn)
+    def again(self, nodes: Array, constants: Constants) -> Self | None:
+        """Return the same for the reversal as it is found again, None if it is not."""
+        return type(self).at(self, nodes, constants)
 
-    def with_period(self, period: int) -> CrossingShooting:
-        """Return the same for orbits of another period."""
-        return CrossingShooting(self.model, self.free, period, self.crossing)
-
-    def shifted(
-        self, nodes: Array, constants: Constants, along: Array, rates: Array
-    ) -> tuple[CrossingShooting, Array, Array]:
-        """Return the same begun earlier in the window: all steps then are others."""
-        turn = self.crossing
-        other = CrossingShooting(self.model, self.free, self.period, turn, lead=0.8)
-        return other, *self.moved_to(other, nodes, constants, along, rates)
+    def phase_of_event(self, nodes: Array, constants: Constants) -> float | None:
+        """Return the phase in the window at which slip is zero, None if it is nowhere."""
+        return self._turn(nodes[0], float(self.start[0]), constants)
 
     def _turn(self, start: Array, begin: float, constants: Constants) -> float | None:
         """Return the phase in the window at which slip is zero, None if it is nowhere."""
-        turn = self.crossing
+        turn = self.met
         flow, none = self.switched.of(turn.before), np.empty((len(constants.values), 0))
         place = self.switched.quantities.places[turn.contact].start
 
@@ -180,7 +207,7 @@ class CrossingShooting(MetShooting):
         return float(found[0]) if found is not None and begin < found[0] < self._beyond else None
 
     def _slip(self, state: Array, phase: float, constants: Constants) -> float:
-        place = self.switched.quantities.places[self.crossing.contact].start
+        place = self.switched.quantities.places[self.met.contact].start
         return float(self.switched.quantities.at(state, phase, constants).slip[place])
 
     def _carried_in(

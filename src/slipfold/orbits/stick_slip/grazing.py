@@ -1,0 +1,281 @@
+"""Grazing: on an orbit through stick and slip the function of an event touches zero.
+
+Slip touches zero between two phases in the same direction, friction only just holds, or a contact
+only just opens: an event is about to appear on the orbit, or to vanish.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Self
+
+import numpy as np
+
+from slipfold.arrays import Array
+from slipfold.flow.equations import Constants
+from slipfold.flow.switched.events import Ending, Event
+from slipfold.flow.switched.mode import Mode, shown
+from slipfold.flow.switched.switched_flow import Leg, SwitchedFlow
+from slipfold.orbits.discretisations.switched_shooting import Passed, SwitchedShooting
+from slipfold.orbits.stick_slip.marginal_shooting import MarginalShooting
+
+GRAZED = {
+    "GRAZE": (Ending.STOPS, Ending.SLOWS, Ending.YIELDS),
+    "LIFT": (Ending.PARTS, Ending.MEETS),
+}
+"""Events that are touched at a place where contacts begin or cease to do something."""
+
+MET = (*GRAZED, "STICK")
+"""Types of loci on which a change of contacts is only just met."""
+
+SHORT = 0.02
+"""Phases that what has just been born lasts at most."""
+
+PLACES = 64
+"""Places on a leg at which events are looked at first."""
+
+LONGEST = 0.05
+"""Phases on either side of a touch within which an orbit is carried past it at most."""
+
+CLEAR = 0.5
+"""Share of the way to the next change, or to where the function turns back, that is left free."""
+
+
+LEVEL = 1e-4
+"""Share of its size that slip in the plane keeps at a touch."""
+
+GRID = 16
+"""Places in the window at which the least value is looked for first."""
+
+CORRECTIONS = 8
+
+EXACT = 1e-9
+"""Change of the phase of the least value at which it is found: the value changes by its square."""
+
+
+@dataclass(frozen=True, eq=False)
+class Grazing:
+    """An event that is only just met, or only just not met."""
+
+    kind: str  # "GRAZE" or "LIFT"
+    mode: Mode
+    event: Event
+    phase: float
+    reach: float  # phases on either side that nothing else happens in
+    size: float  # of the event's function
+    # Its least value over its size: slip in the plane has no direction at none at all
+    level: float = 0.0
+
+
+def find_grazing(
+    flow: SwitchedFlow, start: Array, legs: list[tuple[Leg, Mode]], constants: Constants, kind: str
+) -> Grazing | None:
+    """Return where a motion comes nearest to one of its events without meeting it.
+
+    Or meets it for an instant. None where it does neither. Shapes: start (n,).
+    """
+    found = [*_grazed(flow, start, legs, constants, kind), *_born(flow, legs, constants, kind)]
+    best = min(found, key=lambda item: item[0], default=None)
+    return None if best is None else best[1]
+
+
+def event_values(
+    flow: SwitchedFlow, mode: Mode, event: Event, states: Array, phases: Array, constants: Constants
+) -> Array:
+    """Return the function of an event, positive before it; of slip in the plane its speed.
+
+    Shapes: states (p, n); phases (p,).
+    """
+    if event.ending is Ending.SLOWS:
+        slips = flow.slips.values(states, phases, constants)
+        return np.asarray(np.linalg.norm(slips[:, flow.quantities.places[event.which]], axis=1))
+    slopes, which = flow.event_slopes(mode, event)
+    values = slopes.values(states, phases, constants)[:, which]
+    return -values if event.rising else values
+
+
+def event_slopes(
+    flow: SwitchedFlow,
+    mode: Mode,
+    event: Event,
+    state: Array,
+    phase: float,
+    constants: Constants,
+    directions: Array,
+) -> tuple[Array, float, Array]:
+    """Return its derivatives by state and phase, and along changes of the coefficients.
+
+    Shapes: state (n,); directions (n_c, k); returns (n,), (), (k,).
+    """
+    if event.ending is Ending.SLOWS:
+        place = flow.quantities.places[event.which]
+        slip = flow.slips.values(state[None], np.array([phase]), constants)[0, place]
+        along = slip / np.linalg.norm(slip)
+        found = flow.slips.at(state, phase, constants, directions)
+        by_state, by_phase, pulls = (along @ item[place] for item in found)
+        return by_state, float(by_phase), pulls
+    slopes, which = flow.event_slopes(mode, event)
+    sign = -1.0 if event.rising else 1.0
+    found = slopes.at(state, phase, constants, directions)
+    by_state, by_phase, pulls = (sign * item[which] for item in found)
+    return by_state, float(by_phase), pulls
+
+
+def _grazed(
+    flow: SwitchedFlow, start: Array, legs: list[tuple[Leg, Mode]], constants: Constants, kind: str
+) -> Iterator[tuple[float, Grazing]]:
+    """Yield minima of events' functions between changes, each with how near they are to zero."""
+    state = start
+    for leg, _ in legs:
+        mode = shown(leg.mode)
+        if not leg.released and leg.end > leg.begin:
+            for event in _of_kind(flow, mode, kind):
+                yield from _minima(flow, mode, event, state, (leg.begin, leg.end), constants, kind)
+        state = leg.state
+
+
+def _born(
+    flow: SwitchedFlow, legs: list[tuple[Leg, Mode]], constants: Constants, kind: str
+) -> Iterator[tuple[float, Grazing]]:
+    """Yield what has been met for a short time, after which contacts go on as before."""
+    for place, ((before, _), (leg, after)) in enumerate(pairwise(legs), start=1):
+        mode = shown(before.mode)
+        returns = before.event is not None and shown(after) == mode != shown(leg.mode)
+        if not returns or leg.end - leg.begin > SHORT or not 1 < place < len(legs) - 1:
+            continue
+        event, follows = before.event, legs[place + 1][0]
+        assert event is not None
+        if event.ending not in GRAZED[kind] or event.scaled:  # of slow slip only its end is known
+            continue
+        start = legs[place - 2][0].state
+        # As if nothing had been met, it turns back a little beyond.
+        until = leg.end + CLEAR * (follows.end - follows.begin)
+        yield from _minima(flow, mode, event, start, (before.begin, until), constants, kind)
+
+
+def _of_kind(flow: SwitchedFlow, mode: Mode, kind: str) -> list[Event]:
+    return [event for event in flow.events_of(mode) if event.ending in GRAZED[kind]]
+
+
+def _minima(
+    flow: SwitchedFlow,
+    mode: Mode,
+    event: Event,
+    start: Array,
+    span: tuple[float, float],
+    constants: Constants,
+    kind: str,
+) -> Iterator[tuple[float, Grazing]]:
+    begin, end = span
+    phases = np.linspace(begin, end, PLACES + 1)
+    states = flow.of(mode).along(start[None], phases[None], constants)[0]
+    values = event_values(flow, mode, event, states, phases, constants)
+    size = float(np.abs(values).max())
+    if not (np.isfinite(values).all() and size > 0):
+        return
+    steps = np.diff(values)
+    for i in np.flatnonzero((steps[:-1] <= 0) & (steps[1:] > 0)) + 1:
+        left = i - int(np.argmax(np.append(steps[:i][::-1] > 0, True)))
+        right = i + int(np.argmax(np.append(steps[i:] < 0, True)))
+        reach = CLEAR * min(phases[i] - phases[left], phases[right] - phases[i], 2 * LONGEST)
+        level = LEVEL if event.ending is Ending.SLOWS else 0.0
+        met = Grazing(kind, mode, event, float(phases[i]), float(reach), size, level)
+        yield abs(float(values[i])) / size, met
+
+
+class GrazingShooting(MarginalShooting):
+    """Orbits through stick and slip that pass a grazing as if the event could not happen.
+
+    How far the event's function stays from zero is a smooth condition for the grazing.
+    """
+
+    met: Grazing
+
+    @property
+    def level(self) -> float:  # type: ignore[override]
+        """Value of the function, over its scale, where it cannot vanish."""
+        return self.met.level
+
+    @classmethod
+    def at(cls, by: SwitchedShooting, nodes: Array, constants: Constants, kind: str) -> Self | None:
+        """Return what passes the grazing of an orbit, None if it has none.
+
+        Shapes: nodes (1, n).
+        """
+        begin, start = float(by.start[0]), nodes[0]
+        passed = by.passed(start, begin, begin + 2 * by.period, constants)
+        if isinstance(by, GrazingShooting) and passed:
+            # Its own window is no room to judge by: a narrower one would follow, and so on.
+            start, passed = passed[0][0].state, passed[1:]
+        met = find_grazing(by.switched, start, passed, constants, kind)
+        return None if met is None else cls(by.model, by.free, by.period, met)
+
+    def again(self, nodes: Array, constants: Constants) -> Self | None:
+        """Return the same for the grazing as it is found again, None if it is not."""
+        return type(self).at(self, nodes, constants, self.met.kind)
+
+    def passed(self, start: Array, begin: float, end: float, constants: Constants) -> Passed:
+        """Carry a state from the node to another phase; nothing where it cannot go on.
+
+        Shapes: start (n,).
+        """
+        if not (np.isfinite(start).all() and np.isfinite(constants.values).all()):
+            return []
+        flow, mode = self.switched, self.met.mode
+        until = min(end, self._beyond)
+        states, span = start[None], (np.array([begin]), np.array([until]))
+        ends = flow.of(mode).advance(states, *span, constants)
+        state = flow.held(mode, ends[0], until, constants)
+        window = Leg(mode, begin, until, state, flow.no_energies(), None), mode
+        if end <= self._beyond:
+            return [window]
+        found = self.beyond(mode, state, end, constants, flow.weights(start, constants))
+        return [window, *found] if found else []
+
+    def condition(self, nodes: Array, constants: Constants) -> tuple[float, Array, Array]:
+        """Return the minimum of the event's function, over its scale, with its derivatives."""
+        flow, met = self.switched.of(self.met.mode), self.met
+        phase = self.phase_of_event(nodes, constants)
+        if phase is None:
+            return np.nan, np.full(len(self.scales), np.nan), np.full(len(self.units), np.nan)
+        along, end = constants.rates[:, self.indices], np.array([phase])
+        states, matrices, vectors = flow.linearise(nodes, self.start, end, constants, along)
+        of = self.switched, met.mode, met.event
+        value = float(event_values(*of, states, end, constants)[0])
+        by_state, _, pulls = event_slopes(*of, states[0], phase, constants, along)
+        by_nodes = by_state @ matrices[0] * self.scales
+        by_free = (by_state @ vectors[0] + pulls) * self.units
+        return value / met.size - met.level, by_nodes / met.size, by_free / met.size
+
+    def phase_of_event(self, nodes: Array, constants: Constants) -> float | None:
+        """Return the phase in the window at which the event's function is smallest."""
+        flow, begin = self.switched.of(self.met.mode), float(self.start[0])
+        phases = np.linspace(begin, self._beyond, GRID + 1)
+        states = flow.along(nodes, phases[None], constants)[0]
+        rates = self._event_rates(states, phases, constants)
+        crossed = np.flatnonzero((rates[:-1] < 0) & (rates[1:] >= 0))
+        if not len(crossed):
+            return None
+        i = int(crossed[np.abs(phases[crossed] - self.met.phase).argmin()])
+        (last, phase), (before, rate) = phases[i : i + 2].tolist(), rates[i : i + 2].tolist()
+        low, high = last, phase
+        for _ in range(CORRECTIONS):  # by secants: the rate is as good as straight
+            following = phase - rate * (phase - last) / (rate - before)
+            last, before, phase = phase, rate, min(max(following, low), high)
+            if abs(phase - last) < EXACT:
+                break
+            ends = flow.advance(nodes, self.start, np.array([phase]), constants)
+            rate = float(self._event_rates(ends, np.array([phase]), constants)[0])
+        return phase
+
+    def _event_rates(self, states: Array, phases: Array, constants: Constants) -> Array:
+        """Return how fast the event's function grows a phase. Shapes: states (p, n)."""
+        met, none = self.met, np.empty((len(constants.values), 0))
+        rates = self.switched.of(met.mode).rates(states, phases, constants)
+        of, found = (self.switched, met.mode, met.event), np.empty(len(states))
+        for place, (state, phase) in enumerate(zip(states, phases.tolist(), strict=True)):
+            by_state, by_phase, _ = event_slopes(*of, state, phase, constants, none)
+            found[place] = by_state @ rates[place] + by_phase
+        return found
