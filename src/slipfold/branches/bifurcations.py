@@ -22,6 +22,7 @@ from slipfold.continuation.trail import Sight, Stop, Stretch
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.orbit_point import OrbitPoint
 from slipfold.orbits.spectrum.degeneracy import PAIRED
+from slipfold.orbits.uncertainty import computed_anew
 
 CLOSED = "the branch closed on itself"
 """How a closed curve ends."""
@@ -240,6 +241,16 @@ def span_end(orbits: Orbits, last: OrbitPoint) -> End:
     return End("span", f"reached the end of the span at {orbits.vary} = {value:g}", (value,))
 
 
+def _is_known(point: OrbitPoint) -> bool:
+    """Whether a second computation, on another mesh, finds the largest multiplier again.
+
+    Along a canard perturbations grow by 1e30 and decay again: no digit is left, nor the sign.
+    """
+    again, _ = computed_anew(point.curve, point)
+    largest = point.multipliers[0]
+    return again is None or bool(abs(again.multipliers[0] - largest) < 0.5 * abs(largest))
+
+
 def _stands(a: OrbitPoint, b: OrbitPoint) -> bool:
     """Whether the sign of the parameter's change is rounding at both points, or an error at one.
 
@@ -317,7 +328,8 @@ def _is_seen(found: Found, a: OrbitPoint, b: OrbitPoint) -> bool:
         return found.other is not None
     if found.type == "PD":
         first, last = (point.multipliers[0] for point in (a, b))
-        return min(abs(first), abs(last)) > 1 and bool(first.real * last.real < 0)
+        changes = min(abs(first), abs(last)) > 1 and bool(first.real * last.real < 0)
+        return changes and all(map(_is_known, (a, b)))
     steepest = max(abs(a.tests["LP"]), abs(b.tests["LP"]))
     vanished = abs(found.point.tests["LP"]) < VANISHED * steepest
     return found.type == "LP" and vanished and not _stands(a, b)
